@@ -1,0 +1,16 @@
+from dmplay.catalog import agent as agent
+from dmplay.catalog import load as load
+from dmplay.chance import Categorical as Categorical
+from dmplay.chance import Pick as Pick
+from dmplay.core import Labels as Labels
+from dmplay.core import Outcome as Outcome
+from dmplay.core import Policy as Policy
+from dmplay.core import Problem as Problem
+from dmplay.core import exact as exact
+from dmplay.dice import Dice as Dice
+from dmplay.rollouts import rollout as rollout
+from dmplay.session import Session as Session
+from dmplay.tabular import Tables as Tables
+from dmplay.tabular import Tabular as Tabular
+
+__version__: str

@@ -1,0 +1,72 @@
+"""Exact beliefs over the states of any problem whose chance is finite."""
+
+from collections.abc import Sequence
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay.chance import Reals
+from dmplay.core import Problem, exact, exact_start
+from dmplay.errors import ImpossibleObservation
+
+
+class Posterior(NamedTuple):
+    """A belief after a turn, and how likely that turn's observations were."""
+
+    belief: Reals  # [S]
+    likelihood: float
+
+
+def prior(problem: Problem) -> Reals:
+    """The belief `[S]` before the first turn: the distribution of the start state."""
+    p, states = exact_start(problem)
+    size = len(problem.enumerated())
+    return np.bincount(problem.index(states), p, minlength=size).astype(float)
+
+
+def update(
+    problem: Problem,
+    belief: Reals,
+    actions: Sequence[int | None],
+    observations: Sequence[int | None],
+) -> Posterior:
+    """The belief `[S]` after a joint action and the observations that followed (Bayes' rule).
+
+    None stands for what is not known: an unknown action is taken to be uniformly random, an
+    unknown observation says nothing. Raises ImpossibleObservation where the likelihood is 0.
+    """
+    support = np.flatnonzero(belief)
+    choices = np.array(
+        list(
+            product(
+                *(
+                    range(len(labels)) if a is None else (a,)
+                    for a, labels in zip(actions, problem.actions, strict=True)
+                )
+            )
+        )
+    )
+    states = problem.enumerated()[support]
+    p, outcome = exact(
+        problem, np.repeat(states, len(choices), axis=0), np.tile(choices, (len(states), 1))
+    )
+    weight = p * np.repeat(belief[support] / len(choices), len(choices))[:, None]
+    for seat, observation in enumerate(observations):
+        if observation is not None:
+            weight = weight * (outcome.observations[:, :, seat] == observation)
+    after = problem.index(outcome.state.reshape(p.size, *states.shape[1:]))
+    joint = np.bincount(after, weight.reshape(-1), minlength=len(belief)).astype(float)
+    likelihood = float(joint.cumsum()[-1])
+    if likelihood <= 0.0:
+        raise ImpossibleObservation(_impossible(problem, actions, observations))
+    return Posterior(joint / likelihood, likelihood)
+
+
+def _impossible(
+    problem: Problem, actions: Sequence[int | None], observations: Sequence[int | None]
+) -> str:
+    did = [problem.action_name(i, a) for i, a in enumerate(actions) if a is not None]
+    labels = problem.observations or ()
+    saw = [labels[i][o] for i, o in enumerate(observations) if o is not None]
+    return f"observation {', '.join(saw)} after {', '.join(did)} has probability 0 in this belief"

@@ -1,0 +1,242 @@
+"""From names to things: problems and agents, built in, installed or in a file.
+
+A problem is `NAME`, `NAME:VARIANT`, the name of an installed entry point (group
+`dmplay.problems`), `MODULE:ATTRIBUTE` or `./FILE.py:ATTRIBUTE`. An agent is `NAME`,
+`NAME:PARAMETER=VALUE,...`, `MODULE:ATTRIBUTE` or `./FILE.py:ATTRIBUTE`.
+"""
+
+import importlib
+import importlib.util
+import inspect
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import Field, fields, replace
+from importlib.metadata import entry_points
+from pathlib import Path
+from types import ModuleType
+from typing import Any, NamedTuple
+
+from dmplay.core import Policy, Problem
+from dmplay.errors import BadParameter, BadPolicy, UnknownName
+from dmplay.names import problem_names, stem_of
+
+GROUP = "dmplay.problems"
+MakePolicy = Callable[..., Policy]
+
+
+class Loaded(NamedTuple):
+    """A problem, the name that loads it again, and the parameters that differ from the default."""
+
+    name: str
+    problem: Problem
+    parameters: dict[str, object]
+
+
+def load(name: str, **parameters: object) -> Problem:
+    """The problem of this name with these parameters.
+
+    Raises UnknownName with the nearest names, or BadParameter.
+    """
+    return resolve(name, parameters).problem
+
+
+def resolve(name: str, parameters: Mapping[str, object], *, trusted: bool = True) -> Loaded:
+    """The problem of this name; nothing but built-in code is imported unless `trusted`."""
+    base, _, variant = name.partition(":")
+    base = base.lower().replace("_", "-") if "/" not in base and "." not in base else base
+    if base in problem_names():
+        module = importlib.import_module(f"dmplay.problems.{stem_of(base)}")
+        plain = _of_module(module, base, variant.lower())
+        name = f"{base}:{variant.lower()}" if variant else base
+    elif not trusted:
+        raise UnknownName("built-in problem", name, problem_names())
+    elif _outside(name):
+        plain = _instance(_attribute(name), name)
+    else:
+        installed = {point.name: point for point in entry_points(group=GROUP)}
+        if base not in installed:
+            raise UnknownName("problem", base, [*problem_names(), *installed])
+        plain = _of_module(importlib.import_module(installed[base].module), base, variant)
+    problem = configured(plain, parameters)
+    changed = {
+        one.name: getattr(problem, one.name)
+        for one in fields(problem)
+        if getattr(problem, one.name) != getattr(plain, one.name)
+    }
+    return Loaded(name, problem, changed)
+
+
+def variants(name: str) -> dict[str, Problem]:
+    """The named variants of a built-in problem, the standard one first as ''."""
+    module = importlib.import_module(f"dmplay.problems.{stem_of(name)}")
+    return {"": _problem_class(module)(), **getattr(module, "VARIANTS", {})}
+
+
+def configured(problem: Problem, parameters: Mapping[str, object]) -> Problem:
+    """The problem with these parameters, text or values, each of the type of its default."""
+    known = {one.name: one for one in fields(problem)}
+    values = {}
+    for key, value in parameters.items():
+        plain = key.replace("-", "_")
+        if plain not in known:
+            raise UnknownName("parameter", key, known)
+        values[plain] = _typed(plain, value, getattr(problem, plain))
+    return replace(problem, **values)  # type: ignore[arg-type] # typed by _typed
+
+
+def stem(problem: Problem) -> str:
+    """The module stem of a problem's view and policies; '' where it is not built in."""
+    package, _, last = type(problem).__module__.rpartition(".")
+    return last if package == "dmplay.problems" else ""
+
+
+def docs(problem: Problem) -> str:
+    """The docstring of the problem's module: what it is, its source, its decisions."""
+    return inspect.getdoc(inspect.getmodule(type(problem))) or inspect.getdoc(problem) or ""
+
+
+def agents(problem: Problem) -> dict[str, MakePolicy]:
+    """The built-in agents that fit a problem, by name."""
+    found: dict[str, MakePolicy] = {}
+    own = _policies(problem)
+    if own:
+        found |= own.POLICIES
+    found |= importlib.import_module("dmplay.policies.general").POLICIES
+    return found
+
+
+def agent(problem: Problem, seat: int, name: str) -> Policy:
+    """The agent of this name for a seat, `NAME` or `NAME:PARAMETER=VALUE,...`."""
+    if _outside(name):
+        made = _attribute(name)(problem, seat)
+        missing = [part for part in ("begin", "update", "choose") if not hasattr(made, part)]
+        if missing:
+            raise BadPolicy(f"{name}: not a policy, it lacks {', '.join(missing)}")
+        return made  # type: ignore[no-any-return]
+    base, _, given = name.partition(":")
+    known = agents(problem)
+    if base not in known:
+        raise UnknownName("agent", base, ["human", *known, "script", "replay"])
+    make = known[base]
+    settings = _settings(make, given, base)
+    return make(problem, seat, **settings)
+
+
+def hint(problem: Problem, seat: int) -> str | None:
+    """The agent whose values and choices serve as hints, if there is one."""
+    return _named(problem, seat, "HINT")
+
+
+def partner(problem: Problem, seat: int) -> str:
+    """The agent that sits where nobody was named, beside a person."""
+    return _named(problem, seat, "PARTNER") or "random"
+
+
+def _named(problem: Problem, seat: int, constant: str) -> str | None:
+    module = _policies(problem)
+    named = getattr(module, constant, None)
+    found = named(problem, seat) if callable(named) else named
+    return None if found is None else str(found)
+
+
+def _policies(problem: Problem) -> ModuleType | None:
+    own = stem(problem)
+    if not own or importlib.util.find_spec(f"dmplay.policies.{own}") is None:
+        return None
+    return importlib.import_module(f"dmplay.policies.{own}")
+
+
+def _settings(make: MakePolicy, given: str, name: str) -> dict[str, object]:
+    """The parameters `a=1,b=2` of an agent, typed after the defaults of its fields."""
+    known = {one.name: one for one in _fields(make) if one.name not in ("problem", "seat")}
+    settings = {}
+    for pair in filter(None, given.split(",")):
+        key, equals, value = pair.partition("=")
+        plain = key.strip().replace("-", "_")
+        if plain not in known:
+            raise UnknownName("parameter", key, known, where=f"agent {name}")
+        if not equals:
+            raise BadParameter(f"agent {name}: got {pair!r}, expected {plain}=VALUE")
+        settings[plain] = _typed(plain, value.strip(), known[plain].default)
+    return settings
+
+
+def _fields(make: MakePolicy) -> tuple[Field[Any], ...]:
+    return fields(make) if hasattr(make, "__dataclass_fields__") else ()  # type: ignore[arg-type]
+
+
+def _typed(name: str, value: object, default: object) -> object:
+    """A parameter's value from text or JSON, of the type of its default."""
+    parsed = value
+    if isinstance(value, str) and not isinstance(default, str):
+        try:
+            parsed = json.loads(value, parse_constant=lambda word: word)
+        except (ValueError, RecursionError):
+            parsed = value
+    if isinstance(default, bool):
+        good = isinstance(parsed, bool)
+    elif isinstance(default, float):
+        good = isinstance(parsed, float | int) and not isinstance(parsed, bool)
+        parsed = float(parsed) if good else parsed  # type: ignore[arg-type]
+    elif isinstance(default, tuple):
+        good = isinstance(parsed, list | tuple)
+    else:
+        good = type(parsed) is type(default)
+    if not good:
+        wanted = {float: "a number", int: "a whole number", bool: "true or false", tuple: "a list"}
+        kind = wanted.get(type(default), "text")
+        raise BadParameter(f"{name}: got {value!r}, expected {kind}, such as {default!r}")
+    return parsed
+
+
+def _outside(name: str) -> bool:
+    """Whether a name points into a file or a module by path."""
+    base, colon, _ = name.partition(":")
+    return bool(colon) and (base.endswith(".py") or "/" in base or "." in base)
+
+
+def _attribute(name: str) -> Any:
+    place, _, attribute = name.partition(":")
+    if place.endswith(".py"):
+        file = Path(place)
+        if not file.is_file():
+            raise BadParameter(f"no such file: {place}")
+        spec = importlib.util.spec_from_file_location(file.stem, file)
+        if spec is None or spec.loader is None:
+            raise BadParameter(f"cannot load {place}")
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+    else:
+        try:
+            module = importlib.import_module(place)
+        except ModuleNotFoundError as error:
+            raise BadParameter(f"no module {error.name!r} for {name!r}") from None
+    if not hasattr(module, attribute):
+        public = [one for one in vars(module) if not one.startswith("_")]
+        raise UnknownName("attribute", attribute, public, where=place)
+    return getattr(module, attribute)
+
+
+def _instance(found: object, name: str) -> Problem:
+    made = found() if isinstance(found, type) else found
+    if not isinstance(made, Problem):
+        raise BadParameter(f"{name}: got {type(made).__name__}, expected a dmplay Problem")
+    return made
+
+
+def _of_module(module: ModuleType, name: str, variant: str) -> Problem:
+    if not variant or variant == "standard":
+        return _problem_class(module)()
+    named: dict[str, Problem] = getattr(module, "VARIANTS", {})
+    if variant not in named:
+        raise UnknownName("variant", variant, ["standard", *named], where=name)
+    return named[variant]
+
+
+def _problem_class(module: ModuleType) -> type[Problem]:
+    for value in vars(module).values():
+        if not isinstance(value, type) or value.__module__ != module.__name__:
+            continue
+        if issubclass(value, Problem) and not inspect.isabstract(value):
+            return value
+    raise BadParameter(f"{module.__name__} offers no Problem")

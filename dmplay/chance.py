@@ -1,0 +1,96 @@
+"""What nature draws: distributions that turn recorded uniforms into events, a batch at a time."""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[Any]
+Reals = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Categorical:
+    """One of K outcomes; a row's event is the number of cumulative probabilities <= u."""
+
+    cumulative: Reals  # [B or 1, K - 1], rising
+    draws: ClassVar[int] = 1
+
+    @classmethod
+    def of(cls, probabilities: Reals) -> "Categorical":
+        """The distribution with these probabilities, `[B or 1, K]`, rows of sum 1."""
+        return cls(np.cumsum(probabilities, axis=1)[:, :-1])
+
+    def sample(self, u: Reals) -> Ints:
+        """Events `[B]` from uniforms `[B, 1]`."""
+        events = np.zeros(len(u), np.int64)
+        for column in self.cumulative.T:
+            events += column <= u[:, 0]
+        return events
+
+    def probabilities(self) -> Reals:
+        """`[B or 1, K]`."""
+        edge = np.zeros((len(self.cumulative), 1))
+        return np.diff(np.hstack([edge, self.cumulative, edge + 1.0]), axis=1)
+
+
+@dataclass(frozen=True)
+class Pick:
+    """One of 0 .. n-1, each as likely; a row's event is floor(u * n)."""
+
+    n: Ints  # [B], at least 1
+    most: int
+    draws: ClassVar[int] = 1
+
+    def sample(self, u: Reals) -> Ints:
+        """Events `[B]` from uniforms `[B, 1]`."""
+        return (u[:, 0] * self.n).astype(np.int64)
+
+    def probabilities(self) -> Reals:
+        """`[B, most]`."""
+        possible = np.arange(self.most) < self.n[:, None]
+        return np.asarray(possible / self.n[:, None])
+
+
+@dataclass(frozen=True)
+class Span:
+    """A real number uniform between two bounds."""
+
+    low: Reals  # [B]
+    high: Reals  # [B]
+    draws: ClassVar[int] = 1
+
+    def sample(self, u: Reals) -> Reals:
+        """Events `[B]` from uniforms `[B, 1]`."""
+        return self.low + (self.high - self.low) * u[:, 0]
+
+
+@dataclass(frozen=True)
+class Normal:
+    """A Gaussian number, by Box and Muller's transform of two uniforms."""
+
+    mean: Reals  # [B]
+    deviation: Reals  # [B]
+    draws: ClassVar[int] = 2
+
+    def sample(self, u: Reals) -> Reals:
+        """Events `[B]` from uniforms `[B, 2]`."""
+        radius = np.sqrt(-2.0 * np.log1p(-u[:, 0]))
+        return np.asarray(self.mean + self.deviation * (radius * np.cos(2.0 * np.pi * u[:, 1])))
+
+
+Finite = Categorical | Pick
+Chance = Categorical | Pick | Span | Normal
+
+
+def sample(chances: tuple[Chance, ...], u: Reals) -> tuple[Array, ...]:
+    """One event of each chance, from uniforms `[B, draws]` consumed left to right."""
+    events = []
+    at = 0
+    for chance in chances:
+        events.append(chance.sample(u[:, at : at + chance.draws]))
+        at += chance.draws
+    return tuple(events)

@@ -1,0 +1,305 @@
+"""The problem, the outcome of a turn, and the policy: what everything else is written against."""
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+from itertools import product
+from typing import NamedTuple, Protocol, TypeVar
+
+import numpy as np
+
+from dmplay.chance import Array, Bools, Categorical, Chance, Finite, Ints, Pick, Reals, sample
+from dmplay.errors import BadParameter, UnknownName
+
+T = TypeVar("T")
+Memory = tuple[Array, ...]
+
+
+class Labels(tuple[str, ...]):
+    """A finite set of names; the index is the value."""
+
+    __slots__ = ()
+
+
+class Interval(NamedTuple):
+    """A continuous action set, bounds included."""
+
+    low: float
+    high: float
+
+
+class Continuous(NamedTuple):
+    """A state space that is part of R^dimensions."""
+
+    dimensions: int
+
+
+class Draws(NamedTuple):
+    """How many uniforms one row of the opening, and one row of a turn, consumes."""
+
+    start: int
+    step: int
+
+
+class Outcome(NamedTuple):
+    """What one joint action brings about, for B rows and n agents."""
+
+    state: Array  # [B, ...]
+    rewards: Reals  # [B, n]
+    observations: Array  # [B, n]; the next state itself where agents see everything
+
+
+class Percept(NamedTuple):
+    """What one turn teaches one seat, for B rows."""
+
+    action: Array  # [B], its own
+    observation: Array  # [B] or, where agents see everything, the next state [B, ...]
+    actions: Array | None  # [B, n], the joint action where it is public
+    reward: Reals | None  # [B], its own where it is observable
+
+
+class Policy(Protocol):
+    """How one seat of a problem acts; batch-first, so that it plays one game or many at once."""
+
+    @property
+    def draws(self) -> int:
+        """How many uniforms one row of one choice consumes."""
+
+    def begin(self, observation: Array) -> Memory:
+        """The memory before the first turn: arrays, first axis the row.
+
+        The observation is the start state where agents see everything, else -1 in every row.
+        """
+
+    def update(self, memory: Memory, percept: Percept) -> Memory:
+        """The memory after a turn."""
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """An action for each row `[B]`; `legal` `[B, A]`, `u` `[B, draws]`."""
+
+    def values(self, memory: Memory) -> Reals | None:
+        """The value of each action `[B, A]`, where the policy knows it."""
+
+
+def parameter(
+    default: T, meaning: str, low: float = -math.inf, high: float = math.inf, above: bool = False
+) -> T:
+    """A dataclass field with its meaning and, for numbers, its bounds (`above`: low excluded)."""
+    facts = {"meaning": meaning, "low": low, "high": high, "above": above}
+    return field(default=default, metadata=facts)
+
+
+@dataclass(frozen=True)
+class Problem(ABC):
+    """A decision problem: n agents, one Markov state; arrays are batch-first and C-ordered.
+
+    A fact that never varies is a plain class attribute; one that depends on the parameters is a
+    property. The dynamics are `chance` and `move`; everything else is derived from these two.
+    """
+
+    discount: float = parameter(1.0, "factor on the rewards of each later turn", 0.0, 1.0)
+
+    @property
+    def agents(self) -> tuple[str, ...]:
+        """The names of the agents, in seat order."""
+        return ("agent",)
+
+    @property
+    @abstractmethod
+    def actions(self) -> tuple[Labels | Interval, ...]:
+        """The action set of each agent."""
+
+    @property
+    def observations(self) -> tuple[Labels, ...] | None:
+        """The observation set of each agent; None where every agent sees the state."""
+        return None
+
+    @property
+    def states(self) -> int | float | Continuous:
+        """How many states: a count, `math.inf`, or a part of R^dimensions; 1 for simple games."""
+        return 1
+
+    @property
+    def horizon(self) -> int | None:
+        """The default number of turns: one of play, the dynamics have none."""
+        return None
+
+    @property
+    def shared_reward(self) -> bool:
+        """Whether all agents always receive the same reward."""
+        return False
+
+    @property
+    def rewards_observed(self) -> bool:
+        """Whether a seat may see its reward each turn; a hidden state it would betray."""
+        return self.observations is None
+
+    @property
+    def aliases(self) -> Mapping[str, str]:
+        """Other names of actions."""
+        return {}
+
+    def __post_init__(self) -> None:
+        """Refuses parameters out of bounds."""
+        for one in fields(self):
+            value = getattr(self, one.name)
+            if not isinstance(value, float | int) or not one.metadata:
+                continue
+            low, high = one.metadata["low"], one.metadata["high"]
+            if not (low <= value <= high) or (one.metadata["above"] and value == low):
+                bound = "above" if one.metadata["above"] else "at least"
+                span = f"{bound} {low:g}" + (f" and at most {high:g}" if high < math.inf else "")
+                raise BadParameter(f"{one.name}: got {value:g}, expected a number {span}")
+
+    @abstractmethod
+    def opening(self, rows: int) -> tuple[Chance, ...]:
+        """What nature draws before the game."""
+
+    @abstractmethod
+    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
+        """The start states `[rows, ...]` that these draws mean."""
+
+    @abstractmethod
+    def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
+        """What nature draws in this turn: independent chances, () if deterministic."""
+
+    @abstractmethod
+    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+        """What happens when the draws come out so."""
+
+    @abstractmethod
+    def notation(self, s: Array) -> str:
+        """One state, without the batch axis, as one line of text that loses nothing."""
+
+    @abstractmethod
+    def parse(self, text: str) -> Array:
+        """The state that `notation` wrote."""
+
+    def terminal(self, s: Array) -> Bools:
+        """Which rows are over; a terminal state absorbs and pays nothing."""
+        return np.zeros(len(s), bool)
+
+    def legal(self, s: Array) -> Bools | None:
+        """Which actions `[B, n, A]` the state allows; None for all."""
+        return None
+
+    def enumerated(self) -> Array:
+        """Every state of a finite problem `[S, ...]`, in the order of their indices."""
+        if not isinstance(self.states, int):
+            raise BadParameter(f"{type(self).__name__} has no finite list of states")
+        return np.arange(self.states)
+
+    def index(self, s: Array) -> Ints:
+        """The place `[B]` of each state in `enumerated`."""
+        return s
+
+    @cached_property
+    def draws(self) -> Draws:
+        """How many uniforms one row of the opening and of a turn consumes."""
+        opening = self.opening(1)
+        start = sum(chance.draws for chance in opening)
+        s = self.place(1, sample(opening, np.zeros((1, start))))
+        a = np.array([[one.low if isinstance(one, Interval) else 0 for one in self.actions]])
+        return Draws(start, sum(chance.draws for chance in self.chance(s, a)))
+
+    def start(self, u: Reals) -> Array:
+        """Start states `[B, ...]` from uniforms `[B, draws.start]`."""
+        return self.place(len(u), sample(self.opening(len(u)), u))
+
+    def step(self, s: Array, a: Array, u: Reals) -> Outcome:
+        """One turn of B rows: states, joint actions `[B, n]`, uniforms `[B, draws.step]`."""
+        return self.move(s, a, sample(self.chance(s, a), u))
+
+    @property
+    def kind(self) -> str:
+        """The field's name for this class of problem, derived from its facts."""
+        if self.states == 1:
+            return "simple game"
+        if len(self.agents) == 1:
+            return "MDP" if self.observations is None else "POMDP"
+        if self.observations is None:
+            return "Markov game"
+        return "Dec-POMDP" if self.shared_reward else "POMG"
+
+    def seat(self, name: str) -> int:
+        """The index of the agent of this name."""
+        if name not in self.agents:
+            raise UnknownName("seat", name, self.agents)
+        return int(self.agents.index(name))
+
+    def action(self, seat: int, text: str) -> float:
+        """The action that a person's text names: an index, or a number of the interval."""
+        known = self.actions[seat]
+        if isinstance(known, Interval):
+            return _number(text, known)
+        word = text.strip().lower().replace("_", "-")
+        word = self.aliases.get(word, word)
+        if word not in known:
+            raise UnknownName("action", text.strip(), known)
+        return int(known.index(word))
+
+    def action_name(self, seat: int, action: float) -> str:
+        """The label of an action, or its number."""
+        known = self.actions[seat]
+        return f"{action:.9g}" if isinstance(known, Interval) else str(known[int(action)])
+
+
+def _number(text: str, interval: Interval) -> float:
+    try:
+        value = round(float(text), 9)
+    except ValueError:
+        value = math.nan
+    if not interval.low <= value <= interval.high:
+        raise BadParameter(
+            f"action: got {text.strip()!r}, expected a number from {interval.low:g} to "
+            f"{interval.high:g}"
+        )
+    return value + 0.0
+
+
+class Exact(NamedTuple):
+    """Every outcome of a turn with its probability, for B rows and K joint events."""
+
+    probabilities: Reals  # [B, K]
+    outcome: Outcome  # arrays [B, K, ...]
+
+
+def exact(problem: Problem, s: Array, a: Array) -> Exact:
+    """Every outcome of the joint actions `a` `[B, n]` in the states `s`, by enumeration."""
+    chances = _finite(problem, problem.chance(s, a))
+    rows = len(s)
+    probabilities, events = _joint(chances, rows)
+    many = probabilities.shape[1]
+    outcome = problem.move(np.repeat(s, many, axis=0), np.repeat(a, many, axis=0), events)
+    shaped = [part.reshape(rows, many, *part.shape[1:]) for part in outcome]
+    return Exact(probabilities, Outcome(*shaped))
+
+
+def exact_start(problem: Problem) -> tuple[Reals, Array]:
+    """Every start state `[K, ...]` with its probability `[K]`; a state may come up twice."""
+    probabilities, events = _joint(_finite(problem, problem.opening(1)), 1)
+    return probabilities[0], problem.place(probabilities.shape[1], events)
+
+
+def _finite(problem: Problem, chances: tuple[Chance, ...]) -> tuple[Finite, ...]:
+    finite = tuple(chance for chance in chances if isinstance(chance, Categorical | Pick))
+    if len(finite) < len(chances):
+        name = type(problem).__name__
+        raise BadParameter(f"{name} draws real numbers: its outcomes cannot be listed")
+    return finite
+
+
+def _joint(chances: tuple[Finite, ...], rows: int) -> tuple[Reals, tuple[Array, ...]]:
+    """Probabilities `[B, K]` of all joint events, and these events, each `[B * K]`."""
+    each = [np.broadcast_to(p, (rows, p.shape[1])) for p in (c.probabilities() for c in chances)]
+    combined = list(product(*(range(p.shape[1]) for p in each)))
+    probabilities = np.ones((rows, len(combined)))
+    events = []
+    for chance, p in enumerate(each):
+        chosen = np.array([joint[chance] for joint in combined])
+        probabilities = probabilities * p[:, chosen]
+        # An event that cannot happen here is replaced by the first: its weight is 0 anyhow.
+        events.append(np.where(p[:, chosen] > 0, chosen, 0).reshape(-1))
+    return probabilities, tuple(events)

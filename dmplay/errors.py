@@ -1,0 +1,64 @@
+"""The errors that dmplay raises, each also the builtin that a caller would expect.
+
+DmplayError
+|-- UnknownName (LookupError)            no such problem, variant, agent, action ...
+|-- BadParameter (ValueError)            a value that a parameter or option cannot take
+|-- IllegalAction (ValueError)           an action that the state does not allow
+|-- ImpossibleObservation (ValueError)   an observation of probability 0: there is no posterior
+|-- EpisodeOver (RuntimeError)           a turn after the end
+|-- BadPolicy (RuntimeError)             a policy that does not keep its contract
+|-- BadTranscript (ValueError)           a file that is not a transcript: line and column
+`-- TranscriptMismatch (AssertionError)  a transcript whose replay differs
+"""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+MOST_NAMES = 16  # in one message
+
+
+class DmplayError(Exception):
+    """Any error that dmplay raises on purpose; its text is one line for people."""
+
+
+class UnknownName(DmplayError, LookupError):
+    """A name that is not among those that exist."""
+
+    def __init__(self, what: str, name: str, names: Iterable[str], where: str = "") -> None:
+        known = list(names)
+        close = get_close_matches(name.lower(), known, n=3, cutoff=0.5)
+        shown = known if len(known) <= MOST_NAMES else [*known[: MOST_NAMES - 2], "...", known[-1]]
+        hint = f"did you mean {' or '.join(close)}?" if close else f"expected one of {_list(shown)}"
+        super().__init__(f"{where}{': ' if where else ''}unknown {what} {name!r}; {hint}")
+
+
+class BadParameter(DmplayError, ValueError):
+    """A value that a parameter or an option cannot take."""
+
+
+class IllegalAction(DmplayError, ValueError):
+    """An action that the state does not allow."""
+
+
+class ImpossibleObservation(DmplayError, ValueError):
+    """An observation of probability 0 under the belief: there is no posterior."""
+
+
+class EpisodeOver(DmplayError, RuntimeError):
+    """A turn after the end of the episode."""
+
+
+class BadPolicy(DmplayError, RuntimeError):
+    """A policy that does not keep its contract, or cannot play this problem."""
+
+
+class BadTranscript(DmplayError, ValueError):
+    """A file that is not a transcript, with the line and column of the first fault."""
+
+
+class TranscriptMismatch(DmplayError, AssertionError):
+    """A transcript whose replay differs from what it records."""
+
+
+def _list(names: list[str]) -> str:
+    return ", ".join(names) if names else "none"

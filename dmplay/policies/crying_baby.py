@@ -1,0 +1,26 @@
+"""Policies for the crying baby."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dmplay.chance import Array, Bools, Reals
+from dmplay.core import Labels, Memory
+from dmplay.policies._kinds import Reactive
+
+
+@dataclass(frozen=True)
+class FeedWhenCrying(Reactive):
+    """Feeds a baby that cries, ignores one that is quiet."""
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """By the last observation; before the first, the baby is taken to be quiet."""
+        labels = self.problem.actions[self.seat]
+        seen = (self.problem.observations or ())[self.seat]
+        assert isinstance(labels, Labels)
+        crying = memory[0] == seen.index("crying")
+        return np.where(crying, labels.index("feed"), labels.index("ignore"))
+
+
+POLICIES = {"feed-when-crying": FeedWhenCrying}
+HINT = "feed-when-crying"

@@ -1,0 +1,46 @@
+"""Games of two agents with one state and a payoff table, played in rounds."""
+
+from abc import abstractmethod
+from dataclasses import dataclass
+
+import numpy as np
+
+from dmplay.chance import Array, Chance, Reals
+from dmplay.core import Outcome, Problem
+
+
+@dataclass(frozen=True)
+class MatrixGame(Problem):
+    """A simple game: both choose at once, the table pays, and the next round is the same."""
+
+    agents = ("agent1", "agent2")
+    horizon = 10
+
+    @property
+    @abstractmethod
+    def payoffs(self) -> Reals:
+        """The rewards `[A1, A2, 2]`, agent 1's actions as rows."""
+
+    def opening(self, rows: int) -> tuple[Chance, ...]:
+        """Nothing."""
+        return ()
+
+    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
+        """The one state."""
+        return np.zeros(rows, np.int64)
+
+    def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
+        """Nothing."""
+        return ()
+
+    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+        """What the table pays."""
+        return Outcome(s, self.payoffs[a[:, 0], a[:, 1]], s)
+
+    def notation(self, s: Array) -> str:
+        """`-`: there is nothing to say."""
+        return "-"
+
+    def parse(self, text: str) -> Array:
+        """The one state."""
+        return np.array(0)

@@ -1,0 +1,98 @@
+"""Many games at once: a problem and its policies, to returns."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay.chance import Array, Bools, Ints, Reals
+from dmplay.core import Memory, Outcome, Percept, Policy, Problem
+from dmplay.dice import NATURE, uniforms
+from dmplay.errors import BadPolicy
+
+MOST_TURNS = 10_000  # where nothing else ends a game
+
+
+class Rollout(NamedTuple):
+    """What came of E games of n agents."""
+
+    returns: Reals  # [E, n], discounted sums of rewards
+    totals: Reals  # [E, n], plain sums
+    turns: Ints  # [E]
+    over: Bools  # [E], in a terminal state
+    state: Array  # [E, ...], the last
+
+
+def rollout(  # noqa: PLR0913 - each is the caller's to choose
+    problem: Problem,
+    policies: Sequence[Policy],
+    *,
+    episodes: int,
+    turns: int | None = None,
+    seed: int = 0,
+    first: int = 0,
+) -> Rollout:
+    """Plays episodes `first` .. `first + episodes - 1` of a seed, one policy to a seat.
+
+    Row r is the game that a session plays with `Dice(seed, first + r)`. All rows draw every turn,
+    finished or not, so that two policies meet the same luck.
+    """
+    if len(policies) != len(problem.agents):
+        raise BadPolicy(f"got {len(policies)} policies, expected one for each of {problem.agents}")
+    limit = turns if turns is not None else problem.horizon
+    limit = MOST_TURNS if limit is None else limit
+
+    def draw(stream: int, turn: int, count: int) -> Reals:
+        return uniforms(seed, stream, turn, first=first, rows=episodes, count=count)
+
+    state = problem.start(draw(NATURE, 0, problem.draws.start))
+    final = state.copy()
+    returns, totals = (np.zeros((episodes, len(policies))) for _ in range(2))
+    length = np.zeros(episodes, np.int64)
+    weight = 1.0
+    row = np.arange(episodes)  # the games that go on
+    seen = state if problem.observations is None else np.full(episodes, -1)
+    memories = [policy.begin(seen) for policy in policies]
+    for turn in range(1, limit + 1):
+        going = ~problem.terminal(state)
+        if not going.all():
+            row, state = row[going], state[going]
+            memories = [_rows(memory, going) for memory in memories]
+        if not len(row):
+            break
+        legal = problem.legal(state)
+        chosen = [
+            policy.choose(
+                memory,
+                None if legal is None else legal[:, seat],
+                draw(1 + seat, turn, policy.draws)[row],
+            )
+            for seat, (policy, memory) in enumerate(zip(policies, memories, strict=True))
+        ]
+        actions = np.stack(chosen, axis=1)
+        outcome = problem.step(state, actions, draw(NATURE, turn, problem.draws.step)[row])
+        state = outcome.state
+        memories = [
+            policy.update(memory, _percept(problem, seat, actions, outcome))
+            for seat, (policy, memory) in enumerate(zip(policies, memories, strict=True))
+        ]
+        final[row] = state
+        returns[row] += weight * outcome.rewards
+        totals[row] += outcome.rewards
+        length[row] = turn
+        weight *= problem.discount
+    return Rollout(returns, totals, length, problem.terminal(final), final)
+
+
+def _rows(memory: Memory, going: Bools) -> Memory:
+    return tuple(part[going] for part in memory)
+
+
+def _percept(problem: Problem, seat: int, actions: Array, outcome: Outcome) -> Percept:
+    public = problem.observations is None
+    return Percept(
+        actions[:, seat],
+        outcome.observations if public else outcome.observations[:, seat],
+        actions if public else None,
+        outcome.rewards[:, seat] if problem.rewards_observed else None,
+    )

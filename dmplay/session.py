@@ -1,0 +1,309 @@
+"""One game as a state machine, without input or output: what was done, drawn, seen and paid."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from dmplay import belief as beliefs
+from dmplay.chance import Array, Bools, Reals
+from dmplay.core import Continuous, Interval, Memory, Percept, Policy, Problem
+from dmplay.dice import NATURE
+from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
+
+DECIMALS = 9  # of a real-valued action, so that its text is the number
+LARGEST_BELIEF = 64  # states; a longer belief is no use to a reader
+
+
+class Source(Protocol):
+    """Where the draws of a game come from: `dice.Dice`, or a script in a test."""
+
+    def draw(self, stream: int, turn: int, reroll: int, count: int) -> Reals:
+        """Uniforms `[1, count]`."""
+
+
+class Turn(NamedTuple):
+    """One finished turn, without the batch axis."""
+
+    actions: Array  # [n]
+    draws: Reals  # [d]
+    state: Array  # [...]
+    observations: Array  # [n], or the state
+    rewards: Reals  # [n]
+
+
+@dataclass(frozen=True)
+class View:
+    """All that a seat may know, and nothing else."""
+
+    problem: Problem
+    seat: int
+    observations: tuple[Array, ...]  # one more than turns; the first is -1 where states are hidden
+    actions: tuple[float, ...]  # its own
+    joint: tuple[Array, ...] | None  # everybody's `[n]`, where every agent sees the state
+    rewards: tuple[float, ...] | None  # its own, where observable
+    legal: Bools | None  # [A]; None for all
+    beliefs: tuple[Reals, ...] | None  # [S] each, where states are hidden and few enough
+    ending: str | None
+    limit: int | None
+
+    @property
+    def turn(self) -> int:
+        """How many turns were played."""
+        return len(self.actions)
+
+    @property
+    def observation(self) -> Array:
+        """The latest observation, or the state where every agent sees it."""
+        return self.observations[-1]
+
+
+class Session:
+    """One game; a seat without a policy is played from outside, through `advance`."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        source: Source,
+        policies: Sequence[Policy | None] = (),
+        *,
+        limit: int | None = None,
+        opening: Reals | None = None,
+    ) -> None:
+        self.problem = problem
+        self.source = source
+        self.limit = problem.horizon if limit is None else limit
+        count = problem.draws.start
+        self.opening = source.draw(NATURE, 0, 0, count)[0] if opening is None else opening
+        self.first = problem.start(self.opening[None])[0]
+        self.turns: list[Turn] = []
+        self.rerolls: dict[int, int] = {}  # turn -> how often its dice were thrown anew
+        self._ended: str | None = None
+        self._beliefs: list[Reals] = []  # [n, S] before each turn and after the last
+        self.followers = [
+            None if policy is None else Follower(self, seat, policy)
+            for seat, policy in enumerate(policies or [None] * len(problem.agents))
+        ]
+
+    @property
+    def state(self) -> Array:
+        """The present state, without the batch axis."""
+        return self.turns[-1].state if self.turns else self.first
+
+    @property
+    def ending(self) -> str | None:
+        """Why the game is over: terminal, horizon, turn limit, or what `end` was told; or None."""
+        if self._ended:
+            return self._ended
+        if self.problem.terminal(self.state[None])[0]:
+            return "terminal"
+        if self.limit is not None and len(self.turns) >= self.limit:
+            return "horizon" if self.limit == self.problem.horizon else "turn limit"
+        return None
+
+    @property
+    def over(self) -> bool:
+        """Whether no more turns can be played."""
+        return self.ending is not None
+
+    def end(self, reason: str) -> None:
+        """Ends the game here, unless it is over already."""
+        if not self.over:
+            self._ended = reason
+
+    def legal(self, seat: int) -> Bools | None:
+        """The actions `[A]` open to a seat; None for all."""
+        legal = self.problem.legal(self.state[None])
+        return None if legal is None else legal[0, seat]
+
+    def choices(self) -> list[float | None]:
+        """What each policy does now; None for a seat played from outside."""
+        return [None if follower is None else follower.choose() for follower in self.followers]
+
+    def advance(self, actions: Sequence[float | None] = (), draws: Reals | None = None) -> Turn:
+        """Plays one turn: the given actions, and those of the policies for the rest.
+
+        Raises IllegalAction, and changes nothing, where the state does not allow an action.
+        """
+        where = f"turn {len(self.turns) + 1}"
+        if self.over:
+            raise EpisodeOver(f"{where}: the game is over ({self.ending})")
+        given = list(actions) or [None] * len(self.problem.agents)
+        asked = [
+            follower.choose() if action is None and follower else action
+            for action, follower in zip(given, self.followers, strict=True)
+        ]
+        joint = np.array([self._checked(seat, action, where) for seat, action in enumerate(asked)])
+        number = len(self.turns) + 1
+        if draws is None:
+            reroll = self.rerolls.get(number, 0)
+            draws = self.source.draw(NATURE, number, reroll, self.problem.draws.step)[0]
+        outcome = self.problem.step(self.state[None], joint[None], draws[None])
+        turn = Turn(
+            joint, draws, outcome.state[0], outcome.observations[0], outcome.rewards[0] + 0.0
+        )
+        self.turns.append(turn)
+        return turn
+
+    def _checked(self, seat: int, action: float | None, where: str) -> float:
+        problem = self.problem
+        where = f"{where}, {problem.agents[seat]}"
+        known = problem.actions[seat]
+        if action is None:
+            raise IllegalAction(f"{where}: no action given")
+        if isinstance(known, Interval):
+            if not known.low <= action <= known.high:
+                span = f"from {known.low:g} to {known.high:g}"
+                raise IllegalAction(f"{where}: got {action:g}, expected a number {span}")
+            return round(float(action), DECIMALS) + 0.0
+        if action not in range(len(known)):
+            raise IllegalAction(f"{where}: got action {action}, expected 0 to {len(known) - 1}")
+        legal = self.legal(seat)
+        if legal is not None and not legal[int(action)]:
+            names = ", ".join(np.array(known)[legal])
+            state = problem.notation(self.state)
+            raise IllegalAction(
+                f"{where}: {known[int(action)]} changes nothing in {state}; expected one of {names}"
+            )
+        return int(action)
+
+    def undo(self, turns: int = 1) -> list[Turn]:
+        """Takes back the last turns and returns them; the same action gives the same outcome."""
+        if not 1 <= turns <= len(self.turns):
+            raise IllegalAction(f"undo {turns}: {len(self.turns)} turns were played")
+        self._ended = None
+        taken = self.turns[-turns:]
+        del self.turns[-turns:]
+        del self._beliefs[len(self.turns) + 1 :]
+        for follower in self.followers:
+            if follower:
+                follower.forget()
+        return taken
+
+    def reroll(self, draws: Reals | None = None) -> Turn:
+        """Plays the last turn again, the same actions under other dice."""
+        actions = self.undo()[0].actions
+        number = len(self.turns) + 1
+        self.rerolls[number] = self.rerolls.get(number, 0) + 1
+        return self.advance(list(actions), draws)
+
+    def observation(self, seat: int, turn: int) -> Array:
+        """What a seat saw after a turn; before the first, the state or -1."""
+        hidden = self.problem.observations is not None
+        if turn == 0:
+            return np.array(-1) if hidden else self.first
+        seen = self.turns[turn - 1].observations
+        return seen[seat] if hidden else seen
+
+    def percept(self, seat: int, turn: int) -> Percept:
+        """What a turn (from 1) taught a seat, as a batch of one row."""
+        played = self.turns[turn - 1]
+        public = self.problem.observations is None
+        return Percept(
+            played.actions[seat : seat + 1],
+            self.observation(seat, turn)[None],
+            played.actions[None] if public else None,
+            played.rewards[seat : seat + 1] if self.problem.rewards_observed else None,
+        )
+
+    @property
+    def believes(self) -> bool:
+        """Whether seats have a belief to show: hidden states, finite and few."""
+        problem = self.problem
+        if problem.observations is None or isinstance(problem.states, Continuous):
+            return False
+        return problem.states <= LARGEST_BELIEF
+
+    def beliefs(self) -> list[Reals]:
+        """The belief of each seat `[n, S]` before the first turn and after each."""
+        if not self._beliefs:
+            self._beliefs.append(np.tile(beliefs.prior(self.problem), (len(self.followers), 1)))
+        for turn in self.turns[len(self._beliefs) - 1 :]:
+            rows = []
+            for seat, before in enumerate(self._beliefs[-1]):
+                actions: list[int | None] = [None] * len(self.followers)
+                seen = list(actions)
+                actions[seat], seen[seat] = int(turn.actions[seat]), int(turn.observations[seat])
+                rows.append(beliefs.update(self.problem, before, actions, seen).belief)
+            self._beliefs.append(np.array(rows))
+        return self._beliefs
+
+    def view(self, seat: int) -> View:
+        """What this seat may know."""
+        problem = self.problem
+        public = problem.observations is None
+        turns = self.turns
+        return View(
+            problem=problem,
+            seat=seat,
+            observations=tuple(self.observation(seat, t) for t in range(len(turns) + 1)),
+            actions=tuple(turn.actions[seat].item() for turn in turns),
+            joint=tuple(turn.actions for turn in turns) if public else None,
+            rewards=(
+                tuple(turn.rewards[seat].item() for turn in turns)
+                if problem.rewards_observed
+                else None
+            ),
+            legal=self.legal(seat),
+            beliefs=tuple(b[seat] for b in self.beliefs()) if self.believes else None,
+            ending=self.ending,
+            limit=self.limit,
+        )
+
+    def returns(self) -> Reals:
+        """The discounted sum of rewards of each agent `[n]`."""
+        total = np.zeros(len(self.problem.agents))
+        weight = 1.0
+        for turn in self.turns:
+            total = total + weight * turn.rewards
+            weight *= self.problem.discount
+        return total
+
+    def totals(self) -> Reals:
+        """The plain sum of rewards of each agent `[n]`."""
+        total = np.zeros(len(self.problem.agents))
+        for turn in self.turns:
+            total = total + turn.rewards
+        return total
+
+
+class Follower:
+    """A policy that follows one seat of a session: to play it, or only to advise."""
+
+    def __init__(self, session: Session, seat: int, policy: Policy) -> None:
+        self.session, self.seat, self.policy = session, seat, policy
+        self._memories: list[Memory] = []
+
+    def forget(self) -> None:
+        """Drops what turns taken back had taught."""
+        del self._memories[len(self.session.turns) + 1 :]
+
+    def memory(self) -> Memory:
+        """The policy's memory now, after every turn played."""
+        self.forget()
+        if not self._memories:
+            self._memories.append(self.policy.begin(self.session.observation(self.seat, 0)[None]))
+        for turn in range(len(self._memories), len(self.session.turns) + 1):
+            percept = self.session.percept(self.seat, turn)
+            self._memories.append(self.policy.update(self._memories[-1], percept))
+        return self._memories[-1]
+
+    def choose(self) -> float:
+        """The action the policy takes now."""
+        session = self.session
+        turn = len(session.turns) + 1
+        reroll = session.rerolls.get(turn, 0)
+        u = session.source.draw(1 + self.seat, turn, reroll, self.policy.draws)
+        legal = session.legal(self.seat)
+        chosen = self.policy.choose(self.memory(), None if legal is None else legal[None], u)
+        if np.shape(chosen) != (1,):
+            where = f"turn {turn}, {session.problem.agents[self.seat]}"
+            name = type(self.policy).__name__
+            raise BadPolicy(f"{where}: {name} chose {chosen!r}, expected an array of one action")
+        return float(chosen[0])
+
+    def values(self) -> Reals | None:
+        """The value of each action `[A]` now, where the policy knows it."""
+        values = self.policy.values(self.memory())
+        return None if values is None else values[0]

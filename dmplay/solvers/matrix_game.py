@@ -1,0 +1,131 @@
+"""Equilibria and responses of two-agent simple games, payoffs `[A1, A2, 2]` (chapter 24)."""
+
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay.chance import Reals
+from dmplay.solvers.value_iteration import SLACK, best
+
+
+class Profile(NamedTuple):
+    """One mixed strategy an agent."""
+
+    first: Reals  # [A1]
+    second: Reals  # [A2]
+
+
+def utilities(payoffs: Reals, profile: Profile) -> Reals:
+    """The expected reward `[2]` of each agent."""
+    return np.asarray(np.einsum("i,j,ijn->n", profile.first, profile.second, payoffs))
+
+
+def responses(payoffs: Reals, profile: Profile) -> tuple[Reals, Reals]:
+    """The expected reward of each action of each agent against the other's strategy."""
+    return payoffs[:, :, 0] @ profile.second, profile.first @ payoffs[:, :, 1]
+
+
+def regrets(payoffs: Reals, profile: Profile) -> Reals:
+    """What each agent `[2]` could gain by its best response."""
+    reached = np.array([values.max() for values in responses(payoffs, profile)])
+    return reached - utilities(payoffs, profile)
+
+
+def undominated(payoffs: Reals) -> tuple[list[int], list[int]]:
+    """The actions that survive iterated strict dominance by pure actions."""
+    rows, columns = list(range(payoffs.shape[0])), list(range(payoffs.shape[1]))
+    while True:
+        left = payoffs[np.ix_(rows, columns)]
+        keep_rows = _surviving(left[:, :, 0])
+        keep_columns = _surviving(left[:, :, 1].T)
+        if len(keep_rows) == len(rows) and len(keep_columns) == len(columns):
+            return rows, columns
+        rows = [rows[i] for i in keep_rows]
+        columns = [columns[j] for j in keep_columns]
+
+
+def _surviving(values: Reals) -> list[int]:
+    """The rows `[A, others]` that no other row beats everywhere."""
+    return [i for i, row in enumerate(values) if not (values > row + SLACK).all(axis=1).any()]
+
+
+def nash(payoffs: Reals) -> list[Profile]:
+    """Every Nash equilibrium of a nondegenerate game, by support enumeration.
+
+    Strictly dominated actions go first, which leaves the large games here small.
+    """
+    rows, columns = undominated(payoffs)
+    found = []
+    for size in range(1, min(len(rows), len(columns)) + 1):
+        for mine in combinations(rows, size):
+            for theirs in combinations(columns, size):
+                profile = _supported(payoffs, list(mine), list(theirs))
+                if profile and (regrets(payoffs, profile) <= SLACK).all():
+                    found.append(profile)
+    return found
+
+
+def _supported(payoffs: Reals, mine: list[int], theirs: list[int]) -> Profile | None:
+    """The profile on these supports that makes each agent indifferent, if there is one."""
+    block = payoffs[np.ix_(mine, theirs)]
+    second = _indifferent(block[:, :, 0])
+    first = _indifferent(block[:, :, 1].T)
+    if first is None or second is None:
+        return None
+    profile = Profile(np.zeros(payoffs.shape[0]), np.zeros(payoffs.shape[1]))
+    profile.first[mine], profile.second[theirs] = first, second
+    return profile
+
+
+def _indifferent(values: Reals) -> Reals | None:
+    """The mix of columns under which all rows `[k, k]` are worth the same; None if none is."""
+    size = len(values)
+    system = np.zeros((size + 1, size + 1))
+    system[:size, :size], system[:size, size], system[size, :size] = values, -1.0, 1.0
+    try:
+        mix = np.linalg.solve(system, np.eye(size + 1)[size])[:size]
+    except np.linalg.LinAlgError:
+        return None
+    return mix if (mix > -SLACK).all() else None
+
+
+def correlated_gains(payoffs: Reals, joint: Reals) -> Reals:
+    """What each agent `[2]` gains at best by swapping one recommendation of `joint` `[A1, A2]`.
+
+    Not divided by the recommendation's probability; both at most 0 (to rounding) make `joint` a
+    correlated equilibrium (equation 24.9).
+    """
+    own, other = payoffs[:, :, 0], payoffs[:, :, 1].T
+    first = np.einsum("ij,kj->ik", joint, own) - (joint * own).sum(axis=1)[:, None]
+    second = np.einsum("ij,kj->ik", joint.T, other) - (joint.T * other).sum(axis=1)[:, None]
+    return np.array([max(first.max(), 0.0), max(second.max(), 0.0)])
+
+
+def softmax_level(payoffs: Reals, precision: float, level: int) -> Profile:
+    """Hierarchical softmax: level 0 uniform, level k the softmax response to k - 1."""
+    profile = Profile(*(np.full(size, 1.0 / size) for size in payoffs.shape[:2]))
+    for _ in range(level):
+        profile = Profile(*(_softmax(precision * v) for v in responses(payoffs, profile)))
+    return profile
+
+
+def _softmax(values: Reals) -> Reals:
+    weights = np.exp(values - values.max())
+    return np.asarray(weights / weights.sum())
+
+
+def best_responses(payoffs: Reals, profile: Profile) -> tuple[list[int], list[int]]:
+    """All best responses of each agent to the other's strategy."""
+    first, second = (np.flatnonzero(best(v)).tolist() for v in responses(payoffs, profile))
+    return first, second
+
+
+def grim_threshold(payoffs: Reals, cooperate: int, punish: int) -> float:
+    """The least discount at which two grim triggers are in equilibrium (symmetric games).
+
+    R / (1 - g) >= T + g P / (1 - g) with reward R, best deviation T and punishment P.
+    """
+    own = payoffs[:, :, 0]
+    tempted = own[:, cooperate].max()
+    return float((tempted - own[cooperate, cooperate]) / (tempted - own[punish, punish]))

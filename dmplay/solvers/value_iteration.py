@@ -1,0 +1,45 @@
+"""Value iteration and policy evaluation for finite MDPs (sections 7.2 and 7.5)."""
+
+import numpy as np
+
+from dmplay.chance import Bools, Reals
+from dmplay.tabular import Tables
+
+SLACK = 1e-9  # values this close are equal: the last bits differ between processors
+
+
+def action_values(tables: Tables, discount: float, values: Reals) -> Reals:
+    """Q `[S, A]` of one step of agent 1 followed by U `[S]`."""
+    return np.asarray(tables.rewards[:, :, 0] + discount * (tables.transition @ values))
+
+
+def sweep(tables: Tables, discount: float, sweeps: int) -> Reals:
+    """U_k `[S]` after k synchronous sweeps from U_0 = 0: k rewards are summed."""
+    values = np.zeros(len(tables.transition))
+    for _ in range(sweeps):
+        values = action_values(tables, discount, values).max(axis=1)
+    return values
+
+
+def optimal(tables: Tables, discount: float) -> Reals:
+    """Q* `[S, A]`, by policy iteration: exact up to the linear solves."""
+    policy = best(action_values(tables, discount, np.zeros(len(tables.transition))))
+    while True:
+        values = evaluate(tables, discount, policy / policy.sum(axis=1, keepdims=True))
+        q = action_values(tables, discount, values)
+        better = q.max(axis=1) > values + SLACK
+        if not better.any():
+            return q
+        policy = np.where(better[:, None], best(q), policy)
+
+
+def evaluate(tables: Tables, discount: float, policy: Reals) -> Reals:
+    """U `[S]` of the stochastic policy `[S, A]`; `discount` below 1, or every state left."""
+    transition = np.einsum("sa,sat->st", policy, tables.transition)
+    rewards = (policy * tables.rewards[:, :, 0]).sum(axis=1)
+    return np.linalg.solve(np.eye(len(rewards)) - discount * transition, rewards)
+
+
+def best(q: Reals) -> Bools:
+    """Which actions `[..., A]` have the greatest value, ties included."""
+    return np.asarray(q >= q.max(axis=-1, keepdims=True) - SLACK)

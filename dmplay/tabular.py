@@ -1,0 +1,141 @@
+"""Problems given as arrays, and the arrays of any finite problem."""
+
+from abc import abstractmethod
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay.chance import Array, Categorical, Chance, Ints, Reals
+from dmplay.core import Outcome, Problem, exact
+
+
+class Tables(NamedTuple):
+    """A finite problem as arrays; A counts joint actions and O joint observations, row-major."""
+
+    transition: Reals  # [S, A, S']
+    rewards: Reals  # [S, A, n], expected
+    observation: Reals | None  # [A, S', O]; None where every agent sees the state
+
+
+@dataclass(frozen=True)
+class Tabular(Problem):
+    """A partially observed problem written as arrays; its one event is (next state, observation).
+
+    A subclass gives `tables`, `names` (of the states) and, unless it is uniform, `start_belief`.
+    """
+
+    @cached_property
+    @abstractmethod
+    def tables(self) -> Tables:
+        """The arrays T, R and O."""
+
+    @property
+    def states(self) -> int:
+        """As many as they have names."""
+        return len(self.names)
+
+    @property
+    @abstractmethod
+    def names(self) -> tuple[str, ...]:
+        """The names of the states."""
+
+    @property
+    def start_belief(self) -> Reals:
+        """The distribution of the start state `[S]`: uniform unless overridden."""
+        return np.full(self.states, 1.0 / self.states)
+
+    @cached_property
+    def _cumulative(self) -> Reals:
+        transition, _, observation = self.tables
+        assert observation is not None
+        joint = transition[:, :, :, None] * observation[None]
+        return np.cumsum(joint.reshape(-1, joint[0, 0].size), axis=1)[:, :-1]
+
+    @cached_property
+    def _expected(self) -> Reals:
+        return np.ascontiguousarray(self.tables.rewards.reshape(-1, len(self.agents)))
+
+    @cached_property
+    def _each(self) -> Ints:
+        """The observation of each agent in each joint event `[S * O, n]`."""
+        counts = [len(labels) for labels in self.observations or ()]
+        return np.array(list(product(*map(range, counts))) * self.states)
+
+    def _row(self, s: Array, a: Array) -> Ints:
+        row = s
+        for seat, labels in enumerate(self.actions):
+            row = row * len(labels) + a[:, seat]
+        return row
+
+    def opening(self, rows: int) -> tuple[Chance, ...]:
+        """The start state."""
+        return (Categorical(np.repeat(np.cumsum(self.start_belief)[None, :-1], rows, axis=0)),)
+
+    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
+        """The event is the state."""
+        return events[0]
+
+    def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
+        """The pair of next state and joint observation."""
+        return (Categorical(self._cumulative[self._row(s, a)]),)
+
+    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+        """Reads the pair apart; the reward is the expected one, R(s, a)."""
+        each = self._each[events[0]]
+        moved = events[0] // (len(self._each) // self.states)
+        return Outcome(moved, self._expected[self._row(s, a)], each)
+
+    def notation(self, s: Array) -> str:
+        """The state's name."""
+        return self.names[int(s)]
+
+    def parse(self, text: str) -> Array:
+        """The state of this name."""
+        return np.array(self.names.index(text))
+
+
+def joint_actions(problem: Problem) -> Ints:
+    """Every joint action `[A, n]`, the first agent slowest."""
+    return np.array(list(product(*(range(len(labels)) for labels in problem.actions))))
+
+
+def joint_observation(problem: Problem, observations: Array) -> Ints:
+    """The row-major index of joint observations `[..., n]`."""
+    joint = np.zeros(observations.shape[:-1], np.int64)
+    for seat, labels in enumerate(problem.observations or ()):
+        joint = joint * len(labels) + observations[..., seat]
+    return joint
+
+
+def tabulate(problem: Problem) -> Tables:
+    """The arrays of any finite problem, read from `exact`.
+
+    Where an observation depends on more than (joint action, next state) the array cannot hold it;
+    no problem here has such. Pairs (action, next state) that never occur observe the first label.
+    """
+    if isinstance(problem, Tabular):
+        return problem.tables
+    states = problem.enumerated()
+    choices = joint_actions(problem)
+    size, many = len(states), len(choices)
+    s, a = np.repeat(states, many, axis=0), np.tile(choices, (size, 1))
+    p, outcome = exact(problem, s, a)
+    row = np.arange(len(p))[:, None]
+    after = problem.index(outcome.state.reshape(p.size, *states.shape[1:])).reshape(p.shape)
+    transition = np.zeros((size * many, size))
+    np.add.at(transition, (row, after), p)
+    rewards = np.einsum("bk,bkn->bn", p, outcome.rewards)
+    observation = None
+    if problem.observations is not None:
+        seen = joint_observation(problem, outcome.observations)
+        kinds = int(np.prod([len(labels) for labels in problem.observations]))
+        observation = np.zeros((many, size, kinds))
+        np.add.at(observation, (np.broadcast_to(row % many, p.shape), after, seen), p)
+        observation[..., 0] += observation.sum(axis=2) == 0
+        observation /= observation.sum(axis=2, keepdims=True)
+    return Tables(
+        transition.reshape(size, many, size), rewards.reshape(size, many, -1), observation
+    )

@@ -1,0 +1,210 @@
+"""Reading a transcript: strict about form, with the line and column of the first fault."""
+
+import json
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from dmplay.errors import BadTranscript, UnknownName
+from dmplay.transcript.format import VERSION, Header
+
+LONGEST_LINE = 1_000_000
+
+HEADER = ("dmplay", "problem", "set", "seats", "seed", "episode", "turns")
+TURN = ("turn", "actions", "draws", "state", "observations", "rewards", "belief")
+BLOCKS = {keys[0]: keys for keys in (HEADER, TURN, ("undo",), ("reroll",), ("end",))}
+KEY = re.compile(r"([a-z0-9]+): ")
+END = re.compile(r"(#.*\n)*end: .*\n(#.*\n)*\Z")
+NOTES = re.compile(r"(#.*\n)+\Z")
+
+
+class Entry(NamedTuple):
+    """A value, and the line it stands on."""
+
+    line: int
+    value: object
+
+
+@dataclass(frozen=True)
+class Block:
+    """The lines between two empty ones."""
+
+    line: int
+    kind: str  # dmplay (the header), turn, undo, reroll or end
+    entries: dict[str, Entry]
+    frame: list[Entry]
+    notes: list[tuple[int, str]]  # how many lines of the block stand before it, and its text
+
+    def __getitem__(self, key: str) -> object:
+        return self.entries[key].value
+
+
+@dataclass(frozen=True)
+class Transcript:
+    """A file read and checked for form; whether it is true is for `verify` to say."""
+
+    path: str
+    header: Header
+    header_block: Block
+    blocks: list[Block]  # the opening, turns and events
+    end: Block | None
+    content: str  # the whole blocks, up to the end line
+    last: str  # the end line and the notes around it
+    torn: str  # what follows the last whole block of an unfinished file
+
+
+def read(path: str | Path) -> Transcript:
+    """Reads a transcript strictly; raises BadTranscript with line and column, or OSError."""
+    return parse(Path(path).read_bytes(), str(path))
+
+
+def parse(raw: bytes, path: str = "transcript") -> Transcript:
+    """A transcript from its bytes; `path` is for messages."""
+    content, last, torn = _split(_decoded(raw, path), path)
+    blocks = list(_blocks(content, path, 1))
+    end = next(iter(_blocks(last, path, content.count("\n") + 1)), None) if last else None
+    if not blocks:
+        if torn:
+            raise BadTranscript(f"{path}:1: not a transcript, or torn before its first turn")
+        raise BadTranscript(f"{path}:1: empty, expected 'dmplay: {VERSION}'")
+    header, *rest = blocks
+    for place, block in enumerate(rest):
+        opening = block.kind == "turn" and block["turn"] == 0
+        if block.kind in ("dmplay", "end") or opening != (place == 0):
+            expected = "a turn, an undo or a reroll" if place else "the opening, 'turn: 0'"
+            raise BadTranscript(f"{path}:{block.line}: got {block.kind}, expected {expected}")
+    return Transcript(path, _header(header, path), header, rest, end, content, last, torn)
+
+
+def _decoded(raw: bytes, path: str) -> str:
+    try:
+        return raw.decode()
+    except UnicodeDecodeError as error:
+        before = raw[: error.start]
+        line, column = before.count(b"\n") + 1, error.start - before.rfind(b"\n")
+        raise BadTranscript(f"{path}:{line}:{column}: not UTF-8") from None
+
+
+def _split(content: str, path: str) -> tuple[str, str, str]:
+    """The whole blocks, the end block or '', and the torn tail or ''."""
+    if "\r" in content:
+        line = content[: content.index("\r")].count("\n") + 1
+        raise BadTranscript(f"{path}:{line}: a carriage return; lines end with a newline alone")
+    at = content.rfind("\n\n") + 2 if "\n\n" in content else 0
+    tail = content[at:]
+    if END.match(tail):
+        return content[:at], tail, ""
+    return (content, "", "") if NOTES.match(tail) else (content[:at], "", tail)
+
+
+def _blocks(content: str, path: str, first: int) -> Iterator[Block]:
+    entries: dict[str, Entry] = {}
+    frame: list[Entry] = []
+    notes: list[tuple[int, str]] = []
+    for line, row in enumerate(content.split("\n"), first):
+        where = f"{path}:{line}"
+        if len(row) > LONGEST_LINE:
+            raise BadTranscript(f"{where}:{LONGEST_LINE + 1}: a line of over a million characters")
+        if row.startswith("#"):
+            notes.append((len(entries) + len(frame), row))
+        elif row.startswith("|"):
+            frame.append(Entry(line, row[2:]))
+        elif row:
+            key, value = _entry(row, where)
+            if key in entries:
+                raise BadTranscript(f"{where}:1: {key} stands twice in this block")
+            if frame:
+                raise BadTranscript(f"{where}:1: {key} after the frame")
+            entries[key] = Entry(line, value)
+        elif frame and not entries:
+            raise BadTranscript(f"{where}: a frame without a turn")
+        elif entries:
+            yield _block(path, entries, frame, notes)
+            entries, frame, notes = {}, [], []
+    if entries:
+        yield _block(path, entries, frame, notes)
+
+
+def _block(
+    path: str, entries: dict[str, Entry], frame: list[Entry], notes: list[tuple[int, str]]
+) -> Block:
+    kind = next(iter(entries))
+    at = entries[kind].line
+    if kind not in BLOCKS:
+        raise BadTranscript(f"{path}:{at}:1: {UnknownName('block', kind, BLOCKS)}")
+    order = BLOCKS[kind]
+    for key, entry in entries.items():
+        if key not in order:
+            raise BadTranscript(f"{path}:{entry.line}:1: {UnknownName('key', key, order)}")
+    if list(entries) != [key for key in order if key in entries]:
+        raise BadTranscript(f"{path}:{at}: keys out of order, expected {', '.join(order)}")
+    return Block(at, kind, entries, frame, notes)
+
+
+def _entry(row: str, where: str) -> tuple[str, object]:
+    found = KEY.match(row)
+    if not found:
+        raise BadTranscript(f"{where}:1: expected 'key: value', '| frame', '# note' or nothing")
+    at = found.end()
+    try:
+        return found[1], json.loads(
+            row[at:], parse_constant=_no_constant, parse_float=_finite, object_pairs_hook=_unique
+        )
+    except json.JSONDecodeError as error:
+        raise BadTranscript(f"{where}:{at + error.colno}: {error.msg.lower()}") from None
+    except RecursionError:
+        raise BadTranscript(f"{where}:{at + 1}: nested too deeply") from None
+    except ValueError as error:
+        raise BadTranscript(f"{where}:{at + 1}: {error}") from None
+
+
+def _no_constant(name: str) -> float:
+    raise ValueError(f"{name} is not a number")
+
+
+def _finite(digits: str) -> float:
+    value = float(digits)
+    if math.isinf(value):
+        raise ValueError(f"{digits} is too large")
+    return value
+
+
+def _unique(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    names = [name for name, _ in pairs]
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"{name!r} stands twice")
+    return dict(pairs)
+
+
+def _header(block: Block, path: str) -> Header:
+    def fault(key: str, expected: str) -> BadTranscript:
+        entry = block.entries.get(key)
+        if entry is None:
+            return BadTranscript(f"{path}:{block.line}: the header has no {key}: {expected}")
+        return BadTranscript(f"{path}:{entry.line}: {key}: expected {expected}")
+
+    def value(key: str, default: object = None) -> object:
+        entry = block.entries.get(key)
+        return default if entry is None else entry.value
+
+    def whole(key: str, default: int | None = None) -> int:
+        found = value(key, default)
+        if type(found) is not int or found < 0:
+            raise fault(key, "a whole number, such as 7")
+        return found
+
+    if whole("dmplay") != VERSION:
+        raise fault("dmplay", f"format {VERSION}")
+    problem, seats, parameters = value("problem"), value("seats"), value("set", {})
+    if not isinstance(problem, str):
+        raise fault("problem", 'a name, such as "hexworld"')
+    if not isinstance(seats, dict) or not all(isinstance(name, str) for name in seats.values()):
+        raise fault("seats", 'names, such as {"agent": "human"}')
+    if not isinstance(parameters, dict):
+        raise fault("set", 'values, such as {"slip": 0.2}')
+    turns = whole("turns") if "turns" in block.entries else None
+    return Header(problem, seats, whole("seed"), parameters, whole("episode", 0), turns)

@@ -1,0 +1,120 @@
+"""Writing a transcript as the game goes: a block a turn, each one write."""
+
+import contextlib
+import errno
+import hashlib
+import os
+from pathlib import Path
+
+from dmplay.errors import BadParameter
+from dmplay.session import Session
+from dmplay.transcript.format import (
+    Frame,
+    Header,
+    end_facts,
+    header_facts,
+    lines,
+    text,
+    turn_facts,
+    without_notes,
+)
+
+
+class Recorder:
+    """The open transcript of a session; after `end` nothing more is written.
+
+    Where the disk refuses, `fault` says why, and what is missing is tried again with the next
+    turn: the file never holds half a turn, and the game goes on.
+    """
+
+    def __init__(self, path: Path, session: Session, frame: Frame | None = None) -> None:
+        self.path = path
+        self.session = session
+        self.frame = frame
+        self.fault: OSError | None = None
+        self._pending = ""
+        self._digest = hashlib.sha256()
+        self._size = 0
+        self._file = -1
+
+    @classmethod
+    def create(
+        cls,
+        path: Path,
+        header: Header,
+        session: Session,
+        *,
+        frame: Frame | None = None,
+        force: bool = False,
+    ) -> "Recorder":
+        """A new file with the header and the opening; refuses one that exists without `force`."""
+        recorder = cls(path, session, frame)
+        exclusive = 0 if force or _is_device(path) else os.O_EXCL
+        try:
+            recorder._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | exclusive, 0o644)
+        except FileExistsError:
+            raise BadParameter(f"{path} exists; give another name, or --force") from None
+        except OSError as error:
+            raise BadParameter(f"cannot write {path}: {error.strerror}") from None
+        recorder._write(text(lines(header_facts(header))))
+        recorder.turn()
+        return recorder
+
+    @classmethod
+    def resume(
+        cls, path: Path, content: str, session: Session, frame: Frame | None = None
+    ) -> "Recorder":
+        """The file cut to `content`, its whole blocks, and open for more."""
+        recorder = cls(path, session, frame)
+        try:
+            recorder._file = os.open(path, os.O_WRONLY)
+            raw = content.encode()
+            os.ftruncate(recorder._file, len(raw))
+            os.lseek(recorder._file, 0, os.SEEK_END)
+        except OSError as error:
+            raise BadParameter(f"cannot write {path}: {error.strerror}") from None
+        recorder._size = len(raw)
+        recorder._digest.update(without_notes(content).encode())
+        return recorder
+
+    def turn(self) -> None:
+        """Writes the last turn."""
+        frame = self.frame(self.session) if self.frame else ""
+        self._write(text(lines(turn_facts(self.session), frame)))
+
+    def event(self, key: str, value: int) -> None:
+        """Writes an undo of so many turns, or the number of a reroll."""
+        self._write(text(lines({key: value})))
+
+    def end(self) -> None:
+        """Writes the end line and closes the file."""
+        facts = end_facts(self.session) | {"sha256": self._digest.hexdigest()[:16]}
+        self._write("\n".join([*lines({"end": facts}), ""]))
+        self.close()
+
+    def close(self) -> None:
+        """Closes the file as it is: without an end line it stays unfinished."""
+        if self._file >= 0:
+            os.close(self._file)
+        self._file = -1
+
+    def _write(self, block: str) -> None:
+        self._digest.update(block.encode())
+        self._pending += block
+        raw = self._pending.encode()
+        try:
+            if os.write(self._file, raw) < len(raw):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        except OSError as error:
+            self.fault = error
+            with contextlib.suppress(OSError):  # a device has no length
+                os.ftruncate(self._file, self._size)
+                os.lseek(self._file, self._size, os.SEEK_SET)
+        else:
+            self.fault = None
+            self._size += len(raw)
+            self._pending = ""
+
+
+def _is_device(path: Path) -> bool:
+    return path.exists() and not path.is_file()

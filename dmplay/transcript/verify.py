@@ -1,0 +1,398 @@
+"""Replaying a transcript: do its facts follow from its inputs, and its inputs from its seed?"""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import zip_longest
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay.chance import Reals
+from dmplay.core import Interval, Policy, Problem
+from dmplay.dice import NATURE, Dice
+from dmplay.errors import BadTranscript, DmplayError
+from dmplay.session import Session, Source
+from dmplay.transcript.format import (
+    TOLERANCE,
+    Frame,
+    checksum,
+    end_facts,
+    header_facts,
+    lines,
+    text,
+    turn_facts,
+)
+from dmplay.transcript.reading import Block, Entry, Transcript
+
+NATURAL = ("terminal", "horizon", "turn limit")
+CHOSEN = ("quit", "interrupted", "illegal", "forfeit")
+LUCK = "the rules hold, but the inputs are not those of the seed and the agents"
+
+
+class Finding(NamedTuple):
+    """One difference between what a file says and what its replay gives."""
+
+    level: str  # facts, inputs, frame, checksum or unfinished
+    path: str
+    line: int
+    where: str  # the turn and, where there is one, the seat
+    what: str
+    expected: object = None  # as the file has it
+    got: object = None  # as the replay has it
+
+    def __str__(self) -> str:
+        """One line: file, line, turn, seat, what, expected, got."""
+        place = f"{self.path}:{self.line}: {self.where}: {self.what}"
+        if self.expected is None and self.got is None:
+            return place
+        return f"{place}: expected {_shown(self.expected)}, got {_shown(self.got)}"
+
+
+def _shown(value: object) -> str:
+    return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
+
+
+@dataclass
+class Report:
+    """What verifying one file found."""
+
+    path: str
+    findings: list[Finding] = field(default_factory=list)
+    turns: int = 0
+
+    @property
+    def ok(self) -> bool:
+        """Whether everything holds."""
+        return not self.findings
+
+    @property
+    def unfinished(self) -> bool:
+        """Whether all that is wrong is that the file has no end."""
+        return bool(self.findings) and all(one.level == "unfinished" for one in self.findings)
+
+    def __str__(self) -> str:
+        """One line for each finding, and what they mean together."""
+        shown = [str(one) for one in self.findings[:5]]
+        if len(self.findings) > len(shown):
+            shown.append(f"{self.path}: {len(self.findings) - len(shown)} more differences")
+        if self.findings and all(one.level == "inputs" for one in self.findings):
+            shown.append(f"{self.path}: {LUCK}")
+        return "\n".join(shown)
+
+
+def start(
+    transcript: Transcript, problem: Problem, source: Source, policies: Sequence[Policy | None] = ()
+) -> Session:
+    """The session of a transcript before its first turn, with the recorded opening."""
+    header = transcript.header
+    if list(header.seats) != list(problem.agents):
+        entry = transcript.header_block.entries["seats"]
+        raise BadTranscript(
+            f"{transcript.path}:{entry.line}: seats: got {', '.join(header.seats)}, expected "
+            f"{', '.join(problem.agents)}"
+        )
+    opening = _draws(transcript, transcript.blocks[0], problem.draws.start)
+    return Session(problem, source, policies, limit=header.turns, opening=opening)
+
+
+def play(transcript: Transcript, block: Block, session: Session) -> None:
+    """Feeds one block's inputs to the session; raises BadTranscript where they cannot be."""
+    where = f"{transcript.path}:{block.line}"
+    try:
+        if block.kind == "turn":
+            expected = len(session.turns) + 1
+            if block["turn"] != expected:
+                raise BadTranscript(f"{where}: got turn {block['turn']}, expected {expected}")
+            actions = _actions(transcript, block, session.problem)
+            session.advance(actions, _draws(transcript, block, session.problem.draws.step))
+        elif block.kind == "undo":
+            session.undo(_count(transcript, block, "undo"))
+        else:
+            session.undo()
+            session.rerolls[len(session.turns) + 1] = _count(transcript, block, "reroll")
+    except BadTranscript:
+        raise
+    except DmplayError as error:
+        raise BadTranscript(f"{where}: {error}") from None
+
+
+def replay(
+    transcript: Transcript, problem: Problem, policies: Sequence[Policy | None] = ()
+) -> Session:
+    """The session after every whole block of a transcript: to go on with, or to look at."""
+    source = Dice(transcript.header.seed, transcript.header.episode)
+    session = start(transcript, problem, source, policies)
+    for block in transcript.blocks[1:]:
+        play(transcript, block, session)
+    return session
+
+
+def verify(
+    transcript: Transcript,
+    problem: Problem,
+    policies: Sequence[Policy | None] = (),
+    frame: Frame | None = None,
+) -> Report:
+    """Compares every fact with the replay of the inputs, and every input with seed and agents.
+
+    `policies` are the agents to ask again; None stands for a seat that only the file can tell of.
+    """
+    report = Report(transcript.path)
+    check = _Check(transcript, report, frame)
+    try:
+        check.game(problem, policies)
+    except BadTranscript as error:
+        line, _, message = str(error).removeprefix(transcript.path + ":").partition(":")
+        report.findings.append(
+            Finding("facts", transcript.path, int(line), "inputs", message.strip())
+        )
+    return report
+
+
+class _Check:
+    """One pass over a transcript, beside the canonical rewriting of what it has seen."""
+
+    def __init__(self, transcript: Transcript, report: Report, frame: Frame | None) -> None:
+        self.transcript = transcript
+        self.report = report
+        self.frame = frame
+        self.canonical = ""
+        self.drawn: list[bool] = []  # whether each block's draws are the seed's
+
+    def game(self, problem: Problem, policies: Sequence[Policy | None]) -> None:
+        transcript = self.transcript
+        header = transcript.header
+        dice = Dice(header.seed, header.episode)
+        session = start(transcript, problem, dice, policies)
+        self._write(transcript.header_block, header_facts(header), "")
+        self._block(transcript.blocks[0], session, dice)
+        for block in transcript.blocks[1:]:
+            if block.kind == "turn":
+                self._agents(block, session)
+            play(transcript, block, session)
+            if block.kind == "turn":
+                self._block(block, session, dice)
+            else:
+                self._write(block, {block.kind: block[block.kind]}, "")
+        self.report.turns = len(session.turns)
+        if len(self.drawn) > 1 and not any(self.drawn):
+            self._blame_seed()
+        self._end(session)
+
+    def _found(self, level: str, line: int, where: str, what: str, *pair: object) -> None:
+        self.report.findings.append(Finding(level, self.transcript.path, line, where, what, *pair))
+
+    def _write(self, block: Block, facts: Mapping[str, object], frame: str) -> None:
+        self.canonical += text(_with_notes(block, lines(facts, frame)))
+
+    def _agents(self, block: Block, session: Session) -> None:
+        """Asks the agents of this turn again."""
+        told = _actions(self.transcript, block, session.problem)
+        where = f"turn {block['turn']}"
+        for seat, (action, chosen) in enumerate(zip(told, session.choices(), strict=True)):
+            if chosen is not None and chosen != action:
+                name = session.problem.agents[seat]
+                did, does = (session.problem.action_name(seat, x) for x in (action, chosen))
+                line = block.entries["actions"].line
+                self._found("inputs", line, f"{where}, {name}", "action", did, does)
+
+    def _block(self, block: Block, session: Session, dice: Dice) -> None:
+        """Compares the facts, the frame and the draws of a turn or the opening."""
+        facts = turn_facts(session)
+        turn = len(session.turns)
+        for key, got in facts.items():
+            entry = block.entries.get(key)
+            if entry is None:
+                self._found("facts", block.line, f"turn {turn}", key, "nothing", got)
+            elif key != "draws":
+                self._fact(entry, turn, key, got)
+        for key, entry in block.entries.items():
+            if key not in facts:
+                self._found("facts", entry.line, f"turn {turn}", key, entry.value, "nothing")
+        frame = ""
+        if block.frame and self.frame:
+            frame = self.frame(session)
+            drawn = [row.rstrip() for row in frame.split("\n")]
+            self._frame(block, turn, drawn)
+        self._write(block, facts, frame)
+        self._luck(block, session, dice, turn)
+
+    def _fact(self, entry: Entry, turn: int, key: str, got: object) -> None:
+        """Compares one fact, seat by seat where it has seats."""
+        told = entry.value
+        if isinstance(told, dict) and isinstance(got, dict) and told.keys() == got.keys():
+            for seat, value in got.items():
+                if not _close(told[seat], value):
+                    what = key.removesuffix("s") if key != "rewards" else "reward"
+                    where = f"turn {turn}, {seat}"
+                    self._found("facts", entry.line, where, what, told[seat], value)
+        elif not _close(told, got):
+            self._found("facts", entry.line, f"turn {turn}", key, told, got)
+
+    def _frame(self, block: Block, turn: int, drawn: list[str]) -> None:
+        for told, row in zip_longest(block.frame, drawn):
+            if told is None or told.value != row:
+                line = block.frame[-1].line if told is None else told.line
+                value = "no more lines" if told is None else told.value
+                shown = "no more lines" if row is None else row
+                self._found("frame", line, f"turn {turn}", "frame", value, shown)
+                return
+
+    def _luck(self, block: Block, session: Session, dice: Dice, turn: int) -> None:
+        """Compares a block's draws with the seed's."""
+        draws = session.turns[-1].draws if turn else session.opening
+        if not len(draws):
+            return
+        seeds = dice.draw(NATURE, turn, session.rerolls.get(turn, 0), len(draws))[0]
+        self.drawn.append(bool((seeds == draws).all()))
+        if not self.drawn[-1]:
+            line = block.entries["draws"].line
+            self._found("inputs", line, f"turn {turn}", "draws", draws.tolist(), seeds.tolist())
+
+    def _blame_seed(self) -> None:
+        """Every draw differs: then it is the seed that is wrong, not each of them."""
+        findings = self.report.findings
+        findings[:] = [one for one in findings if one.level != "inputs"]
+        entry = self.transcript.header_block.entries["seed"]
+        self._found(
+            "inputs", entry.line, "every turn", "seed", "the seed of these draws", entry.value
+        )
+
+    def _end(self, session: Session) -> None:
+        transcript = self.transcript
+        end = transcript.end
+        if end is None:
+            torn = "a torn last turn" if transcript.torn else "no end line"
+            line = transcript.content.count("\n") + 1
+            where = f"turn {len(session.turns)}"
+            self._found("unfinished", line, where, f"unfinished: {torn}")
+            return
+        entry = end.entries["end"]
+        told = entry.value if isinstance(entry.value, dict) else {}
+        reason = told.get("reason")
+        if not session.over and reason in CHOSEN:
+            session.end(str(reason))
+        for key, got in (end_facts(session)).items():
+            if not _close(told.get(key), got):
+                self._found("facts", entry.line, "end", key, told.get(key), got)
+        if told.keys() - end_facts(session).keys() != {"sha256"}:
+            self._found("facts", entry.line, "end", "keys", sorted(told), "... and sha256")
+        if self.report.ok:
+            self._checksum(end, session)
+
+    def _checksum(self, end: Block, session: Session) -> None:
+        """Where all facts hold, the checksum still says whether a line was touched."""
+        transcript = self.transcript
+        facts = end_facts(session) | {"sha256": checksum(self.canonical)}
+        written = self.canonical + "\n".join([*_with_notes(end, lines({"end": facts})), ""])
+        told = (transcript.content + transcript.last).split("\n")
+        for line, (row, right) in enumerate(zip_longest(told, written.split("\n")), 1):
+            if row != right:
+                self._found("checksum", line, "line", "text", row or "nothing", right or "nothing")
+                return
+
+
+def rewritten(
+    transcript: Transcript,
+    problem: Problem,
+    policies: Sequence[Policy | None] = (),
+    frame: Frame | None = None,
+) -> str:
+    """The file as it would be written today: draws of the seed, agents asked again.
+
+    What people did stays as the file has it, as long as it can be done; notes stay in their block.
+    """
+    header = transcript.header
+    session = Session(problem, Dice(header.seed, header.episode), policies, limit=header.turns)
+    content = text(_with_notes(transcript.header_block, lines(header_facts(header))))
+
+    def drawn(block: Block | None) -> str:
+        wanted = frame and (block or transcript.blocks[-1]).frame
+        rows = lines(turn_facts(session), frame(session) if frame and wanted else "")
+        return text(_with_notes(block, rows) if block else rows)
+
+    content += drawn(transcript.blocks[0])
+    for block in transcript.blocks[1:]:
+        if block.kind != "turn":
+            play(transcript, block, session)
+            content += text(_with_notes(block, lines({block.kind: block[block.kind]})))
+        elif not session.over:
+            told = _actions(transcript, block, problem)
+            people = zip(told, session.followers, strict=True)
+            session.advance([None if agent else action for action, agent in people])
+            content += drawn(block)
+    if transcript.end is None:
+        return content
+    reason = _reason(transcript.end)
+    while reason in NATURAL and all(session.followers) and not session.over:
+        session.advance()
+        content += drawn(None)
+    session.end(reason if reason in CHOSEN else "quit")
+    facts = end_facts(session) | {"sha256": checksum(content)}
+    return content + "\n".join([*_with_notes(transcript.end, lines({"end": facts})), ""])
+
+
+def _with_notes(block: Block, rows: list[str]) -> list[str]:
+    """The lines of a block with its notes back in their places."""
+    out = list(rows)
+    for place, note in reversed(block.notes):
+        out.insert(min(place, len(rows)), note)
+    return out
+
+
+def _reason(end: Block) -> str:
+    told = end["end"]
+    return str(told.get("reason")) if isinstance(told, dict) else ""
+
+
+def _close(told: object, got: object) -> bool:
+    """Whether two facts agree: reals within the tolerance, everything else exactly."""
+    if isinstance(told, list) and isinstance(got, list):
+        return len(told) == len(got) and all(map(_close, told, got))
+    if isinstance(told, dict) and isinstance(got, dict):
+        return told.keys() == got.keys() and all(_close(told[key], got[key]) for key in got)
+    if isinstance(told, bool) or isinstance(got, bool):
+        return told is got
+    if isinstance(told, float | int) and isinstance(got, float | int):
+        return abs(told - got) <= TOLERANCE * max(1.0, abs(told), abs(got))
+    return told == got
+
+
+def _draws(transcript: Transcript, block: Block, count: int) -> Reals:
+    entry = block.entries.get("draws", Entry(block.line, []))
+    values = entry.value
+    if not isinstance(values, list) or not all(
+        type(u) in (int, float) and 0.0 <= u < 1.0 for u in values
+    ):
+        fault = "draws: expected numbers from 0 to below 1"
+        raise BadTranscript(f"{transcript.path}:{entry.line}: {fault}")
+    if len(values) != count:
+        fault = f"draws: got {len(values)}, expected {count}"
+        raise BadTranscript(f"{transcript.path}:{entry.line}: {fault}")
+    return np.array(values, float)
+
+
+def _actions(transcript: Transcript, block: Block, problem: Problem) -> list[float]:
+    entry = block.entries.get("actions", Entry(block.line, None))
+    where = f"{transcript.path}:{entry.line}: actions"
+    told = entry.value
+    if not isinstance(told, dict) or list(told) != list(problem.agents):
+        raise BadTranscript(f"{where}: expected one for each of {', '.join(problem.agents)}")
+    actions = []
+    for seat, (agent, value) in enumerate(told.items()):
+        real = isinstance(problem.actions[seat], Interval)
+        if type(value) not in ((int, float) if real else (str,)):
+            raise BadTranscript(f"{where}: {agent}: got {json.dumps(value)}")
+        try:
+            actions.append(problem.action(seat, str(value)))
+        except DmplayError as error:
+            raise BadTranscript(f"{where}: {agent}: {error}") from None
+    return actions
+
+
+def _count(transcript: Transcript, block: Block, key: str) -> int:
+    value = block[key]
+    if type(value) is not int or value < 1:
+        raise BadTranscript(f"{transcript.path}:{block.line}: {key}: expected a whole number, as 1")
+    return value

@@ -1,0 +1,66 @@
+"""The exact cases: numbers made independently, which every implementation must reproduce.
+
+`DMPLAY_TRUTH` names another folder of the same kind of files. Each family has a module in
+`truth_kinds` that maps a kind of case to a check, and lists by name the kinds that it leaves.
+"""
+
+import importlib
+import json
+import os
+from collections import Counter
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from tests.truth_kinds.case import Case
+
+FOLDER = Path(os.environ.get("DMPLAY_TRUTH") or Path(__file__).parent / "truth")
+CHECKED = {path.stem for path in Path(__file__).parent.glob("truth_kinds/*.py")}
+FAMILIES = sorted(path.stem for path in FOLDER.glob("*.json"))
+
+
+@cache
+def family(name: str) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads((FOLDER / f"{name}.json").read_text())
+    return found
+
+
+def kinds(name: str) -> ModuleType:
+    return importlib.import_module(f"tests.truth_kinds.{name}")
+
+
+def cases() -> list[Any]:
+    return [
+        pytest.param(name, case, id=case["id"])
+        for name in FAMILIES
+        if name in CHECKED
+        for case in family(name)["cases"]
+        if case["kind"] not in kinds(name).LATER
+    ]
+
+
+@pytest.mark.parametrize(("name", "case"), cases())
+def test_the_case_holds(name: str, case: dict[str, Any]) -> None:
+    known = kinds(name).KINDS
+    assert case["kind"] in known, f"{name}: no check knows the kind {case['kind']!r}"
+    known[case["kind"]](Case(case, family(name)["conventions"]))
+
+
+def test_every_family_and_kind_is_checked_or_left_by_name(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    rows = []
+    for name in FAMILIES:
+        if name not in CHECKED:
+            rows.append(f"{name}: left, its problem is not here yet")
+            continue
+        for kind, count in Counter(case["kind"] for case in family(name)["cases"]).items():
+            left = kind in kinds(name).LATER
+            assert left or kind in kinds(name).KINDS, f"{name}: unknown kind {kind!r}"
+            rows.append(f"{name}: {kind}: {count} {'left for a solver' if left else 'checked'}")
+    with capsys.disabled():
+        print("\ntruth cases:", *rows, sep="\n  ")
+    assert FAMILIES, f"no truth files in {FOLDER}"

@@ -1,0 +1,81 @@
+import numpy as np
+
+import dmplay
+from dmplay.problems.prisoners_dilemma import PrisonersDilemma
+from dmplay.solvers import matrix_game
+from dmplay.solvers.matrix_game import Profile
+from tests.truth_kinds.case import Case
+
+PROBLEM = PrisonersDilemma(discount=0.9)
+ACTIONS = PROBLEM.actions[0]
+PAYOFFS = PROBLEM.payoffs
+RULES = {"tit for tat": "tit-for-tat", "grim trigger": "grim"}
+ENOUGH = 400  # rounds: what is left of 0.9 ** 400 is below the tolerance
+
+
+def payoff(case: Case) -> None:
+    a = np.array([[ACTIONS.index(name) for name in case.given["actions"]]])
+    _, outcome = dmplay.exact(PROBLEM, np.zeros(1, int), a)
+    case.close("rewards", outcome.rewards[0, 0])
+
+
+def mixed(case: Case) -> None:
+    profile = Profile(*(np.array([p, 1 - p]) for p in case.given["p_cooperate"]))
+    case.close("utilities", matrix_game.utilities(PAYOFFS, profile))
+    case.close("regrets", matrix_game.regrets(PAYOFFS, profile))
+
+
+def nash(case: Case) -> None:
+    found = matrix_game.nash(PAYOFFS)
+    named = [[[ACTIONS[int(a)] for a in np.flatnonzero(mix)] for mix in one] for one in found]
+    assert named == case.expect["equilibria"]
+    case.close("rewards", matrix_game.utilities(PAYOFFS, found[0]))
+
+
+def correlated(case: Case) -> None:
+    # Strictly dominated actions have no weight in any correlated equilibrium: one cell is left.
+    rows, columns = matrix_game.undominated(PAYOFFS)
+    assert len(rows) == len(columns) == 1
+    joint = np.zeros((2, 2))
+    joint[rows[0], columns[0]] = 1
+    case.close("joint", joint)
+
+
+def correlated_check(case: Case) -> None:
+    gains = matrix_game.correlated_gains(PAYOFFS, np.array(case.given["joint"], float))
+    case.close("best_gain_agent1", gains[0])
+    case.close("best_gain_agent2", gains[1])
+    assert case.expect["equilibrium"] == (gains <= 1e-9).all()
+
+
+def hierarchical_softmax(case: Case) -> None:
+    profile = matrix_game.softmax_level(PAYOFFS, case.given["precision"], case.given["level"])
+    case.close("distribution", profile.first)
+    case.close("distribution", profile.second)
+
+
+def repeated(case: Case) -> None:
+    problem = PrisonersDilemma(discount=case.given["gamma"])
+    names = [RULES.get(rule, rule.replace(" ", "-")) for rule in case.given["rules"]]
+    rules = [dmplay.agent(problem, seat, name) for seat, name in enumerate(names)]
+    played = dmplay.rollout(problem, rules, episodes=1, turns=ENOUGH)
+    case.close("returns", played.returns[0])
+
+
+def repeated_threshold(case: Case) -> None:
+    assert case.given["rule"] == "grim trigger"
+    least = matrix_game.grim_threshold(PAYOFFS, ACTIONS.index("cooperate"), ACTIONS.index("defect"))
+    case.close("smallest_discount_sustaining_cooperation", least)
+
+
+KINDS = {
+    "payoff": payoff,
+    "mixed": mixed,
+    "nash": nash,
+    "correlated": correlated,
+    "correlated_check": correlated_check,
+    "hierarchical_softmax": hierarchical_softmax,
+    "repeated": repeated,
+    "repeated_threshold": repeated_threshold,
+}
+LATER: set[str] = set()
