@@ -55,8 +55,8 @@ def lines() -> Lines:
     out = np.ascontiguousarray(slid[:, :4]).view(np.uint32)[:, 0]
     before = np.stack(cells, axis=1).astype(np.uint8).view(np.uint32)[:, 0]
     holes = np.zeros(len(codes), np.uint16)
-    for place, empty in enumerate(cells):
-        holes += np.asarray(empty == 0, np.uint16) << place
+    for shift, empty in enumerate(cells):
+        holes += np.asarray(empty == 0, np.uint16) << shift
     return Lines(out, pay, (4 - filled).astype(np.uint8), holes, out != before)
 
 
