@@ -126,15 +126,14 @@ class Session:
 
         Raises IllegalAction, and changes nothing, where the state does not allow an action.
         """
-        where = f"turn {len(self.turns) + 1}"
         if self.over:
-            raise EpisodeOver(f"{where}: the game is over ({self.ending})")
+            raise EpisodeOver(f"turn {len(self.turns) + 1}: the game is over ({self.ending})")
         given = list(actions) or [None] * len(self.problem.agents)
         asked = [
             follower.choose() if action is None and follower else action
             for action, follower in zip(given, self.followers, strict=True)
         ]
-        joint = np.array([self._checked(seat, action, where) for seat, action in enumerate(asked)])
+        joint = np.array([self.check(seat, action) for seat, action in enumerate(asked)])
         number = len(self.turns) + 1
         if draws is None:
             reroll = self.rerolls.get(number, 0)
@@ -146,9 +145,10 @@ class Session:
         self.turns.append(turn)
         return turn
 
-    def _checked(self, seat: int, action: float | None, where: str) -> float:
+    def check(self, seat: int, action: float | None) -> float:
+        """The action as it will act; raises IllegalAction where the state does not allow it."""
         problem = self.problem
-        where = f"{where}, {problem.agents[seat]}"
+        where = f"turn {len(self.turns) + 1}, {problem.agents[seat]}"
         known = problem.actions[seat]
         if action is None:
             raise IllegalAction(f"{where}: no action given")

@@ -19,4 +19,4 @@ class PrisonersDilemma(MatrixGame):
     """Both silent one year each, both blaming three, one blamed alone four."""
 
     actions = (Labels(("cooperate", "defect")),) * 2
-    payoffs = np.stack([-YEARS, -YEARS.T], axis=2)
+    payoffs = np.stack([0.0 - YEARS, 0.0 - YEARS.T], axis=2)

@@ -1,0 +1,271 @@
+"""The command line: parse, call, print."""
+
+import os
+import sys
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Annotated, Any
+
+os.environ.setdefault("TYPER_USE_RICH", "0")  # its help costs more than the rest of the start
+
+import typer
+from typer.core import TyperGroup
+
+from dmplay.errors import BadParameter, DmplayError, UnknownName
+from dmplay.names import problem_names
+
+USAGE: type[Exception] = typer.BadParameter.__mro__[1]  # click's, wherever typer keeps it
+USAGE_CODE, RUNTIME_CODE, MISMATCH_CODE, INTERRUPT_CODE, PIPE_CODE = 2, 1, 3, 130, 141
+
+
+class Commands(TyperGroup):
+    """The commands; a first word that is none of them is a problem to play."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Reads `dmplay hexworld` as `dmplay play hexworld`."""
+        if args and not args[0].startswith("-") and args[0] not in self.commands:
+            word = args[0].partition(":")[0]
+            commands = get_close_matches(word, self.commands, cutoff=0.75)
+            if commands and not get_close_matches(word, problem_names(), cutoff=0.75):
+                raise UnknownName("command", word, self.commands)
+            args = ["play", *args]
+        return list(super().parse_args(ctx, args))
+
+
+app = typer.Typer(
+    cls=Commands,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help="""Play the decision problems of Algorithms for Decision Making in a terminal.
+
+\b
+  dmplay hexworld                        play hex world
+  dmplay 2048 --seed 7 -o game.dmt       the same dice again, recorded
+  dmplay verify game.dmt                 check a recording to the last number
+  dmplay crying-baby --agent random      watch an agent
+  dmplay list                            all problems
+
+'dmplay PROBLEM' is short for 'dmplay play PROBLEM'.""",
+)
+
+
+def _problems(incomplete: str) -> list[str]:
+    return [name for name in problem_names() if name.startswith(incomplete)]
+
+
+Name = Annotated[
+    str,
+    typer.Argument(
+        metavar="PROBLEM", help="a problem, or PROBLEM:VARIANT", autocompletion=_problems
+    ),
+]
+Paths = Annotated[list[Path], typer.Argument(metavar="PATH...", help="files and folders")]
+Json = Annotated[bool, typer.Option("--json", help="one JSON object a line")]
+Plain = Annotated[bool, typer.Option("--plain", help="lines instead of the full screen")]
+Trust = Annotated[bool, typer.Option("--trust", help="import what a transcript names")]
+Color = Annotated[str, typer.Option("--color", help="auto, always or never")]
+Ascii = Annotated[bool, typer.Option("--ascii", help="draw in ASCII")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but errors")]
+Speed = Annotated[float, typer.Option("--speed", help="turns a second when agents play")]
+
+
+@app.command()
+def play(
+    problem: Name,
+    variant: Annotated[str, typer.Option("--variant", "-V", help="a named variant")] = "",
+    set_: Annotated[
+        list[str], typer.Option("--set", metavar="K=V", help="a parameter; may be repeated")
+    ] = [],  # noqa: B006 - typer reads it once
+    seed: Annotated[
+        int | None, typer.Option("--seed", help="the dice; new ones if not given")
+    ] = None,
+    episode: Annotated[int, typer.Option("--episode", min=0, help="which game of the seed")] = 0,
+    agent: Annotated[str, typer.Option("--agent", help="who plays the first seat")] = "human",
+    vs: Annotated[str, typer.Option("--vs", help="who plays all other seats")] = "",
+    seat: Annotated[
+        list[str], typer.Option("--seat", metavar="NAME=A", help="who plays one seat")
+    ] = [],  # noqa: B006
+    turns: Annotated[
+        int | None, typer.Option("--turns", help="the game ends after so many")
+    ] = None,
+    record: Annotated[
+        Path | None, typer.Option("--record", "-o", help="write a transcript")
+    ] = None,
+    frames: Annotated[bool, typer.Option("--frames", help="boards in the transcript too")] = False,
+    force: Annotated[bool, typer.Option("--force", help="overwrite the transcript")] = False,
+    reveal: Annotated[bool, typer.Option("--reveal", help="show the hidden state")] = False,
+    strict: Annotated[bool, typer.Option("--strict", help="no undo, no reroll")] = False,
+    plain: Plain = False,
+    json: Json = False,
+    quiet: Quiet = False,
+    color: Color = "auto",
+    ascii_: Ascii = False,
+    width: Annotated[int | None, typer.Option("--width", help="columns")] = None,
+    speed: Speed = 2.0,
+) -> int:
+    """Play a problem, or watch agents play it.
+
+    \b
+      dmplay play hexworld --seed 7
+      dmplay play prisoners-dilemma --vs grim --turns 20
+      dmplay play crying-baby --agent feed-when-crying -o game.dmt
+      printf 'e\\nne\\nquit\\n' | dmplay play hexworld
+    """
+    from dmplay.shell.start import Request, new, run
+    from dmplay.shell.terminal import Wishes, here
+
+    terminal = here(Wishes(plain, json, color, ascii_, width))
+    request = Request(
+        problem, variant, set_, seed, episode, agent, vs, seat, turns, record, frames, force,
+        strict, reveal,
+    )  # fmt: skip
+    return run(new(request), terminal, json=json, quiet=quiet, speed=speed)
+
+
+@app.command()
+def resume(
+    file: Annotated[
+        Path | None, typer.Argument(help="a transcript; the last game if not given")
+    ] = None,
+    trust: Trust = False,
+    plain: Plain = False,
+    json: Json = False,
+    quiet: Quiet = False,
+    color: Color = "auto",
+    ascii_: Ascii = False,
+) -> int:
+    """Go on with a game that was left or killed.
+
+    \b
+      dmplay resume
+      dmplay resume game.dmt
+    """
+    from dmplay.shell import saves
+    from dmplay.shell.start import resumed, run
+    from dmplay.shell.terminal import Wishes, here
+
+    terminal = here(Wishes(plain, json, color, ascii_))
+    game = resumed(file or saves.latest_unfinished(), trusted=trust)
+    return run(game, terminal, json=json, quiet=quiet)
+
+
+@app.command()
+def replay(
+    file: Annotated[Path, typer.Argument(help="a transcript")],
+    trust: Trust = False,
+    plain: Plain = False,
+    json: Json = False,
+    color: Color = "auto",
+    ascii_: Ascii = False,
+    speed: Speed = 2.0,
+) -> int:
+    """Watch a recorded game: Space or right steps on, Backspace back, A plays at --speed.
+
+    \b
+      dmplay replay game.dmt
+      dmplay replay game.dmt --plain
+    """
+    from dmplay.shell.start import Playback, run
+    from dmplay.shell.terminal import Wishes, here
+
+    terminal = here(Wishes(plain, json, color, ascii_))
+    return run(Playback(file, trusted=trust), terminal, json=json, speed=speed)
+
+
+@app.command()
+def verify(
+    paths: Paths,
+    update: Annotated[bool, typer.Option("--update", help="show the diff and rewrite")] = False,
+    allow_unfinished: Annotated[
+        bool, typer.Option("--allow-unfinished", help="a file without an end is no fault")
+    ] = False,
+    trust: Trust = False,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> int:
+    """Check transcripts: facts against a replay, inputs against seed and agents; 3 if one differs.
+
+    \b
+      dmplay verify game.dmt
+      dmplay verify transcripts
+      dmplay verify transcripts --update
+    """
+    from dmplay.shell import checking
+
+    files = list(checking.files(paths))
+    if update:
+        checking.print_updates(files, trusted=trust)
+    reports = [checking.check(file, trusted=trust) for file in files]
+    good = [report.ok or (allow_unfinished and report.unfinished) for report in reports]
+    checking.print_reports(reports, good, json=json, quiet=quiet)
+    return 0 if all(good) else MISMATCH_CODE
+
+
+@app.command("list")
+def list_(json: Json = False) -> None:
+    """List the problems: table F.1 of the book.
+
+    \b
+      dmplay list
+      dmplay list --json
+    """
+    from dmplay.shell import reports
+
+    reports.print_list(json=json)
+
+
+@app.command()
+def info(problem: Name, json: Json = False) -> None:
+    """Tell all about a problem: spaces, parameters, variants, agents, keys, decisions, source.
+
+    \b
+      dmplay info hexworld
+      dmplay info crying-baby --json
+    """
+    from dmplay.shell import reports
+
+    reports.print_info(problem, json=json)
+
+
+def run() -> int:
+    """Runs the command line; errors become one line and an exit code."""
+    if len(sys.argv) == 1:
+        return _no_words()
+    try:
+        code = app(standalone_mode=False, prog_name="dmplay")
+    except (DmplayError, USAGE) as error:
+        return _fail(_sentence(error), USAGE_CODE)
+    except (KeyboardInterrupt, typer.Abort):
+        return INTERRUPT_CODE
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return PIPE_CODE
+    except OSError as error:
+        return _fail(str(error), RUNTIME_CODE)
+    return code if isinstance(code, int) else 0
+
+
+def _no_words() -> int:
+    """Help: on a terminal as asked for, in a pipe as an error."""
+    sys.argv.append("--help")
+    if not sys.stdout.isatty():
+        sys.stdout = sys.stderr
+    app(standalone_mode=False, prog_name="dmplay")
+    return 0 if sys.stdout.isatty() else USAGE_CODE
+
+
+def _fail(message: str, code: int) -> int:
+    print(f"error: {message}", file=sys.stderr)
+    return code
+
+
+def _sentence(error: Exception) -> str:
+    """An error in one line; click's in our form, lower case first and without a full stop."""
+    if isinstance(error, DmplayError):
+        return str(error)
+    message = getattr(error, "format_message", lambda: str(error))().rstrip(".")
+    return f"{message[:1].lower()}{message[1:]}; see dmplay --help"
+
+
+__all__ = ["BadParameter", "app", "run"]

@@ -1,0 +1,129 @@
+"""Verifying files and folders of transcripts, and rewriting them."""
+
+import difflib
+import os
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from json import dumps
+from pathlib import Path
+
+from dmplay import catalog
+from dmplay.errors import BadParameter, BadTranscript, DmplayError
+from dmplay.shell.game import asked_again, frame
+from dmplay.shell.terminal import clean
+from dmplay.transcript.reading import Transcript, read
+from dmplay.transcript.verify import Finding, Report, rewritten, verify
+
+SUFFIX = ".dmt"
+
+
+def files(paths: Sequence[Path]) -> Iterator[Path]:
+    """The transcripts that these paths name, folders searched to the bottom, in order."""
+    for path in paths:
+        if path.is_dir():
+            found = sorted(path.rglob(f"*{SUFFIX}"))
+            if not found:
+                raise BadParameter(f"{path}: no {SUFFIX} file in this folder")
+            yield from found
+        elif path.exists():
+            yield path
+        else:
+            raise BadParameter(f"{path}: no such file or folder")
+
+
+def loaded(transcript: Transcript, *, trusted: bool) -> catalog.Loaded:
+    """The problem of a transcript; nothing that the file names is imported unless trusted."""
+    header, entries = transcript.header, transcript.header_block.entries
+    for key, parameters in (("problem", {}), ("set", header.parameters)):
+        try:
+            found = catalog.resolve(header.problem, parameters, trusted=trusted)
+        except DmplayError as error:
+            line = entries.get(key, entries["problem"]).line
+            hint = "" if trusted else "; if it is yours, add --trust"
+            text = f"{transcript.path}:{line}: {error}{hint if key == 'problem' else ''}"
+            raise BadTranscript(text) from None
+    return found
+
+
+def check(path: Path, *, trusted: bool = False) -> Report:
+    """Verifies one file; a fault of form is a finding too."""
+    try:
+        transcript = read(path)
+        problem = loaded(transcript, trusted=trusted).problem
+        policies = asked_again(problem, dict(transcript.header.seats), trusted=trusted)
+    except BadTranscript as error:
+        return Report(str(path), [_fault(path, error)])
+    except OSError as error:
+        raise BadParameter(f"{path}: {error.strerror}") from None
+    except DmplayError as error:
+        return Report(str(path), [Finding("facts", str(path), 1, "header", str(error))])
+    return verify(transcript, problem, policies, frame)
+
+
+def _fault(path: Path, error: BadTranscript) -> Finding:
+    line, _, message = str(error).removeprefix(f"{path}:").partition(":")
+    return Finding("facts", str(path), int(line), "form", message.strip())
+
+
+def update(path: Path, *, trusted: bool = False) -> str:
+    """Rewrites one file as it would be written today; returns the diff, '' where none is."""
+    transcript = read(path)
+    problem = loaded(transcript, trusted=trusted).problem
+    policies = asked_again(problem, dict(transcript.header.seats), trusted=trusted)
+    before = path.read_text(encoding="utf-8")
+    after = rewritten(transcript, problem, policies, frame)
+    if after == before:
+        return ""
+    _replace(path, after)
+    rows = difflib.unified_diff(
+        before.splitlines(), after.splitlines(), f"{path}", f"{path} (rewritten)", lineterm="", n=1
+    )
+    return "\n".join(rows)
+
+
+def _replace(path: Path, content: str) -> None:
+    """The new content in one step: a reader sees the old file or the new one."""
+    handle, name = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
+    try:
+        with open(handle, "w", encoding="utf-8", newline="\n") as file:
+            file.write(content)
+        os.chmod(name, path.stat().st_mode & 0o777)
+        os.replace(name, path)
+    except OSError as error:
+        Path(name).unlink(missing_ok=True)
+        raise BadParameter(f"cannot write {path}: {error.strerror}") from None
+
+
+def print_updates(paths: Sequence[Path], *, trusted: bool) -> None:
+    """Rewrites files, showing what changes in each."""
+    for path in paths:
+        try:
+            diff = update(path, trusted=trusted)
+        except BadTranscript as error:
+            print(f"not rewritten: {error}", file=sys.stderr)
+            continue
+        if diff:
+            print(diff)
+
+
+def print_reports(
+    reports: Sequence[Report], good: Sequence[bool], *, json: bool, quiet: bool
+) -> None:
+    """A line for each good file, all findings of a bad one, and a sum; or an object a file."""
+    for report, fine in zip(reports, good, strict=True):
+        if json:
+            print(dumps(_data(report, fine), ensure_ascii=False))
+        elif not fine:
+            print(clean(str(report)))
+        elif not quiet:
+            unfinished = ", unfinished" if report.unfinished else ""
+            print(f"ok {clean(report.path)} ({report.turns} turns{unfinished})")
+    if not (json or quiet):
+        bad = len(good) - sum(good)
+        print(f"{len(good)} verified, {bad} failed" if bad else f"{len(good)} verified")
+
+
+def _data(report: Report, fine: bool) -> dict[str, object]:
+    findings = [one._asdict() for one in report.findings]
+    return {"path": report.path, "ok": fine, "turns": report.turns, "findings": findings}

@@ -1,0 +1,154 @@
+"""The play screen as text: title, board and side panel, log, message and keys, to the column."""
+
+from typing import NamedTuple
+
+from rich.text import Text
+
+from dmplay.shell.commands import COMMANDS, named
+from dmplay.shell.game import Game, sentence
+from dmplay.views._canvas import ASCII, Look, size
+
+PANEL = 17  # columns of the side panel at least
+LOG = 2  # rows of the log at least
+KEYS_SHOWN = 5  # turns for which the board names the keys
+ROW_KEYS = (("hint", "undo", "help", "quit"), ("hint", "help", "quit"), ("help", "quit"))
+
+
+class Room(NamedTuple):
+    """The terminal: its size and whether it can draw."""
+
+    width: int
+    height: int
+    ascii: bool = False
+
+
+class Shown(NamedTuple):
+    """What the front end adds to the game: a message, the overlay, whether help is open."""
+
+    message: str = ""
+    overlay: str = ""
+    help: bool = False
+
+
+def compose(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
+    """The whole screen: exactly `height` rows, none wider than the room."""
+    message = Text(f" {shown.message}")
+    return _rows([upper(game, room, shown, log), _fitted(message, room), keys(game, room)])
+
+
+def upper(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
+    """All but the command row and the key row: exactly `height - 2` rows.
+
+    Fit order: the side panel goes first, then the log shrinks to two rows, then the board to its
+    smaller forms, at last to one line of text.
+    """
+    body = room.height - 3
+    parts = _help(game, room)[:body] if shown.help else _body(game, room, shown, log, body)
+    parts += [Text("")] * (body - len(parts))
+    return _rows([_fitted(row, room) for row in [_title(game, room), *parts][: room.height - 2]])
+
+
+def _rows(rows: list[Text]) -> Text:
+    return Text("\n", no_wrap=True).join(rows)
+
+
+def _fitted(row: Text, room: Room) -> Text:
+    row.truncate(room.width)
+    if room.ascii:
+        row.plain = row.plain.translate(ASCII)
+    return row
+
+
+def _title(game: Game, room: Room) -> Text:
+    view = game.view()
+    limit = f"/{view.limit}" if view.limit is not None else ""
+    facts = [f"turn {view.turn}{limit}"]
+    if game.shows_seed:
+        facts.insert(0, f"seed {game.seed}")
+    if view.rewards is not None:
+        facts.append(f"return {game.returned(view):.6g}")
+    others = [
+        f"{agent}: {who}"
+        for seat, (agent, who) in enumerate(zip(game.problem.agents, game.seats, strict=True))
+        if seat not in game.people or len(game.people) > 1
+    ]
+    if game.people:
+        facts.append(f"you: {game.problem.agents[game.watcher]}")
+    text = Text(f" dmplay {game.name}  ", style="bold")
+    text.append("  " + "   ".join([*facts, *others]), style="not bold")
+    if game.session.over:
+        text.append(f"   {game.session.ending}", style="bold")
+    return text
+
+
+def _body(game: Game, room: Room, shown: Shown, log: list[str], body: int) -> list[Text]:
+    view = game.view()
+    look = Look(
+        room.width,
+        max(body - LOG - 1, 1),
+        room.ascii,
+        game.overlay(shown.overlay),
+        keys=game.waiting is not None and view.turn < KEYS_SHOWN,
+    )
+    board = game.draw(look)
+    wide, _ = size(board)
+    panel = game.style.panel(view)
+    if not game.session.over and game.people:
+        panel = [*panel, ("hint", "Tab")]
+    beside = room.width - wide - 2 >= PANEL
+    rows = board.split("\n", allow_blank=True)
+    drawn = list(rows)
+    if beside:
+        while len(drawn) < min(len(panel), body - LOG - 1):
+            drawn.append(Text(""))
+        longest = max(len(label) for label, _ in panel)
+        for row, (label, value) in zip(drawn, panel, strict=False):
+            row.pad_right(wide + 2 - len(row.plain))
+            row.append(f"{label:<{longest}} ", style="dim").append(value, style="bold")
+    left = body - len(drawn) - 1
+    return [*drawn, Text(""), *_log(game, room, log, max(left, 0))]
+
+
+def _log(game: Game, room: Room, log: list[str], rows: int) -> list[Text]:
+    """The last events, wrapped; after the game, what was hidden."""
+    lines = [*log, *map(sentence, game.debrief())]
+    if game.session.over:
+        lines.append(f"over: {game.result()}")
+    out: list[Text] = []
+    for line in lines[-rows:] if rows else []:
+        words = Text(" ")
+        for word in line.split(" "):
+            if len(words.plain) + len(word) + 1 > room.width and words.plain.strip():
+                out.append(words)
+                words = Text("   ")
+            words.append(word + " ")
+        out.append(words)
+    return out[-rows:] if rows else []
+
+
+def _help(game: Game, room: Room) -> list[Text]:
+    rows = [Text(" actions", style="bold")]
+    rows += [Text(f"   {key:<9} {label}") for key, label, _ in game.legal(game.watcher)[:10]]
+    rows += [Text(" commands, typed after ':' or by key", style="bold")]
+    rows += [
+        Text(f"   {c.shown:<9} {f'{c.name} {c.argument}'.strip():<14} {c.help}") for c in COMMANDS
+    ]
+    return rows
+
+
+def keys(game: Game, room: Room) -> Text:
+    """The keys that count now; illegal ones in brackets and dim."""
+    row = Text(" ")
+    if game.waiting is not None:
+        for key, label, able in game.legal(game.watcher)[:10]:
+            words = f"{key} {label}"
+            row.append(words if able else f"[{words}]", style="" if able else "dim").append("  ")
+    tails = ["  ".join([*(_shown(name) for name in names), ": command"]) for names in ROW_KEYS]
+    left = room.width - len(row.plain)
+    tail = next((tail for tail in tails if len(tail) <= left), tails[-1])
+    row.truncate(max(room.width - len(tail), 0))
+    return _fitted(row.append(tail, style="dim"), room)
+
+
+def _shown(name: str) -> str:
+    return f"{named(name).shown} {name}"

@@ -1,0 +1,395 @@
+"""A game that people play: a session, who sits where, its transcript, and its words."""
+
+import importlib
+import importlib.util
+import secrets
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import cast
+
+from rich.text import Text
+
+from dmplay import catalog
+from dmplay.core import Continuous, Interval, Policy, Problem
+from dmplay.dice import Dice
+from dmplay.errors import BadParameter, DmplayError, UnknownName
+from dmplay.policies.general import EndOfScript, Script
+from dmplay.rollouts import MOST_TURNS
+from dmplay.session import Follower, Session, View
+from dmplay.shell.terminal import clean
+from dmplay.transcript.format import Header, number, turn_facts
+from dmplay.transcript.reading import read
+from dmplay.transcript.recorder import Recorder
+from dmplay.views import generic
+from dmplay.views._canvas import Look, Overlay, Style, fit
+
+HUMAN = "human"
+UNASKED = ("human", "script", "replay")  # seats whose actions only the file can tell
+FRAME = Look(width=80, height=24)
+DIGITS = 10
+
+
+def style_of(problem: Problem) -> Style:
+    """The view module of a problem; the generic one where it has none."""
+    name = f"dmplay.views.{catalog.stem(problem)}"
+    own = catalog.stem(problem) and importlib.util.find_spec(name)
+    return cast(Style, importlib.import_module(name) if own else generic)
+
+
+def frame(session: Session) -> str:
+    """What the first seat's screen shows, as the transcript's plain-text frame."""
+    drawn = fit(style_of(session.problem), session.view(0), FRAME)
+    return "\n".join(row.rstrip() for row in drawn.plain.split("\n"))
+
+
+def action_of(problem: Problem, seat: int, word: str) -> float:
+    """The action that a person wrote: its name, an alias, its number or a key."""
+    try:
+        return problem.action(seat, word)
+    except UnknownName:
+        by_key = action_by_key(problem, seat, word)
+        if by_key is None:
+            raise
+        return by_key
+
+
+def action_by_key(problem: Problem, seat: int, key: str) -> float | None:
+    """The action that a key plays: a digit is its number, 0 the tenth."""
+    labels = problem.actions[seat]
+    if isinstance(labels, Interval):
+        return None
+    known = style_of(problem).KEYS
+    if key in known:
+        return labels.index(known[key])
+    if len(key) == 1 and key.isdigit() and len(labels) <= DIGITS:
+        number_ = (int(key) - 1) % DIGITS
+        return number_ if number_ < len(labels) else None
+    return None
+
+
+def seat_policy(problem: Problem, seat: int, who: str) -> Policy | None:
+    """The policy that plays a seat; None for a person."""
+    kind, _, rest = who.partition(":")
+    if who == HUMAN:
+        return None
+    if kind == "script":
+        return Script(problem, seat, _script(problem, seat, rest))
+    if kind == "replay":
+        transcript = read(Path(rest))
+        name = problem.agents[seat]
+        told = [block["actions"] for block in transcript.blocks if "actions" in block.entries]
+        texts = [str(actions.get(name, "")) for actions in told if isinstance(actions, dict)]
+        return Script(problem, seat, tuple(problem.action(seat, text) for text in texts))
+    return catalog.agent(problem, seat, who)
+
+
+def _script(problem: Problem, seat: int, rest: str) -> tuple[float, ...]:
+    """Actions from `a,b,c`, or from a file with one action or several to a line."""
+    file = Path(rest)
+    if file.is_file():
+        rows = file.read_text().splitlines()
+        words = [
+            (f"{rest}:{number_}", word)
+            for number_, row in enumerate(rows, 1)
+            for word in row.partition("#")[0].replace(",", " ").split()
+        ]
+    else:
+        words = [(f"script action {n}", word) for n, word in enumerate(rest.split(","), 1) if word]
+    actions = []
+    for where, word in words:
+        try:
+            actions.append(action_of(problem, seat, word))
+        except DmplayError as error:
+            raise BadParameter(f"{where}: {error}") from None
+    return tuple(actions)
+
+
+def asked_again(problem: Problem, seats: dict[str, str], *, trusted: bool) -> list[Policy | None]:
+    """The agents of a transcript that can be asked what they would do."""
+    known = catalog.agents(problem)
+    return [
+        catalog.agent(problem, seat, who)
+        if who.partition(":")[0] in known or (trusted and who.partition(":")[0] not in UNASKED)
+        else None
+        for seat, who in enumerate(seats.values())
+    ]
+
+
+class Game:
+    """A session with people, agents and a transcript; what a front end drives."""
+
+    def __init__(
+        self, name: str, session: Session, seats: Sequence[str], recorder: Recorder | None = None
+    ) -> None:
+        self.name = name
+        self.session = session
+        self.seats = tuple(seats)
+        self.recorder = recorder
+        self.style = style_of(session.problem)
+        self.people = [seat for seat, who in enumerate(seats) if who == HUMAN]
+        self.again = ""  # the command that plays this game once more
+        self.strict = False
+        self.reveal = False
+        self._chosen: dict[int, float] = {}
+        self._undone: list[list[float]] = []
+        self._adviser: dict[int, Follower | None] = {}
+
+    @property
+    def problem(self) -> Problem:
+        """The problem played."""
+        return self.session.problem
+
+    @property
+    def shows_seed(self) -> bool:
+        """Whether the player knows the seed: a fresh one is told after the game."""
+        return not self.again or self.session.over
+
+    @property
+    def seed(self) -> int:
+        """The seed of the dice."""
+        return cast(Dice, self.session.source).seed
+
+    @property
+    def watcher(self) -> int:
+        """The seat whose view is shown: the person to choose, else the first."""
+        waiting = self.waiting
+        return waiting if waiting is not None else (self.people or [0])[0]
+
+    @property
+    def waiting(self) -> int | None:
+        """The person who chooses next."""
+        left = [seat for seat in self.people if seat not in self._chosen]
+        return left[0] if left and not self.session.over else None
+
+    def view(self) -> View:
+        """What the watcher may know."""
+        return self.session.view(self.watcher)
+
+    def draw(self, look: Look) -> Text:
+        """The board in the room there is; the state too where it is revealed."""
+        if self.reveal or (self.session.over and self.problem.observations is not None):
+            look = look._replace(state=self.session.state)
+        return fit(self.style, self.view(), look)
+
+    # What is done
+
+    def choose(self, action: float) -> bool:
+        """Takes a person's choice; plays the turn once everybody's is in."""
+        waiting = self.waiting
+        if waiting is None:
+            raise BadParameter(f"the game is over ({self.session.ending})")
+        self.session.check(waiting, action)
+        self._chosen[waiting] = action
+        return self.waiting is None and self.play()
+
+    def play(self) -> bool:
+        """Plays a turn with the choices that are in."""
+        chosen, self._chosen = self._chosen, {}
+        actions = [chosen.get(seat) for seat in range(len(self.seats))]
+        try:
+            self.session.advance(actions)
+        except EndOfScript:
+            self.session.end("quit")
+            return False
+        self._undone.clear()
+        self._record()
+        return True
+
+    def unattended(self) -> bool:
+        """Plays a turn of a game without people; False once it is over."""
+        if not self.session.over and len(self.session.turns) >= MOST_TURNS:
+            self.session.end("turn limit")
+        return not self.session.over and self.play()
+
+    def undo(self, turns: int = 1) -> None:
+        """Takes back turns; the transcript keeps that it was done."""
+        if self.strict:
+            raise BadParameter("undo: this game is strict")
+        if self._chosen:  # a first choice of two is taken back before any turn is
+            self._chosen.clear()
+            return
+        taken = self.session.undo(turns)
+        self._undone += [list(turn.actions) for turn in reversed(taken)]
+        if self.recorder:
+            self.recorder.event("undo", turns)
+
+    def redo(self) -> None:
+        """Plays the turn last taken back again."""
+        if not self._undone:
+            raise BadParameter("redo: nothing was taken back")
+        self.session.advance(self._undone.pop())
+        self._record()
+
+    def reroll(self) -> None:
+        """Plays the last turn again under other dice; the transcript says so."""
+        if self.strict:
+            raise BadParameter("reroll: this game is strict")
+        self.session.reroll()
+        if self.recorder:
+            self.recorder.event("reroll", self.session.rerolls[len(self.session.turns)])
+        self._record()
+
+    def _record(self) -> None:
+        if self.recorder:
+            self.recorder.turn()
+
+    def finish(self, reason: str = "quit") -> None:
+        """Ends the game and its transcript."""
+        self.session.end(reason)
+        if self.recorder:
+            self.recorder.end()
+
+    # What is said
+
+    def read(self, word: str) -> float:
+        """The action that a person typed: its name, an alias, its number or a key."""
+        return action_of(self.problem, self.watcher, word)
+
+    def key(self, key: str) -> float | None:
+        """The action that a key plays."""
+        return action_by_key(self.problem, self.watcher, key)
+
+    def legal(self, seat: int) -> list[tuple[str, str, bool]]:
+        """Key, label and legality of each action; none for an interval."""
+        labels = self.problem.actions[seat]
+        if isinstance(labels, Interval):
+            return []
+        keys: dict[str, str] = {}
+        for key, label in self.style.KEYS.items():
+            keys.setdefault(label, key)
+        able = self.session.legal(seat)
+        return [
+            (keys.get(label, str(index + 1)), label, able is None or bool(able[index]))
+            for index, label in enumerate(labels)
+        ]
+
+    def said(self) -> str:
+        """The last turn in one line: number, what happened, reward and return where seen."""
+        view = self.view()
+        parts = [f"turn {view.turn}.", self.style.told(view)]
+        if view.rewards is not None:
+            parts.append(f"reward {view.rewards[-1]:.6g}. return {self.returned(view):.6g}.")
+        return " ".join(parts)
+
+    def returned(self, view: View) -> float:
+        """The discounted sum of the rewards that a view shows."""
+        discount = self.problem.discount
+        return sum((discount**t * reward for t, reward in enumerate(view.rewards or ())), 0.0)
+
+    def situation(self) -> str:
+        """Where the game stands, in sentences."""
+        words = self.style.situation(self.view())
+        if self.reveal and self.problem.observations is not None:
+            words += f" truly {self.problem.notation(self.session.state)}."
+        return words
+
+    def _advice(self, seat: int) -> Follower | None:
+        if seat not in self._adviser:
+            name = catalog.hint(self.problem, seat)
+            policy = catalog.agent(self.problem, seat, name) if name else None
+            self._adviser[seat] = Follower(self.session, seat, policy) if policy else None
+        return self._adviser[seat]
+
+    def hint(self) -> str:
+        """What the problem's adviser would do here, with the value of each legal action."""
+        seat = self.watcher
+        adviser = self._advice(seat)
+        if adviser is None:
+            return "no hint: no agent here knows values; dmplay info lists the agents"
+        if self.session.over:
+            return "no hint: the game is over"
+        name = catalog.hint(self.problem, seat)
+        best = self.problem.action_name(seat, adviser.choose())
+        values = adviser.values()
+        if values is None:
+            return f"hint ({name}): {best}"
+        each = zip(self.legal(seat), values, strict=True)
+        known = ", ".join(f"{label} {value:.2f}" for (_, label, able), value in each if able)
+        return f"hint ({name}): {best}. values: {known}"
+
+    def overlay(self, kind: str) -> Overlay | None:
+        """Values, policy or states of every state, where the adviser knows them."""
+        problem = self.problem
+        adviser = self._advice(self.watcher)
+        finite = isinstance(problem.states, int) and problem.states > 1
+        if isinstance(problem.states, Continuous) or not finite or problem.observations:
+            return None
+        if not kind or adviser is None:
+            return None
+        values = adviser.policy.values(adviser.policy.begin(problem.enumerated()))
+        return None if values is None else Overlay(kind, values)
+
+    def result(self) -> str:
+        """How it ended: reason, turns, return and total of each seat."""
+        session = self.session
+        sums = zip(self.problem.agents, session.returns(), session.totals(), strict=True)
+        each = "; ".join(f"{who} return {number(r):g}, total {number(t):g}" for who, r, t in sums)
+        turns = len(session.turns)
+        return f"{session.ending or 'unfinished'} after {turns} turn{'s' * (turns != 1)}. {each}."
+
+    def debrief(self) -> list[dict[str, object]]:
+        """Turn by turn what was hidden, once it is over: state, observation, belief and reward."""
+        session = self.session
+        if self.problem.observations is None or not session.over:
+            return []
+        rows = []
+        past = Session(self.problem, session.source, limit=session.limit, opening=session.opening)
+        for turn in [None, *session.turns]:
+            if turn is not None:
+                past.advance(list(turn.actions), turn.draws)
+            facts = turn_facts(past)
+            facts.pop("draws", None)
+            rows.append(facts)
+        return rows
+
+    def public(self) -> dict[str, object]:
+        """The last turn as data: everything if no person sits here or all is revealed,
+        else what the watcher may know.
+        """
+        if not self.people or self.reveal:
+            return turn_facts(self.session)
+        view, problem = self.view(), self.problem
+        agent = problem.agents[view.seat]
+        facts: dict[str, object] = {"turn": view.turn}
+        allowed = {"turn", "actions", "state", "observations", "rewards", "belief"}
+        for key, value in turn_facts(self.session).items():
+            if key not in allowed or (key == "state" and problem.observations is not None):
+                continue
+            if key == "rewards" and view.rewards is None:
+                continue
+            private = problem.observations is not None and isinstance(value, dict)
+            facts[key] = {agent: value[agent]} if private else value  # type: ignore[index]
+        return facts
+
+
+def sentence(facts: Mapping[str, object]) -> str:
+    """Facts of a turn in one line."""
+    return " ".join(_plainly(key, value) for key, value in facts.items())
+
+
+def _plainly(key: str, value: object) -> str:
+    if isinstance(value, dict):
+        one = len(value) == 1
+        each = ", ".join(_short(v) if one else f"{k} {_short(v)}" for k, v in value.items())
+        return f"{key.removesuffix('s')} {each}."
+    return f"{key} {_short(value)}."
+
+
+def _short(value: object) -> str:
+    if isinstance(value, list):
+        return f"[{', '.join(map(_short, value))}]"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def new_seed() -> int:
+    """A seed that a person can type."""
+    return secrets.randbelow(10**9)
+
+
+def header(loaded: catalog.Loaded, seats: Sequence[str], dice: Dice, turns: int | None) -> Header:
+    """The transcript header of a game; scripts are named without their place."""
+    names = [
+        who.partition(":")[0] if who.startswith(("script:", "replay:")) else who for who in seats
+    ]
+    told = dict(zip(loaded.problem.agents, map(clean, names), strict=True))
+    return Header(loaded.name, told, dice.seed, loaded.parameters, dice.episode, turns)

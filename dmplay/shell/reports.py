@@ -1,0 +1,159 @@
+"""The one-shot reports: the table of problems, and all there is to know of one."""
+
+import math
+from dataclasses import fields
+from json import dumps
+
+from rich.console import Console
+from rich.table import Table
+
+from dmplay import catalog
+from dmplay.core import Continuous, Interval, Problem
+from dmplay.names import problem_names
+from dmplay.shell.game import style_of
+
+VARIES = "varies"
+
+
+def varies(problem: Problem, fact: str) -> bool:
+    """Whether a fact depends on the parameters: a property of the class, not an attribute."""
+    own = getattr(type(problem), fact)
+    return isinstance(own, property) and own is not getattr(Problem, fact)
+
+
+def row(problem: Problem) -> dict[str, str]:
+    """A problem's line of table F.1: agents, states, actions, observations, discount."""
+    many = len(problem.agents) > 1
+    agents = VARIES if varies(problem, "agents") else str(len(problem.agents)) if many else "-"
+    each = " per agent" if many else ""
+    observations = problem.observations
+    seen = f"{len(observations[0])}{each}" if observations else "-"
+    return {
+        "agents": agents,
+        "states": VARIES if varies(problem, "states") else _states(problem),
+        "actions": f"{_actions(problem.actions[0])}{each}",
+        "observations": seen,
+        "discount": f"{problem.discount:g}",
+    }
+
+
+def _states(problem: Problem) -> str:
+    if isinstance(problem.states, Continuous):
+        dimensions = problem.states.dimensions
+        return f"in R^{dimensions}" if dimensions > 1 else "in R"
+    if problem.states == math.inf:
+        return "unbounded"
+    return "-" if problem.states == 1 else str(problem.states)
+
+
+def _actions(actions: object) -> str:
+    return "in R" if isinstance(actions, Interval) else str(len(actions))  # type: ignore[arg-type]
+
+
+def facts() -> list[dict[str, str]]:
+    """Table F.1: every built-in problem with its kind."""
+    rows = []
+    for name in problem_names():
+        problem = catalog.load(name)
+        rows.append({"problem": name, "kind": problem.kind} | row(problem))
+    return rows
+
+
+def table() -> Table:
+    """Table F.1 for people."""
+    drawn = Table(box=None, header_style="bold", pad_edge=False)
+    known = facts()
+    for heading in known[0]:
+        drawn.add_column(heading, no_wrap=True)
+    for one in known:
+        drawn.add_row(*one.values())
+    return drawn
+
+
+def about(name: str) -> dict[str, object]:
+    """Everything about a problem: what it is, its spaces, parameters, agents, keys and source."""
+    problem = catalog.load(name)
+    base = name.partition(":")[0]
+    style = style_of(problem)
+    return {
+        "problem": name,
+        "kind": problem.kind,
+        "about": catalog.docs(problem),
+        "agents": list(problem.agents),
+        "states": row(problem)["states"],
+        "actions": _named(problem.actions[0]),
+        "observations": _observed(problem),
+        "turns": problem.horizon,
+        "parameters": {
+            one.name: {
+                "default": getattr(problem, one.name),
+                "meaning": one.metadata.get("meaning", ""),
+            }
+            for one in fields(problem)
+        },
+        "variants": [variant or "standard" for variant in catalog.variants(base)],
+        "players": {
+            name: (make.__doc__ or "").partition("\n")[0]
+            for name, make in catalog.agents(problem).items()
+        },
+        "keys": dict(style.KEYS),
+    }
+
+
+def _named(actions: object) -> object:
+    if isinstance(actions, Interval):
+        return {"from": actions.low, "to": actions.high}
+    return list(actions)  # type: ignore[call-overload]
+
+
+def _observed(problem: Problem) -> object:
+    return "the state" if problem.observations is None else list(problem.observations[0])
+
+
+def told(facts_: dict[str, object]) -> str:
+    """The same for people."""
+    keys: dict[str, list[str]] = {}
+    for key, label in facts_["keys"].items():  # type: ignore[attr-defined]
+        keys.setdefault(label, []).append(key)
+    rows = [f"{facts_['problem']}: {facts_['kind']}", "", str(facts_["about"]), ""]
+    rows += [
+        f"seats         {', '.join(facts_['agents'])}",  # type: ignore[arg-type]
+        f"states        {facts_['states']}",
+        f"actions       {facts_['actions']}",
+        f"observations  {facts_['observations']}",
+        f"turns         {facts_['turns'] or 'until it ends'}",
+        f"variants      {', '.join(facts_['variants'])}",  # type: ignore[arg-type]
+        "",
+        "parameters (--set NAME=VALUE)",
+    ]
+    for name, one in facts_["parameters"].items():  # type: ignore[attr-defined]
+        shown = str(one["default"])
+        shown = shown if len(shown) <= 24 else f"{shown[:21]}..."
+        rows.append(f"  {name:<16} {shown:<24} {one['meaning']}")
+    rows += ["", "agents (--agent, --vs, --seat NAME=AGENT)"]
+    rows += [
+        f"  {name:<22} {doc}"
+        for name, doc in {
+            "human": "You.",
+            **facts_["players"],  # type: ignore[dict-item]
+            "script:a,b,c": "Written actions, or script:FILE.",
+            "replay:FILE": "The seat's actions from a transcript.",
+        }.items()
+    ]
+    rows += ["", "keys"]
+    rows += [f"  {label:<14} {', '.join(names)}" for label, names in keys.items()]
+    return "\n".join(rows)
+
+
+def print_list(*, json: bool) -> None:
+    """Prints table F.1."""
+    if json:
+        print(dumps(facts()))
+        return
+    Console(width=max(Console().width, 100), highlight=False).print(table())
+
+
+def print_info(name: str, *, json: bool) -> None:
+    """Prints all about a problem."""
+    found = about(name)
+    print(dumps(found) if json else told(found))

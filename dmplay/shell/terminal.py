@@ -1,0 +1,96 @@
+"""One place that decides how to talk: which front end, colour, ASCII, how wide."""
+
+import os
+import shutil
+from collections.abc import Mapping
+from typing import NamedTuple, TextIO
+
+from dmplay.errors import BadParameter
+
+COLORS = ("auto", "always", "never")
+
+
+class Wishes(NamedTuple):
+    """What the command line asked for."""
+
+    plain: bool = False
+    json: bool = False
+    color: str = "auto"
+    ascii: bool = False
+    width: int | None = None
+
+
+class Terminal(NamedTuple):
+    """How to talk to this user."""
+
+    screen: bool  # full screen; else plain lines
+    why: str  # the switch that chose plain lines
+    typed: bool  # whether a person types: an unknown word is asked again
+    color: bool
+    ascii: bool
+    width: int
+
+
+def decide(wishes: Wishes, env: Mapping[str, str], stdin: TextIO, stdout: TextIO) -> Terminal:
+    """Reads the wishes, the environment and the streams, in this order of strength."""
+    if wishes.color not in COLORS:
+        raise BadParameter(f"--color: got {wishes.color!r}, expected one of {', '.join(COLORS)}")
+    dumb = env.get("TERM", "") in ("", "dumb")
+    reasons = {
+        "--plain": wishes.plain,
+        "--json": wishes.json,
+        "ACCESSIBLE": env.get("ACCESSIBLE", "").lower() not in ("", "0", "false"),
+        "input is not a terminal": not stdin.isatty(),
+        "output is not a terminal": not stdout.isatty(),
+        "TERM=dumb": dumb,
+    }
+    why = next((reason for reason, holds in reasons.items() if holds), "")
+    return Terminal(
+        screen=not why,
+        why=why,
+        typed=stdin.isatty(),
+        color=_color(wishes.color, env, stdout.isatty() and not dumb),
+        ascii=wishes.ascii or env.get("DMPLAY_ASCII") == "1" or not _unicode(stdout),
+        width=_width(wishes.width, env),
+    )
+
+
+def here(wishes: Wishes) -> Terminal:
+    """The decision for this process."""
+    import sys
+
+    return decide(wishes, os.environ, sys.stdin, sys.stdout)
+
+
+def _color(wish: str, env: Mapping[str, str], able: bool) -> bool:
+    if wish != "auto":
+        return wish == "always"
+    if env.get("NO_COLOR"):
+        return False
+    if env.get("CLICOLOR_FORCE", "0") != "0" or env.get("FORCE_COLOR"):
+        return True
+    if env.get("DMPLAY_NO_COLOR"):
+        return False
+    return able and env.get("CLICOLOR", "1") != "0"
+
+
+def _unicode(stdout: TextIO) -> bool:
+    try:
+        "╱◆▏γ".encode(stdout.encoding or "ascii")
+    except (UnicodeEncodeError, LookupError):
+        return False
+    return True
+
+
+def _width(wish: int | None, env: Mapping[str, str]) -> int:
+    columns = env.get("COLUMNS", "")
+    if wish is None and columns.isdigit() and int(columns) > 0:
+        return int(columns)
+    return wish or shutil.get_terminal_size((80, 24)).columns
+
+
+def clean(text: str) -> str:
+    """An outside string made safe to show: what does not print is written as an escape."""
+    return "".join(
+        c if c.isprintable() or c == "\n" else c.encode("unicode_escape").decode() for c in text
+    )

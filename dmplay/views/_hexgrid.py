@@ -1,0 +1,81 @@
+"""Hex maps as text: pointy tops, q to the east, r to the north-east, in three sizes and dots.
+
+ ╱   ╲ ╱   ╲          normal: 6 columns, 3 rows a hex row
+│  @  │     │
+│     │  +5 │         compact: 4 columns, 2 rows        dots: 4 or 2 columns, 1 row
+  ╲ ╱   ╲ ╱
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
+
+from rich.text import Text
+
+from dmplay.problems._hex import Hex
+from dmplay.views._canvas import Canvas
+
+ARROWS = ("→", "↗", "↖", "←", "↙", "↘")
+COMPASS = ("E", "NE", "NW", "W", "SW", "SE")
+EDGE = "dim"
+
+
+class Cell(NamedTuple):
+    """What stands in a hex: a mark, a second line, and one glyph for the dots."""
+
+    mark: str
+    note: str = ""
+    dot: str = "."
+    style: str = ""
+
+
+class Size(NamedTuple):
+    """A size of hex: columns a hex, rows of text in it (0 for dots)."""
+
+    width: int
+    lines: int
+
+
+NORMAL, COMPACT, DOTS, FINE = Size(6, 2), Size(4, 1), Size(4, 0), Size(2, 0)
+
+
+def grids(hexes: Sequence[Hex], cell: Callable[[Hex, Size], Cell]) -> Iterator[Text]:
+    """The map in every size, the largest first."""
+    for size in (NORMAL, COMPACT, DOTS, FINE):
+        yield grid(hexes, cell, size)
+
+
+def grid(hexes: Sequence[Hex], cell: Callable[[Hex, Size], Cell], size: Size) -> Text:
+    """The map in one size."""
+    canvas = Canvas()
+    left = min(2 * q + r for q, r in hexes)
+    top = max(r for _, r in hexes)
+    for hex_ in sorted(hexes, key=lambda one: (-one[1], one[0])):
+        x = (2 * hex_[0] + hex_[1] - left) * size.width // 2
+        content = cell(hex_, size)
+        if size.lines:
+            _frame(canvas, x, (top - hex_[1]) * (size.lines + 1), size)
+            _fill(canvas, x, (top - hex_[1]) * (size.lines + 1), content, size)
+        else:
+            wide = size.width - 1
+            text = content.dot if len(content.dot) <= wide else content.dot[:1]
+            canvas.put(x, top - hex_[1], text.center(wide), content.style)
+    return canvas.text()
+
+
+def _frame(canvas: Canvas, x: int, y: int, size: Size) -> None:
+    width, bottom = size.width, y + size.lines + 1
+    slope = width // 3 if size.lines > 1 else 1
+    canvas.put(x + 1, y, "╱", EDGE)
+    canvas.put(x + width - 1, y, "╲", EDGE)
+    for line in range(y + 1, bottom):
+        canvas.put(x, line, "│", EDGE)
+        canvas.put(x + width, line, "│", EDGE)
+    canvas.put(x + slope, bottom, "╲", EDGE)
+    canvas.put(x + width - slope, bottom, "╱", EDGE)
+
+
+def _fill(canvas: Canvas, x: int, y: int, content: Cell, size: Size) -> None:
+    room = size.width - 1
+    canvas.put(x + 1, y + 1, content.mark[:room].center(room), content.style)
+    if size.lines > 1:
+        canvas.put(x + 1, y + 2, content.note[:room].center(room), content.style)

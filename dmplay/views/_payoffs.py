@@ -1,0 +1,103 @@
+"""Payoff matrices as tables and words: rows are agent 1's actions."""
+
+from collections.abc import Iterator
+
+from rich.text import Text
+
+from dmplay.core import Labels
+from dmplay.problems._matrix_game import MatrixGame
+from dmplay.session import View
+from dmplay.views._canvas import Canvas, Look
+
+
+def game(view: View) -> tuple[MatrixGame, tuple[Labels, Labels]]:
+    """The problem and the labels of both agents."""
+    assert isinstance(view.problem, MatrixGame)
+    rows, columns = view.problem.actions
+    assert isinstance(rows, Labels)
+    assert isinstance(columns, Labels)
+    return view.problem, (rows, columns)
+
+
+def last(view: View) -> tuple[int, int] | None:
+    """Both actions of the last round."""
+    return (int(view.joint[-1][0]), int(view.joint[-1][1])) if view.joint else None
+
+
+def boards(view: View, look: Look) -> Iterator[Text]:
+    """The table with the last play in brackets, and the rounds so far; then the table alone."""
+    for width in (10, 8, 6):
+        for history in (True, False):
+            canvas = Canvas()
+            bottom = _table(view, canvas, width)
+            if history:
+                _history(view, canvas, bottom + 1, look.width)
+            yield canvas.text()
+
+
+def _table(view: View, canvas: Canvas, width: int) -> int:
+    problem, (rows, columns) = game(view)
+    played = last(view)
+    stub = max(max(map(len, rows)) + 1, width)
+    for j, name in enumerate(columns):
+        x = stub + j * (width + 1)
+        canvas.put(x, 0, "│", "dim")
+        chosen = played is not None and played[1] == j
+        canvas.put(x + 1, 0, name[:width].center(width), "bold" if chosen else "")
+    canvas.put(0, 1, "─" * stub + ("┼" + "─" * width) * len(columns), "dim")
+    for i, name in enumerate(rows):
+        mark = ">" if played and played[0] == i else " "
+        canvas.put(0, i + 2, mark + name, "bold" if mark == ">" else "")
+        for j in range(len(columns)):
+            x = stub + j * (width + 1)
+            pay = "{:g}, {:g}".format(*problem.payoffs[i, j])
+            here = played == (i, j)
+            canvas.put(x, i + 2, "│", "dim")
+            shown = f"[{pay}]" if here else pay
+            if len(shown) > width:
+                shown = shown.replace(", ", ",")
+            canvas.put(x + 1, i + 2, shown.center(width), "bold reverse" if here else "")
+    return len(rows) + 2
+
+
+def _history(view: View, canvas: Canvas, y: int, width: int) -> None:
+    problem, labels = game(view)
+    stub = max(map(len, problem.agents)) + 7
+    rounds = (view.joint or ())[-max((width - stub) // 2, 1) :]
+    for seat, agent in enumerate(problem.agents):
+        you = " (you)" if seat == view.seat else ""
+        canvas.put(0, y + seat, f"{agent}{you}")
+        moves = " ".join(labels[seat][int(joint[seat])][0].upper() for joint in rounds)
+        canvas.put(stub, y + seat, moves, "bold")
+
+
+def panel(view: View) -> list[tuple[str, str]]:
+    """The last round and the sums."""
+    problem, labels = game(view)
+    played = last(view)
+    names = [labels[seat][played[seat]] for seat in (0, 1)] if played else ["-", "-"]
+    rewards = view.rewards or ()
+    sums = [("reward", f"{rewards[-1]:g}" if rewards else "-"), ("total", f"{sum(rewards):g}")]
+    return [*zip(problem.agents, names, strict=True), *sums, ("gamma", f"{problem.discount:g}")]
+
+
+def told(view: View) -> str:
+    """Who chose what."""
+    problem, labels = game(view)
+    played = last(view)
+    assert played
+    both = zip(problem.agents, labels, played, strict=True)
+    return ". ".join(f"{agent} chose {names[action]}" for agent, names, action in both) + "."
+
+
+def situation(view: View) -> str:
+    """One sentence a cell, and the last round."""
+    problem, (rows, columns) = game(view)
+    cells = [
+        f"{mine} against {theirs}: {problem.payoffs[i, j, 0]:g} to {problem.agents[0]}, "
+        f"{problem.payoffs[i, j, 1]:g} to {problem.agents[1]}."
+        for i, mine in enumerate(rows)
+        for j, theirs in enumerate(columns)
+    ]
+    before = [f"last round: {told(view)}"] if view.turn else []
+    return " ".join([f"you are {problem.agents[view.seat]}.", *before, *cells])

@@ -1,0 +1,67 @@
+"""How a problem without a view of its own looks: labels and numbers, digits as keys."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from rich.text import Text
+
+from dmplay.core import Interval
+from dmplay.session import View
+from dmplay.views._belief import bars
+from dmplay.views._canvas import Canvas, Look, signed
+
+KEYS: dict[str, str] = {}
+
+
+def seen(view: View) -> str:
+    """What the seat saw last, by name."""
+    observation = view.observation
+    if view.problem.observations is None:
+        return view.problem.notation(observation)
+    label = int(observation)
+    return view.problem.observations[view.seat][label] if label >= 0 else "nothing yet"
+
+
+def boards(view: View, look: Look) -> Iterator[Text]:
+    """The observation, the belief where there is one, and the actions with their digits."""
+    for full in (True, False):
+        canvas = Canvas()
+        what = "state" if view.problem.observations is None else "seen"
+        canvas.put(0, 0, f"{what}  {seen(view)}"[: max(look.width, 1)], "bold")
+        y = 2
+        if view.beliefs is not None and full:
+            names = [view.problem.notation(s) for s in view.problem.enumerated()]
+            y = bars(canvas, y, names, view.beliefs[-1], look) + 1
+        actions = view.problem.actions[view.seat]
+        if isinstance(actions, Interval):
+            canvas.put(0, y, f"a number from {actions.low:g} to {actions.high:g}")
+        else:
+            for number, label in enumerate(actions if full else (), 1):
+                legal = view.legal is None or view.legal[number - 1]
+                canvas.put(0, y, f"{number} {label}" if legal else f"[{number} {label}]")
+                y += 1
+        yield canvas.text()
+
+
+def panel(view: View) -> list[tuple[str, str]]:
+    """The last action and reward."""
+    last = view.problem.action_name(view.seat, view.actions[-1]) if view.turn else "-"
+    reward = signed(view.rewards[-1]) if view.rewards else "-"
+    return [("last", last), ("reward", reward), ("gamma", f"{view.problem.discount:g}")]
+
+
+def told(view: View) -> str:
+    """The action and what was seen after it."""
+    action = view.problem.action_name(view.seat, view.actions[-1])
+    return f"{seen(view)}. chose {action}."
+
+
+def situation(view: View) -> str:
+    """What was seen last and what can be done."""
+    actions = view.problem.actions[view.seat]
+    if isinstance(actions, Interval):
+        can = f"a number from {actions.low:g} to {actions.high:g}"
+    else:
+        legal = np.ones(len(actions), bool) if view.legal is None else view.legal
+        can = ", ".join(label for label, able in zip(actions, legal, strict=True) if able)
+    return f"{seen(view)}. actions: {can or 'none'}."

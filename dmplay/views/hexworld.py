@@ -1,0 +1,138 @@
+"""How hex world looks: the map with its exits, you, and the keys that lead on."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from rich.text import Text
+
+from dmplay.problems import _hex
+from dmplay.problems._hex import DIRECTIONS, Hex, neighbours
+from dmplay.problems.hexworld import HexWorld
+from dmplay.session import View
+from dmplay.solvers.value_iteration import best
+from dmplay.views._canvas import Look, short, signed
+from dmplay.views._hexgrid import ARROWS, COMPASS, Cell, Size, grids
+
+KEYS = {
+    "l": "e", "u": "ne", "y": "nw", "h": "w", "b": "sw", "n": "se",
+    "right": "e", "pageup": "ne", "home": "nw", "left": "w", "end": "sw", "pagedown": "se",
+    "up right": "ne", "up left": "nw", "down left": "sw", "down right": "se",
+}  # fmt: skip
+LETTERS = ("l", "u", "y", "h", "b", "n")  # in action order
+
+
+def _problem(view: View) -> HexWorld:
+    assert isinstance(view.problem, HexWorld)
+    return view.problem
+
+
+def _here(view: View, turn: int = -1) -> Hex | None:
+    """The hex after a turn; None once the game is over."""
+    hexes = _problem(view).hexes
+    state = int(view.observations[turn])
+    return hexes[state] if state < len(hexes) else None
+
+
+def boards(view: View, look: Look) -> Iterator[Text]:
+    """The map, the largest first."""
+    problem = _problem(view)
+    # Once over, the exit taken is still where you stand.
+    here = _here(view) or (_here(view, -2) if view.turn else None)
+    exits = dict(problem.rewards)
+    around = neighbours(here) if here else []
+
+    def cell(hex_: Hex, size: Size) -> Cell:
+        pay = exits.get(hex_)
+        glyph = "" if pay is None else "◆" if pay > 0 else "✗"
+        style = "" if pay is None else "bold blue" if pay > 0 else "bold yellow"
+        note = "" if pay is None else signed(pay)
+        dot = note or "."
+        mark = glyph
+        if look.overlay and pay is None:
+            text = _overlay(look, problem.hexes.index(hex_), size)
+            mark, note, style = (text, "", "cyan") if size.lines == 1 else ("", text, "cyan")
+        if hex_ == here:
+            return Cell("@", note, "@", "bold reverse")
+        if look.keys and not look.overlay and hex_ in around and _here(view) and pay is None:
+            mark, style = LETTERS[around.index(hex_)], style or "green"
+        return Cell(mark, note, dot, style)
+
+    yield from grids(problem.hexes, cell)
+
+
+def _overlay(look: Look, state: int, size: Size) -> str:
+    assert look.overlay
+    values = look.overlay.values[state]
+    if look.overlay.kind == "states":
+        return str(state)
+    if look.overlay.kind == "values":
+        return short(values.max(), size.width - 1)
+    names = COMPASS if look.ascii else ARROWS
+    chosen = [names[a] for a in np.flatnonzero(best(values))]
+    return chosen[0] if len(chosen) == 1 or size.lines == 1 else "/".join(chosen)[:5]
+
+
+def _moved(view: View) -> tuple[str, str]:
+    """The action of the last turn, and what came of it."""
+    problem, before, after = _problem(view), _here(view, -2), _here(view)
+    chosen = int(view.actions[-1])
+    name = DIRECTIONS[chosen].upper()
+    if before is None:
+        return name, "the game was over"
+    if after is None:
+        return name, f"left by the exit {signed(dict(problem.rewards)[before])}"
+    if after == before:
+        return name, "bumped, stayed"
+    went = neighbours(before).index(after)
+    return name, f"moved {DIRECTIONS[went].upper()}{' slip' if went != chosen else ''}"
+
+
+def panel(view: View) -> list[tuple[str, str]]:
+    """The last move and the odds of the next."""
+    problem = _problem(view)
+    last, moved = _moved(view) if view.turn else ("-", "-")
+    reward = f"{view.rewards[-1]:.2f}" if view.rewards else "-"
+    return [
+        ("last", last),
+        ("moved", moved.removeprefix("moved ").partition(",")[0]),
+        ("reward", reward),
+        ("p(go)", f"{1 - problem.slip:.2f}"),
+        ("slip", f"{problem.slip / 2:.2f} x2"),
+        ("gamma", f"{problem.discount:.2f}"),
+    ]
+
+
+def told(view: View) -> str:
+    """Where you are and how you got there."""
+    chosen, moved = _moved(view)
+    here = _here(view)
+    slipped = moved.endswith(" slip")
+    moved = f"slipped, {moved.removesuffix(' slip')}" if slipped else moved
+    return f"{'at ' + _hex.notation(here) if here else 'over'}. chose {chosen}, {moved}."
+
+
+def situation(view: View) -> str:
+    """The six ways on, in action order, and how far the exits are."""
+    problem, here = _problem(view), _here(view)
+    exits = dict(problem.rewards)
+    if here is None:
+        return "the game is over."
+    sentences = [f"at {_hex.notation(here)}."]
+    if here in exits:
+        sentences.append(f"exit {signed(exits[here])} here: any action takes it.")
+    for name, near in zip(DIRECTIONS, neighbours(here), strict=True):
+        kind = (
+            "wall" if near not in problem.hexes else f"{_hex.notation(near)} {_kind(near, exits)}"
+        )
+        sentences.append(f"{name.upper()} {kind}.")
+    for hex_, pay in exits.items():
+        steps = _hex.distance(here, hex_)
+        what = "goal" if pay > 0 else "hazard"
+        sentences.append(
+            f"{what} {signed(pay)} at {_hex.notation(hex_)}: {steps} step{'s' * (steps != 1)}."
+        )
+    return " ".join(sentences)
+
+
+def _kind(hex_: Hex, exits: dict[Hex, float]) -> str:
+    return f"exit {signed(exits[hex_])}" if hex_ in exits else "floor"
