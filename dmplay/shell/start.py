@@ -130,7 +130,7 @@ def resumed(path: Path, turns: int | None = None, *, trusted: bool = False) -> G
             )
     policies = [seat_policy(found.problem, seat, who) for seat, who in enumerate(seats)]
     session = replay(transcript, found.problem, policies)
-    if session.over:
+    if session.over and transcript.end:
         raise BadParameter(f"{path}: the game is over ({session.ending}); nothing to resume")
     recorder = Recorder.resume(path, transcript.content, session, _framing(transcript))
     return Game(found.name, session, seats, recorder)
