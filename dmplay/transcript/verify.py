@@ -164,6 +164,8 @@ class _Check:
         transcript = self.transcript
         header = transcript.header
         dice = Dice(header.seed, header.episode)
+        if self._limit_differs():
+            return
         session = start(transcript, problem, dice, policies)
         self._write(transcript.header_block, header_facts(header), "")
         self._block(transcript.blocks[0], session, dice)
@@ -186,6 +188,19 @@ class _Check:
     def _write(self, block: Block, facts: Mapping[str, object], frame: str) -> None:
         self.canonical += text(_with_notes(block, lines(facts, frame)))
 
+    def _limit_differs(self) -> bool:
+        """A limit other than the one that ended the game: every later finding would follow."""
+        end, header = self.transcript.end, self.transcript.header_block
+        told = end["end"] if end else None
+        if not isinstance(told, dict) or told.get("reason") != "turn limit":
+            return False
+        entry = header.entries.get("turns", Entry(header.line, None))
+        last = self.transcript.blocks[-1].entries.get("turn", Entry(0, None))
+        if entry.value == last.value or told.get("turns") != last.value:
+            return False
+        self._found("facts", entry.line, "header", "turns", entry.value, last.value)
+        return True
+
     def _agents(self, block: Block, session: Session) -> None:
         """Asks the agents of this turn again."""
         told = _actions(self.transcript, block, session.problem)
@@ -201,6 +216,7 @@ class _Check:
         """Compares the facts, the frame and the draws of a turn or the opening."""
         facts = turn_facts(session)
         turn = len(session.turns)
+        self._luck(block, session, dice, turn)
         for key, got in facts.items():
             entry = block.entries.get(key)
             if entry is None:
@@ -216,7 +232,6 @@ class _Check:
             drawn = [row.rstrip() for row in frame.split("\n")]
             self._frame(block, turn, drawn)
         self._write(block, facts, frame)
-        self._luck(block, session, dice, turn)
 
     def _fact(self, entry: Entry, turn: int, key: str, got: object) -> None:
         """Compares one fact, seat by seat where it has seats."""

@@ -1,0 +1,76 @@
+"""Transcripts as test items: every `.dmt` file that pytest collects is verified.
+
+`--dmplay-update` rewrites the files instead, never where CI is set. A transcript of a problem of
+your own needs `dmplay_trust = true` in the pytest configuration: only then is it imported.
+"""
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+import pytest
+
+SUFFIX = ".dmt"
+
+
+class Mismatch(Exception):
+    """A transcript that does not verify."""
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Adds `--dmplay-update` and `dmplay_trust`."""
+    group = parser.getgroup("dmplay", "golden transcripts")
+    group.addoption("--dmplay-update", action="store_true", help="rewrite transcripts that differ")
+    parser.addini("dmplay_trust", "import the problems that transcripts name", "bool", False)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Refuses to rewrite goldens where nobody looks at them."""
+    if config.getoption("--dmplay-update") and os.environ.get("CI"):
+        raise pytest.UsageError("--dmplay-update: not where CI is set")
+
+
+def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
+    """Collects transcripts."""
+    if file_path.suffix != SUFFIX:
+        return None
+    collected: pytest.Collector = TranscriptFile.from_parent(parent, path=file_path)
+    return collected
+
+
+class TranscriptFile(pytest.File):
+    """A file that holds one transcript."""
+
+    def collect(self) -> Iterable[pytest.Item]:
+        """One item."""
+        yield TranscriptItem.from_parent(self, name="verify")
+
+
+class TranscriptItem(pytest.Item):
+    """Verifies its transcript, or rewrites it."""
+
+    def runtest(self) -> None:
+        """Fails with the report of `dmplay verify`."""
+        from dmplay.shell import checking
+
+        trusted = bool(self.config.getini("dmplay_trust"))
+        path = Path(os.path.relpath(self.path))
+        if self.config.getoption("--dmplay-update"):
+            diff = checking.update(path, trusted=trusted)
+            if diff:
+                self.add_report_section("call", "rewritten", diff)
+        report = checking.check(path, trusted=trusted)
+        if not report.ok:
+            raise Mismatch(f"{report}\nto accept the change: pytest {path} --dmplay-update")
+
+    def repr_failure(
+        self, excinfo: pytest.ExceptionInfo[BaseException], style: object = None
+    ) -> str:
+        """The report alone; a traceback only for what is not a mismatch."""
+        if isinstance(excinfo.value, Mismatch):
+            return str(excinfo.value)
+        return str(super().repr_failure(excinfo))
+
+    def reportinfo(self) -> tuple[Path, int, str]:
+        """The file."""
+        return self.path, 0, f"transcript {self.path.name}"

@@ -1,0 +1,55 @@
+"""Games for tests, set up in a line."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import dmplay
+from dmplay.chance import Reals
+from dmplay.core import Problem
+from dmplay.shell.start import Request, new
+from dmplay.transcript.reading import read
+
+
+class Scripted:
+    """Draws written down beforehand: nature by turn, each seat always one half."""
+
+    def __init__(self, *draws: Sequence[float]) -> None:
+        self.draws = draws
+
+    def draw(self, stream: int, turn: int, reroll: int, count: int) -> Reals:
+        import numpy as np
+
+        if stream:
+            return np.full((1, count), 0.5)
+        return np.array([self.draws[turn]], float)[:, :count]
+
+
+def session(problem: str, *draws: Sequence[float], **parameters: object) -> dmplay.Session:
+    """A game of people under these draws."""
+    return dmplay.Session(dmplay.load(problem, **parameters), Scripted(*draws))
+
+
+def play(problem: Problem, who: dmplay.Session, *actions: str) -> None:
+    """Plays these actions for the first seat."""
+    for name in actions:
+        who.advance([problem.action(0, name), *[None] * (len(problem.agents) - 1)])
+
+
+def recorded(path: Path, problem: str, agent: str, seed: int = 7, **options: object) -> str:
+    """Plays an unattended game into a file; its text."""
+    game = new(Request(problem, agent=agent, seed=seed, record=path, **options))  # type: ignore[arg-type]
+    while game.unattended():
+        pass
+    game.finish()
+    return path.read_text()
+
+
+def altered(path: Path, before: str, after: str) -> int:
+    """Replaces the one place where a text stands; the line it is on."""
+    text = path.read_text()
+    assert text.count(before) == 1, f"{before!r} stands {text.count(before)} times"
+    path.write_text(text.replace(before, after))
+    return text[: text.index(before)].count("\n") + 1
+
+
+__all__ = ["Scripted", "altered", "play", "read", "recorded", "session"]

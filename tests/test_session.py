@@ -1,0 +1,162 @@
+"""The game as a state machine: turns, undo, rerolls, endings, and what a seat may know."""
+
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay.dice import Dice
+from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
+from dmplay.policies.general import Script
+from dmplay.session import Follower
+from tests.games import session
+
+E, NE, NW, W, SW, SE = range(6)
+COOPERATE, DEFECT = 0, 1
+
+
+def notation(game: dmplay.Session) -> str:
+    return game.problem.notation(game.state)
+
+
+def test_a_walk_east_slips_where_the_draw_says_so() -> None:
+    game = session("hexworld:straight-line", [0.3], [0.699999999], [0.7], [0.85])
+    assert notation(game) == "(2,0)"
+    game.advance([E])
+    assert notation(game) == "(3,0)"
+    game.advance([E])  # slips to the north-east, off the line
+    assert notation(game) == "(3,0)"
+    assert game.turns[-1].rewards.tolist() == [-1]
+    game.advance([E])  # slips to the south-east, off the line
+    assert notation(game) == "(3,0)"
+    assert game.totals().tolist() == [-2]
+    assert game.returns().tolist() == [0.9 * -1 + 0.9**2 * -1]
+
+
+def test_an_exit_pays_when_it_is_acted_in_and_ends_the_game() -> None:
+    game = session("hexworld:straight-line", [0.75], [0.0], [0.0])
+    game.advance([E])
+    assert notation(game) == "(6,0)"
+    assert not game.over
+    game.advance([NW])
+    assert notation(game) == "over"
+    assert game.turns[-1].rewards.tolist() == [10]
+    assert game.ending == "terminal"
+    with pytest.raises(EpisodeOver, match=r"turn 3: the game is over \(terminal\)"):
+        game.advance([E])
+
+
+def test_undo_gives_back_the_same_dice() -> None:
+    game = dmplay.Session(dmplay.load("2048"), Dice(3))
+    able = game.legal(0)
+    assert able is not None
+    legal = np.flatnonzero(able)
+    first = game.advance([legal[0]])
+    game.undo()
+    assert game.turns == []
+    again = game.advance([legal[0]])
+    assert (first.state == again.state).all()
+    assert (first.draws == again.draws).all()
+
+
+def test_a_reroll_plays_the_same_action_under_other_dice_and_stays() -> None:
+    game = dmplay.Session(dmplay.load("crying-baby"), Dice(3))
+    before = game.advance([2])
+    after = game.reroll()
+    assert after.actions == before.actions
+    assert (after.draws != before.draws).all()
+    game.undo()
+    assert (game.advance([2]).draws == after.draws).all()
+
+
+def test_more_turns_than_were_played_cannot_be_taken_back() -> None:
+    game = dmplay.Session(dmplay.load("crying-baby"), Dice(3))
+    with pytest.raises(IllegalAction, match="undo 1: 0 turns were played"):
+        game.undo()
+
+
+def test_an_illegal_slide_is_refused_and_changes_nothing() -> None:
+    game = session("2048", [0.0, 0.0, 0.0, 0.0], [0.0, 0.0])
+    assert notation(game) == "2 2 . ./. . . ./. . . ./. . . ."
+    with pytest.raises(
+        IllegalAction, match=r"turn 1, agent: up changes nothing in 2 2 \. \..*down"
+    ):
+        game.advance([3])
+    assert game.turns == []
+    assert notation(game) == "2 2 . ./. . . ./. . . ./. . . ."
+
+
+@pytest.mark.parametrize("action", [6, -1, 2.5, None])
+def test_an_action_out_of_range_is_refused(action: float | None) -> None:
+    game = dmplay.Session(dmplay.load("hexworld"), Dice(3))
+    with pytest.raises(IllegalAction, match="turn 1, agent: "):
+        game.advance([action])
+
+
+def test_the_horizon_and_a_turn_limit_are_two_reasons() -> None:
+    problem = dmplay.load("crying-baby")
+    for limit, reason in ((None, "horizon"), (20, "horizon"), (3, "turn limit")):
+        game = dmplay.Session(problem, Dice(1), limit=limit)
+        while not game.over:
+            game.advance([0])
+        assert game.ending == reason
+        assert len(game.turns) == (limit or 20)
+
+
+def test_quitting_ends_a_game_once() -> None:
+    game = dmplay.Session(dmplay.load("hexworld"), Dice(1))
+    game.end("quit")
+    game.end("interrupted")
+    assert game.ending == "quit"
+
+
+def test_a_seat_of_a_pomdp_sees_neither_state_nor_reward() -> None:
+    game = session("crying-baby", [0.9], [0.0])
+    game.advance([2])
+    view = game.view(0)
+    assert view.rewards is None
+    assert view.joint is None
+    assert [int(seen) for seen in view.observations] == [-1, 0]
+    assert view.turn == 1
+    assert view.beliefs is not None
+    assert view.beliefs[0].tolist() == [0.5, 0.5]
+
+
+def test_a_seat_that_sees_the_state_sees_rewards_and_the_joint_action() -> None:
+    game = dmplay.Session(dmplay.load("prisoners-dilemma"), Dice(1))
+    game.advance([COOPERATE, DEFECT])
+    mine, theirs = game.view(0), game.view(1)
+    assert (mine.rewards, theirs.rewards) == ((-4.0,), (0.0,))
+    assert mine.joint is not None
+    assert mine.joint[0].tolist() == [COOPERATE, DEFECT]
+    assert mine.beliefs is None
+
+
+def test_an_adviser_that_comes_late_knows_what_it_would_have_known() -> None:
+    problem = dmplay.load("prisoners-dilemma")
+    game = dmplay.Session(problem, Dice(1))
+    game.advance([COOPERATE, DEFECT])
+    adviser = Follower(game, 0, dmplay.agent(problem, 0, "tit-for-tat"))
+    assert adviser.choose() == DEFECT
+    game.undo()
+    assert adviser.choose() == COOPERATE
+    assert adviser.values() is None
+
+
+def test_a_policy_that_answers_no_single_action_is_named() -> None:
+    problem = dmplay.load("hexworld")
+
+    class Broken(Script):
+        def choose(self, *_: object) -> np.ndarray:
+            return np.zeros(2)
+
+    game = dmplay.Session(problem, Dice(1), [Broken(problem, 0, ())])
+    with pytest.raises(BadPolicy, match="turn 1, agent: Broken chose"):
+        game.advance()
+
+
+def test_values_of_an_adviser_are_those_of_its_seat() -> None:
+    problem = dmplay.load("hexworld")
+    game = dmplay.Session(problem, Dice(7))
+    values = Follower(game, 0, dmplay.agent(problem, 0, "optimal")).values()
+    assert values is not None
+    assert values.shape == (6,)
