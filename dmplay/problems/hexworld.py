@@ -110,13 +110,18 @@ class HexWorld(Problem):
 
 
 def _exits(value: object, hexes: tuple[Hex, ...]) -> tuple[tuple[Hex, float], ...]:
-    if not isinstance(value, Sequence) or any(len(item) != 2 for item in value):
+    if not isinstance(value, Sequence) or not all(map(_is_exit, value)):
         raise ValueError(f"rewards: got {value!r}, expected pairs such as [[[9, 0], 10]]")
     places = _hex.checked([item[0] for item in value], "rewards") if value else ()
     for place in places:
         if place not in hexes:
             raise ValueError(f"rewards: {_hex.notation(place)} is not a hex of the map")
     return tuple((place, float(item[1])) for place, item in zip(places, value, strict=True))
+
+
+def _is_exit(item: object) -> bool:
+    pair = isinstance(item, Sequence) and len(item) == 2
+    return pair and type(item[1]) in (int, float)  # type: ignore[index]
 
 
 VARIANTS = {"straight-line": HexWorld(hexes=LINE, rewards=(((6, 0), 10.0),))}

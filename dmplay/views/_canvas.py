@@ -1,6 +1,6 @@
 """A grid of characters with styles, and what a view is told about the screen."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple, Protocol
 
 from rich.text import Text
@@ -36,12 +36,21 @@ class Look(NamedTuple):
 class Style(Protocol):
     """A view: a module of this shape, with the stem of its problem."""
 
-    KEYS: Mapping[str, str]  # a key -> the label of the action it plays
+    @property
+    def KEYS(self) -> Mapping[str, str]:  # noqa: N802 - a constant of the module
+        """A key -> the label of the action that it plays."""
 
-    boards: Callable[[View, Look], Iterator[Text]]  # drawings, the largest first
-    panel: Callable[[View], list[tuple[str, str]]]  # facts for the side panel
-    told: Callable[[View], str]  # what the last turn did, in sentences
-    situation: Callable[[View], str]  # where the game stands, in sentences
+    def boards(self, view: View, look: Look) -> Iterator[Text]:
+        """The drawings, the largest first."""
+
+    def panel(self, view: View) -> list[tuple[str, str]]:
+        """Facts for the side panel."""
+
+    def told(self, view: View) -> str:
+        """What the last turn did, in sentences."""
+
+    def situation(self, view: View) -> str:
+        """Where the game stands, in sentences."""
 
 
 class Canvas:

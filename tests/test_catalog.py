@@ -1,0 +1,112 @@
+"""Names to things: problems, variants, parameters, agents, and the nearest when one is wrong."""
+
+from pathlib import Path
+
+import pytest
+
+import dmplay
+from dmplay import catalog
+from dmplay.errors import BadParameter, DmplayError, UnknownName
+from dmplay.names import problem_names
+
+
+def test_a_problem_is_loaded_with_variant_and_parameters() -> None:
+    problem = dmplay.load("hexworld:straight-line", slip=0.2)
+    assert (problem.states, getattr(problem, "slip")) == (8, 0.2)  # noqa: B009 - any Problem
+    assert dmplay.load("Hex_World".replace("_", "")) == dmplay.load("hexworld:standard")
+
+
+def test_every_built_in_problem_loads_under_its_name() -> None:
+    for name in problem_names():
+        assert catalog.resolve(name, {}).name == name
+        assert catalog.variants(name)[""] == dmplay.load(name)
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters", "message"),
+    [
+        ("hexwrold", {}, "unknown problem 'hexwrold'; did you mean hexworld?"),
+        ("zzz", {}, "unknown problem 'zzz'; expected one of "),
+        (
+            "hexworld:strait-line",
+            {},
+            "hexworld: unknown variant 'strait-line'; did you mean straig",
+        ),
+        ("hexworld", {"slop": 1}, "unknown parameter 'slop'; did you mean slip"),
+        ("hexworld", {"slip": 2}, "slip: got 2, expected a number at least 0 and at most 1"),
+        ("hexworld", {"slip": "a lot"}, "slip: got 'a lot', expected a number, such as 0.3"),
+        ("hexworld", {"slip": True}, "slip: got True, expected a number"),
+        ("hexworld", {"slip": "NaN"}, "slip: got 'NaN', expected a number"),
+        ("hexworld", {"slip": float("nan")}, "slip: got nan, expected a number"),
+        ("hexworld", {"hexes": "7"}, "hexes: got '7', expected a list"),
+        ("hexworld", {"hexes": "[]"}, "hexes: got [], expected hexes"),
+        ("hexworld", {"hexes": "[[1, 2], [3]]"}, "hexes: got [3], expected a pair"),
+        ("hexworld", {"hexes": "[[1, 2], [1, 2]]"}, "hexes: a hex is given twice"),
+        ("hexworld", {"rewards": "[[[50, 2], 1]]"}, "rewards: (50,2) is not a hex of the map"),
+        ("hexworld", {"rewards": "[7]"}, "rewards: got "),
+        ("2048", {"p_two": -0.1}, "p_two: got -0.1, expected a number"),
+        ("./nothing.py:Game", {}, "no such file: ./nothing.py"),
+        ("no.such.module:Game", {}, "no module 'no' for 'no.such.module:Game'"),
+        ("dmplay.core:Problm", {}, "dmplay.core: unknown attribute 'Problm'; did you mean Problem"),
+        ("dmplay.core:Labels", {}, "dmplay.core:Labels: got Labels, expected a dmplay Problem"),
+    ],
+)
+def test_a_wrong_name_or_value_is_one_clear_line(
+    name: str, parameters: dict[str, object], message: str
+) -> None:
+    with pytest.raises(DmplayError) as caught:
+        dmplay.load(name, **parameters)
+    assert str(caught.value).startswith(message)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("optimla", "unknown agent 'optimla'; did you mean optimal?"),
+        ("random:speed=3", "agent random: unknown parameter 'speed'"),
+        ("optimal:x", "agent optimal: unknown parameter 'x'"),
+    ],
+)
+def test_a_wrong_agent_is_one_clear_line(name: str, message: str) -> None:
+    with pytest.raises(UnknownName) as caught:
+        dmplay.agent(dmplay.load("hexworld"), 0, name)
+    assert str(caught.value).startswith(message)
+
+
+def test_an_agent_in_a_file_plays(tmp_path: Path) -> None:
+    (tmp_path / "bots.py").write_text(
+        "from dmplay.policies.general import Random as Bot\nclass Nothing:\n"
+        "    def __init__(self, problem, seat): pass\n"
+    )
+    problem = dmplay.load("hexworld")
+    bot = dmplay.agent(problem, 0, f"{tmp_path}/bots.py:Bot")
+    assert dmplay.rollout(problem, [bot], episodes=3).over.all()
+    with pytest.raises(DmplayError, match="not a policy, it lacks begin, update, choose"):
+        dmplay.agent(problem, 0, f"{tmp_path}/bots.py:Nothing")
+
+
+@pytest.mark.parametrize(
+    ("text", "action"),
+    [("e", 0), ("E", 0), (" East ", 0), ("north_west", 2), ("SE", 5), ("southeast", 5)],
+)
+def test_an_action_is_read_by_name_and_alias(text: str, action: int) -> None:
+    assert dmplay.load("hexworld").action(0, text) == action
+
+
+def test_a_seat_is_found_by_name() -> None:
+    problem = dmplay.load("prisoners-dilemma")
+    assert problem.seat("agent2") == 1
+    with pytest.raises(UnknownName, match=r"unknown seat 'agent3'; did you mean agent"):
+        problem.seat("agent3")
+
+
+def test_a_rollout_wants_a_policy_for_each_seat() -> None:
+    problem = dmplay.load("prisoners-dilemma")
+    with pytest.raises(DmplayError, match="got 1 policies, expected one for each"):
+        dmplay.rollout(problem, [dmplay.agent(problem, 0, "grim")], episodes=1)
+
+
+def test_tables_of_real_chances_are_refused() -> None:
+    with pytest.raises(BadParameter, match="Game2048 has no finite list of states"):
+        dmplay.load("2048").enumerated()

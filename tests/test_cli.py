@@ -1,0 +1,218 @@
+"""The command line as a user types it: exit codes, one line an error, what is printed where."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+WORDS = (
+    "play", "resume", "replay", "verify", "list", "info",
+)  # fmt: skip
+
+
+def run(folder: Path, *words: str, stdin: str = "", **env: str) -> subprocess.CompletedProcess[str]:
+    """Runs dmplay in a folder with its own state."""
+    clean = {key: value for key, value in os.environ.items() if not key.startswith("DMPLAY")}
+    return subprocess.run(
+        [sys.executable, "-m", "dmplay", *words],
+        cwd=folder,
+        env=clean | {"XDG_STATE_HOME": str(folder / "state")} | env,
+        input=stdin,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+
+
+def test_a_piped_game_is_played_told_and_recorded(tmp_path: Path) -> None:
+    done = run(tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin="e\nne\nquit\n")
+    assert done.returncode == 0
+    assert "turn 1. at (8,2). chose E, moved E. reward 0. return 0.\n" in done.stdout
+    assert done.stderr == "transcript: g.dmt\nreplay: dmplay replay g.dmt\n"
+    assert run(tmp_path, "verify", "g.dmt").stdout == "ok g.dmt (2 turns)\n1 verified\n"
+
+
+def test_the_end_of_input_is_a_clean_end(tmp_path: Path) -> None:
+    done = run(tmp_path, "2048", "--seed", "7", stdin="")
+    assert done.returncode == 0
+    assert "over: quit after 0 turns." in done.stdout
+
+
+def test_an_unknown_action_in_a_pipe_ends_with_2_and_keeps_the_turns(tmp_path: Path) -> None:
+    done = run(tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin="e\n# a note\nnee\ne\n")
+    assert done.returncode == 2
+    assert done.stderr.endswith("error: line 3: unknown action 'nee'; did you mean ne or e?\n")
+    text = (tmp_path / "g.dmt").read_text()
+    assert "turn: 1\n" in text
+    assert '"reason": "illegal"' in text
+    assert run(tmp_path, "verify", "g.dmt").returncode == 0
+
+
+def test_an_illegal_slide_in_a_pipe_ends_with_2(tmp_path: Path) -> None:
+    done = run(tmp_path, "2048", "--seed", "5", stdin="look\ndown\n")
+    assert done.returncode == 2
+    assert "error: line 2: turn 1, agent: down changes nothing" in done.stderr
+
+
+def test_the_seed_is_told_with_the_command_that_plays_again(tmp_path: Path) -> None:
+    done = run(tmp_path, "crying-baby", "--set", "discount=0.8", "--turns", "2", stdin="f\nf\n")
+    assert "seed" not in done.stdout.splitlines()[0]
+    again = done.stderr.splitlines()[-1].removeprefix("again: dmplay ").split()
+    assert again[:5] == ["crying-baby", "--set", "discount=0.8", "--turns", "2"]
+    assert (
+        run(tmp_path, *again, stdin="f\nf\n").stdout.splitlines()[2:]
+        == (done.stdout.splitlines()[2:])
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["hexwrold"], "unknown problem 'hexwrold'; did you mean hexworld?"),
+        (["verfy", "x"], "unknown command 'verfy'; did you mean verify?"),
+        (["hexworld", "--sed", "3"], "no such option: --sed"),
+        (["hexworld", "--seed", "x"], "invalid value for '--seed'"),
+        (["hexworld", "--seed", "-1"], "--seed: got -1, expected 0 to"),
+        (["hexworld", "--turns", "0"], "--turns: got 0, expected at least 1"),
+        (["hexworld", "--vs", "random"], "--vs: hexworld has one seat only; use --agent"),
+        (["hexworld", "--set", "slip"], "--set: got 'slip', expected NAME=VALUE"),
+        (["hexworld", "--agent", "bst"], "unknown agent 'bst'"),
+        (["hexworld", "--agent", "script:e,x"], "script action 2: unknown action 'x'"),
+        (["hexworld", "--seat", "prey=random"], "unknown seat 'prey'; expected one of agent"),
+        (["hexworld", "--color", "red"], "--color: got 'red', expected one of auto"),
+        (["hexworld", "-o", "no/g.dmt"], "cannot write no/g.dmt: No such file or directory"),
+        (["verify", "nothing.dmt"], "nothing.dmt: no such file or folder"),
+        (["verify", "."], ".: no .dmt file in this folder"),
+        (["replay", "nothing.dmt"], "nothing.dmt: No such file or directory"),
+        (["resume", "nothing.dmt"], "nothing.dmt: No such file or directory"),
+        (["resume"], "no unfinished game in "),
+        (["info", "chess"], "unknown problem 'chess'"),
+    ],
+)
+def test_bad_input_is_one_clear_line_and_exit_code_2(
+    tmp_path: Path, words: list[str], message: str
+) -> None:
+    done = run(tmp_path, *words)
+    assert done.returncode == 2
+    assert done.stderr.startswith(f"error: {message}")
+    assert done.stderr.count("\n") == 1
+    assert done.stdout == ""
+
+
+def test_a_transcript_that_differs_ends_with_3_and_is_named(tmp_path: Path) -> None:
+    run(tmp_path, "hexworld", "--agent", "optimal", "--seed", "7", "-o", "g.dmt", "-q")
+    path = tmp_path / "g.dmt"
+    path.write_text(path.read_text().replace('"(8,1)"', '"(8,2)"'))
+    done = run(tmp_path, "verify", ".")
+    assert done.returncode == 3
+    assert done.stdout.startswith("g.dmt:13: turn 1: state: expected (8,2), got (8,1)\n")
+    data = json.loads(run(tmp_path, "verify", "g.dmt", "--json").stdout)
+    assert data["ok"] is False
+    assert data["findings"][0]["line"] == 13
+    told = run(tmp_path, "verify", "g.dmt", "--update")
+    assert '-state: "(8,2)"\n+state: "(8,1)"' in told.stdout
+    assert told.returncode == 0
+
+
+def test_an_unfinished_file_is_allowed_only_when_asked(tmp_path: Path) -> None:
+    run(tmp_path, "hexworld", "--agent", "optimal", "--seed", "7", "-o", "g.dmt", "-q")
+    path = tmp_path / "g.dmt"
+    path.write_text(path.read_text().rpartition("end:")[0])
+    assert run(tmp_path, "verify", "g.dmt").returncode == 3
+    done = run(tmp_path, "verify", "g.dmt", "--allow-unfinished")
+    assert (done.returncode, done.stdout) == (0, "ok g.dmt (3 turns, unfinished)\n1 verified\n")
+
+
+def test_a_game_of_data_is_one_object_a_line(tmp_path: Path) -> None:
+    done = run(tmp_path, "crying-baby", "--seed", "7", "--turns", "2", "--json", stdin="i\ni\n")
+    start, *turns, end = map(json.loads, done.stdout.splitlines())
+    assert [one["event"] for one in (start, *turns, end)] == ["start", "turn", "turn", "end"]
+    for one in (start, *turns):
+        assert "state" not in one
+        assert "rewards" not in one
+    assert end["debrief"][1]["state"] == "hungry"
+    assert end["total"] == {"agent": -20}
+
+
+def test_reveal_shows_what_is_hidden(tmp_path: Path) -> None:
+    done = run(tmp_path, "crying-baby", "--seed", "7", "--reveal", stdin="state\nlook\n")
+    assert "state: hungry\n" in done.stdout
+    assert "truly hungry." in done.stdout
+    hidden = run(tmp_path, "crying-baby", "--seed", "7", stdin="state\n")
+    assert "state: hidden until the game is over, or with --reveal.\n" in hidden.stdout
+
+
+def test_a_strict_game_takes_nothing_back(tmp_path: Path) -> None:
+    done = run(tmp_path, "hexworld", "--seed", "7", "--strict", stdin="e\nundo\n")
+    assert done.returncode == 2
+    assert "error: line 2: undo: this game is strict" in done.stderr
+
+
+def test_a_game_without_a_file_is_kept_and_the_last_twenty_stay(tmp_path: Path) -> None:
+    kept = tmp_path / "state" / "dmplay" / "games"
+    kept.mkdir(parents=True)
+    for number in range(30):
+        (kept / f"old{number:02}.dmt").write_text("")
+        os.utime(kept / f"old{number:02}.dmt", (number, number))
+    run(tmp_path, "hexworld", "--seed", "7", stdin="e\n")
+    names = sorted(path.name for path in kept.iterdir())
+    assert len(names) == 20
+    assert names[-1] == "old29.dmt"
+    assert "old10.dmt" not in names
+
+
+def test_a_state_folder_that_cannot_be_written_is_one_warning(tmp_path: Path) -> None:
+    (tmp_path / "state").write_text("a file")
+    done = run(tmp_path, "hexworld", "--seed", "7", stdin="e\n")
+    assert done.returncode == 0
+    assert done.stderr.count("warning: this game is not kept") == 1
+
+
+def test_replay_tells_the_game_again(tmp_path: Path) -> None:
+    run(tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin="e\nne\nundo\nw\n")
+    done = run(tmp_path, "replay", "g.dmt")
+    assert done.returncode == 0
+    assert "turn 2. at (8,2). chose NE, bumped, stayed." in done.stdout
+    assert done.stdout.splitlines()[-1].startswith("over: quit after 2 turns.")
+
+
+def test_replayed_and_scripted_seats_do_the_same_again(tmp_path: Path) -> None:
+    run(tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin="e\nne\nw\n")
+    (tmp_path / "moves.txt").write_text("e  # first\nne, w\n")
+    again = run(tmp_path, "hexworld", "--seed", "7", "--agent", "replay:g.dmt")
+    script = run(tmp_path, "hexworld", "--seed", "7", "--agent", "script:moves.txt")
+    assert again.stdout.splitlines()[1:] == script.stdout.splitlines()[1:]
+    assert "over: quit after 3 turns." in script.stdout
+
+
+@pytest.mark.parametrize("command", WORDS)
+def test_every_command_has_help_with_examples(tmp_path: Path, command: str) -> None:
+    for flag in ("--help", "-h"):
+        done = run(tmp_path, command, flag)
+        assert done.returncode == 0
+        assert f"dmplay {command}" in done.stdout.partition("Options")[0]
+
+
+def test_no_words_off_a_terminal_is_help_on_the_error_stream(tmp_path: Path) -> None:
+    done = run(tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "dmplay hexworld" in done.stderr
+
+
+def test_version_is_told(tmp_path: Path) -> None:
+    from dmplay import __version__
+
+    assert run(tmp_path, "--version").stdout == f"dmplay {__version__}\n"
+
+
+def test_info_and_list_are_data_too(tmp_path: Path) -> None:
+    listed = json.loads(run(tmp_path, "list", "--json").stdout)
+    assert {"problem", "kind", "states", "discount"} <= set(listed[0])
+    for one in listed:
+        about = json.loads(run(tmp_path, "info", one["problem"], "--json").stdout)
+        assert about["kind"] == one["kind"]
+        assert "Source: appendix F" in about["about"]

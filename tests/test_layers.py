@@ -1,0 +1,93 @@
+"""The house: a module imports only what stands above it, and the rules load no screen."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+HOUSE = Path(__file__).parent.parent / "dmplay"
+FLOORS = (
+    "errors", "names", "chance", "core", "tabular", "belief", "dice", "session", "rollouts",
+    "transcript", "problems", "solvers", "policies", "catalog", "views", "shell", "cli",
+    "pytest_plugin", "__main__",
+)  # fmt: skip
+RULES = FLOORS[: FLOORS.index("catalog") + 1]
+SCREENS = {"rich", "typer", "prompt_toolkit"}
+ALLOWED = {  # what a floor may load beside the standard library and numpy
+    "views": {"rich"},
+    "shell": {"rich", "prompt_toolkit"},
+    "cli": {"typer"},
+    "pytest_plugin": {"pytest"},
+}
+MODULES = sorted(HOUSE.rglob("*.py"))
+
+
+def floor(module: Path) -> str:
+    return module.relative_to(HOUSE).parts[0].removesuffix(".py")
+
+
+def imported(module: Path) -> set[str]:
+    """Every module that a file imports, at the top or inside a function."""
+    names = set()
+    for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            names |= {f"{node.module}.{alias.name}" for alias in node.names}
+    return names
+
+
+@pytest.mark.parametrize("module", MODULES, ids=lambda path: str(path.relative_to(HOUSE)))
+def test_a_module_imports_only_floors_above_its_own(module: Path) -> None:
+    own = floor(module)
+    if own == "__init__":
+        return
+    for name in imported(module):
+        parts = name.split(".")
+        if parts[0] == "dmplay" and parts[1] in FLOORS:
+            assert FLOORS.index(parts[1]) <= FLOORS.index(own), f"{own} imports {name}"
+        elif parts[0] in SCREENS | {"pytest"}:
+            assert parts[0] in ALLOWED.get(own, set()), f"{own} imports {name}"
+
+
+def test_every_module_has_a_floor() -> None:
+    assert {floor(module) for module in MODULES} - {"__init__"} == set(FLOORS)
+
+
+@pytest.mark.parametrize(
+    ("words", "never"),
+    [
+        (["--version"], {"typer", "numpy", "rich", "prompt_toolkit"}),
+        (["--help"], {"numpy", "rich", "prompt_toolkit"}),
+        (["play", "--help"], {"numpy", "rich", "prompt_toolkit"}),
+        (["hexworld", "--agent", "optimal", "--quiet"], {"prompt_toolkit"}),
+    ],
+)
+def test_start_up_loads_no_more_than_it_needs(words: list[str], never: set[str]) -> None:
+    code = (
+        "import sys\nfrom dmplay.__main__ import main\n"
+        f"sys.argv[1:] = {words!r}\n"
+        "try:\n    main()\nexcept SystemExit as end:\n    assert not end.code, end.code\n"
+        f"print('LOADED', sorted({never!r} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "LOADED []"
+
+
+def test_the_stub_and_the_lazy_names_agree() -> None:
+    import dmplay
+
+    stub = ast.parse((HOUSE / "__init__.pyi").read_text())
+    homes = {
+        alias.name: (node.module or "").removeprefix("dmplay.")
+        for node in stub.body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    assert homes == vars(dmplay)["_HOMES"]
+    for name in homes:
+        assert getattr(dmplay, name)
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        _ = dmplay.nothing  # type: ignore[attr-defined]

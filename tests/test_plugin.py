@@ -1,0 +1,72 @@
+"""The pytest plug-in: transcripts as tests of a user's own project."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.games import altered, recorded
+
+
+def run(folder: Path, *words: str, **env: str) -> subprocess.CompletedProcess[str]:
+    clean = {key: value for key, value in os.environ.items() if key != "CI"}
+    return subprocess.run(
+        [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-q", *words],
+        cwd=folder, env=clean | env, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "goldens" / "game.dmt"
+    path.parent.mkdir()
+    recorded(path, "hexworld", "optimal")
+    return path
+
+
+def test_a_transcript_is_collected_and_passes(tmp_path: Path, file: Path) -> None:
+    done = run(tmp_path)
+    assert done.returncode == 0
+    assert "1 passed" in done.stdout
+
+
+def test_a_mismatch_fails_with_the_report_and_the_command_that_accepts_it(
+    tmp_path: Path, file: Path
+) -> None:
+    altered(file, '"(8,1)"', '"(8,2)"')
+    done = run(tmp_path)
+    assert done.returncode == 1
+    assert "goldens/game.dmt:13: turn 1: state: expected (8,2), got (8,1)" in done.stdout
+    assert "to accept the change: pytest goldens/game.dmt --dmplay-update" in done.stdout
+    assert "Traceback" not in done.stdout
+
+
+def test_an_unfinished_transcript_fails(tmp_path: Path, file: Path) -> None:
+    file.write_text(file.read_text().rpartition("end:")[0])
+    done = run(tmp_path)
+    assert done.returncode == 1
+    assert "unfinished: no end line" in done.stdout
+
+
+def test_update_rewrites(tmp_path: Path, file: Path) -> None:
+    right = file.read_text()
+    altered(file, '"(8,1)"', '"(8,2)"')
+    done = run(tmp_path, "--dmplay-update")
+    assert done.returncode == 0
+    assert file.read_text() == right
+
+
+def test_update_is_refused_where_ci_is_set(tmp_path: Path, file: Path) -> None:
+    altered(file, '"(8,1)"', '"(8,2)"')
+    before = file.read_text()
+    done = run(tmp_path, "--dmplay-update", CI="true")
+    assert done.returncode == 4
+    assert "--dmplay-update: not where CI is set" in done.stderr
+    assert file.read_text() == before
+
+
+def test_files_of_other_kinds_are_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "game.txt").write_text("not ours")
+    assert "no tests ran" in run(tmp_path).stdout

@@ -1,0 +1,60 @@
+"""The README does what it says: its sessions, its example of a problem, its one frame."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from dmplay.shell import frame
+from dmplay.shell.screen import Screen
+from dmplay.shell.start import Request, new
+from dmplay.shell.terminal import Terminal
+
+README = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
+
+
+@pytest.mark.parametrize("block", blocks("console"))
+def test_a_session_of_the_readme_prints_what_it_shows(tmp_path: Path, block: str) -> None:
+    commands = tmp_path / "bin"
+    commands.mkdir()
+    (commands / "dmplay").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m dmplay "$@"\n')
+    (commands / "dmplay").chmod(0o755)
+    env = os.environ | {
+        "PATH": f"{commands}:{os.environ['PATH']}",
+        "XDG_STATE_HOME": str(tmp_path / "state"),
+    }
+    for step in re.split(r"^\$ ", block, flags=re.MULTILINE)[1:]:
+        command, _, shown = step.partition("\n")
+        done = subprocess.run(
+            command, shell=True, cwd=tmp_path, env=env, capture_output=True, text=True, check=True
+        )
+        assert done.stdout == shown
+
+
+def test_the_problem_of_the_readme_is_played(tmp_path: Path) -> None:
+    (code,) = (block for block in blocks("python") if "class Guess" in block)
+    (tmp_path / "guess.py").write_text(code)
+    words = ["./guess.py:Guess", "--agent", "random", "--turns", "3", "--seed", "1", "-o", "g.dmt"]
+    for command in (words, ["verify", "g.dmt", "--trust"], ["replay", "g.dmt", "--trust"]):
+        done = subprocess.run(
+            [sys.executable, "-m", "dmplay", *command],
+            cwd=tmp_path, capture_output=True, text=True, stdin=subprocess.DEVNULL, check=False,
+        )  # fmt: skip
+        assert (done.returncode, done.stderr[:5]) in ((0, ""), (0, "trans"))
+
+
+def test_the_frame_of_the_readme_is_what_the_screen_shows(tmp_path: Path) -> None:
+    game = new(Request("hexworld", seed=7, record=tmp_path / "g.dmt"))
+    screen = Screen(game, Terminal(True, "", True, False, False, 80))
+    for key in "hbhh":
+        screen.press(key)
+    shown = frame.compose(game, frame.Room(80, 16), screen.shown, screen.log).plain
+    rows = [row.rstrip() for row in shown.split("\n")]
+    assert "\n".join(rows) in README
