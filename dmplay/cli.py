@@ -256,7 +256,9 @@ def _no_words() -> int:
 
 
 def _fail(message: str, code: int) -> int:
-    print(f"error: {message}", file=sys.stderr)
+    from dmplay.shell.terminal import clean
+
+    print(f"error: {clean(message)}", file=sys.stderr)
     return code
 
 

@@ -18,7 +18,9 @@ from dmplay.shell.paint import ansi
 from dmplay.shell.terminal import Terminal
 
 ENTER_SCREEN, LEAVE_SCREEN = "\x1b[?1049h\x1b[H\x1b[2J", "\x1b[?1049l"
-ENDS = {signal.SIGTERM: 143, signal.SIGHUP: 129}
+ENDS = {
+    number: 128 + number for number in (signal.SIGTERM, getattr(signal, "SIGHUP", None)) if number
+}
 OVERLAYS = ("", "values", "policy", "states")
 
 
