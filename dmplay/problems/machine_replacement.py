@@ -1,0 +1,36 @@
+"""Keep a machine of two components producing, though only its products show how it is.
+
+Source: appendix F.8, table F.2; MachineReplacement.jl. Decisions: the reward is table F.2's
+R(s, a), expected over the product; only `examine` can observe a defective product, as the text
+says; the machine starts with no failed component, as no start is given; nothing is salvaged.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dmplay.core import Labels
+from dmplay.tabular import Tables, Tabular
+
+WEARS = [[0.81, 0.18, 0.01], [0.0, 0.9, 0.1], [0.0, 0.0, 1.0]]
+RENEWED = [[1.0, 0.0, 0.0]] * 3
+UNSEEN = [[1.0, 0.0]] * 3
+SEEN = [[1.0, 0.0], [0.5, 0.5], [0.25, 0.75]]
+REWARDS = [[0.9025, 0.475, 0.25], [0.6525, 0.225, 0.0], [-0.5, -1.5, -2.5], [-2.0] * 3]
+
+
+@dataclass(frozen=True)
+class MachineReplacement(Tabular):
+    """Production by a machine with none, one or two of its components failed."""
+
+    actions = (Labels(("manufacture", "examine", "interrupt", "replace")),)
+    observations = (Labels(("nondefective", "defective")),)
+    states = 3  # failed components
+    names = ("0", "1", "2")
+    horizon = 20
+    start_belief = np.array([1.0, 0.0, 0.0])
+    tables = Tables(
+        np.array([WEARS, WEARS, RENEWED, RENEWED]).transpose(1, 0, 2),
+        np.array(REWARDS).T[:, :, None],
+        np.array([UNSEEN, SEEN, UNSEEN, UNSEEN]),
+    )
