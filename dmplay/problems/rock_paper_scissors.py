@@ -1,0 +1,22 @@
+"""Two players show rock, paper or scissors at once; each beats one other and loses to the third.
+
+Source: appendix F.11; RockPaperScissors.jl. `--set discount=0.9` is the book's infinite
+repetition.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dmplay.core import Labels
+from dmplay.problems._matrix_game import MatrixGame
+
+WINS = np.array([[0.0, -1.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 1.0, 0.0]])  # of the row player
+
+
+@dataclass(frozen=True)
+class RockPaperScissors(MatrixGame):
+    """One for the winner, minus one for the loser, nothing for a draw."""
+
+    actions = (Labels(("rock", "paper", "scissors")),) * 2
+    payoffs = np.stack([WINS, WINS.T], axis=2)

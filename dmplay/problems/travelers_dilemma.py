@@ -1,0 +1,26 @@
+"""Two travelers claim the value of equal suitcases lost; the lower claim is paid, and rewarded.
+
+Source: appendix F.12; TravelersDilemma.jl. Decision: the higher claim is paid the lower one less 2,
+as in equation F.11 (the package: less 1). `--set discount=0.9` is an infinite repetition.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dmplay.core import Labels
+from dmplay.problems._matrix_game import MatrixGame
+
+LEAST, MOST = 2, 100  # dollars
+BONUS = 2  # dollars from the higher claim to the lower
+CLAIMS = np.arange(LEAST, MOST + 1.0)
+LOWER = np.minimum(CLAIMS[:, None], CLAIMS)
+PAID = LOWER + BONUS * np.sign(CLAIMS - CLAIMS[:, None])  # to the row player
+
+
+@dataclass(frozen=True)
+class TravelersDilemma(MatrixGame):
+    """Both are paid the lower claim, its author 2 more and the other 2 less."""
+
+    actions = (Labels(f"{claim:.0f}" for claim in CLAIMS),) * 2
+    payoffs = np.stack([PAID, PAID.T], axis=2)
