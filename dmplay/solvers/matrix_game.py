@@ -33,7 +33,10 @@ def regrets(payoffs: Reals, profile: Profile) -> Reals:
 
 
 def undominated(payoffs: Reals) -> tuple[list[int], list[int]]:
-    """The actions that survive iterated strict dominance by pure actions."""
+    """The actions that survive iterated strict dominance.
+
+    Mixed strategies dominate too, as far as `_never_best` finds them out.
+    """
     rows, columns = list(range(payoffs.shape[0])), list(range(payoffs.shape[1]))
     while True:
         left = payoffs[np.ix_(rows, columns)]
@@ -46,8 +49,25 @@ def undominated(payoffs: Reals) -> tuple[list[int], list[int]]:
 
 
 def _surviving(values: Reals) -> list[int]:
-    """The rows `[A, others]` that no other row beats everywhere."""
-    return [i for i, row in enumerate(values) if not (values > row + SLACK).all(axis=1).any()]
+    """The rows `[A, others]` that may be best replies."""
+    return [i for i in range(len(values)) if not _never_best(values, i)]
+
+
+def _never_best(values: Reals, row: int) -> bool:
+    """Whether a row `[A, others]` is no best reply to any mix, so that some mix dominates it.
+
+    A row that is nowhere better and somewhere worse than another is a best reply at most to mixes
+    of the columns where the two are equal, and so on, until no column is left. True is proof;
+    False is not.
+    """
+    columns = np.ones(values.shape[1], bool)
+    while columns.any():
+        gain = values[:, columns] - values[row, columns]
+        better = (gain >= -SLACK).all(axis=1) & (gain > SLACK).any(axis=1)
+        if not better.any():
+            return False
+        columns[columns] = gain[np.argmax(better)] <= SLACK
+    return True
 
 
 def nash(payoffs: Reals) -> list[Profile]:

@@ -1,0 +1,124 @@
+import re
+
+import numpy as np
+
+from dmplay.core import exact
+from dmplay.problems.travelers_dilemma import CLAIMS, LEAST, MOST, TravelersDilemma
+from dmplay.solvers import matrix_game
+from dmplay.solvers.matrix_game import Profile
+from tests.truth_kinds.case import Case
+
+PROBLEM = TravelersDilemma()
+PAYOFFS = PROBLEM.payoffs
+
+
+def payoff(case: Case) -> None:
+    a = np.array([case.given["actions"]]) - LEAST
+    case.close("rewards", exact(PROBLEM, np.zeros(1, int), a).outcome.rewards[0, 0])
+
+
+def payoff_table(case: Case) -> None:
+    cells = PAYOFFS[:, :, 0]
+    if "a1 * a2" in case.given["question"]:
+        cells = CLAIMS[:, None] * CLAIMS * cells
+    else:
+        assert case.given["question"].startswith("sum of agent 1's rewards")
+    case.close("sum", cells.sum())
+
+
+def nash(case: Case) -> None:
+    found = matrix_game.nash(PAYOFFS)
+    claims = [[CLAIMS[np.flatnonzero(mix)].tolist() for mix in one] for one in found]
+    assert claims == [[[a], [b]] for a, b in case.expect["equilibria"]]
+    case.close("rewards", matrix_game.utilities(PAYOFFS, found[0]))
+    rows, columns = matrix_game.undominated(PAYOFFS)
+    case.close("surviving_iterated_strict_dominance", CLAIMS[rows])
+    assert rows == columns
+
+
+def correlated_check(case: Case) -> None:
+    joint = np.zeros((len(CLAIMS), len(CLAIMS)))
+    if "all_mass_on" in case.given:
+        first, second = case.given["all_mass_on"]
+        joint[first - LEAST, second - LEAST] = 1
+    else:
+        joint[:] = case.given["joint"]
+    gains = matrix_game.correlated_gains(PAYOFFS, joint)
+    case.close("best_gain_agent1", gains[0])
+    case.close("best_gain_agent2", gains[1])
+    assert case.expect["equilibrium"] == (gains <= 1e-9).all()
+
+
+def hierarchical_softmax(case: Case) -> None:
+    profile = matrix_game.softmax_level(PAYOFFS, case.given["precision"], case.given["level"])
+    for p in profile:
+        case.close("distribution", p)
+        case.close("most_likely", CLAIMS[p >= p.max() * (1 - 1e-9)])
+        case.close("mean", (p * CLAIMS).sum())
+        case.close("share_97_to_100", p[CLAIMS >= 97].sum())
+
+
+def mix(text: str) -> np.ndarray:
+    """The mix of claims that words describe."""
+    p = np.zeros(len(CLAIMS))
+    span = re.fullmatch(r"uniform over (\d+)\.\.(\d+)", text)
+    if span:
+        low, high = map(int, span.groups())
+        p[low - LEAST : high - LEAST + 1] = 1 / (high - low + 1)
+        return p
+    for part in text.split(", "):
+        found = re.fullmatch(r"(half|[\d.]+) (?:on )?(\d+)", part)
+        assert found, f"unknown mix {text!r}"
+        weight, claim = found.groups()
+        p[int(claim) - LEAST] = 0.5 if weight == "half" else float(weight)
+    return p
+
+
+def replies(case: Case, p: np.ndarray) -> np.ndarray:
+    """The expected reward of each claim against a mix, for either agent, checked."""
+    profile = Profile(p, p)
+    values, others = matrix_game.responses(PAYOFFS, profile)
+    np.testing.assert_allclose(values, others, atol=1e-12)
+    for best in matrix_game.best_responses(PAYOFFS, profile):
+        case.close("claims", CLAIMS[best])
+    case.close("utility", values.max())
+    return values
+
+
+def best_response(case: Case) -> None:
+    replies(case, np.eye(len(CLAIMS))[case.given["to"] - LEAST])
+
+
+def best_response_to_mix(case: Case) -> None:
+    values = replies(case, mix(case.given["mix"]))
+    case.close("utility_of_2", values[0])
+    case.close("utility_of_100", values[MOST - LEAST])
+
+
+def reply(claim: int) -> int:
+    p = np.eye(len(CLAIMS))[claim - LEAST]
+    ((best,), _) = matrix_game.best_responses(PAYOFFS, Profile(p, p))
+    return best + LEAST
+
+
+def iterated_best_response(case: Case) -> None:
+    pairs = [tuple(case.given["start"])]
+    while len(pairs) < 2 or pairs[-1] != pairs[-2]:
+        first, second = pairs[-1]
+        pairs.append((reply(second), reply(first)))
+    case.close("steps_until_fixed", len(pairs) - 2)
+    case.close("final", pairs[-1])
+    case.close("first_ten", (pairs + pairs[-1:] * 10)[1:11])
+
+
+KINDS = {
+    "payoff": payoff,
+    "payoff_table": payoff_table,
+    "nash": nash,
+    "correlated_check": correlated_check,
+    "hierarchical_softmax": hierarchical_softmax,
+    "best_response": best_response,
+    "best_response_to_mix": best_response_to_mix,
+    "iterated_best_response": iterated_best_response,
+}
+LATER: set[str] = set()
