@@ -1,0 +1,47 @@
+import numpy as np
+
+from dmplay.core import exact
+from dmplay.problems.rock_paper_scissors import RockPaperScissors
+from dmplay.solvers import matrix_game
+from dmplay.solvers.matrix_game import Profile
+from tests.truth_kinds.case import Case
+
+PROBLEM = RockPaperScissors()
+ACTIONS = PROBLEM.actions[0]
+PAYOFFS = PROBLEM.payoffs
+
+
+def payoff(case: Case) -> None:
+    a = np.array([[ACTIONS.index(name) for name in case.given["actions"]]])
+    case.close("rewards", exact(PROBLEM, np.zeros(1, int), a).outcome.rewards[0, 0])
+
+
+def mixed(case: Case) -> None:
+    profile = Profile(*map(np.array, case.given["strategies"]))
+    case.close("utilities", matrix_game.utilities(PAYOFFS, profile))
+    case.close("regrets", matrix_game.regrets(PAYOFFS, profile))
+    best = matrix_game.best_responses(PAYOFFS, profile)
+    case.close("best_responses", [[ACTIONS[a] for a in one] for one in best])
+
+
+def nash(case: Case) -> None:
+    found = matrix_game.nash(PAYOFFS)
+    case.close("equilibria", found)
+    case.close("rewards", matrix_game.utilities(PAYOFFS, found[0]))
+    case.close("pure", [one for one in found if max(one.first) == max(one.second) == 1])
+
+
+def correlated_check(case: Case) -> None:
+    gains = matrix_game.correlated_gains(PAYOFFS, np.array(case.given["joint"], float))
+    case.close("best_gain_agent1", gains[0])
+    case.close("best_gain_agent2", gains[1])
+    assert case.expect["equilibrium"] == (gains <= 1e-9).all()
+
+
+KINDS = {
+    "payoff": payoff,
+    "mixed": mixed,
+    "nash": nash,
+    "correlated_check": correlated_check,
+}
+LATER = {"correlated"}
