@@ -1,0 +1,80 @@
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay import belief
+from dmplay.core import exact
+from dmplay.policies.machine_replacement import EXAMINE, INTERRUPT, MANUFACTURE, REPLACE, Threshold
+from dmplay.problems.machine_replacement import MachineReplacement
+from dmplay.session import Session
+
+MACHINE = MachineReplacement()
+NONDEFECTIVE, DEFECTIVE = 0, 1
+
+
+def turn(failed: int, action: int, u: float) -> tuple[int, float, int]:
+    """The failed components, the reward and the observation of one turn."""
+    outcome = MACHINE.step(np.array([failed]), np.array([[action]]), np.array([[u]]))
+    return int(outcome.state[0]), float(outcome.rewards[0, 0]), int(outcome.observations[0, 0])
+
+
+def chosen(policy: Threshold, *b: float) -> int:
+    return int(policy.choose((np.array([b]),), None, np.zeros((1, 0)))[0])
+
+
+@pytest.mark.parametrize("u", [0.0, 0.5, 0.999999999])
+def test_the_machine_starts_with_no_failed_component(u: float) -> None:
+    assert MACHINE.start(np.array([[u]]))[0] == 0
+    np.testing.assert_array_equal(belief.prior(MACHINE), [1, 0, 0])
+
+
+@pytest.mark.parametrize("u", [0.0, 0.5, 0.999999999])
+def test_interrupting_with_two_failures_costs_two_and_a_half_and_repairs_both(u: float) -> None:
+    assert turn(2, INTERRUPT, u) == (0, -2.5, NONDEFECTIVE)
+    assert turn(2, REPLACE, u) == (0, -2.0, NONDEFECTIVE)
+
+
+def test_both_components_fail_at_once_in_one_turn_of_a_hundred() -> None:
+    assert turn(0, MANUFACTURE, 0.98) == (1, 0.9025, NONDEFECTIVE)
+    assert turn(0, MANUFACTURE, 0.991) == (2, 0.9025, NONDEFECTIVE)
+
+
+def test_a_broken_machine_makes_one_good_product_of_four() -> None:
+    assert turn(2, EXAMINE, 0.2) == (2, 0.0, NONDEFECTIVE)
+    assert turn(2, EXAMINE, 0.3) == (2, 0.0, DEFECTIVE)
+
+
+def test_only_an_examination_shows_a_defect() -> None:
+    for action in (MANUFACTURE, INTERRUPT, REPLACE):
+        p, outcome = exact(MACHINE, np.arange(3), np.full((3, 1), action))
+        assert (outcome.observations[p > 0] == NONDEFECTIVE).all()
+
+
+def test_a_defect_rules_out_the_sound_machine() -> None:
+    found = belief.update(MACHINE, np.array([1.0, 0, 0]), [EXAMINE], [DEFECTIVE])
+    assert found.likelihood == pytest.approx(0.18 * 0.5 + 0.01 * 0.75)
+    np.testing.assert_allclose(found.belief, [0, 0.09 / 0.0975, 0.0075 / 0.0975])
+
+
+def test_it_is_a_pomdp_of_three_states_whose_rewards_stay_hidden() -> None:
+    assert MACHINE.kind == "POMDP"
+    assert [MACHINE.notation(s) for s in MACHINE.enumerated()] == ["0", "1", "2"]
+    assert not MACHINE.rewards_observed
+
+
+def test_the_threshold_repairs_by_the_cheaper_way() -> None:
+    policy = Threshold(MACHINE, 0, repair=0.9, examine=0.5)
+    assert chosen(policy, 1, 0, 0) == MANUFACTURE
+    assert chosen(policy, 0.5, 0.5, 0) == EXAMINE
+    assert chosen(policy, 0, 1, 0) == INTERRUPT  # 1.5 against 2
+    assert chosen(policy, 0, 0.5, 0.5) == INTERRUPT  # 2 against 2
+    assert chosen(policy, 0, 0.4, 0.6) == REPLACE
+
+
+def test_the_threshold_interrupts_after_six_products() -> None:
+    # It looks at none of them; it expects 0, 0.2, 0.38, 0.542, 0.6878, 0.81902, 0.937118 failures.
+    session = Session(MACHINE, dmplay.Dice(1), [dmplay.agent(MACHINE, 0, "threshold")])
+    while not session.over:
+        session.advance()
+    done = [int(action) for action in session.view(0).actions]
+    assert done == ([MANUFACTURE] * 6 + [INTERRUPT]) * 2 + [MANUFACTURE] * 6
