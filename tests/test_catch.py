@@ -1,0 +1,83 @@
+import math
+
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay import belief
+from dmplay.policies.catch import Greedy, Thompson
+from dmplay.problems.catch import CAUGHT, DROPPED, Catch
+from dmplay.session import Session
+
+CATCH = Catch()
+UNIFORM = np.full((1, 4), 0.25)
+
+
+def throw(proficiency: int, distance: int, u: float) -> tuple[int, float, int]:
+    """The proficiency, the reward and the observation of one throw."""
+    s, a = np.array([CATCH.names.index(str(proficiency))]), CATCH.action(0, str(distance))
+    outcome = CATCH.step(s, np.array([[int(a)]]), np.array([[u]]))
+    after = int(CATCH.notation(outcome.state[0]))
+    return after, float(outcome.rewards[0, 0]), int(outcome.observations[0, 0])
+
+
+def test_a_dropped_throw_of_a_hundred_metres_pays_nothing() -> None:
+    assert throw(20, 100, 0.005) == (20, 0.0, DROPPED)
+
+
+def test_the_luckiest_catch_of_a_hundred_metres_pays_a_hundred() -> None:
+    assert 1 / (1 + math.exp(80 / 15)) == pytest.approx(0.0048, abs=1e-4)
+    assert throw(20, 100, 0.004) == (20, 100.0, CAUGHT)
+
+
+def test_half_the_throws_over_the_proficiency_are_caught() -> None:
+    assert throw(60, 60, 0.499999999) == (60, 60.0, CAUGHT)
+    assert throw(60, 60, 0.5) == (60, 0.0, DROPPED)
+
+
+def test_even_ten_metres_may_be_dropped() -> None:
+    assert throw(80, 10, 0.99) == (80, 10.0, CAUGHT)
+    assert throw(80, 10, 0.999) == (80, 0.0, DROPPED)
+
+
+def test_the_reward_is_seen_and_follows_from_the_throw_and_what_is_seen() -> None:
+    session = Session(CATCH, dmplay.Dice(4), [dmplay.agent(CATCH, 0, "random")])
+    while not session.over:
+        session.advance()
+    view = session.view(0)
+    assert view.turn == 10
+    assert view.ending == "horizon"
+    caught = [int(seen) == CAUGHT for seen in view.observations[1:]]
+    distances = [10.0 * (action + 1) for action in view.actions]
+    assert view.rewards == tuple(np.where(caught, distances, 0.0))
+    assert any(caught)
+    assert not all(caught)
+
+
+def test_the_agents_follow_the_exact_belief() -> None:
+    session = Session(CATCH, dmplay.Dice(5), [dmplay.agent(CATCH, 0, "thompson")])
+    (follower,) = session.followers
+    assert follower
+    while not session.over:
+        session.advance()
+        np.testing.assert_allclose(follower.memory()[0][0], session.beliefs()[-1][0], atol=1e-12)
+
+
+def test_the_greedy_throws_fifty_metres_first() -> None:
+    greedy = Greedy(CATCH, 0)
+    assert greedy.choose((UNIFORM,), None, np.zeros((1, 0))) == CATCH.action(0, "50")
+    values = greedy.values((UNIFORM,))[0]
+    assert values[4] == pytest.approx(25)  # at the middle of the proficiencies half are caught
+
+
+def test_thompson_throws_the_best_distance_of_the_proficiency_that_it_draws() -> None:
+    u = np.array([[0.0], [0.25], [0.5], [0.75]])
+    chosen = Thompson(CATCH, 0).choose((np.repeat(UNIFORM, 4, axis=0),), None, u)
+    best = np.argmax(CATCH.tables.rewards[:, :, 0], axis=1)
+    np.testing.assert_array_equal(chosen, best)
+    assert [CATCH.action_name(0, a) for a in chosen] == ["30", "40", "50", "60"]
+
+
+def test_a_catch_speaks_for_the_proficient() -> None:
+    after = belief.update(CATCH, UNIFORM[0], [9], [CAUGHT]).belief
+    assert (np.diff(after) > 0).all()
