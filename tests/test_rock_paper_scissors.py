@@ -1,0 +1,57 @@
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay import catalog
+from dmplay.policies.rock_paper_scissors import Frequency
+from dmplay.problems.rock_paper_scissors import RockPaperScissors
+from dmplay.session import Session
+
+GAME = RockPaperScissors()
+ROCK, PAPER, SCISSORS = range(3)
+
+
+def played(first: str, second: str, rounds: int) -> list[tuple[int, int]]:
+    agents = [dmplay.agent(GAME, seat, name) for seat, name in enumerate((first, second))]
+    session = Session(GAME, dmplay.Dice(1), agents, limit=rounds)
+    while not session.over:
+        session.advance()
+    return [(int(a), int(b)) for a, b in (turn.actions for turn in session.turns)]
+
+
+@pytest.mark.parametrize(
+    ("winner", "loser"), [("rock", "scissors"), ("scissors", "paper"), ("paper", "rock")]
+)
+def test_the_winner_is_paid_one_by_the_loser(winner: str, loser: str) -> None:
+    a, b = (GAME.actions[0].index(name) for name in (winner, loser))
+    np.testing.assert_array_equal(GAME.payoffs[a, b], [1, -1])
+    np.testing.assert_array_equal(GAME.payoffs[b, a], [-1, 1])
+    np.testing.assert_array_equal(GAME.payoffs[a, a], [0, 0])
+
+
+def test_no_reward_is_minus_zero() -> None:
+    assert not np.signbit(GAME.payoffs[GAME.payoffs == 0]).any()
+
+
+def test_beating_the_last_of_one_who_does_the_same_goes_round() -> None:
+    assert played("beat-last", "beat-last", 4) == [(0, 0), (1, 1), (2, 2), (0, 0)]
+
+
+def test_frequency_answers_the_commonest_action_and_breaks_ties_by_order() -> None:
+    frequency = Frequency(GAME, 1)
+    memory = (np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [2, 2, 2], [0, 3, 0]]),)
+    worth = [[0, 0, 0], [0, 1, -1], [-0.5, 0.5, 0], [0, 0, 0], [-1, 0, 1]]
+    assert frequency.values(memory).tolist() == worth
+    chosen = frequency.choose(memory, None, np.zeros((5, 0)))
+    assert chosen.tolist() == [ROCK, PAPER, PAPER, ROCK, SCISSORS]
+
+
+def test_beating_the_last_beats_frequency_twice_in_ten_rounds() -> None:
+    rounds = played("beat-last", "frequency", 10)
+    assert sum(GAME.payoffs[a, b, 0] for a, b in rounds) == 2
+
+
+def test_it_is_a_simple_game_in_public() -> None:
+    assert GAME.kind == "simple game"
+    assert GAME.observations is None
+    assert catalog.partner(GAME, 1) == "frequency"
