@@ -1,0 +1,85 @@
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay import catalog
+from dmplay.errors import BadParameter
+from dmplay.policies.travelers_dilemma import Claim, LevelK, Nash
+from dmplay.problems.travelers_dilemma import CLAIMS, TravelersDilemma
+from dmplay.solvers import matrix_game
+from dmplay.solvers.matrix_game import Profile
+
+GAME = TravelersDilemma()
+
+
+def paid(first: int, second: int) -> list[int]:
+    a = np.array([[GAME.action(0, str(first)), GAME.action(1, str(second))]], int)
+    return [int(paid) for paid in GAME.step(np.zeros(1, int), a, np.zeros((1, 0))).rewards[0]]
+
+
+def test_the_lower_claim_is_paid_two_more_and_the_higher_two_less() -> None:
+    assert paid(50, 30) == [28, 32]
+    assert paid(30, 50) == [32, 28]
+    assert paid(99, 100) == [101, 97]
+    assert paid(100, 100) == [100, 100]
+    assert paid(2, 100) == [4, 0]
+
+
+def test_96_and_97_tie_against_a_traveler_who_claims_anything() -> None:
+    uniform = np.full(99, 1 / 99)
+    first, second = matrix_game.best_responses(GAME.payoffs, Profile(uniform, uniform))
+    assert CLAIMS[first].tolist() == CLAIMS[second].tolist() == [96, 97]
+
+
+def test_a_hundred_is_dominated_by_a_mix_but_by_no_claim() -> None:
+    own = GAME.payoffs[:, :, 0]
+    assert not (own > own[-1]).all(axis=1).any()
+    rows, columns = matrix_game.undominated(GAME.payoffs)
+    assert rows == columns == [0]
+
+
+def test_nothing_dominates_where_every_action_is_a_best_reply() -> None:
+    wins = np.array([[0.0, -1, 1], [1, 0, -1], [-1, 1, 0]])
+    assert matrix_game.undominated(np.stack([wins, wins.T], axis=2)) == ([0, 1, 2], [0, 1, 2])
+
+
+def test_claims_are_typed_as_their_number_and_no_others_exist() -> None:
+    assert GAME.action(0, "2") == 0
+    assert GAME.action(0, "100") == 98
+    for text in ("1", "101", "2.5"):
+        with pytest.raises(LookupError):
+            GAME.action(0, text)
+
+
+def test_a_claim_is_a_parameter_of_its_agent() -> None:
+    claim = dmplay.agent(GAME, 0, "claim:claim=97")
+    assert claim.choose((np.zeros(2),), None, np.zeros((2, 0))).tolist() == [95, 95]
+    for bad in ("claim:claim=1", "claim:claim=101", "nash:claim=0", "level-k:level=-1"):
+        with pytest.raises(BadParameter):
+            dmplay.agent(GAME, 0, bad)
+
+
+def test_nash_claims_two_and_the_plain_claim_is_a_hundred() -> None:
+    assert Claim(GAME, 0).claim == 100
+    assert Nash(GAME, 1).claim == 2
+
+
+def test_level_0_claims_anything_and_level_2_most_often_96() -> None:
+    u = np.arange(99)[:, None] / 99 + 1e-6
+    anything = LevelK(GAME, 0, level=0).choose((np.zeros(99),), None, u)
+    assert anything.tolist() == list(range(99))
+    u = np.arange(10_000)[:, None] / 10_000
+    claims = CLAIMS[LevelK(GAME, 1).choose((np.zeros(10_000),), None, u)]
+    assert np.bincount(claims.astype(int)).argmax() == 96
+    assert (claims >= 97).mean() == pytest.approx(0.314, abs=1e-3)
+
+
+def test_a_hint_of_level_k_is_against_one_level_lower() -> None:
+    values = LevelK(GAME, 0, level=1).values((np.zeros(3),))
+    assert values.shape == (3, 99)
+    assert values[0].max() == pytest.approx(values[0, 94])
+    assert values[0, 94] == pytest.approx(values[0, 95])  # 96 and 97
+
+
+def test_a_person_meets_level_k() -> None:
+    assert catalog.partner(GAME, 1) == "level-k"
