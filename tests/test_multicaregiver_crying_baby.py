@@ -1,0 +1,89 @@
+from itertools import product
+
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay import belief, catalog
+from dmplay.problems.multicaregiver_crying_baby import (
+    FEED,
+    IGNORE,
+    SING,
+    MulticaregiverCryingBaby,
+)
+from dmplay.session import Session
+
+CARE = MulticaregiverCryingBaby()
+SATED, HUNGRY = 0, 1
+CRYING, QUIET = 0, 1
+
+
+def turn(state: int, first: int, second: int, u: float) -> tuple[int, list[float], list[int]]:
+    """The state, the rewards and what both hear after one turn."""
+    outcome = CARE.step(np.array([state]), np.array([[first, second]]), np.array([[u]]))
+    return (
+        int(outcome.state[0]),
+        outcome.rewards[0].tolist(),
+        outcome.observations[0].tolist(),
+    )
+
+
+def test_either_caregiver_sates_the_hungry_baby() -> None:
+    for u in (0.0, 0.5, 0.999999999):
+        assert turn(HUNGRY, FEED, SING, u) == (SATED, [-12.5, -10.25], [QUIET, QUIET])
+        assert turn(HUNGRY, IGNORE, FEED, u) == (SATED, [-10.0, -15.0], [QUIET, QUIET])
+
+
+def test_both_feeding_is_paid_by_both() -> None:
+    assert turn(SATED, FEED, FEED, 0.5) == (SATED, [-2.5, -5.0], [QUIET, QUIET])
+
+
+def test_a_sated_baby_left_alone_is_hungry_half_the_time() -> None:
+    assert turn(SATED, IGNORE, IGNORE, 0.499) == (SATED, [0.0, 0.0], [QUIET, QUIET])
+    assert turn(SATED, IGNORE, IGNORE, 0.5) == (HUNGRY, [0.0, 0.0], [CRYING, CRYING])
+    assert turn(SATED, SING, SING, 0.951) == (HUNGRY, [-0.5, -0.25], [QUIET, QUIET])
+
+
+def test_both_always_hear_the_same() -> None:
+    s = np.repeat([SATED, HUNGRY], 9)
+    a = np.array(list(product(range(3), repeat=2)) * 2)
+    p, outcome = dmplay.exact(CARE, s, a)
+    heard = outcome.observations[p > 0]
+    assert (heard[:, 0] == heard[:, 1]).all()
+
+
+def test_crying_proves_hunger_and_that_nobody_fed() -> None:
+    b = np.array([0.5, 0.5])
+    alone = belief.update(CARE, b, [IGNORE, None], [CRYING, None])
+    np.testing.assert_allclose(alone.belief, [0, 1], atol=1e-15)
+    # The other feeds in one case of three; else three quarters are hungry and nine tenths cry.
+    assert alone.likelihood == pytest.approx(2 / 3 * 0.75 * 0.9)
+
+
+def test_a_caregiver_believes_what_it_may_know_of_an_unseen_partner() -> None:
+    session = Session(CARE, dmplay.Dice(2), [None, None], limit=4)
+    session.advance([FEED, IGNORE])
+    assert session.view(0).beliefs is not None
+    fed, waited = (session.view(seat).beliefs for seat in range(2))
+    assert fed is not None
+    assert waited is not None
+    np.testing.assert_allclose(fed[-1], [1, 0], atol=1e-15)
+    assert 0 < waited[-1][HUNGRY] < 1
+    assert session.view(1).joint is None
+    assert session.view(1).rewards is None
+
+
+def test_the_package_reading_is_a_matter_of_parameters() -> None:
+    package = dmplay.load("multicaregiver-crying-baby", cries_hungry=0.8, cries_sated=0.1)
+    b = belief.update(package, np.array([0.5, 0.5]), [IGNORE, IGNORE], [QUIET, QUIET]).belief
+    assert b[HUNGRY] == pytest.approx(0.4)
+    b = belief.update(CARE, np.array([0.5, 0.5]), [IGNORE, IGNORE], [QUIET, QUIET]).belief
+    assert b[HUNGRY] == pytest.approx(0.23076923)
+
+
+def test_the_partner_feeds_when_the_baby_cries() -> None:
+    assert catalog.partner(CARE, 1) == "feed-when-crying"
+    policy = dmplay.agent(CARE, 1, "feed-when-crying")
+    chosen = policy.choose((np.array([-1, CRYING, QUIET]),), None, np.zeros((3, 0)))
+    assert chosen.tolist() == [IGNORE, FEED, IGNORE]
+    assert CARE.kind == "POMG"
