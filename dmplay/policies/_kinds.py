@@ -42,6 +42,17 @@ class Reactive(ABC):
 
 
 @dataclass(frozen=True)
+class Always(Reactive):
+    """A policy of one action; a subclass says which."""
+
+    action = 0
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """That action."""
+        return np.full(len(memory[0]), self.action)
+
+
+@dataclass(frozen=True)
 class Rule(ABC):
     """A rule for a repeated game of two: a first action, then a reply to the last round."""
 

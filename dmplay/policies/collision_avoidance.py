@@ -1,0 +1,36 @@
+"""Policies for aircraft collision avoidance; 0 descends, 1 gives no advisory, 2 climbs."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dmplay.chance import Array, Bools, Reals
+from dmplay.core import Memory, parameter
+from dmplay.policies._kinds import Always, Reactive
+
+DESCEND, NO_ADVISORY, CLIMB = range(3)
+
+
+@dataclass(frozen=True)
+class NoAdvisory(Always):
+    """Never says anything."""
+
+    action = NO_ADVISORY
+
+
+@dataclass(frozen=True)
+class Simple(Reactive):
+    """Once the intruder is near, away from it."""
+
+    distance: float = parameter(50.0, "how near in height is near, m")
+    time: float = parameter(30.0, "how near in time is near, s")
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Climb when above the intruder, else descend."""
+        h, t_col = memory[0][:, 0], memory[0][:, 3]
+        near = (np.abs(h) < self.distance) & (t_col < self.time)
+        return np.where(near, np.where(h > 0, CLIMB, DESCEND), NO_ADVISORY)
+
+
+POLICIES = {"no-advisory": NoAdvisory, "simple": Simple}
+HINT = "simple"

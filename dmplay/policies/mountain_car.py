@@ -1,0 +1,60 @@
+"""Policies for the mountain car; 0 drives left, 1 coasts, 2 drives right."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dmplay.chance import Array, Bools, Reals
+from dmplay.core import Memory, parameter
+from dmplay.errors import BadParameter
+from dmplay.policies._kinds import Always, Reactive
+
+LEFT, COAST, RIGHT = range(3)
+NAMES = {"left": LEFT, "coast": COAST, "right": RIGHT}
+
+
+@dataclass(frozen=True)
+class Pump(Reactive):
+    """Drives the way the car rolls, which adds energy on every swing."""
+
+    still: str = parameter("right", "what to do at speed 0: left, coast or right")
+
+    def __post_init__(self) -> None:
+        """Refuses a word that is no action."""
+        if self.still not in NAMES:
+            raise BadParameter(f"still: got {self.still!r}, expected one of {', '.join(NAMES)}")
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """By the sign of the speed."""
+        v = memory[0][:, 1]
+        return np.where(v > 0, RIGHT, np.where(v < 0, LEFT, NAMES[self.still]))
+
+
+@dataclass(frozen=True)
+class AlwaysLeft(Always):
+    """Drives left."""
+
+    action = LEFT
+
+
+@dataclass(frozen=True)
+class AlwaysCoast(Always):
+    """Lets the car roll."""
+
+    action = COAST
+
+
+@dataclass(frozen=True)
+class AlwaysRight(Always):
+    """Drives right, which the hill is too steep for."""
+
+    action = RIGHT
+
+
+POLICIES = {
+    "pump": Pump,
+    "always-left": AlwaysLeft,
+    "always-coast": AlwaysCoast,
+    "always-right": AlwaysRight,
+}
+HINT = "pump"

@@ -1,0 +1,48 @@
+"""Policies for the simple regulator."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dmplay.chance import Array, Bools, Normal, Reals
+from dmplay.core import Interval, Memory, parameter
+from dmplay.policies._kinds import Reactive
+
+DECIMALS = 9  # of an action
+
+
+@dataclass(frozen=True)
+class Optimal(Reactive):
+    """Undoes the number it finds: a = -s."""
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """As far as the interval allows."""
+        return self._within(-memory[0][:, 0])
+
+    def _within(self, a: Reals) -> Reals:
+        """The nearest actions: of the interval, in nine decimals."""
+        bounds = self.problem.actions[self.seat]
+        assert isinstance(bounds, Interval)
+        return np.asarray(np.round(np.clip(a, bounds.low, bounds.high), DECIMALS) + 0.0)
+
+
+@dataclass(frozen=True)
+class Gaussian(Optimal):
+    """Draws its action from N(theta1 s, theta2^2), as in the policy gradient chapters."""
+
+    theta1: float = parameter(-1.0, "share of the number that the mean action adds")
+    theta2: float = parameter(0.1, "standard deviation of the action")
+
+    @property
+    def draws(self) -> int:
+        """Two."""
+        return Normal.draws
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """A draw, as far as the interval allows."""
+        mean = self.theta1 * memory[0][:, 0]
+        return self._within(Normal(mean, np.full(len(mean), abs(self.theta2))).sample(u))
+
+
+POLICIES = {"optimal": Optimal, "gaussian": Gaussian}
+HINT = "optimal"

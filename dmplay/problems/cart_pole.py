@@ -1,0 +1,95 @@
+"""Push a cart left or right so that the pole on it stays up and the cart on its track.
+
+Source: appendix F.3; CartPole.jl. Decisions: the equations are the text's, in which the centrifugal
+term of F.2 lacks the mass of the pole (`pole_mass_in_tau` puts it in); the limits are those of the
+OpenAI Gym, 2.4 m and 12 degrees, and being at a limit is not past it; the length is the whole
+pole's; the step that fails still pays. `gym` is Gymnasium's CartPole-v1, step for step.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from dmplay.chance import Array, Bools, Chance, Span
+from dmplay.core import Continuous, Labels, Outcome, Problem, parameter
+from dmplay.problems import _reals
+
+START = 0.05  # each number of the start is uniform within this
+
+
+@dataclass(frozen=True)
+class CartPole(Problem):
+    """A pole balanced on a cart; a state is x (m), v (m/s), theta (rad) and omega (rad/s)."""
+
+    gravity: float = parameter(9.8, "gravitational acceleration, m/s^2")
+    mass_cart: float = parameter(1.0, "mass of the cart, kg", 0.0, above=True)
+    mass_pole: float = parameter(0.1, "mass of the pole, kg", 0.0)
+    length: float = parameter(1.0, "length of the whole pole, m", 0.0, above=True)
+    force: float = parameter(10.0, "force of a push, N")
+    dt: float = parameter(0.02, "time of one turn, s", 0.0, above=True)
+    x_limit: float = parameter(2.4, "the cart may be this far from the middle, m", 0.0)
+    theta_limit: float = parameter(12.0, "the pole may lean this far, degrees", 0.0)
+    pole_mass_in_tau: bool = parameter(False, "whether F.2 has the mass of the pole, as in Gym")
+
+    actions = (Labels(("left", "right")),)
+    states = Continuous(4)
+    horizon = 500
+
+    def opening(self, rows: int) -> tuple[Chance, ...]:
+        """Four numbers close to 0."""
+        edge = np.full(rows, START)
+        return (Span(-edge, edge),) * 4
+
+    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
+        """The numbers are the state."""
+        return np.stack(events, axis=1)
+
+    def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
+        """Nothing."""
+        return ()
+
+    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+        """One step of Euler's method (F.1 to F.4), old values on the right-hand sides."""
+        x, v, theta, omega = np.ascontiguousarray(s.T)
+        push = np.array([-self.force, self.force])[a[:, 0]]
+        acceleration, angular = self._accelerations(push, theta, omega)
+        moved = np.empty((len(s), 4))
+        moved[:, 0] = x + self.dt * v
+        moved[:, 1] = v + self.dt * acceleration
+        moved[:, 2] = theta + self.dt * omega
+        moved[:, 3] = omega + self.dt * angular
+        over = self._past(x, theta)
+        if over.any():
+            moved[over] = s[over]
+        return Outcome(moved, np.asarray(~over, float)[:, None], moved)
+
+    def _accelerations(self, push: Array, theta: Array, omega: Array) -> tuple[Array, Array]:
+        """Of the cart (F.3) and of the pole (F.1)."""
+        total, half = self.mass_cart + self.mass_pole, self.length / 2
+        moment = self.mass_pole * half
+        sin, cos = np.sin(theta), np.cos(theta)
+        swing = (moment if self.pole_mass_in_tau else half) * (omega * omega)
+        tau = (push + swing * sin) / total
+        inertia = half * (4.0 / 3.0 - self.mass_pole * (cos * cos) / total)
+        angular = (self.gravity * sin - cos * tau) / inertia
+        return tau - moment * angular * cos / total, angular
+
+    def _past(self, x: Array, theta: Array) -> Bools:
+        lean = self.theta_limit * 2 * math.pi / 360
+        return np.asarray((np.abs(x) > self.x_limit) | (np.abs(theta) > lean))
+
+    def terminal(self, s: Array) -> Bools:
+        """The cart is past its limit, or the pole past its."""
+        return self._past(s[:, 0], s[:, 2])
+
+    def notation(self, s: Array) -> str:
+        """`x v theta omega`."""
+        return _reals.notation(s)
+
+    def parse(self, text: str) -> Array:
+        """The state that `notation` wrote."""
+        return _reals.parse(text)
+
+
+VARIANTS = {"gym": CartPole(pole_mass_in_tau=True)}

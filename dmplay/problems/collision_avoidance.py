@@ -1,0 +1,85 @@
+"""Tell an aircraft to climb or to descend, as seldom as you can, before an intruder passes.
+
+Source: appendix F.6; CollisionAvoidance.jl. Decisions: the middle branch of F.9 is taken as it is
+printed, a / dt (`repaired` reads it as (a - rate) / dt, which would level off at the advised rate);
+within 50 m is strict; the last action is taken at time 0 and there is none after; the game starts
+40 s before with no advisory, h uniform within 200 m and the rate within 10 m/s.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dmplay.chance import Array, Bools, Categorical, Chance, Reals, Span
+from dmplay.core import Continuous, Labels, Outcome, Problem, parameter
+from dmplay.problems import _reals
+
+RATES = np.array([-5.0, 0.0, 5.0])  # m/s, by action
+GUSTS = np.array([-2.0, 0.0, 2.0])  # m/s^2
+GUST_PROBABILITIES = np.array([[0.25, 0.5, 0.25]])
+LIMIT = 1.0  # m/s^2, what the aircraft can do about its vertical rate
+NEAR = 50.0  # m
+NEAR_COST, CHANGE_COST = 1.0, 0.01
+FIRST_HEIGHT, FIRST_RATE, FIRST_TIME = 200.0, 10.0, 40.0
+
+
+@dataclass(frozen=True)
+class CollisionAvoidance(Problem):
+    """Two aircraft head on; a state is h (m), its rate (m/s), the last advisory and the time."""
+
+    repaired: bool = parameter(False, "whether a rate close to the advised one becomes that one")
+
+    actions = (Labels(("descend", "no-advisory", "climb")),)
+    aliases = {  # noqa: RUF012 - never written
+        "-5": "descend", "0": "no-advisory", "none": "no-advisory", "5": "climb",
+    }  # fmt: skip
+    states = Continuous(4)
+
+    def opening(self, rows: int) -> tuple[Chance, ...]:
+        """The height and its rate."""
+        height, rate = np.full(rows, FIRST_HEIGHT), np.full(rows, FIRST_RATE)
+        return (Span(-height, height), Span(-rate, rate))
+
+    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
+        """No advisory yet, 40 s to go."""
+        height, rate = events
+        return np.stack([height, rate, np.zeros(rows), np.full(rows, FIRST_TIME)], axis=1)
+
+    def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
+        """The gust."""
+        return (Categorical.of(GUST_PROBABILITIES),)
+
+    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+        """One second (F.5 to F.9); the costs are those of the state acted in."""
+        h, dh, a_prev, t_col = np.ascontiguousarray(s.T)
+        advised = RATES[a[:, 0]]
+        moved = np.empty((len(s), 4))
+        moved[:, 0] = h + dh
+        moved[:, 1] = dh + (self._acceleration(dh, advised) + GUSTS[events[0]])
+        moved[:, 2] = advised
+        moved[:, 3] = t_col - 1.0
+        collides = (np.abs(h) < NEAR) & (t_col == 0)
+        cost = NEAR_COST * collides + CHANGE_COST * (advised != a_prev)
+        over = t_col < 0
+        if over.any():
+            moved[over], cost[over] = s[over], 0.0
+        return Outcome(moved, 0.0 - cost[:, None], moved)
+
+    def _acceleration(self, dh: Array, advised: Array) -> Reals:
+        """What the aircraft does about its vertical rate (F.9)."""
+        short = advised - dh
+        close = short if self.repaired else advised
+        turned = np.where(np.abs(short) < LIMIT, close, np.sign(short) * LIMIT)
+        return np.where(advised == 0, 0.0, turned)
+
+    def terminal(self, s: Array) -> Bools:
+        """The time is over: the aircraft have passed."""
+        return np.asarray(s[:, 3] < 0)
+
+    def notation(self, s: Array) -> str:
+        """`h dh a_prev t_col`."""
+        return _reals.notation(s)
+
+    def parse(self, text: str) -> Array:
+        """The state that `notation` wrote."""
+        return _reals.parse(text)

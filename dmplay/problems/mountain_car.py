@@ -1,0 +1,102 @@
+"""Rock a car that is too weak for its hill back and forth until it makes it to the top.
+
+Source: appendix F.4; MountainCar.jl. Decisions: the place moves by the speed before that is
+clamped; the left wall leaves the speed as it is; the goal counts as reached at 0.6, as x is clamped
+there; the start is uniform over the whole box. `gym` is Gymnasium's MountainCar-v0: the speed is
+clamped first, the wall stops the car, the goal is 0.5 and a game starts near the valley floor.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dmplay.chance import Array, Bools, Chance, Span
+from dmplay.core import Continuous, Labels, Outcome, Problem, parameter
+from dmplay.problems import _reals
+
+LEFT_WALL, RIGHT_WALL, TOP_SPEED = -1.2, 0.6, 0.07
+THRUST, GRAVITY = 0.001, 0.0025
+
+
+@dataclass(frozen=True)
+class MountainCar(Problem):
+    """An underpowered car in a valley; a state is the place x and the speed v."""
+
+    goal: float = parameter(0.6, "the place to reach", LEFT_WALL, RIGHT_WALL)
+    goal_speed: float = parameter(
+        -TOP_SPEED, "least speed that counts as having reached it", -TOP_SPEED, TOP_SPEED
+    )
+    speed_first: bool = parameter(False, "whether the speed is clamped before it moves the car")
+    wall_stops: bool = parameter(False, "whether the left wall takes the car's speed")
+    start_low: float = parameter(LEFT_WALL, "leftmost start", LEFT_WALL, RIGHT_WALL)
+    start_high: float = parameter(RIGHT_WALL, "rightmost start", LEFT_WALL, RIGHT_WALL)
+    start_speed: float = parameter(TOP_SPEED, "greatest speed at the start", 0.0, TOP_SPEED)
+    time: int = parameter(0, "default number of turns, 0 for no end", 0)
+
+    actions = (Labels(("left", "coast", "right")),)
+    aliases = {"reverse": "left", "-": "coast", "forward": "right"}  # noqa: RUF012 - never written
+    states = Continuous(2)
+
+    @property
+    def horizon(self) -> int | None:
+        """None, except where there is a time."""
+        return self.time or None
+
+    def opening(self, rows: int) -> tuple[Chance, ...]:
+        """The place and the speed."""
+        low, high, speed = (
+            np.full(rows, bound) for bound in (self.start_low, self.start_high, self.start_speed)
+        )
+        return (Span(low, high), Span(-speed, speed))
+
+    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
+        """The numbers are the state."""
+        return np.stack(events, axis=1)
+
+    def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
+        """Nothing."""
+        return ()
+
+    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+        """Engine and slope change the speed, the speed changes the place, the box holds both."""
+        x, v = np.ascontiguousarray(s.T)
+        faster = v + (THRUST * (a[:, 0] - 1) - GRAVITY * np.cos(3 * x))
+        v2 = np.clip(faster, -TOP_SPEED, TOP_SPEED)
+        x2 = np.clip(x + (v2 if self.speed_first else faster), LEFT_WALL, RIGHT_WALL)
+        if self.wall_stops:
+            v2[(x2 == LEFT_WALL) & (v2 < 0)] = 0.0
+        moved = np.empty((len(s), 2))
+        moved[:, 0], moved[:, 1] = x2, v2
+        over = self._there(x, v)
+        if over.any():
+            moved[over] = s[over]
+        return Outcome(moved, np.asarray(over, float)[:, None] - 1.0, moved)
+
+    def _there(self, x: Array, v: Array) -> Bools:
+        return np.asarray((x >= self.goal) & (v >= self.goal_speed))
+
+    def terminal(self, s: Array) -> Bools:
+        """The car has reached its goal."""
+        return self._there(s[:, 0], s[:, 1])
+
+    def notation(self, s: Array) -> str:
+        """`x v`."""
+        return _reals.notation(s)
+
+    def parse(self, text: str) -> Array:
+        """The state that `notation` wrote."""
+        return _reals.parse(text)
+
+
+VARIANTS = {
+    "gym": MountainCar(
+        goal=0.5,
+        goal_speed=0.0,
+        speed_first=True,
+        wall_stops=True,
+        start_low=-0.6,
+        start_high=-0.4,
+        start_speed=0.0,
+        time=200,
+    )
+}

@@ -1,0 +1,56 @@
+"""Push a drifting number back to zero; the farther away it is found, the more each turn costs.
+
+Source: appendix F.5; LQR.jl. Decisions: the successor is a plain Gaussian, not one truncated to
+[-10, 10]; the discount is 0.9, in `undiscounted` 1; the action is a number within [-10, 10] of nine
+decimals; the game starts from N(0.3, 0.1^2).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dmplay.chance import Array, Chance, Normal
+from dmplay.core import Continuous, Interval, Outcome, Problem, parameter
+from dmplay.problems import _reals
+
+START_MEAN, START_DEVIATION = 0.3, 0.1
+
+
+@dataclass(frozen=True)
+class SimpleRegulator(Problem):
+    """A linear quadratic regulator of one number."""
+
+    discount: float = parameter(0.9, "factor on the rewards of each later turn", 0.0, 1.0)
+    noise: float = parameter(0.1, "standard deviation of what is added each turn", 0.0)
+
+    actions = (Interval(-10.0, 10.0),)
+    states = Continuous(1)
+    horizon = 20
+
+    def opening(self, rows: int) -> tuple[Chance, ...]:
+        """The first number."""
+        return (Normal(np.full(rows, START_MEAN), np.full(rows, START_DEVIATION)),)
+
+    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
+        """The number is the state."""
+        return events[0][:, None]
+
+    def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
+        """The next number, around the sum of this one and the action."""
+        return (Normal(s[:, 0] + a[:, 0], np.full(len(s), self.noise)),)
+
+    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+        """The reward is that of the state acted in."""
+        moved = events[0][:, None]
+        return Outcome(moved, -(s * s), moved)
+
+    def notation(self, s: Array) -> str:
+        """The number."""
+        return _reals.notation(s)
+
+    def parse(self, text: str) -> Array:
+        """The state that `notation` wrote."""
+        return _reals.parse(text)
+
+
+VARIANTS = {"undiscounted": SimpleRegulator(discount=1.0)}
