@@ -1,0 +1,88 @@
+import numpy as np
+
+import dmplay
+from dmplay.core import Labels, Policy, Problem
+from tests.truth_kinds.case import Case
+from tests.truth_kinds.course import course
+
+DYNAMICS = ("text", "gym")
+LIMITS = {"gym": (2.4, 12.0), "julia": (4.8, 24.0)}
+POLICIES = {
+    "always_left": "always-left",
+    "always_right": "always-right",
+    "alternate_left_first": "alternate",
+    "alternate_right_first": "alternate:first=right",
+    "push_towards_lean": "balance:x=0,v=0,theta=1,omega=0",
+    "push_by_theta_plus_omega": "balance:x=0,v=0,theta=1,omega=1",
+    "linear_feedback": "balance:x=0.1,v=0.2,theta=1,omega=0.5",
+}
+GAMES = 20_000
+NO_CAP = 10_000
+
+
+def problem(dynamics: str, limits: str = "gym") -> Problem:
+    name = "cart-pole" if dynamics == "text" else "cart-pole:gym"
+    x, theta = LIMITS[limits]
+    return dmplay.load(name, x_limit=x, theta_limit=theta)
+
+
+def policy(game: Problem, name: str) -> Policy:
+    return dmplay.agent(game, 0, POLICIES[name])
+
+
+def step(case: Case) -> None:
+    s = np.array([case.given["state"]], float)
+    for dynamics in DYNAMICS:
+        told = case.expect[dynamics]
+        for limits, over in told["next_terminal"].items():
+            game = problem(dynamics, limits)
+            labels = game.actions[0]
+            assert isinstance(labels, Labels)
+            after = game.step(s, np.array([[labels.index(case.given["action"])]]), np.zeros((1, 0)))
+            case.equal(told["next"], after.state[0])
+            assert game.terminal(after.state)[0] == over
+            case.close("reward", after.rewards[0, 0])
+
+
+def terminal(case: Case) -> None:
+    s = np.array([case.given["state"]], float)
+    for limits, told in case.expect.items():
+        game = problem("text", limits)
+        assert game.terminal(s)[0] == told["terminal"]
+        for push in (0, 1):
+            after = game.step(s, np.array([[push]]), np.zeros((1, 0)))
+            assert after.rewards[0, 0] == told["reward"]
+            assert (after.state == s).all() or not told["terminal"]
+
+
+def episode_length(case: Case) -> None:
+    for dynamics, by_limits in case.expect["steps"].items():
+        for limits, steps in by_limits.items():
+            game = problem(dynamics, limits)
+            player = policy(game, case.given["policy"])
+            turns = course(game, player, case.given["start"], case.given["cap"])
+            assert sum(pay for _, pay in turns) == steps
+
+
+def mean_policy_length(case: Case) -> None:
+    game = problem(case.given["dynamics"], case.given["limits"])
+    player = policy(game, case.given["policy"])
+    played = dmplay.rollout(game, [player], episodes=GAMES, turns=NO_CAP, seed=1)
+    case.mean("mean", played.turns, episodes=4000)
+
+
+def random_policy_length(case: Case) -> None:
+    game = problem(case.given["dynamics"], case.given["limits"])
+    player = dmplay.agent(game, 0, "random")
+    played = dmplay.rollout(game, [player], episodes=GAMES, turns=NO_CAP, seed=2)
+    case.mean("mean", played.totals[:, 0])
+
+
+KINDS = {
+    "step": step,
+    "terminal": terminal,
+    "episode_length": episode_length,
+    "mean_policy_length": mean_policy_length,
+    "random_policy_length": random_policy_length,
+}
+LATER: set[str] = set()

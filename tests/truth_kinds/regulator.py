@@ -1,0 +1,71 @@
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay.chance import Normal
+from dmplay.problems.simple_regulator import START_DEVIATION, START_MEAN, SimpleRegulator
+from dmplay.solvers import linear_regulator
+from dmplay.solvers.linear_regulator import OPTIMAL, Linear
+from tests.truth_kinds.case import Case
+
+MOMENT = START_MEAN**2 + START_DEVIATION**2
+
+
+def problem(case: Case) -> SimpleRegulator:
+    return SimpleRegulator(discount=case.given["gamma"])
+
+
+def step_distribution(case: Case) -> None:
+    game = SimpleRegulator()
+    s, a = np.array([[case.given["s"]]]), np.array([[case.given["a"]]])
+    (chance,) = game.chance(s, a)
+    assert isinstance(chance, Normal)
+    case.close("next_mean", chance.mean[0])
+    case.close("next_sd", chance.deviation[0])
+    after = game.move(s, a, (np.array([4.25]),))
+    assert after.state[0, 0] == 4.25  # the event is the successor
+    case.close("reward", after.rewards[0, 0])
+
+
+def optimal_value(case: Case) -> None:
+    game = problem(case)
+    case.close("value", linear_regulator.infinite(game, OPTIMAL).at(case.given["s"]))
+    policy = dmplay.agent(game, 0, "optimal")
+    memory = policy.begin(np.array([[case.given["s"]]]))
+    # An action has nine decimals.
+    assert policy.choose(memory, None, np.zeros((1, 0)))[0] == pytest.approx(
+        case.expect["action"], abs=5e-10
+    )
+
+
+def finite_horizon_value(case: Case) -> None:
+    value = linear_regulator.finite(problem(case), OPTIMAL, case.given["steps"])
+    case.close("value", value.at(case.given["s"]))
+
+
+def optimal_value_from_start(case: Case) -> None:
+    value = linear_regulator.infinite(problem(case), OPTIMAL)
+    case.close("value", value.mean(START_MEAN, START_DEVIATION))
+
+
+def linear_policy_return(case: Case) -> None:
+    policy = Linear(case.given["theta1"], case.given["theta2"])
+    game, undiscounted = problem(case), SimpleRegulator(discount=1.0)
+
+    def mean(value: linear_regulator.Quadratic) -> float:
+        return value.mean(START_MEAN, START_DEVIATION)
+
+    case.close("infinite", mean(linear_regulator.infinite(game, policy)))
+    case.close("ten_steps", mean(linear_regulator.finite(game, policy, 10)))
+    case.close("ten_steps_undiscounted", mean(linear_regulator.finite(undiscounted, policy, 10)))
+    case.close("gradient", list(linear_regulator.gradient(game, policy, MOMENT)))
+
+
+KINDS = {
+    "step_distribution": step_distribution,
+    "optimal_value": optimal_value,
+    "finite_horizon_value": finite_horizon_value,
+    "optimal_value_from_start": optimal_value_from_start,
+    "linear_policy_return": linear_policy_return,
+}
+LATER: set[str] = set()
