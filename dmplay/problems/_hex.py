@@ -51,6 +51,17 @@ def arrivals(hexes: Sequence[Hex]) -> Ints:
     return ends
 
 
+def paths(hexes: Sequence[Hex]) -> Ints:
+    """Steps `[H, H]` from one hex of a map to another along the map, H where no way leads."""
+    reached = arrivals(hexes)[:, :, 0]
+    size = len(hexes)
+    steps = np.full((size, size), size)
+    steps[np.arange(size), np.arange(size)] = 0
+    for _ in range(size):
+        steps = np.minimum(steps, steps[reached].min(axis=1) + 1)
+    return steps
+
+
 def notation(hex_: Hex) -> str:
     """`(q,r)`."""
     return f"({hex_[0]},{hex_[1]})"

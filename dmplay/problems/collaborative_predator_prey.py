@@ -1,0 +1,137 @@
+"""A team of predators hunts a prey that it only senses from the next hex.
+
+Source: appendix F.15; CollaborativePredatorPreyHexWorld.jl. Decisions: a free prey moves to one of
+the hexes around it that no predator was on, and stays only where there is none (the package lets it
+stay anywhere); captures and these hexes are judged on the state acted in, observations on the next;
+a predator senses a prey on its own hex too, without noise; the team gets one reward, 10 for a
+capture by anyone, else -1; a predator that captures stays; the start is uniform over the hexes, and
+a predator does not see where it stands, but in `sighted` (dmplay's own) it does.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from dmplay.chance import Array, Bools, Chance, Ints, Pick
+from dmplay.core import Labels, Outcome, parameter
+from dmplay.problems import _hex
+from dmplay.problems._hunt import CIRCLE, TRIANGLE, Hunt, numbered, sharing
+
+CAPTURED, MOVED = 10.0, -1.0
+SENSES = Labels(("prey", "nothing"))
+STAYS = 6  # where no direction is free
+
+
+@dataclass(frozen=True)
+class CollaborativePredatorPrey(Hunt):
+    """A hunt with one reward for all; the prey is nature's, the last of the walkers."""
+
+    predators: int = parameter(2, "how many predators", 1)
+    sighted: bool = parameter(False, "whether a predator sees its own hex")
+
+    shared_reward = True
+
+    @property
+    def agents(self) -> tuple[str, ...]:
+        """`predator1`, `predator2` ..., or `predator` alone."""
+        return numbered("predator", self.predators) if self.predators > 1 else ("predator",)
+
+    @property
+    def walkers(self) -> int:
+        """The predators and the prey."""
+        return self.predators + 1
+
+    @property
+    def observations(self) -> tuple[Labels, ...]:
+        """Whether a prey is near, and where sighted from which hex that was sensed."""
+        if not self.sighted:
+            return (SENSES,) * self.predators
+        hexes = [_hex.notation(hex_) for hex_ in self.hexes]
+        pairs = Labels(tuple(f"{sense} {hex_}" for sense in SENSES for hex_ in hexes))
+        return (pairs,) * self.predators
+
+    @cached_property
+    def _around(self) -> Ints:
+        """The hex `[H, 7]` in each direction of a hex, the last being the hex itself."""
+        reached = _hex.arrivals(self.hexes)[:, :, 0]
+        return np.hstack([reached, np.arange(len(self.hexes))[:, None]])
+
+    @cached_property
+    def _open(self) -> Ints:
+        """The directions `[H]` in which the map goes on from a hex, a bit each."""
+        goes_on = self._around[:, :6] != self._around[:, 6:]
+        return np.asarray((goes_on << np.arange(6)).sum(axis=1))
+
+    @cached_property
+    def _toward(self) -> Ints:
+        """The bit of the direction `[H, H]` from one hex to its neighbour, else 0."""
+        here = np.arange(len(self.hexes))
+        bits = np.zeros((len(here), len(here)), np.int64)
+        for direction in range(6):
+            bits[here, self._around[:, direction]] |= 1 << direction
+        bits[here, here] = 0
+        return bits
+
+    @cached_property
+    def _sensed(self) -> Ints:
+        """What a predator on one hex observes `[H, H]` with the prey on another, flat."""
+        far = (self._toward == 0) & ~np.eye(len(self.hexes), dtype=bool)
+        if not self.sighted:
+            return np.asarray(far, np.int64).reshape(-1)
+        return np.asarray(far * len(self.hexes) + np.arange(len(self.hexes))[:, None]).reshape(-1)
+
+    def captured(self, s: Array) -> Bools:
+        """Whether any predator is on the prey's hex `[B]`."""
+        return np.asarray(sharing(s, self.predators, range(self.predators)) > 0)
+
+    def _free(self, s: Array) -> Ints:
+        """The directions `[B]` in which a neighbour of the prey's hex is free, a bit each."""
+        prey = s[:, -1]
+        free = self._open[prey]
+        for seat in range(self.predators):
+            free = free & ~self._toward[prey, s[:, seat]]
+        return free
+
+    def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
+        """The slip of each predator; which of the hexes open to it the prey takes."""
+        many = np.where(self.captured(s), len(self.hexes), _COUNT[self._free(s)])
+        prey = Pick(np.maximum(many, 1), max(len(self.hexes), 6))
+        return (*(self.slips,) * self.predators, prey)
+
+    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+        """Predators move as in hex world unless they feed, then all look around."""
+        caught, prey = self.captured(s), s[:, -1]
+        moved = np.empty((len(s), self.walkers), np.int64)
+        for seat in range(self.predators):
+            walked = self.walk(s[:, seat], a[:, seat], events[seat])
+            moved[:, seat] = np.where(s[:, seat] == prey, prey, walked)
+        ways = np.where(caught, 0, events[-1])
+        fled = self._around[prey, _KTH[self._free(s), np.minimum(ways, 5)]]
+        moved[:, -1] = np.where(caught, events[-1], fled)
+        pay = np.where(caught, CAPTURED, MOVED)
+        rewards = np.repeat(pay[:, None], self.predators, axis=1)
+        return Outcome(moved, rewards, self.observe(moved))
+
+    def observe(self, s: Array) -> Ints:
+        """What each predator `[B, n]` observes in these states."""
+        return np.asarray(self._sensed[s[:, :-1] * len(self.hexes) + s[:, -1:]])
+
+
+def _directions() -> tuple[Ints, Ints]:
+    """How many directions a mask of six bits holds `[64]`, and the k-th of them `[64, 6]`."""
+    count, kth = np.zeros(64, np.int64), np.full((64, 6), STAYS)
+    for mask in range(64):
+        held = [direction for direction in range(6) if mask >> direction & 1]
+        count[mask] = len(held)
+        kth[mask, : len(held)] = held
+    return count, kth
+
+
+_COUNT, _KTH = _directions()
+
+VARIANTS = {
+    "circle": CollaborativePredatorPrey(hexes=CIRCLE),
+    "triangle": CollaborativePredatorPrey(hexes=TRIANGLE),
+    "sighted": CollaborativePredatorPrey(sighted=True),
+}

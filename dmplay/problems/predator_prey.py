@@ -1,0 +1,105 @@
+"""Predators chase prey over a slippery hex map; a devoured prey is born again somewhere.
+
+Source: appendix F.13; PredatorPreyHexWorld.jl. Decisions: captures are judged on the state acted
+in, hex by hex; a predator that feeds stays and gets m/n (the package pays 10), any other pays 1,
+also when it bumps; a prey moves for free; a devoured prey pays 100 and is born on any hex, occupied
+or not. One against one on the standard map starts as in figure F.16, anything else anywhere.
+`circle` is the ring of six hexes, `triangle` that of three.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from dmplay.chance import Array, Bools, Categorical, Chance, Reals
+from dmplay.core import Outcome, parameter
+from dmplay.problems import _hex
+from dmplay.problems._hunt import CIRCLE, STANDARD, TRIANGLE, Hunt, numbered, sharing
+
+FIRST_PREDATOR, FIRST_PREY = (1, 2), (2, 0)  # figure F.16
+DEVOURED, MOVED = -100.0, -1.0
+
+
+@dataclass(frozen=True)
+class PredatorPrey(Hunt):
+    """A hunt in which everyone sees everyone."""
+
+    predators: int = parameter(1, "how many predators", 1)
+    prey: int = parameter(1, "how many prey", 1)
+
+    @property
+    def agents(self) -> tuple[str, ...]:
+        """`predator` and `prey`, numbered where there are several."""
+        if self.predators == self.prey == 1:
+            return ("predator", "prey")
+        return numbered("predator", self.predators) + numbered("prey", self.prey)
+
+    @property
+    def walkers(self) -> int:
+        """Every agent."""
+        return self.predators + self.prey
+
+    @property
+    def hunters(self) -> range:
+        """The seats of the predators."""
+        return range(self.predators)
+
+    @property
+    def hunted(self) -> range:
+        """The seats of the prey."""
+        return range(self.predators, self.walkers)
+
+    @cached_property
+    def _births(self) -> Reals:
+        """Cumulative probabilities of a prey's event: its slip if free, its hex if devoured."""
+        size = max(len(self.hexes), 3)
+        births = np.ones((2, size - 1))
+        births[0, :2] = _hex.slips(self.slip).cumulative
+        births[1, : len(self.hexes) - 1] = np.arange(1, len(self.hexes)) / len(self.hexes)
+        return births
+
+    @property
+    def _drawn(self) -> bool:
+        """Whether the game starts as in the figure."""
+        return self.predators == self.prey == 1 and self.hexes == STANDARD
+
+    def opening(self, rows: int) -> tuple[Chance, ...]:
+        """Nothing where the figure says it all, else the hex of each agent."""
+        return () if self._drawn else super().opening(rows)
+
+    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
+        """The hexes drawn, or those of the figure."""
+        if not self._drawn:
+            return super().place(rows, events)
+        figure = [self.hexes.index(FIRST_PREDATOR), self.hexes.index(FIRST_PREY)]
+        return np.tile(np.array(figure), (rows, 1))
+
+    def devoured(self, s: Array, seat: int) -> Bools:
+        """Whether the prey in this seat is on the hex of a predator `[B]`."""
+        return np.asarray(sharing(s, seat, self.hunters) > 0)
+
+    def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
+        """The slip of each agent; of a devoured prey, where it is born."""
+        born = [self._births[np.asarray(self.devoured(s, i), np.int64)] for i in self.hunted]
+        return (self.slips,) * self.predators + tuple(Categorical(one) for one in born)
+
+    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+        """Everyone moves as in hex world, but those that feed and those that are fed on."""
+        moved = np.empty((len(s), self.walkers), np.int64)
+        rewards = np.empty((len(s), self.walkers))
+        for seat in self.hunters:
+            prey = sharing(s, seat, self.hunted)
+            feeds = prey > 0
+            rewards[:, seat] = np.where(feeds, prey / sharing(s, seat, self.hunters), MOVED)
+            walked = self.walk(s[:, seat], a[:, seat], events[seat])
+            moved[:, seat] = np.where(feeds, s[:, seat], walked)
+        for seat in self.hunted:
+            caught = self.devoured(s, seat)
+            rewards[:, seat] = np.where(caught, DEVOURED, 0.0)
+            walked = self.walk(s[:, seat], a[:, seat], np.minimum(events[seat], 2))
+            moved[:, seat] = np.where(caught, events[seat], walked)
+        return Outcome(moved, rewards, moved)
+
+
+VARIANTS = {"circle": PredatorPrey(hexes=CIRCLE), "triangle": PredatorPrey(hexes=TRIANGLE)}
