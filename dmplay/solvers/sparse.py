@@ -1,0 +1,61 @@
+"""Values of finite problems whose dense tables would be too large: outcomes listed, not summed."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay.chance import Ints, Reals
+from dmplay.core import Problem, exact
+from dmplay.solvers.value_iteration import SLACK, best
+from dmplay.tabular import joint_actions
+
+
+class Listed(NamedTuple):
+    """The K outcomes of every joint action in every state, and agent 1's expected reward."""
+
+    p: Reals  # [S, A, K]
+    after: Ints  # [S, A, K], indices of states
+    rewards: Reals  # [S, A]
+
+
+def listed(problem: Problem) -> Listed:
+    """The outcomes of a finite problem, joint actions row-major."""
+    states = problem.enumerated()
+    p, after, rewards = [], [], []
+    for a in joint_actions(problem):
+        weight, outcome = exact(problem, states, np.tile(a, (len(states), 1)))
+        reached = problem.index(outcome.state.reshape(weight.size, *states.shape[1:]))
+        p.append(weight)
+        after.append(reached.reshape(weight.shape))
+        rewards.append((weight * outcome.rewards[:, :, 0]).sum(axis=1))
+    return Listed(np.stack(p, axis=1), np.stack(after, axis=1), np.stack(rewards, axis=1))
+
+
+def action_values(model: Listed, discount: float, values: Reals) -> Reals:
+    """Q `[S, A]` of one step followed by U `[S]`."""
+    return np.asarray(
+        model.rewards + discount * np.einsum("sak,sak->sa", model.p, values[model.after])
+    )
+
+
+def evaluate(model: Listed, discount: float, policy: Reals) -> Reals:
+    """U `[S]` of the stochastic joint policy `[S, A]`; `discount` below 1."""
+    size = len(model.rewards)
+    state, action = np.nonzero(policy)
+    weight = policy[state, action, None] * model.p[state, action]
+    cell = state[:, None] * size + model.after[state, action]
+    flow = np.bincount(cell.reshape(-1), weight.reshape(-1), size * size).reshape(size, size)
+    rewards = (policy * model.rewards).sum(axis=1)
+    return np.linalg.solve(np.eye(size) - discount * flow, rewards)
+
+
+def optimal(model: Listed, discount: float) -> Reals:
+    """Q* `[S, A]` of one planner who sees the state, by policy iteration."""
+    choice = np.argmax(best(model.rewards), axis=1)
+    while True:
+        values = evaluate(model, discount, np.eye(model.rewards.shape[1])[choice])
+        q = action_values(model, discount, values)
+        better = q.max(axis=1) > values + SLACK
+        if not better.any():
+            return q
+        choice = np.where(better, np.argmax(best(q), axis=1), choice)

@@ -1,0 +1,139 @@
+import re
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+import dmplay
+from dmplay.chance import Categorical, Pick, Reals
+from dmplay.problems.collaborative_predator_prey import SENSES, CollaborativePredatorPrey
+from dmplay.solvers import sparse
+from dmplay.solvers.value_iteration import best
+from tests.truth_kinds.case import Case, reached
+
+
+@cache
+def hunt(map_: str, predators: int = 2, sighted: bool = False) -> CollaborativePredatorPrey:
+    name = "collaborative-predator-prey" + (f":{map_}" if map_ != "standard" else "")
+    problem = dmplay.load(name, predators=predators, sighted=sighted)
+    assert isinstance(problem, CollaborativePredatorPrey)
+    return problem
+
+
+def given(case: Case, after: str = "") -> tuple[CollaborativePredatorPrey, np.ndarray]:
+    predators, prey = case.given[f"predators{after}"], case.given[f"prey{after}"]
+    problem = hunt(case.given["map"], len(predators))
+    assert [list(hex_) for hex_ in problem.hexes] == case.conventions["maps"][case.given["map"]]
+    return problem, np.array([[problem.hexes.index(tuple(hex_)) for hex_ in [*predators, prey]]])
+
+
+def marginals(
+    problem: CollaborativePredatorPrey, s: np.ndarray, a: np.ndarray
+) -> list[dict[Any, float]]:
+    """Where each walker goes: each has one chance of its own, so the others' may be any."""
+    found = []
+    chances = problem.chance(s, a)
+    for walker, chance in enumerate(chances):
+        assert isinstance(chance, Categorical | Pick)
+        p = chance.probabilities()[0]
+        events = [np.zeros(len(p), np.int64)] * len(chances)
+        events[walker] = np.where(p > 0, np.arange(len(p)), 0)
+        rows = np.repeat(s, len(p), axis=0), np.repeat(a, len(p), axis=0)
+        after = problem.move(*rows, tuple(events)).state
+        found.append(reached(p, [problem.hexes[h] for h in after[:, walker]]))
+        for other in set(range(len(chances))) - {walker}:
+            assert (after[:, other] == after[0, other]).all()  # independent
+    return found
+
+
+def transition(case: Case) -> None:
+    problem, s = given(case)
+    a = np.array([case.given["actions"]]) - 1
+    found = marginals(problem, s, a)
+    for told, got in zip(case.expect["marginals"], found, strict=True):
+        case.equal({tuple(hex_): p for hex_, p in told}, got)
+    for told in case.expect["joint"]:
+        hexes = [tuple(hex_) for hex_ in told["next"]]
+        each = [one.get(hex_, 0.0) for one, hex_ in zip(found, hexes, strict=True)]
+        case.equal(told["probability"], np.prod(each))
+    reward(case)
+
+
+def reward(case: Case) -> None:
+    problem, s = given(case)
+    many = problem.predators
+    for a in range(6):
+        outcome = problem.step(s, np.full((1, many), a), np.full((1, many + 1), 0.75))
+        for paid in outcome.rewards[0]:
+            case.close("reward", paid)
+
+
+def observation(case: Case) -> None:
+    """Every outcome that leads to this state shows the same, whatever was done."""
+    problem, after = given(case, "_after")
+    states = problem.enumerated()
+    a = np.zeros((len(states), problem.predators), np.int64)
+    p, outcome = dmplay.exact(problem, states, a)
+    leads = (outcome.state == after[0]).all(axis=2) & (p > 0)
+    for seen in outcome.observations[leads]:
+        case.close("observations", [SENSES[int(one)] for one in seen])
+    assert leads.any()
+    assert case.expect["probability"] == 1
+
+
+@cache
+def model(map_: str) -> sparse.Listed:
+    return sparse.listed(hunt(map_))
+
+
+@cache
+def random_team(map_: str) -> Reals:
+    uniform = np.full((hunt(map_).states, 36), 1 / 36)
+    return sparse.evaluate(model(map_), hunt(map_).discount, uniform)
+
+
+@cache
+def optimum(map_: str) -> Reals:
+    return sparse.optimal(model(map_), hunt(map_).discount)
+
+
+@cache
+def reactive_team(map_: str, on_prey: int, on_nothing: int) -> Reals:
+    problem = hunt(map_)
+    near = problem.observe(problem.enumerated()) == SENSES.index("prey")
+    action = np.where(near, on_prey, on_nothing) - 1
+    policy = np.eye(36)[action[:, 0] * 6 + action[:, 1]]
+    return sparse.evaluate(model(map_), problem.discount, policy)
+
+
+def value(case: Case) -> None:
+    problem, s = given(case)
+    map_, place = case.given["map"], int(problem.index(s)[0])
+    case.close("random_team", random_team(map_)[place])
+    for name, told in case.expect["reactive_teams"].items():
+        found = re.fullmatch(r"(\d) on 'prey', (\d) on 'nothing'", name)
+        assert found
+        case.equal(told, reactive_team(map_, int(found[1]), int(found[2]))[place])
+    q = optimum(map_)[place]
+    case.close("centralised_optimum", q.max())
+    pairs = [[int(a) // 6 + 1, int(a) % 6 + 1] for a in np.flatnonzero(best(q))]
+    assert pairs == case.expect["optimal_joint_actions"]
+
+
+def uniform_start_value(case: Case) -> None:
+    map_ = case.given["map"]
+    if case.given["team"].startswith("centralised optimum"):
+        case.close("value", optimum(map_).max(axis=1).mean())
+    else:
+        assert case.given["team"] == "uniformly random actions"
+        case.close("value", random_team(map_).mean())
+
+
+KINDS = {
+    "transition": transition,
+    "observation": observation,
+    "reward": reward,
+    "value": value,
+    "uniform_start_value": uniform_start_value,
+}
+LATER: set[str] = set()

@@ -1,0 +1,117 @@
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+import dmplay
+from dmplay.chance import Categorical, Reals
+from dmplay.problems.predator_prey import PredatorPrey
+from dmplay.solvers import value_iteration
+from dmplay.tabular import Tables, tabulate
+from tests.truth_kinds.case import Case, reached
+
+
+@cache
+def hunt(map_: str, predators: int = 1, prey: int = 1) -> PredatorPrey:
+    name = "predator-prey" if map_ == "standard" else f"predator-prey:{map_}"
+    problem = dmplay.load(name, predators=predators, prey=prey)
+    assert isinstance(problem, PredatorPrey)
+    return problem
+
+
+def given(case: Case) -> tuple[PredatorPrey, np.ndarray]:
+    predators, prey = case.given["predators"], case.given["prey"]
+    problem = hunt(case.given["map"], len(predators), len(prey))
+    assert [list(hex_) for hex_ in problem.hexes] == case.conventions["maps"][case.given["map"]]
+    return problem, np.array([[problem.hexes.index(tuple(hex_)) for hex_ in predators + prey]])
+
+
+def marginals(problem: PredatorPrey, s: np.ndarray, a: np.ndarray) -> list[dict[Any, float]]:
+    """Where each agent goes: each has one chance of its own, so the others' may be any."""
+    found = []
+    chances = problem.chance(s, a)
+    for seat, chance in enumerate(chances):
+        assert isinstance(chance, Categorical)
+        p = chance.probabilities()[0]
+        events = [np.zeros(len(p), np.int64)] * len(chances)
+        events[seat] = np.arange(len(p))
+        rows = np.repeat(s, len(p), axis=0), np.repeat(a, len(p), axis=0)
+        after = problem.move(*rows, tuple(events)).state
+        found.append(reached(p, [problem.hexes[h] for h in after[:, seat]]))
+        for other in set(range(len(chances))) - {seat}:
+            assert (after[:, other] == after[0, other]).all()  # independent
+    return found
+
+
+def transition(case: Case) -> None:
+    problem, s = given(case)
+    a = np.array([case.given["actions"]]) - 1
+    found = marginals(problem, s, a)
+    for told, got in zip(case.expect["marginals"], found, strict=True):
+        case.equal({tuple(hex_): p for hex_, p in told}, got)
+    for told in case.expect["joint"]:
+        hexes = [tuple(hex_) for hex_ in told["next"]]
+        each = [one.get(hex_, 0.0) for one, hex_ in zip(found, hexes, strict=True)]
+        case.equal(told["probability"], np.prod(each))
+
+
+def reward(case: Case) -> None:
+    problem, s = given(case)
+    agents = s.shape[1]
+    for a in range(6):
+        outcome = problem.step(s, np.full((1, agents), a), np.full((1, agents), 0.75))
+        case.close("rewards", outcome.rewards[0])
+
+
+@cache
+def tables(map_: str) -> Tables:
+    return tabulate(hunt(map_))
+
+
+def alone(map_: str, seat: int) -> Tables:
+    """What one agent faces while the other is uniformly random."""
+    both = tables(map_)
+    size = len(both.transition)
+    transition = both.transition.reshape(size, 6, 6, size).mean(axis=2 - seat)
+    rewards = both.rewards.reshape(size, 6, 6, 2).mean(axis=2 - seat)
+    return Tables(transition, rewards[:, :, seat : seat + 1], None)
+
+
+@cache
+def random_values(map_: str, seat: int) -> Reals:
+    faced = alone(map_, seat)
+    uniform = np.full(faced.rewards.shape[:2], 1 / 6)
+    return value_iteration.evaluate(faced, hunt(map_).discount, uniform)
+
+
+@cache
+def best_values(map_: str, seat: int) -> Reals:
+    return value_iteration.optimal(alone(map_, seat), hunt(map_).discount)
+
+
+def place(case: Case) -> int:
+    problem = hunt(case.given["map"])
+    hexes = [tuple(case.given["predator"]), tuple(case.given["prey"])]
+    return int(problem.index(np.array([[problem.hexes.index(hex_) for hex_ in hexes]]))[0])
+
+
+def random_play_value(case: Case) -> None:
+    for seat, name in enumerate(("predator", "prey")):
+        case.close(name, random_values(case.given["map"], seat)[place(case)])
+
+
+def best_response_to_random(case: Case) -> None:
+    for seat, name in enumerate(("predator", "prey")):
+        q = best_values(case.given["map"], seat)[place(case)]
+        case.close(f"{name}_value", q.max())
+        best = np.flatnonzero(value_iteration.best(q)) + 1
+        assert best.tolist() == case.expect[f"{name}_actions"]
+
+
+KINDS = {
+    "transition": transition,
+    "reward": reward,
+    "random_play_value": random_play_value,
+    "best_response_to_random": best_response_to_random,
+}
+LATER: set[str] = set()
