@@ -1,0 +1,93 @@
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay.errors import BadParameter
+from dmplay.session import Session
+from tests.truth_kinds.course import course
+
+LEFT, RIGHT = 0, 1
+PROBLEM = dmplay.load("cart-pole")
+GYM = dmplay.load("cart-pole:gym")
+
+
+def stepped(state: list[float], push: int) -> tuple[list[float], float]:
+    after = PROBLEM.step(np.array([state]), np.array([[push]]), np.zeros((1, 0)))
+    return after.state[0].tolist(), float(after.rewards[0, 0])
+
+
+def test_a_push_from_rest_moves_the_cart_one_way_and_the_pole_the_other() -> None:
+    (x, v, theta, omega), reward = stepped([0, 0, 0, 0], RIGHT)
+    assert (x, theta) == (0, 0)  # old speeds
+    assert v == pytest.approx(0.02 * 400 / 41)
+    assert omega == pytest.approx(-0.02 * 600 / 41)
+    assert reward == 1
+
+
+def test_being_at_a_limit_is_not_past_it() -> None:
+    lean = 12 * np.pi / 180
+    states = np.array([[2.4, 0, 0, 0], [-2.4, 0, 0, 0], [0, 0, lean, 0], [0, 0, -lean, 0]])
+    assert not PROBLEM.terminal(states).any()
+    assert PROBLEM.terminal(states * 1.0000001).all()
+
+
+def test_the_step_that_fails_still_pays() -> None:
+    after, reward = stepped([2.39, 1.0, 0, 0], RIGHT)
+    assert after[0] > 2.4
+    assert reward == 1
+
+
+def test_a_fallen_pole_lies_and_pays_nothing() -> None:
+    for state in ([2.5, 1.0, 0.1, 1.0], [0.0, 1.0, -0.3, -2.0]):
+        assert stepped(state, LEFT) == (state, 0.0)
+
+
+def test_a_batch_keeps_its_fallen_rows_beside_its_standing_ones() -> None:
+    s = np.array([[0.0, 0, 0, 0], [3.0, 1, 0, 0], [0, 0, 0.05, 0]])
+    after = PROBLEM.step(s, np.array([[0], [1], [1]]), np.zeros((3, 0)))
+    assert after.rewards[:, 0].tolist() == [1, 0, 1]
+    assert after.state[1].tolist() == [3, 1, 0, 0]
+    assert after.state[2].tolist() == stepped([0, 0, 0.05, 0], RIGHT)[0]
+
+
+def test_the_mass_of_the_pole_is_in_tau_only_where_gymnasium_has_it() -> None:
+    s, a = np.array([[0.0, 0.0, 0.1, 2.0]]), np.array([[RIGHT]])
+    text, gym = (game.step(s, a, np.zeros((1, 0))).state[0] for game in (PROBLEM, GYM))
+    assert abs(text[1] - gym[1]) == pytest.approx(0.0035, abs=5e-5)
+    assert abs(text[3] - gym[3]) == pytest.approx(0.0052, abs=5e-5)
+    still = np.array([[0.0, 0.0, 0.1, 0.0]])  # the term is of omega squared
+    text, gym = (game.step(still, a, np.zeros((1, 0))).state[0] for game in (PROBLEM, GYM))
+    assert (text == gym).all()
+
+
+@pytest.mark.parametrize("game", [PROBLEM, GYM])
+def test_balance_stands_500_turns_from_every_usual_start(game: dmplay.Problem) -> None:
+    played = dmplay.rollout(game, [dmplay.agent(game, 0, "balance")], episodes=1000)
+    assert (played.turns == 500).all()
+    assert not played.over.any()
+    corners = np.array(np.meshgrid(*[[-0.05, 0.05]] * 4)).reshape(4, 16).T
+    for corner in corners.tolist():
+        balance = dmplay.agent(game, 0, "balance")
+        assert sum(pay for _, pay in course(game, balance, corner, 500)) == 500
+
+
+def test_alternate_takes_turns() -> None:
+    game = Session(PROBLEM, dmplay.Dice(1), [dmplay.agent(PROBLEM, 0, "alternate:first=right")])
+    assert [int(game.advance().actions[0]) for _ in range(4)] == [RIGHT, LEFT, RIGHT, LEFT]
+
+
+def test_alternate_refuses_a_first_push_that_is_none() -> None:
+    with pytest.raises(BadParameter, match="expected left or right"):
+        dmplay.agent(PROBLEM, 0, "alternate:first=up")
+
+
+def test_a_state_is_read_back_to_the_last_bit() -> None:
+    s = PROBLEM.start(np.array([[0.123456789, 0.5, 0.987654321, 0.0]]))[0]
+    assert (PROBLEM.parse(PROBLEM.notation(s)) == s).all()
+    assert PROBLEM.notation(np.array([0.0, -0.5, 1e-17, 2.0])) == "0.0 -0.5 1e-17 2.0"
+
+
+def test_the_limits_are_parameters_in_metres_and_degrees() -> None:
+    wide = dmplay.load("cart-pole", x_limit="4.8", theta_limit="24")
+    states = np.array([[4.7, 0, 0, 0], [0, 0, 0.41, 0], [4.9, 0, 0, 0], [0, 0, 0.42, 0]])
+    assert wide.terminal(states).tolist() == [False, False, True, True]

@@ -1,0 +1,171 @@
+from typing import Any
+
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay import belief
+from dmplay.core import Percept, Problem
+from dmplay.errors import ImpossibleObservation
+from dmplay.problems import _hex
+from dmplay.problems._hunt import STANDARD
+
+E, NE, NW, W, SW, SE = range(6)
+PREY, NOTHING = 0, 1
+NAME = "collaborative-predator-prey"
+PROBLEM = dmplay.load(NAME)
+STRAIGHT = 0.0  # a draw that does not slip
+
+
+def outcomes(
+    problem: Problem, state: str, actions: list[int]
+) -> tuple[dict[str, float], np.ndarray]:
+    """The probability of each next state, and the rewards, which no draw changes."""
+    p, after = dmplay.exact(problem, problem.parse(state)[None], np.array([actions]))
+    found: dict[str, float] = {}
+    for weight, s in zip(p[0], after.state[0], strict=True):
+        if weight > 0:
+            found[problem.notation(s)] = found.get(problem.notation(s), 0.0) + float(weight)
+    assert (after.rewards[0] == after.rewards[0, 0]).all()
+    return found, after.rewards[0, 0]
+
+
+def certain(**parameters: Any) -> Problem:
+    """Nobody slips, so that only the prey is uncertain."""
+    return dmplay.load(NAME, slip=0.0, **parameters)
+
+
+def test_a_free_prey_moves_to_a_neighbour_without_a_predator() -> None:
+    found, rewards = outcomes(certain(), "(1,0) (4,1) (2,0)", [E, E])
+    assert found == pytest.approx({"(2,0) (4,1) (3,0)": 0.5, "(2,0) (4,1) (1,1)": 0.5})
+    assert rewards.tolist() == [-1, -1]
+
+
+def test_where_a_predator_was_is_closed_even_if_it_leaves() -> None:
+    found, _ = outcomes(certain(), "(1,1) (3,0) (2,0)", [NW, W])
+    assert found == pytest.approx({"(0,2) (2,0) (1,0)": 1})
+
+
+def test_a_prey_without_a_free_neighbour_stays() -> None:
+    found, _ = outcomes(certain(), "(-1,1) (1,0) (0,0)", [NE, NE])
+    assert found == pytest.approx({"(-1,2) (1,1) (0,0)": 1})
+    lonely = certain(predators=1, hexes=[[0, 0], [5, 5]])
+    found, _ = outcomes(lonely, "(5,5) (0,0)", [E])
+    assert found == pytest.approx({"(5,5) (0,0)": 1})
+
+
+def test_a_capture_pays_the_whole_team_and_holds_only_the_captor() -> None:
+    found, rewards = outcomes(certain(), "(2,0) (3,0) (2,0)", [E, E])
+    assert found == pytest.approx(
+        {f"(2,0) (4,0) {_hex.notation(hex_)}": 1 / 12 for hex_ in STANDARD}
+    )
+    assert rewards.tolist() == [10, 10]
+
+
+def test_a_capture_by_both_pays_no_more() -> None:
+    _, rewards = outcomes(PROBLEM, "(2,0) (2,0) (2,0)", [E, E])
+    assert rewards.tolist() == [10, 10]
+
+
+def test_a_turn_is_three_draws_in_every_state() -> None:
+    assert PROBLEM.draws == (3, 3)
+    assert dmplay.load(NAME, predators=4).draws == (5, 5)
+
+
+def test_a_predator_senses_the_prey_from_its_own_and_the_next_hex() -> None:
+    s = np.array([PROBLEM.parse(one) for one in ("(2,0) (3,0) (2,0)", "(1,1) (4,0) (2,0)")])
+    assert PROBLEM.observe(s).tolist() == [[PREY, PREY], [PREY, NOTHING]]  # type: ignore[attr-defined]
+
+
+def test_a_sighted_predator_sees_its_hex_too() -> None:
+    problem = dmplay.load(f"{NAME}:sighted")
+    s, a = problem.parse("(0,0) (1,2) (3,0)")[None], np.array([[E, SW]])
+    after = problem.step(s, a, np.array([[STRAIGHT, STRAIGHT, 0.0]]))
+    assert problem.notation(after.state[0]) == "(1,0) (1,1) (4,0)"
+    labels = (problem.observations or ())[0]
+    assert [labels[o] for o in after.observations[0]] == ["nothing (1,0)", "nothing (1,1)"]
+    near = problem.step(s, a, np.array([[STRAIGHT, STRAIGHT, 0.9]]))
+    assert problem.notation(near.state[0]) == "(1,0) (1,1) (2,0)"
+    assert [labels[o] for o in near.observations[0]] == ["prey (1,0)", "prey (1,1)"]
+    assert len(labels) == 24
+
+
+def test_the_team_shares_its_reward_and_does_not_see_the_state() -> None:
+    assert PROBLEM.kind == "Dec-POMDP"
+    assert not PROBLEM.rewards_observed
+    assert PROBLEM.agents == ("predator1", "predator2")
+
+
+@pytest.mark.parametrize(
+    ("name", "seat"),
+    [(f"{NAME}:triangle", 0), (f"{NAME}:circle", 1), (f"{NAME}:sighted", 1), (NAME, 0)],
+)
+def test_the_belief_of_a_seat_is_that_of_bayes_rule_with_random_partners(
+    name: str, seat: int
+) -> None:
+    problem = dmplay.load(name)
+    policy = dmplay.agent(problem, seat, "chase-belief")
+    told = belief.prior(problem)
+    memory = policy.begin(np.full(2, -1))
+    s = problem.start(np.array([[0.1, 0.5, 0.8]]))
+    for turn, a in enumerate((E, SW, NW)):
+        joint = np.array([[a, W] if seat == 0 else [W, a]])
+        after = problem.step(s, joint, np.array([[0.3, 0.75, 0.1 * turn]]))
+        s, seen = after.state, after.observations[0, seat]
+        memory = policy.update(memory, Percept(np.full(2, a), np.full(2, seen), None, None))
+        actions: list[int | None] = [None, None]
+        observations: list[int | None] = [None, None]
+        actions[seat], observations[seat] = a, int(seen)
+        told = belief.update(problem, told, actions, observations).belief
+        for row in memory[0]:
+            assert row == pytest.approx(told, abs=1e-12)
+        assert told[problem.index(s)[0]] > 0
+
+
+def test_an_observation_that_cannot_be_is_refused() -> None:
+    problem = dmplay.load(f"{NAME}:triangle")  # every hex is next to every other
+    policy = dmplay.agent(problem, 0, "chase-belief")
+    memory = policy.begin(np.array([-1]))
+    with pytest.raises(ImpossibleObservation):
+        policy.update(memory, Percept(np.array([E]), np.array([NOTHING]), None, None))
+
+
+def test_chase_belief_goes_to_where_the_prey_most_likely_is() -> None:
+    policy = dmplay.agent(PROBLEM, 0, "chase-belief")
+    beliefs = np.zeros((2, 1728))
+    for row, (one, other) in enumerate(
+        [("(1,2) (4,0) (2,0)", "(0,0) (4,0) (4,0)"), ("(3,0) (4,0) (0,0)", "(3,0) (0,0) (3,1)")]
+    ):
+        beliefs[row, PROBLEM.index(PROBLEM.parse(one)[None])] = 0.6
+        beliefs[row, PROBLEM.index(PROBLEM.parse(other)[None])] = 0.4
+    assert policy.choose((beliefs,), None, np.zeros((2, 0))).tolist() == [SW, W]
+
+
+def test_sweep_goes_to_and_fro_and_turns_where_it_loses_the_prey() -> None:
+    policy = dmplay.agent(PROBLEM, 1, "sweep")
+    memory = policy.begin(np.array([-1]))
+    course = []
+    for seen in (NOTHING, NOTHING, NOTHING, NOTHING, PREY, NOTHING, NOTHING):
+        a = policy.choose(memory, None, np.zeros((1, 0)))
+        course.append(int(a[0]))
+        memory = policy.update(memory, Percept(a, np.array([seen]), None, None))
+    assert course == [W, W, W, E, E, W, E]
+
+
+@pytest.mark.parametrize("name", [NAME, f"{NAME}:circle", f"{NAME}:triangle", f"{NAME}:sighted"])
+def test_a_sweeping_team_catches_more_than_chance(name: str) -> None:
+    problem = dmplay.load(name)
+    swept, random = (
+        dmplay.rollout(problem, [dmplay.agent(problem, i, one) for i in range(2)], episodes=4000)
+        for one in ("sweep", "random")
+    )
+    assert swept.totals[:, 0].mean() > random.totals[:, 0].mean()
+    assert (swept.totals[:, 0] == swept.totals[:, 1]).all()
+
+
+def test_a_team_that_chases_its_beliefs_catches_more_than_one_that_sweeps() -> None:
+    chased, swept = (
+        dmplay.rollout(PROBLEM, [dmplay.agent(PROBLEM, i, one) for i in range(2)], episodes=100)
+        for one in ("chase-belief", "sweep")
+    )
+    assert chased.totals[:, 0].mean() > swept.totals[:, 0].mean()

@@ -1,0 +1,93 @@
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay.session import Session
+
+DESCEND, NO_ADVISORY, CLIMB = range(3)
+LITERAL = dmplay.load("collision-avoidance")
+REPAIRED = dmplay.load("collision-avoidance", repaired=True)
+CALM = 0.5  # of the draws, the one without a gust
+
+
+def stepped(
+    state: list[float], a: int, game: dmplay.Problem = LITERAL, u: float = CALM
+) -> tuple[list[float], float]:
+    after = game.step(np.array([state]), np.array([[a]]), np.array([[u]]))
+    return after.state[0].tolist(), float(after.rewards[0, 0])
+
+
+def test_an_advisory_turns_the_rate_by_one() -> None:
+    assert stepped([100, 2, 0, 20], CLIMB) == ([102, 3, 5, 19], -0.01)
+    assert stepped([100, 2, 5, 19], CLIMB) == ([102, 3, 5, 18], 0)
+    assert stepped([100, 2, 0, 20], DESCEND) == ([102, 1, -5, 19], -0.01)
+
+
+def test_a_rate_close_to_the_advised_one_overshoots_as_printed() -> None:
+    assert stepped([0, 4.5, 5, 20], CLIMB)[0] == [4.5, 9.5, 5, 19]
+    assert stepped([0, -5.5, -5, 20], DESCEND)[0] == [-5.5, -10.5, -5, 19]
+
+
+def test_the_repaired_branch_levels_off_at_the_advised_rate() -> None:
+    assert stepped([0, 4.5, 5, 20], CLIMB, REPAIRED)[0] == [4.5, 5, 5, 19]
+    assert stepped([0, -5.5, -5, 20], DESCEND, REPAIRED)[0] == [-5.5, -5, -5, 19]
+
+
+def test_a_rate_one_away_is_not_close() -> None:
+    assert stepped([0, 4, 5, 20], CLIMB)[0] == [4, 5, 5, 19]
+    assert stepped([0, 6, 5, 20], CLIMB)[0] == [6, 5, 5, 19]
+
+
+def test_every_change_of_an_advisory_is_paid_for_its_reversal_once() -> None:
+    state, paid = [-60.0, 0.0, 0.0, 4.0], []
+    for a in (DESCEND, DESCEND, CLIMB, NO_ADVISORY):
+        state, reward = stepped(state, a)
+        paid.append(reward)
+    assert paid == [-0.01, 0, -0.01, -0.01]
+    assert state == [-64, -1, 0, 0]
+
+
+@pytest.mark.parametrize(("u", "gust"), [(0.0, -2), (0.25, 0), (0.749, 0), (0.75, 2)])
+def test_gusts_come_a_quarter_a_half_and_a_quarter_of_the_time(u: float, gust: int) -> None:
+    assert stepped([0, 1, 0, 20], NO_ADVISORY, u=u)[0] == [1, 1 + gust, 0, 19]
+
+
+def test_passing_within_50_m_is_paid_for_in_the_turn_at_time_0() -> None:
+    assert stepped([49.9, 0, 0, 0], NO_ADVISORY)[1] == -1
+    assert stepped([-49.9, 0, 0, 0], CLIMB)[1] == -1.01
+    assert stepped([50, 0, 0, 0], NO_ADVISORY)[1] == 0
+    assert stepped([0, 0, 0, 1], NO_ADVISORY)[1] == 0
+
+
+def test_after_time_0_nothing_moves_and_nothing_is_paid() -> None:
+    after, _ = stepped([0, 3, 5, 0], CLIMB)
+    assert LITERAL.terminal(np.array([after]))[0]
+    assert stepped(after, DESCEND) == (after, 0)
+
+
+def test_a_game_is_41_actions_long() -> None:
+    game = Session(LITERAL, dmplay.Dice(7), [dmplay.agent(LITERAL, 0, "simple")])
+    while not game.over:
+        game.advance()
+    assert len(game.turns) == 41
+    assert game.ending == "terminal"
+
+
+def test_simple_acts_only_near_in_height_and_in_time() -> None:
+    policy = dmplay.agent(LITERAL, 0, "simple")
+    s = np.array(
+        [[49, 0, 0, 29], [-49, 0, 0, 29], [0, 0, 0, 29], [50, 0, 0, 29], [49, 0, 0, 30]], float
+    )
+    chosen = policy.choose(policy.begin(s), None, np.zeros((5, 0)))
+    assert chosen.tolist() == [CLIMB, DESCEND, DESCEND, NO_ADVISORY, NO_ADVISORY]
+
+
+def test_actions_are_named_by_their_rates_too() -> None:
+    named = [LITERAL.action(0, word) for word in ("-5", "0", "none", "5", "no_advisory", "Climb")]
+    assert named == [DESCEND, NO_ADVISORY, NO_ADVISORY, CLIMB, NO_ADVISORY, CLIMB]
+
+
+def test_a_state_is_read_back_to_the_last_bit() -> None:
+    s = LITERAL.start(np.array([[0.123456789, 0.987654321]]))[0]
+    assert (LITERAL.parse(LITERAL.notation(s)) == s).all()
+    assert s[2:].tolist() == [0, 40]
