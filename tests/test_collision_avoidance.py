@@ -91,3 +91,17 @@ def test_a_state_is_read_back_to_the_last_bit() -> None:
     s = LITERAL.start(np.array([[0.123456789, 0.987654321]]))[0]
     assert (LITERAL.parse(LITERAL.notation(s)) == s).all()
     assert s[2:].tolist() == [0, 40]
+
+
+def test_the_optimal_agent_alerts_late_and_hardly_ever_collides() -> None:
+    optimal, simple = (
+        dmplay.rollout(LITERAL, [dmplay.agent(LITERAL, 0, name)], episodes=5000)
+        for name in ("optimal", "simple")
+    )
+    assert optimal.totals.mean() > -0.006
+    assert simple.totals.mean() < -0.05
+    policy = dmplay.agent(LITERAL, 0, "optimal")
+    head_on = np.array([[0, 0, 0, 40], [0, 0, 0, 10], [40, 0, 0, 15]], float)
+    chosen = policy.choose(policy.begin(head_on), None, np.zeros((3, 0)))
+    # At the same height both ways out are worth the same: the first is to descend.
+    assert chosen.tolist() == [NO_ADVISORY, DESCEND, CLIMB]

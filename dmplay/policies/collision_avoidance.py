@@ -1,12 +1,15 @@
 """Policies for aircraft collision avoidance; 0 descends, 1 gives no advisory, 2 climbs."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, parameter
 from dmplay.policies._kinds import Always, Reactive
+from dmplay.solvers import collision_grid
+from dmplay.solvers.value_iteration import best
 
 DESCEND, NO_ADVISORY, CLIMB = range(3)
 
@@ -32,5 +35,28 @@ class Simple(Reactive):
         return np.where(near, np.where(h > 0, CLIMB, DESCEND), NO_ADVISORY)
 
 
-POLICIES = {"no-advisory": NoAdvisory, "simple": Simple}
-HINT = "simple"
+@dataclass(frozen=True)
+class Optimal(Reactive):
+    """The best action by backward induction on a grid, between whose points it interpolates."""
+
+    @cached_property
+    def _table(self) -> Reals:
+        return collision_grid.optimal(self.problem)
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """The first of the best actions."""
+        return np.asarray(np.argmax(best(self.values(memory)), axis=1))
+
+    def values(self, memory: Memory) -> Reals:
+        """Q of each action; the rows of a batch may be at different times."""
+        (s,) = memory
+        times = np.clip(s[:, 3], 0, collision_grid.TIMES[-1]).astype(np.int64)
+        q = np.empty((len(s), self._table.shape[-1]))
+        for time in np.unique(times):
+            now = times == time
+            q[now] = collision_grid.interpolate(self._table[time], s[now])
+        return q
+
+
+POLICIES = {"no-advisory": NoAdvisory, "simple": Simple, "optimal": Optimal}
+HINT = "optimal"

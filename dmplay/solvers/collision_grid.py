@@ -1,0 +1,77 @@
+"""Collision avoidance on a grid, solved backward in time (section 7.6, figure F.9)."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from dmplay.chance import Array, Ints, Reals
+from dmplay.core import Problem, exact
+from dmplay.problems.collision_avoidance import RATES
+
+HEIGHTS = np.linspace(-200.0, 200.0, 21)  # m
+CLIMBS = np.linspace(-10.0, 10.0, 21)  # m/s
+TIMES = range(41)  # s
+SHAPE = (len(RATES), len(HEIGHTS), len(CLIMBS))
+
+
+def states(time: float) -> Reals:
+    """The grid's states `[3 * 21 * 21, 4]` at a time, last advisory slowest, rate fastest."""
+    a_prev, h, dh = np.meshgrid(RATES, HEIGHTS, CLIMBS, indexing="ij")
+    return np.stack([h, dh, a_prev, np.full(SHAPE, time)], axis=-1).reshape(-1, 4)
+
+
+def interpolate(table: Reals, s: Reals) -> Reals:
+    """The values `[B, ...]` of a table `[3, 21, 21, ...]` at states `[B, 4]`.
+
+    Height and rate are clamped to the grid; between its points they are bilinear.
+    """
+    a_prev = np.searchsorted(RATES, s[:, 2])
+    i, x = _between(HEIGHTS, s[:, 0])
+    j, y = _between(CLIMBS, s[:, 1])
+    x, y = (part.reshape(-1, *(1,) * (table.ndim - 3)) for part in (x, y))
+    low = (1 - y) * table[a_prev, i, j] + y * table[a_prev, i, j + 1]
+    high = (1 - y) * table[a_prev, i + 1, j] + y * table[a_prev, i + 1, j + 1]
+    return np.asarray((1 - x) * low + x * high)
+
+
+def _between(points: Reals, at: Reals) -> tuple[Ints, Reals]:
+    """The grid point at or before each number, and how far it is to the next, 0 to 1."""
+    step = points[1] - points[0]
+    place = (np.clip(at, points[0], points[-1]) - points[0]) / step
+    before = np.minimum(place.astype(np.int64), len(points) - 2)
+    return before, place - before
+
+
+def optimal(problem: Problem) -> Reals:
+    """Q `[41, 3, 21, 21, 3]` by time, last advisory, height, rate and action."""
+    return _backward(problem, lambda s, q: q.max(axis=1))
+
+
+def evaluate(problem: Problem, act: Callable[[Reals], Array]) -> Reals:
+    """U `[41, 3, 21, 21]` of a policy that takes `act(states)`."""
+
+    def follow(s: Reals, q: Reals) -> Reals:
+        return np.asarray(q[np.arange(len(q)), act(s)])
+
+    q = _backward(problem, follow)
+    u = [follow(states(time), q[time].reshape(-1, len(RATES))) for time in TIMES]
+    return np.stack(u).reshape(len(TIMES), *SHAPE)
+
+
+def _backward(problem: Problem, value: Callable[[Reals, Reals], Reals]) -> Reals:
+    """Q at every time, where `value(states, q)` is what a state is worth."""
+    after = np.zeros(SHAPE)
+    tables = []
+    for time in TIMES:
+        s = states(time)
+        q = np.stack([_backup(problem, s, a, after) for a in range(len(RATES))], axis=1)
+        tables.append(q.reshape(*SHAPE, len(RATES)))
+        after = value(s, q).reshape(SHAPE)
+    return np.stack(tables)
+
+
+def _backup(problem: Problem, s: Reals, a: int, after: Reals) -> Reals:
+    """The value `[B]` of one action, and `after` that."""
+    p, outcome = exact(problem, s, np.full((len(s), 1), a))
+    u = interpolate(after, outcome.state.reshape(-1, 4)).reshape(p.shape)
+    return np.asarray((p * (outcome.rewards[:, :, 0] + u)).sum(axis=1))
