@@ -3,6 +3,7 @@ import pytest
 
 import dmplay
 from dmplay.errors import BadParameter
+from dmplay.problems._trigonometry import sine_and_cosine
 from dmplay.session import Session
 from tests.truth_kinds.course import course
 
@@ -91,3 +92,27 @@ def test_the_limits_are_parameters_in_metres_and_degrees() -> None:
     wide = dmplay.load("cart-pole", x_limit="4.8", theta_limit="24")
     states = np.array([[4.7, 0, 0, 0], [0, 0, 0.41, 0], [4.9, 0, 0, 0], [0, 0, 0.42, 0]])
     assert wide.terminal(states).tolist() == [False, False, True, True]
+
+
+def test_every_processor_gives_these_bits_after_500_turns() -> None:
+    balance = dmplay.agent(PROBLEM, 0, "balance")
+    *_, (final, _) = course(PROBLEM, balance, [0.01, -0.02, 0.03, 0.04], 500)
+    assert (
+        PROBLEM.notation(final)
+        == "-0.04700439100598123 0.36170604624184344 0.0022100259780529685 -0.353492414904413"
+    )
+
+
+@pytest.mark.parametrize("angle", [0.1, 0.78, 4.0, 1000.0])
+def test_sine_and_cosine_are_the_librarys_to_the_last_bit_or_two(angle: float) -> None:
+    x = np.linspace(-angle, angle, 10_001)
+    sine, cosine = sine_and_cosine(x)
+    assert np.abs(sine - np.sin(x)).max() < 3e-16
+    assert np.abs(cosine - np.cos(x)).max() < 3e-16
+
+
+def test_an_angle_has_the_same_sine_beside_any_other() -> None:
+    small = np.array([-0.0, 0.1, -0.7])
+    alone = sine_and_cosine(small)
+    beside = sine_and_cosine(np.append(small, 2.0))
+    assert [part.tobytes() for part in alone] == [part[:3].tobytes() for part in beside]

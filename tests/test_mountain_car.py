@@ -3,6 +3,7 @@ import pytest
 
 import dmplay
 from dmplay.errors import BadParameter
+from dmplay.problems._trigonometry import cosine_of_triple
 from tests.truth_kinds.course import course
 
 LEFT, COAST, RIGHT = range(3)
@@ -87,3 +88,8 @@ def test_pump_refuses_a_word_that_is_no_action() -> None:
 def test_a_state_is_read_back_to_the_last_bit() -> None:
     s = PROBLEM.start(np.array([[0.123456789, 0.987654321]]))[0]
     assert (PROBLEM.parse(PROBLEM.notation(s)) == s).all()
+
+
+def test_the_slope_is_the_librarys_cosine_to_the_last_bits() -> None:
+    x = np.linspace(-1.2, 0.6, 10_001)
+    assert np.abs(cosine_of_triple(x) - np.cos(3 * x)).max() < 2e-15

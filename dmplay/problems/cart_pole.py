@@ -14,6 +14,7 @@ import numpy as np
 from dmplay.chance import Array, Bools, Chance, Span
 from dmplay.core import Continuous, Labels, Outcome, Problem, parameter
 from dmplay.problems import _reals
+from dmplay.problems._trigonometry import sine_and_cosine
 
 START = 0.05  # each number of the start is uniform within this
 
@@ -68,7 +69,7 @@ class CartPole(Problem):
         """Of the cart (F.3) and of the pole (F.1)."""
         total, half = self.mass_cart + self.mass_pole, self.length / 2
         moment = self.mass_pole * half
-        sin, cos = np.sin(theta), np.cos(theta)
+        sin, cos = sine_and_cosine(theta)
         swing = (moment if self.pole_mass_in_tau else half) * (omega * omega)
         tau = (push + swing * sin) / total
         inertia = half * (4.0 / 3.0 - self.mass_pole * (cos * cos) / total)

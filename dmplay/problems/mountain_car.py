@@ -13,6 +13,7 @@ import numpy as np
 from dmplay.chance import Array, Bools, Chance, Span
 from dmplay.core import Continuous, Labels, Outcome, Problem, parameter
 from dmplay.problems import _reals
+from dmplay.problems._trigonometry import cosine_of_triple
 
 LEFT_WALL, RIGHT_WALL, TOP_SPEED = -1.2, 0.6, 0.07
 THRUST, GRAVITY = 0.001, 0.0025
@@ -60,7 +61,7 @@ class MountainCar(Problem):
     def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """Engine and slope change the speed, the speed changes the place, the box holds both."""
         x, v = np.ascontiguousarray(s.T)
-        faster = v + (THRUST * (a[:, 0] - 1) - GRAVITY * np.cos(3 * x))
+        faster = v + (THRUST * (a[:, 0] - 1) - GRAVITY * cosine_of_triple(x))
         v2 = np.clip(faster, -TOP_SPEED, TOP_SPEED)
         x2 = np.clip(x + (v2 if self.speed_first else faster), LEFT_WALL, RIGHT_WALL)
         if self.wall_stops:
