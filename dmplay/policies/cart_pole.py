@@ -16,7 +16,7 @@ LEFT, RIGHT = 0, 1
 class Balance(Reactive):
     """Pushes right where a weighted sum of the state is above 0, else left.
 
-    The standard weights stand from every usual start, for as long as anyone has tried.
+    The standard weights stand 500 turns, and thousands, from every usual start.
     """
 
     x: float = parameter(0.1, "weight of the place")

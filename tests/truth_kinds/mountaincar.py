@@ -5,6 +5,8 @@ import numpy as np
 import dmplay
 from dmplay.core import Problem
 from dmplay.policies.general import Script
+from dmplay.problems.mountain_car import LEFT_WALL, RIGHT_WALL, TOP_SPEED
+from dmplay.solvers import grid_search
 from tests.truth_kinds.case import Case
 from tests.truth_kinds.course import course
 
@@ -22,6 +24,8 @@ POLICIES = {
     "always coast": "always-coast",
     "always right": "always-right",
 }
+
+GRIDS = ((1800, 1400), (3600, 2800))  # the finer one only where the coarser needs more
 
 
 def stepped(problem: Problem, case: Case) -> tuple[np.ndarray, float, bool]:
@@ -89,6 +93,19 @@ def fewest_steps_known(case: Case) -> None:
     over = [bool(PROBLEM.terminal(s[None])[0]) for s, _ in turns]
     assert over == [False] * (case.expect["by_bang_bang"] - 1) + [True]
     assert case.expect["steps"] <= len(turns)
+    assert any(searched(case.given["start"], grid) <= case.expect["steps"] for grid in GRIDS)
+
+
+def searched(start: list[float], cells: tuple[int, int]) -> int:
+    turns = grid_search.fewest_turns(
+        PROBLEM,
+        np.array(start),
+        low=np.array([LEFT_WALL, -TOP_SPEED]),
+        high=np.array([RIGHT_WALL, TOP_SPEED]),
+        cells=cells,
+    )
+    assert turns is not None
+    return turns
 
 
 KINDS = {
@@ -96,6 +113,6 @@ KINDS = {
     "clamp": clamp,
     "terminal": step,
     "policy_steps": policy_steps,
-    "fewest_steps_known": fewest_steps_known,  # its V part waits for a solver
+    "fewest_steps_known": fewest_steps_known,
 }
 LATER: set[str] = set()
