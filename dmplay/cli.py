@@ -103,6 +103,9 @@ def play(
     ascii_: Ascii = False,
     width: Annotated[int | None, typer.Option("--width", help="columns")] = None,
     speed: Speed = 2.0,
+    rate: Annotated[
+        float | None, typer.Option("--rate", help="real time: turns a second, such as 50")
+    ] = None,
 ) -> int:
     """Play a problem, or watch agents play it.
 
@@ -120,7 +123,7 @@ def play(
         problem, variant, set_, seed, episode, agent, vs, seat, turns, record, frames, force,
         strict, reveal,
     )  # fmt: skip
-    return run(new(request), terminal, json=json, quiet=quiet, speed=speed)
+    return run(new(request), terminal, json=json, quiet=quiet, speed=speed, rate=rate)
 
 
 @app.command()

@@ -13,6 +13,8 @@ import numpy as np
 from dmplay.chance import Array, Bools, Categorical, Chance, Finite, Ints, Pick, Reals, sample
 from dmplay.errors import BadParameter, UnknownName
 
+MOST_OUTCOMES = 20_000_000  # of one call of `exact`
+
 T = TypeVar("T")
 Memory = tuple[Array, ...]
 
@@ -294,6 +296,9 @@ def _finite(problem: Problem, chances: tuple[Chance, ...]) -> tuple[Finite, ...]
 def _joint(chances: tuple[Finite, ...], rows: int) -> tuple[Reals, tuple[Array, ...]]:
     """Probabilities `[B, K]` of all joint events, and these events, each `[B * K]`."""
     each = [np.broadcast_to(p, (rows, p.shape[1])) for p in (c.probabilities() for c in chances)]
+    many = math.prod(p.shape[1] for p in each)
+    if rows * many > MOST_OUTCOMES:
+        raise BadParameter(f"{rows * many} outcomes are too many to list one by one")
     combined = list(product(*(range(p.shape[1]) for p in each)))
     probabilities = np.ones((rows, len(combined)))
     events = []

@@ -9,6 +9,7 @@ from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import Memory, Outcome, Percept, Policy, Problem
 from dmplay.dice import NATURE, uniforms
 from dmplay.errors import BadPolicy
+from dmplay.session import DECIMALS
 
 MOST_TURNS = 10_000  # where nothing else ends a game
 
@@ -70,6 +71,8 @@ def rollout(  # noqa: PLR0913 - each is the caller's to choose
             for seat, (policy, memory) in enumerate(zip(policies, memories, strict=True))
         ]
         actions = np.stack(chosen, axis=1)
+        if actions.dtype.kind == "f":  # as in a session, so that the text of an action is it
+            actions = np.round(actions, DECIMALS) + 0.0
         outcome = problem.step(state, actions, draw(NATURE, turn, problem.draws.step)[row])
         state = outcome.state
         memories = [

@@ -216,3 +216,14 @@ def test_info_and_list_are_data_too(tmp_path: Path) -> None:
         about = json.loads(run(tmp_path, "info", one["problem"], "--json").stdout)
         assert about["kind"] == one["kind"]
         assert "Source: appendix F" in about["about"]
+
+
+def test_a_fault_of_our_own_is_one_line_and_a_file(tmp_path: Path) -> None:
+    (tmp_path / "broken.py").write_text("raise ZeroDivisionError('inside')\n")
+    done = run(tmp_path, "./broken.py:Game", TMPDIR=str(tmp_path))
+    assert done.returncode == 1
+    assert done.stderr.startswith("error: unexpected ZeroDivisionError; ")
+    (log,) = tmp_path.glob("dmplay-*.log")
+    assert "inside" in log.read_text()
+    shown = run(tmp_path, "./broken.py:Game", "--debug")
+    assert "Traceback" in shown.stderr

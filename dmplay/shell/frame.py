@@ -11,6 +11,14 @@ from dmplay.views._canvas import ASCII, Look, size
 PANEL = 17  # columns of the side panel at least
 LOG = 2  # rows of the log at least
 KEYS_SHOWN = 5  # turns for which the board names the keys
+NUDGE_GLYPHS = {
+    "left": "←",
+    "right": "→",
+    "up": "↑",
+    "down": "↓",
+    "pageup": "PgUp",
+    "pagedown": "PgDn",
+}
 ROW_KEYS = (("hint", "undo", "help", "quit"), ("hint", "help", "quit"), ("help", "quit"))
 
 
@@ -139,11 +147,17 @@ def _help(game: Game, room: Room) -> list[Text]:
 def keys(game: Game, room: Room) -> Text:
     """The keys that count now; illegal ones in brackets and dim."""
     row = Text(" ")
-    if game.waiting is not None:
-        for key, label, able in game.legal(game.watcher)[:10]:
+    if game.waiting is not None and game.types_numbers:
+        nudges = [NUDGE_GLYPHS.get(key, key) for key in game.nudges]
+        row.append(f"type a number, Enter plays it  {' '.join(nudges)} nudge it  ")
+    elif game.waiting is not None:
+        for key, label, able in game.legal(game.watcher):
             words = f"{key} {label}"
             row.append(words if able else f"[{words}]", style="" if able else "dim").append("  ")
-    tails = ["  ".join([*(_shown(name) for name in names), ": command"]) for names in ROW_KEYS]
+    watch = [] if game.people else ["Space step", "A play"]
+    tails = [
+        "  ".join([*watch, *(_shown(name) for name in names), ": command"]) for names in ROW_KEYS
+    ]
     left = room.width - len(row.plain)
     tail = next((tail for tail in tails if len(tail) <= left), tails[-1])
     row.truncate(max(room.width - len(tail), 0))

@@ -27,6 +27,7 @@ HUMAN = "human"
 UNASKED = ("human", "script", "replay")  # seats whose actions only the file can tell
 FRAME = Look(width=80, height=24)
 DIGITS = 10
+PAIR = 2
 
 
 def style_of(problem: Problem) -> Style:
@@ -173,10 +174,13 @@ class Game:
 
     # What is done
 
-    def choose(self, action: float) -> bool:
-        """Takes a person's choice; plays the turn once everybody's is in."""
-        waiting = self.waiting
-        if waiting is None:
+    def choose(self, action: float, seat: int | None = None) -> bool:
+        """Takes a person's choice, the next one's to choose unless `seat` says whose.
+
+        Plays the turn once everybody's is in.
+        """
+        waiting = self.waiting if seat is None else seat
+        if waiting is None or self.session.over:
             raise BadParameter(f"the game is over ({self.session.ending})")
         self.session.check(waiting, action)
         self._chosen[waiting] = action
@@ -248,6 +252,25 @@ class Game:
     def key(self, key: str) -> float | None:
         """The action that a key plays."""
         return action_by_key(self.problem, self.watcher, key)
+
+    def other_hand(self, key: str) -> tuple[int, float] | None:
+        """The seat and action of a key of the second cluster, where two people share a keyboard."""
+        cluster: Mapping[str, str] = getattr(self.style, "LEFT", {})
+        if len(self.people) != PAIR or key not in cluster:
+            return None
+        seat = self.people[1]
+        return seat, self.problem.action(seat, cluster[key])
+
+    @property
+    def nudges(self) -> Mapping[str, float]:
+        """Keys that move a typed number up or down; none where actions have keys."""
+        return getattr(self.style, "NUDGES", {})
+
+    @property
+    def types_numbers(self) -> bool:
+        """Whether actions are typed as numbers, not pressed as keys."""
+        actions = self.problem.actions[self.watcher]
+        return isinstance(actions, Interval) or (len(actions) > DIGITS and actions[0].isdigit())
 
     def legal(self, seat: int) -> list[tuple[str, str, bool]]:
         """Key, label and legality of each action; none for an interval."""

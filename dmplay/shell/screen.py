@@ -9,6 +9,7 @@ from types import FrameType
 
 from rich.text import Text
 
+from dmplay.core import Interval
 from dmplay.errors import DmplayError
 from dmplay.shell import frame
 from dmplay.shell.commands import COMMANDS, typed
@@ -27,10 +28,15 @@ OVERLAYS = ("", "values", "policy", "states")
 class Screen:
     """The state of the play screen beside the game's own."""
 
-    def __init__(self, game: Game, terminal: Terminal, speed: float = 2.0) -> None:
+    def __init__(
+        self, game: Game, terminal: Terminal, speed: float = 2.0, rate: float | None = None
+    ) -> None:
         self.game = game
         self.terminal = terminal
         self.speed = speed  # turns a second in autoplay
+        self.rate = rate  # turns a second in real time; None where each turn waits for a key
+        self.held: float | None = None  # the action that repeats in real time
+        self.entry = ""  # the number being typed
         self.log: list[str] = []
         self.message = ""
         self.overlay = 0
@@ -62,28 +68,90 @@ class Screen:
             self.help = False
             return
         with self.told():
-            combination = f"{self.prefix} {key}".strip()
-            self.prefix = ""
-            action = self.game.key(combination) if self.game.waiting is not None else None
-            if action is not None:
-                self.act(action)
-            elif key in ("up", "down") and self._has_diagonals():
-                self.prefix = key
-                self.message = f"{key}, then left or right: a diagonal"
-            else:
-                self.command(key)
+            waiting = self.game.waiting is not None
+            if waiting and (self._left(key) or self._number(key) or self._action(key)):
+                return
+            self.command(key)
 
-    def _has_diagonals(self) -> bool:
-        return any(" " in key for key in self.game.style.KEYS)
+    def _action(self, key: str) -> bool:
+        """Plays the action of a key, or of two arrows for a diagonal."""
+        combination = f"{self.prefix} {key}".strip()
+        self.prefix = ""
+        action = self.game.key(combination)
+        if action is not None:
+            self.act(action)
+        elif key in ("up", "down") and any(" " in one for one in self.game.style.KEYS):
+            self.prefix = key
+            self.message = f"{key}, then left or right: a diagonal"
+        else:
+            return False
+        return True
 
-    def act(self, action: float) -> None:
-        """Plays an action."""
+    def _left(self, key: str) -> bool:
+        """Takes the choice of a second person at the left hand's keys."""
+        found = self.game.other_hand(key)
+        if found is None:
+            return False
+        self.act(found[1], found[0])
+        return True
+
+    def _number(self, key: str) -> bool:
+        """Writes or nudges a number, and plays it on Enter."""
+        game = self.game
+        if key in game.nudges:
+            self.entry = self._nudged(game.nudges[key])
+        elif game.types_numbers and key in set("0123456789.-"):
+            self.entry += key
+        elif key == "backspace" and self.entry:
+            self.entry = self.entry[:-1]
+        elif key == "enter" and self.entry:
+            entry, self.entry = self.entry, ""
+            self.act(game.read(entry))
+            return True
+        else:
+            return False
+        self.message = f"{self.entry}   Enter plays it" if self.entry else ""
+        return True
+
+    def _nudged(self, step: float) -> str:
+        """The number written, or the last one played, moved by a step within its bounds."""
+        game = self.game
+        actions = game.problem.actions[game.watcher]
+        view = game.view()
+        last = game.problem.action_name(game.watcher, view.actions[-1]) if view.turn else "0"
+        try:
+            value = float(self.entry or last)
+        except ValueError:
+            value = 0.0
+        if isinstance(actions, Interval):
+            return f"{min(max(value + step, actions.low), actions.high):.9g}"
+        numbers = [int(label) for label in actions]
+        fresh = not self.entry and not view.turn
+        value = numbers[len(numbers) // 2] if fresh else value + step
+        return str(int(min(max(value, numbers[0]), numbers[-1])))
+
+    def act(self, action: float, seat: int | None = None) -> None:
+        """Plays an action; in real time, keeps it for the clock."""
+        if self.rate:
+            self.held = action
+            return
         before = len(self.game.session.turns)
-        self.game.choose(action)
+        self.game.choose(action, seat)
         self.note(before)
         if self.game.waiting is not None and len(self.game.people) > 1:
             name = self.game.problem.agents[self.game.waiting]
-            self.message = f"{name} chooses; the other choice stays hidden until both are in"
+            if len(self.game.session.turns) == before:
+                self.message = f"{name} chooses; the other choice stays hidden until both are in"
+
+    def tick(self) -> bool:
+        """A beat of the clock in real time: the last push repeats, from the first key on."""
+        if self.held is None or self.game.waiting is None:
+            return False
+        before = len(self.game.session.turns)
+        with self.told():
+            self.game.choose(self.held)
+            self.note(before)
+        return True
 
     def command(self, key: str) -> None:
         """Does what a key of the shell says."""

@@ -198,14 +198,13 @@ def run(  # noqa: PLR0913 - a game, how to talk, and what is wanted beside it
     json: bool = False,
     quiet: bool = False,
     speed: float = 2.0,
-    auto: bool = False,
+    rate: float | None = None,
 ) -> int:
     """Plays a game with the front end that the terminal allows; returns the exit code."""
     code = 0
     try:
         if terminal.screen and not quiet:
-            screen = Screen(game, terminal, speed)
-            screen.auto = auto
+            screen = Screen(game, terminal, speed, rate)
             code = run_screen(screen)
             game.finish("interrupted" if code else "quit")
             print(game.result())

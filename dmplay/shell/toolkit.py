@@ -82,6 +82,8 @@ def run(screen: Screen, input_: Input | None = None, output: Output | None = Non
         for number, code in ENDS.items():
             loop.add_signal_handler(number, _leave, app, code)
         app.create_background_task(_autoplay(app, screen))
+        if screen.rate:
+            app.create_background_task(_clock(app, screen, screen.rate))
 
     try:
         return app.run(pre_run=ready)
@@ -99,6 +101,16 @@ async def _autoplay(app: Application[int], screen: Screen) -> None:
         await asyncio.sleep(1 / screen.speed)
         if screen.auto and not screen.game.session.over:
             screen.step()
+            app.invalidate()
+
+
+async def _clock(app: Application[int], screen: Screen, rate: float) -> None:
+    loop = asyncio.get_running_loop()
+    due = loop.time()
+    while True:
+        due += 1 / rate
+        await asyncio.sleep(max(due - loop.time(), 0.0))
+        if screen.tick():
             app.invalidate()
 
 
@@ -142,6 +154,7 @@ def _bindings(screen: Screen, board: FormattedTextControl, line: Buffer) -> KeyB
     @bindings.add("<any>", filter=playing)
     @bindings.add("tab", filter=playing)
     @bindings.add("backspace", filter=playing)
+    @bindings.add("enter", filter=playing)
     @bindings.add("escape", filter=playing)
     def _press(event: KeyPressEvent) -> None:
         key = event.key_sequence[0].key
