@@ -1,7 +1,7 @@
 """The laws of every built-in problem and variant, those to come included."""
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import fields, is_dataclass, replace
 from functools import cache
 from typing import Any, NamedTuple
@@ -344,11 +344,46 @@ def test_the_tables_are_what_the_outcomes_amount_to(name: str) -> None:
         np.testing.assert_allclose(transition, reached, atol=1e-12)
 
 
-def final_states(name: str) -> Array:
-    """States at the end of random games, long enough that most that can end do."""
+def made(problem: Problem, seat: int, agent: str) -> Policy | None:
+    """The agent of this name, or None where it refuses the seat."""
+    try:
+        return catalog.agent(problem, seat, agent)
+    except (BadPolicy, BadParameter, UnknownName):
+        return None
+
+
+def random_play(problem: Problem) -> list[Policy]:
+    return [Random(problem, seat) for seat in range(len(problem.agents))]
+
+
+@cache
+def seated(name: str) -> list[tuple[int, list[Policy]]]:
+    """Each built-in agent in each seat that it fits, random play in the others."""
     problem = load(name)
-    policies = [Random(problem, seat) for seat in range(len(problem.agents))]
-    return rollout(problem, policies, episodes=200, turns=300, seed=SEED).state
+    found: list[tuple[int, list[Policy]]] = []
+    for agent in catalog.agents(problem):
+        before = len(found)
+        for seat in range(len(problem.agents)):
+            policy = made(problem, seat, agent)
+            if policy is not None:
+                others = random_play(problem)
+                others[seat] = policy
+                found.append((seat, others))
+        assert len(found) > before, f"{agent} fits no seat"
+    return found
+
+
+@cache
+def final_states(name: str) -> Array:
+    """States at the end of long games: of random play or, where none ends, of the other agents."""
+    problem = load(name)
+    found = []
+    for policies in (random_play(problem), *(policies for _, policies in seated(name))):
+        played = rollout(problem, policies, episodes=100, turns=300, seed=SEED)
+        found.append(played.state)
+        if played.over.any() or type(problem).terminal is Problem.terminal:
+            break
+    return np.concatenate(found)
 
 
 @every_problem
@@ -384,35 +419,13 @@ def test_a_terminal_state_absorbs_and_pays_nothing(name: str) -> None:
         known = np.concatenate([known, problem.enumerated()])
     ends = frozen(known[problem.terminal(known)])[0]
     if type(problem).terminal is not Problem.terminal:
-        assert len(ends), "random play came to no terminal state"
+        assert len(ends), "no agent came to a terminal state"
     for turn in range(SOME):
         a = anything(problem, None, turn, len(ends))
         moved, rewards, _ = problem.step(ends, a, draws(problem.draws.step, turn, len(ends)))
         assert same(moved, ends)
         assert (rewards == 0).all()
         assert problem.terminal(moved).all()
-
-
-def made(problem: Problem, seat: int, name: str) -> Policy | None:
-    """The agent of this name, or None where it refuses the seat."""
-    try:
-        return catalog.agent(problem, seat, name)
-    except (BadPolicy, BadParameter, UnknownName):
-        return None
-
-
-def tables_of_agents(problem: Problem) -> Iterator[tuple[int, list[Policy]]]:
-    """Each built-in agent in each seat that it fits, random play in the others."""
-    for name in catalog.agents(problem):
-        fits = 0
-        for seat in range(len(problem.agents)):
-            policy = made(problem, seat, name)
-            if policy is not None:
-                others: list[Policy] = [Random(problem, i) for i in range(len(problem.agents))]
-                others[seat] = policy
-                fits += 1
-                yield seat, others
-        assert fits, f"{name} fits no seat"
 
 
 def outside(actions: Interval | Sequence[str]) -> tuple[float, ...]:
@@ -424,7 +437,7 @@ def outside(actions: Interval | Sequence[str]) -> tuple[float, ...]:
 @every_problem
 def test_an_illegal_action_is_refused_and_changes_nothing(name: str) -> None:
     problem = load(name)
-    agents = [Random(problem, seat) for seat in range(len(problem.agents))]
+    agents = random_play(problem)
     session, other = (Session(problem, Dice(SEED), agents, limit=99) for _ in range(2))
     for _ in range(SOME):
         if session.over:
@@ -445,7 +458,7 @@ def test_an_illegal_action_is_refused_and_changes_nothing(name: str) -> None:
 @every_problem
 def test_undo_then_the_same_actions_give_the_same_turns(name: str) -> None:
     problem = load(name)
-    for _, policies in tables_of_agents(problem):
+    for _, policies in seated(name):
         session = Session(problem, Dice(SEED, 3), policies, limit=SOME)
         views = []
         while not session.over:
@@ -467,7 +480,7 @@ def test_undo_then_the_same_actions_give_the_same_turns(name: str) -> None:
 @every_problem
 def test_a_session_is_a_row_of_the_rollout(name: str) -> None:
     problem = load(name)
-    for _, policies in tables_of_agents(problem):
+    for _, policies in seated(name):
         many = rollout(problem, policies, episodes=4, turns=SOME, seed=SEED, first=2)
         for row in (0, 3):
             session = Session(problem, Dice(SEED, 2 + row), policies, limit=SOME)
@@ -552,7 +565,7 @@ def percepts(problem: Problem, a: Array, outcome: Outcome) -> list[Percept]:
 @every_problem
 def test_policies_choose_legal_actions_the_same_alone_as_in_a_batch(name: str) -> None:
     problem = load(name)
-    for seat, policies in tables_of_agents(problem):
+    for seat, policies in seated(name):
         policy, known = policies[seat], problem.actions[seat]
         for ask in course(problem, seat, policies, 23):
             rows = len(ask.u)
@@ -637,8 +650,8 @@ class Twins(NamedTuple):
 def twins(name: str, seat: int) -> list[Twins]:
     problem = load(name)
     if problem.observations is None:
-        return [public_twins(problem, row) for row in range(8)]
-    return [pair for attempt in range(1, 9) for pair in hidden_twins(problem, seat, attempt)]
+        return [public_twins(problem, row) for row in range(6)]
+    return [pair for attempt in range(1, 7) for pair in hidden_twins(problem, seat, attempt)]
 
 
 def public_twins(problem: Problem, row: int) -> Twins:
@@ -684,7 +697,7 @@ def hidden_twins(problem: Problem, seat: int, attempt: int) -> list[Twins]:
         apart &= (np.stack(actions) != np.stack(actions)[:, :1]).any(axis=(0, 2))
     games = [
         Game(opening[row], tuple(u[row] for u in nature), tuple(a[row] for a in actions))
-        for row in (0, *np.flatnonzero(apart)[:4])
+        for row in (0, *np.flatnonzero(apart)[:2])
     ]
     return [Twins(games[0], game) for game in games[1:]]
 
@@ -692,7 +705,7 @@ def hidden_twins(problem: Problem, seat: int, attempt: int) -> list[Twins]:
 @every_problem
 def test_a_seat_is_shown_nothing_that_it_may_not_know(name: str) -> None:
     problem = load(name)
-    for seat, policies in tables_of_agents(problem):
+    for seat, policies in seated(name):
         assert twins(name, seat)
         for pair in twins(name, seat):
             alike(problem, seat, policies, pair)
@@ -703,9 +716,9 @@ def alike(problem: Problem, seat: int, policies: list[Policy], pair: Twins) -> N
     watched = [Watched(policies[seat]) for _ in pair]
     sessions = []
     for watcher, game, others in zip(watched, pair, (11, 12), strict=True):
-        seated: list[Policy] = [*policies]
-        seated[seat] = watcher
-        sessions.append(Session(problem, Told(game, seat, 10, others), seated, limit=99))
+        players: list[Policy] = [*policies]
+        players[seat] = watcher
+        sessions.append(Session(problem, Told(game, seat, 10, others), players, limit=99))
     for turn in range(len(pair.one.actions) + 1):
         views = [session.view(seat) for session in sessions]
         for each in fields(View):
