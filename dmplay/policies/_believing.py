@@ -51,19 +51,22 @@ class Believing(ABC):
         """Bayes' rule."""
         (before,) = memory
         after = np.empty_like(before)
-        for row, (a, o) in enumerate(zip(percept.action, percept.observation, strict=True)):
-            flow = self._after(int(a)).get(int(o))
-            joint = np.zeros(before.shape[1])
-            if flow is not None:
-                carried = before[row].take(flow.source) * flow.weight
-                joint = np.bincount(flow.target, carried, before.shape[1]).astype(float)
-            likelihood = joint.cumsum()[-1]
-            if likelihood <= 0.0:
-                raise ImpossibleObservation(
-                    f"{self.problem.agents[self.seat]}: an observation of probability 0"
-                )
-            after[row] = joint / likelihood
+        turns = np.stack([percept.action, percept.observation])
+        for a, o in np.unique(turns, axis=1).T:
+            rows = (percept.action == a) & (percept.observation == o)
+            after[rows] = self._posterior(before[rows], int(a), int(o))
         return (after,)
+
+    def _posterior(self, before: Reals, action: int, observation: int) -> Reals:
+        """Beliefs `[R, S]` after the same action and observation in each row."""
+        flow = self._after(action).get(observation)
+        joint = np.zeros_like(before) if flow is None else _carried(before, flow)
+        likelihood = joint.cumsum(axis=1)[:, -1:]
+        if (likelihood <= 0.0).any():
+            raise ImpossibleObservation(
+                f"{self.problem.agents[self.seat]}: an observation of probability 0"
+            )
+        return np.asarray(joint / likelihood)
 
     @abstractmethod
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
@@ -99,6 +102,26 @@ class Believing(ABC):
                 if happens.any():
                     flow.setdefault(kind, []).append(_summed(cell[happens], weight[happens]))
         return {kind: _flow(parts, size) for kind, parts in flow.items()}
+
+
+def mean(b: Reals, each: Reals) -> Reals:
+    """The mean `[B, K]` of `each` `[S, K]` under beliefs `[B, S]`, for few states.
+
+    State by state: a row has the same bits in any batch.
+    """
+    total = b[:, 0, None] * each[0]
+    for s in range(1, len(each)):
+        total = total + b[:, s, None] * each[s]
+    return np.asarray(total)
+
+
+def _carried(before: Reals, flow: _Flow) -> Reals:
+    """What each row `[R, S]` carries along the flow, summed by target."""
+    rows, size = before.shape
+    cell = np.arange(rows)[:, None] * size + flow.target
+    weight = before.take(flow.source, axis=1) * flow.weight
+    sums = np.bincount(cell.reshape(-1), weight.reshape(-1), rows * size)
+    return sums.astype(float).reshape(rows, size)
 
 
 def _summed(cell: Ints, weight: Reals) -> tuple[Ints, Reals]:

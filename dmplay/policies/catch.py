@@ -7,13 +7,18 @@ import numpy as np
 
 from dmplay.chance import Array, Bools, Categorical, Ints, Reals
 from dmplay.core import Memory
-from dmplay.policies._kinds import Believer, weighted
+from dmplay.policies._believing import Believing, mean
 from dmplay.solvers.value_iteration import best
+from dmplay.tabular import tabulate
 
 
 @dataclass(frozen=True)
-class Greedy(Believer):
+class Greedy(Believing):
     """Throws the distance that pays most at once, as far as it knows."""
+
+    @cached_property
+    def _rewards(self) -> Reals:
+        return tabulate(self.problem).rewards[:, :, 0]
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """The first of the best distances."""
@@ -21,11 +26,11 @@ class Greedy(Believer):
 
     def values(self, memory: Memory) -> Reals:
         """The reward expected of this throw."""
-        return weighted(memory[0], self.expected[None])
+        return mean(memory[0], self._rewards)
 
 
 @dataclass(frozen=True)
-class Thompson(Believer):
+class Thompson(Believing):
     """Draws a proficiency from its belief and throws the best distance for it."""
 
     @property
@@ -36,7 +41,7 @@ class Thompson(Believer):
     @cached_property
     def _best(self) -> Ints:
         """The first of the best distances for each proficiency."""
-        return np.asarray(np.argmax(best(self.expected), axis=1))
+        return np.asarray(np.argmax(best(tabulate(self.problem).rewards[:, :, 0]), axis=1))
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Thompson sampling."""
