@@ -4,21 +4,55 @@ import os
 import sys
 from types import TracebackType
 
+INTERRUPT_CODE, PIPE_CODE, RUNTIME_CODE = 130, 141, 1
+
 
 def main() -> None:
     """Runs dmplay; the exit code is 0, 1, 2, 3, or 128 and a signal."""
+    _open_streams()
+    try:
+        code = _run()
+        sys.stdout.flush()
+    except KeyboardInterrupt:
+        code = INTERRUPT_CODE
+    except BrokenPipeError:
+        code = PIPE_CODE
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        print(f"error: {where}{error.strerror or error}", file=sys.stderr)
+        code = RUNTIME_CODE
+    _let_go()
+    sys.exit(code)
+
+
+def _run() -> int:
     if sys.argv[1:] == ["--version"]:
         from dmplay import __version__
 
         print(f"dmplay {__version__}")
-        return
+        return 0
     if "--debug" in sys.argv:
         sys.argv.remove("--debug")
     elif not os.environ.get("DMPLAY_DEBUG"):
         sys.excepthook = _unexpected
     from dmplay.cli import run
 
-    sys.exit(run())
+    return run()
+
+
+def _open_streams() -> None:
+    """Puts the null device where a stream is closed, so that no file takes its number."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115 - for good
+
+
+def _let_go() -> None:
+    """What the output cannot take must not be tried again at exit."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _unexpected(

@@ -15,7 +15,7 @@ from dmplay.errors import BadParameter, DmplayError, UnknownName
 from dmplay.names import problem_names
 
 USAGE: type[Exception] = typer.BadParameter.__mro__[1]  # click's, wherever typer keeps it
-USAGE_CODE, RUNTIME_CODE, MISMATCH_CODE, INTERRUPT_CODE, PIPE_CODE = 2, 1, 3, 130, 141
+USAGE_CODE, MISMATCH_CODE, INTERRUPT_CODE = 2, 3, 130
 
 
 class Commands(TyperGroup):
@@ -239,13 +239,8 @@ def run() -> int:
         code = app(standalone_mode=False, prog_name="dmplay")
     except (DmplayError, USAGE) as error:
         return _fail(_sentence(error), USAGE_CODE)
-    except (KeyboardInterrupt, typer.Abort):
+    except typer.Abort:
         return INTERRUPT_CODE
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return PIPE_CODE
-    except OSError as error:
-        return _fail(str(error), RUNTIME_CODE)
     return code if isinstance(code, int) else 0
 
 
