@@ -137,8 +137,14 @@ def play(game: Game, terminal: Terminal, stdin: TextIO, reporter: Reporter) -> N
                     raise BadParameter(f"line {number}: {error}") from None
                 reporter.words(f"error: {error}")
     else:
+        before = 0
         while game.unattended():
-            reporter.turn(game)
+            now = len(game.session.turns)
+            if now > before:
+                reporter.turn(game)
+            else:  # a recording may take turns back
+                reporter.words(f"undone. turn {now}.")
+            before = now
     game.finish("quit")
     reporter.end(game)
 

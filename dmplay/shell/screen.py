@@ -177,6 +177,9 @@ class Screen:
         """A turn of a game without people."""
         before = len(self.game.session.turns)
         self.game.unattended()
+        now = len(self.game.session.turns)
+        if now < before:  # a recording may take turns back
+            self.message = f"undone. turn {now}."
         self.note(before)
 
     def type(self, line: str) -> None:
