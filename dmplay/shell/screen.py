@@ -2,10 +2,8 @@
 
 import contextlib
 import shutil
-import signal
 import sys
 from collections.abc import Iterator
-from types import FrameType
 
 from rich.text import Text
 
@@ -19,9 +17,6 @@ from dmplay.shell.paint import ansi
 from dmplay.shell.terminal import Terminal
 
 ENTER_SCREEN, LEAVE_SCREEN = "\x1b[?1049h\x1b[H\x1b[2J", "\x1b[?1049l"
-ENDS = {
-    number: 128 + number for number in (signal.SIGTERM, getattr(signal, "SIGHUP", None)) if number
-}
 OVERLAYS = ("", "values", "policy", "states")
 
 
@@ -213,7 +208,6 @@ class Screen:
 
 def run(screen: Screen) -> int:
     """Shows the screen until the player leaves; returns the exit code."""
-    previous = {number: signal.signal(number, _stop) for number in ENDS}
     try:
         first = frame.compose(screen.game, screen.room(), screen.shown, screen.log)
         # The first frame stands before the toolkit, a tenth of a second, is imported.
@@ -223,12 +217,6 @@ def run(screen: Screen) -> int:
 
         return toolkit.run(screen)
     finally:
-        for number, handler in previous.items():
-            signal.signal(number, handler)
         with contextlib.suppress(OSError):  # the terminal itself may be gone
             sys.stdout.write(LEAVE_SCREEN)
             sys.stdout.flush()
-
-
-def _stop(number: int, where: FrameType | None) -> None:
-    raise SystemExit(ENDS[signal.Signals(number)])

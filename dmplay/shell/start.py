@@ -16,6 +16,7 @@ from dmplay.shell.game import HUMAN, Game, frame, header, new_seed, seat_policy
 from dmplay.shell.plain import Objects, Reporter, Sentences, Silence, play
 from dmplay.shell.screen import Screen
 from dmplay.shell.screen import run as run_screen
+from dmplay.shell.signals import leaving
 from dmplay.shell.terminal import Terminal
 from dmplay.transcript.format import Frame
 from dmplay.transcript.reading import Block, Transcript, read
@@ -203,14 +204,15 @@ def run(  # noqa: PLR0913 - a game, how to talk, and what is wanted beside it
     """Plays a game with the front end that the terminal allows; returns the exit code."""
     code = 0
     try:
-        if terminal.screen and not quiet:
-            screen = Screen(game, terminal, speed, rate)
-            code = run_screen(screen)
-            game.finish("interrupted" if code else "quit")
-            print(game.result())
-        else:
-            reporter: Reporter = Silence() if quiet else Objects() if json else Sentences()
-            play(game, terminal, sys.stdin, reporter)
+        with leaving():
+            if terminal.screen and not quiet:
+                screen = Screen(game, terminal, speed, rate)
+                code = run_screen(screen)
+                game.finish("interrupted" if code else "quit")
+                print(game.result())
+            else:
+                reporter: Reporter = Silence() if quiet else Objects() if json else Sentences()
+                play(game, terminal, sys.stdin, reporter)
     except (KeyboardInterrupt, BrokenPipeError, SystemExit):
         game.finish("interrupted")
         raise

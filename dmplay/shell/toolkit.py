@@ -27,7 +27,8 @@ from dmplay.core import Interval
 from dmplay.shell.commands import COMMANDS, Leave
 from dmplay.shell.frame import Room, keys
 from dmplay.shell.paint import fragments
-from dmplay.shell.screen import ENDS, Screen
+from dmplay.shell.screen import Screen
+from dmplay.shell.signals import ENDS
 
 ESCAPE_WAIT = 0.05  # seconds until a lone Esc counts; the library's default is half a second
 INTERRUPTED = 130

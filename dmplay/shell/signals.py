@@ -1,0 +1,23 @@
+"""The signals that end a game in good order: transcript ended, terminal as it was."""
+
+import contextlib
+import signal
+from collections.abc import Iterator
+from types import FrameType
+
+ENDS = {signal.SIGTERM: 143, signal.SIGHUP: 129}
+
+
+@contextlib.contextmanager
+def leaving() -> Iterator[None]:
+    """Turns these signals into SystemExit with the exit code that a shell knows them by."""
+    previous = {number: signal.signal(number, _stop) for number in ENDS}
+    try:
+        yield
+    finally:
+        for number, handler in previous.items():
+            signal.signal(number, handler)
+
+
+def _stop(number: int, where: FrameType | None) -> None:
+    raise SystemExit(ENDS[signal.Signals(number)])
