@@ -1,5 +1,7 @@
 """From rich text to what terminals take: prompt-toolkit fragments, and ANSI for the first frame."""
 
+from collections import defaultdict
+from functools import cache
 from itertools import pairwise
 
 from rich.text import Text
@@ -23,33 +25,50 @@ TOOLKIT = {
 def runs(text: Text) -> list[tuple[frozenset[str], str]]:
     """The text in pieces of one style each, a style as its words."""
     plain = text.plain
-    edges = {0, len(plain)} | {edge for span in text.spans for edge in (span.start, span.end)}
-    cuts = sorted(edge for edge in edges if 0 <= edge <= len(plain))
-    pieces = []
-    for start, end in pairwise(cuts):
-        words = set(str(text.style).split())
-        for span in text.spans:
-            if span.start <= start and span.end >= end:
-                words |= set(str(span.style).split())
-        if "not" in words:  # "not bold" is the only negation in use
-            words -= {"not", "bold"}
-        pieces.append((frozenset(words), plain[start:end]))
+    begin, finish = defaultdict(list), defaultdict(list)
+    for span in text.spans:
+        style, end = str(span.style), min(span.end, len(plain))
+        if span.start < end and style:
+            begin[span.start].append(style)
+            finish[end].append(style)
+    pieces: list[tuple[frozenset[str], str]] = []
+    active = [str(text.style)]
+    for start, end in pairwise(sorted({0, len(plain), *begin, *finish})):
+        for style in finish[start]:
+            active.remove(style)
+        active += begin[start]
+        words = _words(tuple(active))
+        if pieces and pieces[-1][0] == words:
+            pieces[-1] = (words, pieces[-1][1] + plain[start:end])
+        else:
+            pieces.append((words, plain[start:end]))
     return pieces
+
+
+@cache
+def _words(styles: tuple[str, ...]) -> frozenset[str]:
+    words = frozenset(word for style in styles for word in style.split())
+    return words - {"not", "bold"} if "not" in words else words  # the only negation in use
 
 
 def fragments(text: Text, color: bool) -> Fragments:
     """Pieces for prompt-toolkit; without colour only bold, dim, underline and reverse remain."""
-    shown = []
-    for words, piece in runs(text):
-        names = sorted(word for word in words if word in SGR and (color or word not in TOOLKIT))
-        shown.append((" ".join(TOOLKIT.get(name, name) for name in names), piece))
-    return shown
+    return [(_style(words, color), piece) for words, piece in runs(text)]
+
+
+@cache
+def _style(words: frozenset[str], color: bool) -> str:
+    return " ".join(sorted(TOOLKIT.get(word, word) for word in _shown(words, color)))
 
 
 def ansi(text: Text, color: bool) -> str:
     """The text with escape sequences, lines ended for a terminal in raw mode."""
     out = []
     for words, piece in runs(text):
-        codes = sorted(SGR[w] for w in words if w in SGR and (color or w not in TOOLKIT))
+        codes = sorted(SGR[word] for word in _shown(words, color))
         out.append(f"\x1b[{';'.join(codes)}m{piece}\x1b[0m" if codes else piece)
     return "".join(out).replace("\n", "\r\n")
+
+
+def _shown(words: frozenset[str], color: bool) -> list[str]:
+    return [word for word in words if word in SGR and (color or word not in TOOLKIT)]
