@@ -134,6 +134,7 @@ class Game:
         self._chosen: dict[int, float] = {}
         self._undone: list[list[float]] = []
         self._adviser: dict[int, Follower | None] = {}
+        self._seen: tuple[tuple[object, ...], View] | None = None
 
     @property
     def problem(self) -> Problem:
@@ -163,8 +164,13 @@ class Game:
         return left[0] if left and not self.session.over else None
 
     def view(self) -> View:
-        """What the watcher may know."""
-        return self.session.view(self.watcher)
+        """What the watcher may know; made anew only when a turn, the seat or the end is new."""
+        session, seat = self.session, self.watcher
+        last = session.turns[-1] if session.turns else None
+        now = (session, seat, last, session.ending)
+        if self._seen is None or any(a is not b for a, b in zip(self._seen[0], now, strict=True)):
+            self._seen = now, session.view(seat)
+        return self._seen[1]
 
     def draw(self, look: Look) -> Text:
         """The board in the room there is; the state too where it is revealed."""
