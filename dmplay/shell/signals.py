@@ -5,7 +5,10 @@ import signal
 from collections.abc import Iterator
 from types import FrameType
 
-ENDS = {signal.SIGTERM: 143, signal.SIGHUP: 129}
+NAMES = ("SIGTERM", "SIGHUP")  # the second is not known everywhere
+ENDS = {
+    getattr(signal, name): 128 + getattr(signal, name) for name in NAMES if hasattr(signal, name)
+}
 
 
 @contextlib.contextmanager
