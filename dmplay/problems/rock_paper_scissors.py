@@ -1,7 +1,7 @@
 """Two players show rock, paper or scissors at once; each beats one other and loses to the third.
 
-Source: appendix F.11; RockPaperScissors.jl. `--set discount=0.9` is the book's infinite
-repetition.
+Source: appendix F.11; RockPaperScissors.jl. Decision: the discount is 1, as in table F.1;
+`--set discount=0.9` is the book's infinite repetition.
 """
 
 from dataclasses import dataclass

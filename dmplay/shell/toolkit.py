@@ -31,7 +31,7 @@ from dmplay.shell.screen import Screen
 from dmplay.shell.signals import ENDS
 
 ESCAPE_WAIT = 0.05  # seconds until a lone Esc counts; the library's default is half a second
-INTERRUPTED = 130
+INTERRUPTED, GONE = 130, 129
 NAMES = {  # the library's names of keys, as the views name them
     Keys.ControlH: "backspace", Keys.ControlI: "tab", Keys.ControlM: "enter",
     Keys.ControlUnderscore: "backspace", Keys.F1: "?", Keys.F2: "N",
@@ -89,7 +89,7 @@ def run(screen: Screen, input_: Input | None = None, output: Output | None = Non
     try:
         return app.run(pre_run=ready)
     except EOFError:  # the terminal is gone
-        return ENDS[min(ENDS)]
+        return GONE
 
 
 def _leave(app: Application[int], code: int) -> None:

@@ -1,0 +1,63 @@
+"""The table of problems equals table F.1 of the book, but where a decision says otherwise."""
+
+import pytest
+
+import dmplay
+from dmplay.shell import reports
+
+# Table F.1 as printed: agents, states, actions, observations, discount.
+PRINTED = {
+    "hexworld": ("-", "varies", "6", "-", "0.9"),
+    "2048": ("-", "unbounded", "4", "-", "1"),
+    "cart-pole": ("-", "in R^4", "2", "-", "1"),
+    "mountain-car": ("-", "in R^2", "3", "-", "1"),
+    "simple-regulator": ("-", "in R", "in R", "-", "1 or 0.9"),
+    "collision-avoidance": ("-", "in R^3", "3", "-", "1"),
+    "crying-baby": ("-", "2", "3", "2", "0.9"),
+    "machine-replacement": ("-", "3", "4", "2", "1"),
+    "catch": ("-", "4", "10", "2", "0.9"),
+    "prisoners-dilemma": ("2", "-", "2 per agent", "-", "1"),
+    "rock-paper-scissors": ("2", "-", "3 per agent", "-", "1"),
+    "travelers-dilemma": ("2", "-", "99 per agent", "-", "1"),
+    "predator-prey": ("varies", "varies", "6 per agent", "-", "0.9"),
+    "multicaregiver-crying-baby": ("2", "2", "3 per agent", "2 per agent", "0.9"),
+    "collaborative-predator-prey": ("varies", "varies", "6 per agent", "2 per agent", "0.9"),
+}
+EXCEPTIONS = {
+    ("collision-avoidance", "states"): "in R^4",  # decision 6.9: four variables are listed
+    ("simple-regulator", "discount"): "0.9",  # the variant `undiscounted` has the other
+}
+KINDS = {
+    "MDP": {"hexworld", "2048", "cart-pole", "mountain-car", "simple-regulator"}
+    | {"collision-avoidance"},
+    "POMDP": {"crying-baby", "machine-replacement", "catch"},
+    "simple game": {"prisoners-dilemma", "rock-paper-scissors", "travelers-dilemma"},
+    "Markov game": {"predator-prey"},
+    "POMG": {"multicaregiver-crying-baby"},
+    "Dec-POMDP": {"collaborative-predator-prey"},
+}
+
+
+@pytest.mark.parametrize("name", PRINTED)
+def test_a_line_of_the_list_is_the_printed_line(name: str) -> None:
+    columns = ("agents", "states", "actions", "observations", "discount")
+    expected = dict(zip(columns, PRINTED[name], strict=True))
+    expected |= {column: told for (one, column), told in EXCEPTIONS.items() if one == name}
+    assert reports.row(dmplay.load(name)) == expected
+
+
+def test_the_list_has_every_problem_with_its_derived_kind() -> None:
+    listed = {row["problem"]: row["kind"] for row in reports.facts()}
+    assert listed == {name: kind for kind, names in KINDS.items() for name in names}
+    assert set(listed) == set(PRINTED)
+
+
+@pytest.mark.parametrize("name", PRINTED)
+def test_info_says_source_decisions_parameters_agents_and_keys(name: str) -> None:
+    told = reports.told(reports.about(name))
+    assert "Source: appendix F." in told
+    assert "Decision" in told
+    for word in ("parameters", "agents", "random", "keys", "variants"):
+        assert word in told
+    for one in reports.about(name)["parameters"].values():  # type: ignore[attr-defined]
+        assert one["meaning"]
