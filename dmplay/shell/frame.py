@@ -11,15 +11,9 @@ from dmplay.views._canvas import ASCII, Look, size
 PANEL = 17  # columns of the side panel at least
 LOG = 2  # rows of the log at least
 KEYS_SHOWN = 5  # turns for which the board names the keys
-NUDGE_GLYPHS = {
-    "left": "←",
-    "right": "→",
-    "up": "↑",
-    "down": "↓",
-    "pageup": "PgUp",
-    "pagedown": "PgDn",
-}
-ROW_KEYS = (("hint", "undo", "help", "quit"), ("hint", "help", "quit"), ("help", "quit"))
+COLON = ": command"
+NUDGES = {"left": "←", "right": "→", "up": "↑", "down": "↓", "pageup": "PgUp", "pagedown": "PgDn"}
+ROW_KEYS = (("hint", "undo", "help", "quit"), ("hint", "help", "quit"), ("help", "quit"), ("help",))
 
 
 class Room(NamedTuple):
@@ -40,8 +34,12 @@ class Shown(NamedTuple):
 
 def compose(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
     """The whole screen: exactly `height` rows, none wider than the room."""
-    message = Text(f" {shown.message}")
-    return _rows([upper(game, room, shown, log), _fitted(message, room), keys(game, room)])
+    return _rows([upper(game, room, shown, log), message(room, shown), keys(game, room)])
+
+
+def message(room: Room, shown: Shown) -> Text:
+    """The row that answers the last key."""
+    return _fitted(Text(f" {shown.message}"), room)
 
 
 def upper(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
@@ -61,7 +59,7 @@ def _rows(rows: list[Text]) -> Text:
 
 
 def _fitted(row: Text, room: Room) -> Text:
-    row.truncate(room.width)
+    row.truncate(room.width, overflow="ellipsis")  # nothing is cut silently
     if room.ascii:
         row.plain = row.plain.translate(ASCII)
     return row
@@ -145,22 +143,20 @@ def _help(game: Game, room: Room) -> list[Text]:
 
 
 def keys(game: Game, room: Room) -> Text:
-    """The keys that count now; illegal ones in brackets and dim."""
+    """The keys that count now, the game's before the shell's; illegal ones in brackets and dim."""
     row = Text(" ")
     if game.waiting is not None and game.types_numbers:
-        nudges = [NUDGE_GLYPHS.get(key, key) for key in game.nudges]
-        row.append(f"type a number, Enter plays it  {' '.join(nudges)} nudge it  ")
+        nudges = " ".join(NUDGES.get(key, key) for key in game.nudges)
+        row.append(f"type a number, Enter plays it  {nudges} nudge it  ")
     elif game.waiting is not None:
         for key, label, able in game.legal(game.watcher):
-            words = f"{key} {label}"
+            words = label if key == label else f"{key} {label}"
             row.append(words if able else f"[{words}]", style="" if able else "dim").append("  ")
     watch = [] if game.people else ["Space step", "A play"]
-    tails = [
-        "  ".join([*watch, *(_shown(name) for name in names), ": command"]) for names in ROW_KEYS
-    ]
+    tails = ["  ".join([*watch, *map(_shown, names), COLON]) for names in ROW_KEYS[:-1]]
+    tails += ["  ".join(map(_shown, names)) for names in ROW_KEYS[-2:]]
     left = room.width - len(row.plain)
-    tail = next((tail for tail in tails if len(tail) <= left), tails[-1])
-    row.truncate(max(room.width - len(tail), 0))
+    tail = next((tail for tail in tails if len(tail) <= left), "")
     return _fitted(row.append(tail, style="dim"), room)
 
 

@@ -25,7 +25,7 @@ from prompt_toolkit.styles import Style
 
 from dmplay.core import Interval
 from dmplay.shell.commands import COMMANDS, Leave
-from dmplay.shell.frame import Room, keys
+from dmplay.shell.frame import Room, keys, message
 from dmplay.shell.paint import fragments
 from dmplay.shell.screen import Screen
 from dmplay.shell.signals import ENDS
@@ -45,9 +45,10 @@ def run(screen: Screen, input_: Input | None = None, output: Output | None = Non
         history=InMemoryHistory(),
         multiline=False,
     )
-    board, row = FormattedTextControl(focusable=True), FormattedTextControl()
+    board = FormattedTextControl(focusable=True)
+    answer, row = FormattedTextControl(), FormattedTextControl()
     app: Application[int] = Application(
-        layout=_layout(screen, board, line, row),
+        layout=_layout(screen, line, board, answer, row),
         key_bindings=_bindings(screen, board, line),
         style=Style([]),
         full_screen=True,
@@ -77,6 +78,7 @@ def run(screen: Screen, input_: Input | None = None, output: Output | None = Non
         return [*drawn[:at], *cell, *drawn[at + 1 :]]
 
     board.text, row.text = shown, below
+    answer.text = lambda: [*fragments(message(room(), screen.shown), screen.terminal.color)]
 
     def ready() -> None:
         loop = asyncio.get_running_loop()
@@ -122,7 +124,11 @@ def _words(screen: Screen) -> list[str]:
 
 
 def _layout(
-    screen: Screen, board: FormattedTextControl, line: Buffer, row: FormattedTextControl
+    screen: Screen,
+    line: Buffer,
+    board: FormattedTextControl,
+    answer: FormattedTextControl,
+    row: FormattedTextControl,
 ) -> Layout:
     typing = Condition(lambda: screen.typing)
     return Layout(
@@ -133,9 +139,7 @@ def _layout(
                     Window(BufferControl(line, input_processors=[BeforeInput(" :")]), height=1),
                     typing,
                 ),
-                ConditionalContainer(
-                    Window(FormattedTextControl(lambda: f" {screen.message}"), height=1), ~typing
-                ),
+                ConditionalContainer(Window(answer, height=1), ~typing),
                 Window(row, height=1),
             ]
         ),
