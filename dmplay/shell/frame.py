@@ -6,6 +6,7 @@ from rich.text import Text
 
 from dmplay.shell.commands import COMMANDS, named
 from dmplay.shell.game import Game, sentence
+from dmplay.shell.terminal import clean
 from dmplay.views._canvas import ASCII, Look, size
 
 PANEL = 17  # columns of the side panel at least
@@ -39,7 +40,7 @@ def compose(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
 
 def message(room: Room, shown: Shown) -> Text:
     """The row that answers the last key."""
-    return _fitted(Text(f" {shown.message}"), room)
+    return _fitted(Text(f" {clean(shown.message)}"), room)
 
 
 def upper(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
@@ -74,13 +75,13 @@ def _title(game: Game, room: Room) -> Text:
     if view.rewards is not None:
         facts.append(f"return {game.returned(view):.6g}")
     others = [
-        f"{agent}: {who}"
+        f"{agent}: {clean(who)}"
         for seat, (agent, who) in enumerate(zip(game.problem.agents, game.seats, strict=True))
         if seat not in game.people or len(game.people) > 1
     ]
     if game.people:
         facts.append(f"you: {game.problem.agents[game.watcher]}")
-    text = Text(f" dmplay {game.name}  ", style="bold")
+    text = Text(f" dmplay {clean(game.name)}  ", style="bold")
     text.append("  " + "   ".join([*facts, *others]), style="not bold")
     if game.session.over:
         text.append(f"   {game.session.ending}", style="bold")
