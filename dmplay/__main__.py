@@ -1,5 +1,6 @@
 """The way in: answers --version at once, everything else through the command line."""
 
+import io
 import os
 import sys
 from types import TracebackType
@@ -45,6 +46,8 @@ def _open_streams() -> None:
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115 - for good
+    if isinstance(sys.stdout, io.TextIOWrapper):  # what it cannot encode, it shows as an escape
+        sys.stdout.reconfigure(errors="backslashreplace")
 
 
 def _let_go() -> None:

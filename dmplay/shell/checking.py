@@ -113,7 +113,7 @@ def print_reports(
     """A line for each good file, all findings of a bad one, and a sum; or an object a file."""
     for report, fine in zip(reports, good, strict=True):
         if json:
-            print(dumps(_data(report, fine), ensure_ascii=False))
+            print(dumps(_data(report, fine)))
         elif not fine:
             print(clean(str(report)))
         elif not quiet:

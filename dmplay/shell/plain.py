@@ -94,7 +94,7 @@ class Objects:
         self._print("end", facts | ({"debrief": rows} if rows else {}))
 
     def _print(self, event: str, facts: dict[str, object]) -> None:
-        print(json.dumps({"event": event} | facts, ensure_ascii=False), flush=True)
+        print(json.dumps({"event": event} | facts), flush=True)
 
 
 class Silence:
