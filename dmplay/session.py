@@ -42,7 +42,7 @@ class View:
     observations: tuple[Array, ...]  # one more than turns; the first is -1 where states are hidden
     actions: tuple[float, ...]  # its own
     joint: tuple[Array, ...] | None  # everybody's `[n]`, where every agent sees the state
-    rewards: tuple[float, ...] | None  # its own, where observable
+    rewards: tuple[float, ...] | None  # its own, where observable or once the game is over
     legal: Bools | None  # [A]; None for all
     beliefs: tuple[Reals, ...] | None  # [S] each, where states are hidden and few enough
     ending: str | None
@@ -242,7 +242,7 @@ class Session:
             joint=tuple(turn.actions for turn in turns) if public else None,
             rewards=(
                 tuple(turn.rewards[seat].item() for turn in turns)
-                if problem.rewards_observed
+                if problem.rewards_observed or self.over
                 else None
             ),
             legal=self.legal(seat),

@@ -55,12 +55,12 @@ def _turn(view: View, turn: int) -> str:
 
 
 def panel(view: View) -> list[tuple[str, str]]:
-    """The last turn; the reward stays hidden, as it would betray the state."""
+    """The last turn; the reward is hidden until the end, as it would betray the state."""
     last = view.problem.action_name(view.seat, view.actions[-1]) if view.turn else "-"
     return [
         ("last", last),
         ("heard", heard(view)),
-        ("reward", "hidden"),
+        ("reward", f"{view.rewards[-1]:g}" if view.rewards else "hidden"),
         ("gamma", f"{view.problem.discount:.2f}"),
     ]
 
