@@ -146,6 +146,12 @@ def _policies(problem: Problem) -> ModuleType | None:
     return importlib.import_module(f"dmplay.policies.{own}")
 
 
+def settings(make: MakePolicy) -> dict[str, object]:
+    """The parameters of an agent with their defaults."""
+    own = (one for one in _fields(make) if one.name not in ("problem", "seat"))
+    return {one.name: one.default for one in own}
+
+
 def _settings(make: MakePolicy, given: str, name: str) -> dict[str, object]:
     """The parameters `a=1,b=2` of an agent, typed after the defaults of its fields."""
     known = {one.name: one for one in _fields(make) if one.name not in ("problem", "seat")}

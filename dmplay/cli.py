@@ -205,6 +205,79 @@ def verify(
     return 0 if all(good) else MISMATCH_CODE
 
 
+@app.command()
+def export(
+    file: Annotated[Path, typer.Argument(help="a transcript")],
+    svg: Annotated[bool, typer.Option("--svg", help="a picture of the screen")] = False,
+    html: Annotated[bool, typer.Option("--html", help="a page with the screen")] = False,
+    cast: Annotated[bool, typer.Option("--cast", help="a recording, asciicast v2")] = False,
+    text: Annotated[bool, typer.Option("--text", help="every screen as text")] = False,
+    csv: Annotated[bool, typer.Option("--csv", help="a row a turn")] = False,
+    json: Annotated[bool, typer.Option("--json", help="the game as one object")] = False,
+    at: Annotated[int | None, typer.Option("--at", help="the turn of a picture")] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="a file")] = None,
+    trust: Trust = False,
+) -> None:
+    """Write a recorded game as a picture, a screen recording, text, a table or data.
+
+    \b
+      dmplay export game.dmt --svg -o game.svg
+      dmplay export game.dmt --csv
+    """
+    from dmplay.shell.export import FORMATS, write
+    from dmplay.shell.start import Playback
+
+    wanted = {"svg": svg, "html": html, "cast": cast, "text": text, "csv": csv, "json": json}
+    chosen = [name for name, wish in wanted.items() if wish]
+    if len(chosen) != 1:
+        raise BadParameter(f"export: choose one of {', '.join(f'--{name}' for name in wanted)}")
+    write(output, FORMATS[chosen[0]](Playback(file, trusted=trust), at))
+
+
+@app.command()
+def review(
+    file: Annotated[Path, typer.Argument(help="a transcript")],
+    write: Annotated[bool, typer.Option("--write", help="keep it in the file as notes")] = False,
+    trust: Trust = False,
+    json: Json = False,
+) -> None:
+    """Value each move of the people in a game: the best action, and the regret.
+
+    \b
+      dmplay review game.dmt
+      dmplay review game.dmt --write
+    """
+    from dmplay.shell.review import print_review
+
+    print_review(file, write=write, json=json, trusted=trust)
+
+
+@app.command()
+def branch(
+    file: Annotated[Path, typer.Argument(help="a transcript")],
+    at: Annotated[int, typer.Option("--at", min=0, help="the turn to go on from")],
+    record: Annotated[Path, typer.Option("--record", "-o", help="the new transcript")],
+    force: Annotated[bool, typer.Option("--force", help="overwrite it")] = False,
+    trust: Trust = False,
+    plain: Plain = False,
+    json: Json = False,
+    quiet: Quiet = False,
+    color: Color = "auto",
+    ascii_: Ascii = False,
+) -> int:
+    """Play on from any turn of a recorded game, into a transcript of its own.
+
+    \b
+      dmplay branch game.dmt --at 7 -o other.dmt
+    """
+    from dmplay.shell.start import branched, run
+    from dmplay.shell.terminal import Wishes, here
+
+    terminal = here(Wishes(plain, json, color, ascii_))
+    game = branched(file, at, record, force=force, trusted=trust)
+    return run(game, terminal, json=json, quiet=quiet)
+
+
 @app.command("list")
 def list_(json: Json = False) -> None:
     """List the problems: table F.1 of the book.
@@ -216,6 +289,19 @@ def list_(json: Json = False) -> None:
     from dmplay.shell import reports
 
     reports.print_list(json=json)
+
+
+@app.command()
+def agents(problem: Name, json: Json = False) -> None:
+    """List the agents that fit a problem, with their parameters.
+
+    \b
+      dmplay agents 2048
+      dmplay agents prisoners-dilemma --json
+    """
+    from dmplay.shell import reports
+
+    reports.print_agents(problem, json=json)
 
 
 @app.command()

@@ -145,6 +145,39 @@ def told(facts_: dict[str, object]) -> str:
     return "\n".join(rows)
 
 
+def players(name: str) -> list[dict[str, object]]:
+    """The agents that fit a problem: name, what each does, its parameters."""
+    problem = catalog.load(name)
+    advises = {catalog.hint(problem, seat) for seat in range(len(problem.agents))}
+    partners = {catalog.partner(problem, seat) for seat in range(1, len(problem.agents))}
+    rows: list[dict[str, object]] = []
+    for agent, make in catalog.agents(problem).items():
+        rows.append(
+            {
+                "agent": agent,
+                "does": (make.__doc__ or "").partition("\n")[0],
+                "parameters": catalog.settings(make),
+                "advises": agent in advises,
+                "partner": agent in partners,
+            }
+        )
+    return rows
+
+
+def print_agents(name: str, *, json: bool) -> None:
+    """Prints the agents that fit a problem."""
+    known = players(name)
+    if json:
+        print(dumps(known))
+        return
+    for one in known:
+        parts = one["parameters"].items()  # type: ignore[attr-defined]
+        given = f":{','.join(f'{key}={value}' for key, value in parts)}" if parts else ""
+        marks = [word for word in ("advises", "partner") if one[word]]
+        note = f" ({', '.join(marks)})" if marks else ""
+        print(f"{one['agent']}{given}{note}\n    {one['does']}")
+
+
 def print_list(*, json: bool) -> None:
     """Prints table F.1."""
     if json:

@@ -3,7 +3,7 @@
 import shlex
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from dmplay import catalog
@@ -134,6 +134,32 @@ def resumed(path: Path, turns: int | None = None, *, trusted: bool = False) -> G
     if session.over and transcript.end:
         raise BadParameter(f"{path}: the game is over ({session.ending}); nothing to resume")
     recorder = Recorder.resume(path, transcript.content, session, _framing(transcript))
+    return Game(found.name, session, seats, recorder)
+
+
+def branched(
+    path: Path, turn: int, record: Path, *, force: bool = False, trusted: bool = False
+) -> Game:
+    """A new game whose first turns are those of a transcript; the rest is played."""
+    transcript = _read(path)
+    found = loaded(transcript, trusted=trusted)
+    header = transcript.header
+    told = replay(transcript, found.problem)
+    if turn > len(told.turns):
+        raise BadParameter(f"--at: got {turn}, {path} has {len(told.turns)} turns")
+    seats = list(header.seats.values())
+    seats = [HUMAN if who in ("script", "replay") else who for who in seats]
+    policies = [seat_policy(found.problem, seat, who) for seat, who in enumerate(seats)]
+    dice = Dice(header.seed, header.episode)
+    session = Session(found.problem, dice, policies, limit=header.turns, opening=told.opening)
+    framed = _framing(transcript)
+    names = dict(zip(found.problem.agents, seats, strict=True))
+    recorder = Recorder.create(
+        record, replace(header, seats=names), session, frame=framed, force=force
+    )
+    for played in told.turns[:turn]:
+        session.advance(list(played.actions), played.draws)
+        recorder.turn()
     return Game(found.name, session, seats, recorder)
 
 

@@ -1,0 +1,130 @@
+"""A recorded game as something else: pictures, a screen recording, text, a table, data."""
+
+import csv
+import io
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from rich.console import Console
+from rich.text import Text
+
+from dmplay.errors import BadParameter
+from dmplay.shell.frame import Room, Shown, compose
+from dmplay.shell.paint import ansi
+from dmplay.shell.start import Playback
+from dmplay.transcript.format import end_facts, header_facts, turn_facts
+
+ROOM = Room(80, 24)
+SHORT_ROOM_ROWS = 18
+
+
+def screens(game: Playback, room: Room) -> Iterator[Text]:
+    """The screen before the first turn and after every turn or event."""
+    log: list[str] = []
+    yield compose(game, room, Shown(), log)
+    while game.unattended():
+        log.append(game.said() if game.session.turns else "undone. turn 0.")
+        yield compose(game, room, Shown(), log)
+
+
+def _last(game: Playback, turn: int | None) -> Text:
+    """The screen after a turn, or after the last."""
+    shown = Text("")
+    for shown in screens(game, ROOM._replace(height=SHORT_ROOM_ROWS)):
+        if len(game.session.turns) == turn:
+            return shown
+    if turn is not None:
+        raise BadParameter(f"--at: got {turn}, the game has {len(game.session.turns)} turns")
+    return shown
+
+
+def _console(shown: Text) -> Console:
+    """A console that has drawn one screen and remembers it."""
+    console = Console(
+        width=ROOM.width, record=True, file=io.StringIO(), force_terminal=True,
+        color_system="standard", legacy_windows=False, highlight=False,
+    )  # fmt: skip
+    console.print(shown, soft_wrap=True)
+    return console
+
+
+def svg(game: Playback, turn: int | None) -> str:
+    """A picture of the screen after a turn."""
+    title = f"dmplay {game.name}"
+    return _console(_last(game, turn)).export_svg(title=title, unique_id="dmplay")
+
+
+def html(game: Playback, turn: int | None) -> str:
+    """A page with the screen after a turn."""
+    return _console(_last(game, turn)).export_html(inline_styles=True)
+
+
+def cast(game: Playback, turn: int | None) -> str:
+    """A screen recording, asciicast version 2, a second a turn."""
+    head = {
+        "version": 2,
+        "width": ROOM.width,
+        "height": ROOM.height,
+        "title": f"dmplay {game.name}",
+    }
+    rows = [json.dumps(head)]
+    for second, shown in enumerate(screens(game, ROOM)):
+        rows.append(json.dumps([float(second), "o", f"\x1b[H\x1b[2J{ansi(shown, True)}"]))
+    return "\n".join([*rows, ""])
+
+
+def text(game: Playback, turn: int | None) -> str:
+    """Every turn in words, with the board under it."""
+    parts = []
+    for shown in screens(game, ROOM._replace(height=SHORT_ROOM_ROWS)):
+        rows = [row.rstrip() for row in shown.plain.split("\n")]
+        parts.append("\n".join(rows).rstrip())
+    return "\n\n".join([*parts, ""])
+
+
+def table(game: Playback, turn: int | None) -> str:
+    """A row a turn as comma-separated values, a column a fact and seat."""
+    rows = []
+    for facts in _facts(game):
+        row: dict[str, object] = {}
+        for key, value in facts.items():
+            parts = value if isinstance(value, dict) else {"": value}
+            for name, one in parts.items():
+                row[f"{key} {name}".strip()] = json.dumps(one) if isinstance(one, list) else one
+        rows.append(row)
+    out = io.StringIO()
+    columns = list(dict.fromkeys(column for row in rows for column in row))
+    writer = csv.DictWriter(out, columns, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return out.getvalue()
+
+
+def data(game: Playback, turn: int | None) -> str:
+    """The whole game as one JSON object."""
+    turns = list(_facts(game))
+    facts = header_facts(game.transcript.header)
+    return json.dumps(facts | {"turns": turns, "end": end_facts(game.session)}, indent=1) + "\n"
+
+
+def _facts(game: Playback) -> Iterator[dict[str, object]]:
+    yield turn_facts(game.session)
+    while game.unattended():
+        yield turn_facts(game.session)
+
+
+FORMATS: dict[str, Callable[[Playback, int | None], str]] = {
+    "svg": svg, "html": html, "cast": cast, "text": text, "csv": table, "json": data,
+}  # fmt: skip
+
+
+def write(path: Path | None, content: str) -> None:
+    """Writes to a file, or to the standard output."""
+    if path is None:
+        print(content, end="")
+        return
+    try:
+        path.write_text(content, encoding="utf-8", newline="\n")
+    except OSError as error:
+        raise BadParameter(f"cannot write {path}: {error.strerror}") from None

@@ -1,0 +1,113 @@
+"""Looking back at a person's moves: what each action was worth, the best, and the regret."""
+
+import time
+from collections.abc import Iterator
+from json import dumps
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay import catalog
+from dmplay.chance import Reals
+from dmplay.core import Interval
+from dmplay.session import Follower, Session
+from dmplay.shell.game import HUMAN
+from dmplay.shell.start import Playback
+from dmplay.solvers.value_iteration import best
+
+MARK = "# review "
+
+
+class Move(NamedTuple):
+    """One move of a person, valued."""
+
+    turn: int
+    seat: str
+    chosen: str
+    best: tuple[str, ...]
+    regret: float
+    values: dict[str, float]
+
+    def __str__(self) -> str:
+        """One line."""
+        told = f"turn {self.turn}, {self.seat}: chose {self.chosen}"
+        each = ", ".join(f"{name} {value:.2f}" for name, value in self.values.items())
+        if self.chosen in self.best:
+            return f"{told}, the best. values: {each}"
+        names = " or ".join(self.best)
+        return f"{told}, best {names}, regret {self.regret:.2f}. values: {each}"
+
+
+def moves(session: Session, people: list[int]) -> Iterator[Move]:
+    """Every move of these seats whose value the problem's adviser knows, in order."""
+    problem = session.problem
+    past = Session(problem, session.source, limit=session.limit, opening=session.opening)
+    advisers = {}
+    for seat in people:
+        name = catalog.hint(problem, seat)
+        if name and not isinstance(problem.actions[seat], Interval):
+            advisers[seat] = Follower(past, seat, catalog.agent(problem, seat, name))
+    for number, turn in enumerate(session.turns, 1):
+        for seat, adviser in advisers.items():
+            values = adviser.values()
+            if values is not None:
+                yield _move(past, seat, number, int(turn.actions[seat]), values)
+        past.advance(list(turn.actions), turn.draws)
+
+
+def _move(past: Session, seat: int, turn: int, action: int, values: Reals) -> Move:
+    labels = past.problem.actions[seat]
+    assert not isinstance(labels, Interval)
+    legal = past.legal(seat)
+    able = np.ones(len(labels), bool) if legal is None else legal
+    known = np.where(able, values, -np.inf)
+    top = tuple(labels[a] for a in np.flatnonzero(best(known)))
+    each = {labels[a]: float(known[a]) for a in np.flatnonzero(able)}
+    regret = 0.0 if labels[action] in top else float(known.max() - known[action])
+    return Move(turn, past.problem.agents[seat], labels[action], top, regret, each)
+
+
+def summary(reviewed: list[Move]) -> str:
+    """How many moves were the best, and what the others lost."""
+    if not reviewed:
+        return "review: no agent here knows the values of these moves"
+    right = sum(move.chosen in move.best for move in reviewed)
+    lost = sum(move.regret for move in reviewed)
+    worst = max(reviewed, key=lambda move: move.regret)
+    told = f"review: {right} of {len(reviewed)} moves the best, regret {lost:.2f} in all"
+    return told if right == len(reviewed) else f"{told}, most in turn {worst.turn}"
+
+
+def in_time(session: Session, people: list[int], seconds: float) -> list[Move] | None:
+    """The whole review if it can be had within so many seconds; else None."""
+    until = time.monotonic() + seconds
+    done = []
+    for move in moves(session, people):
+        done.append(move)
+        if time.monotonic() > until:
+            return None
+    return done
+
+
+def print_review(path: Path, *, write: bool, json: bool, trusted: bool) -> None:
+    """Prints the review of a transcript; keeps it as notes after the end where asked to."""
+    game = Playback(path, trusted=trusted)
+    seats = list(game.transcript.header.seats.values())
+    while game.unattended():
+        pass
+    reviewed = list(moves(game.session, [n for n, who in enumerate(seats) if who == HUMAN]))
+    if json:
+        print(dumps([move._asdict() for move in reviewed]))
+    else:
+        print(*reviewed, summary(reviewed), sep="\n")
+    if write:
+        _keep(path, [*map(str, reviewed), summary(reviewed)])
+
+
+def _keep(path: Path, told: list[str]) -> None:
+    """The review as notes at the end of the file, in place of an earlier one."""
+    rows = path.read_text(encoding="utf-8").splitlines(keepends=True)
+    kept = [row for row in rows if not row.startswith(MARK)]
+    notes = [f"{MARK}{line.removeprefix('review: ')}\n" for line in told]
+    path.write_text("".join([*kept, *notes]), encoding="utf-8", newline="\n")
