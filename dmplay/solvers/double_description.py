@@ -1,0 +1,67 @@
+"""The corners of a polyhedral cone, found by cutting it with one half-space after another.
+
+The double description method (Motzkin and others, 1953): of the rays that span a cone each
+half-space keeps those on its side, and adds one where an edge crosses its border.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay.chance import Bools, Ints, Reals
+
+SLACK = 1e-10  # a ray this close to a border lies on it
+
+
+class Cone(NamedTuple):
+    """The extreme rays of a cone, and on which of its borders each of them lies."""
+
+    rays: Reals  # [N, d]
+    tight: Bools  # [N, M]
+
+
+def simplicial(rays: Reals) -> Cone:
+    """The cone spanned by `d` independent rays `[d, d]`; border k lies opposite to ray k."""
+    return Cone(rays, ~np.eye(len(rays), dtype=bool))
+
+
+def cut(cone: Cone, normal: Reals) -> Cone:
+    """The part of a cone where `normal @ x >= 0`; its border comes last."""
+    gap = cone.rays @ normal
+    border = np.abs(gap) <= SLACK
+    kept = gap >= -SLACK
+    inside, outside = np.flatnonzero(gap > SLACK), np.flatnonzero(~kept)
+    i, j, common = _edges(cone, inside, outside)
+    share = (gap[i] / (gap[i] - gap[j]))[:, None]
+    crossings = (1.0 - share) * cone.rays[i] + share * cone.rays[j]
+    return Cone(
+        np.vstack([cone.rays[kept], crossings]),
+        np.vstack(
+            [
+                np.column_stack([cone.tight[kept], border[kept]]),
+                np.column_stack([common, np.ones(len(i), bool)]),
+            ]
+        ),
+    )
+
+
+def _edges(cone: Cone, inside: Ints, outside: Ints) -> tuple[Ints, Ints, Bools]:
+    """The pairs of rays that span an edge, and the borders `[pairs, M]` that it lies on.
+
+    Two rays do when no third one lies on all the borders that they share.
+    """
+    i, j = np.repeat(inside, len(outside)), np.tile(outside, len(inside))
+    common = cone.tight[i] & cone.tight[j]
+    enough = common.sum(axis=1) >= cone.rays.shape[1] - 2
+    i, j, common = i[enough], j[enough], common[enough]
+    missed = common.astype(float) @ (~cone.tight).astype(float).T
+    edge = (missed == 0).sum(axis=1) == 2
+    return i[edge], j[edge], common[edge]
+
+
+def facets(cone: Cone) -> Bools:
+    """Which borders `[M]` are needed: those whose rays do not all lie on another one too."""
+    on = cone.tight.astype(float)
+    inside = (on.T @ (1.0 - on)) == 0
+    np.fill_diagonal(inside, False)
+    return np.asarray(~inside.any(axis=1))
