@@ -1,0 +1,49 @@
+"""The upper envelope of linear functions over a simplex, with all its corners.
+
+The greatest of some alpha vectors is a convex function of the belief. What lies above its graph is
+a polyhedron, and a vector is needed exactly where it rises above a corner of those before it.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay.chance import Bools, Ints, Reals
+from dmplay.solvers.double_description import SLACK, Cone, cut, facets, simplicial
+
+
+class Envelope(NamedTuple):
+    """Where each of the needed vectors is the greatest: the hull of its corners."""
+
+    needed: Ints  # [N], rising: the vectors greatest on a set of positive measure
+    beliefs: Reals  # [V, S], the corners
+    values: Reals  # [V]
+    touching: Bools  # [V, N], which of the needed vectors are greatest at a corner
+
+
+def envelope(vectors: Reals) -> Envelope:
+    """The upper envelope of vectors `[C, S]`; of equal ones it needs one."""
+    states = vectors.shape[1]
+    chosen = [int(np.argmax(vectors.sum(axis=1)))]
+    rays = np.eye(states + 1)  # (belief, value): the corners of the simplex, and straight up
+    rays[:states, states] = vectors[chosen[0]]
+    cone = simplicial(rays)
+    while True:
+        low = cone.rays[:, :states].any(axis=1)
+        beliefs, values = cone.rays[low, :states], cone.rays[low, states]
+        gain = (vectors @ beliefs.T - values).max(axis=1)
+        highest = int(np.argmax(gain))
+        if gain[highest] <= SLACK:
+            break
+        cone = _scaled(cut(cone, np.append(-vectors[highest], 1.0)))
+        chosen.append(highest)
+    needed = facets(cone)[states:]
+    order = np.argsort(np.array(chosen)[needed])
+    touching = cone.tight[low, states:][:, needed][:, order]
+    return Envelope(np.array(chosen)[needed][order], beliefs, values, touching)
+
+
+def _scaled(cone: Cone) -> Cone:
+    """The same cone with beliefs of sum 1."""
+    total = cone.rays[:, :-1].sum(axis=1, keepdims=True)
+    return cone._replace(rays=cone.rays / np.where(total > 0, total, 1.0))

@@ -1,0 +1,65 @@
+import numpy as np
+import pytest
+
+from dmplay.solvers.envelope import envelope
+
+TENT = np.array([[0.0, -1.0], [-1.0, 0.0]])
+
+
+def test_two_lines_meet_where_they_are_equal() -> None:
+    cells = envelope(TENT)
+    assert cells.needed.tolist() == [0, 1]
+    order = np.argsort(cells.beliefs[:, 1])
+    np.testing.assert_allclose(cells.beliefs[order], np.array([[1.0, 0.0], [0.5, 0.5], [0.0, 1.0]]))
+    np.testing.assert_allclose(cells.values[order], [0.0, -0.5, 0.0])
+    assert cells.touching[order].tolist() == [[True, False], [True, True], [False, True]]
+
+
+@pytest.mark.parametrize("height", [-0.5, -0.6, -0.5 - 1e-13, -0.5 + 1e-13])
+def test_a_line_that_only_touches_the_envelope_is_not_needed(height: float) -> None:
+    cells = envelope(np.vstack([[height, height], TENT]))
+    assert cells.needed.tolist() == [1, 2]
+
+
+def test_a_line_that_rises_above_a_corner_is_needed() -> None:
+    assert envelope(np.vstack([TENT, [-0.49999, -0.49999]])).needed.tolist() == [0, 1, 2]
+
+
+def test_of_equal_vectors_one_is_needed() -> None:
+    assert len(envelope(np.vstack([TENT, TENT + 1e-14])).needed) == 2
+
+
+def test_a_vector_best_in_one_corner_alone_is_not_needed() -> None:
+    assert envelope(np.array([[1.0, 0.0, 0.0], [1.0, -1.0, -1.0]])).needed.tolist() == [0]
+
+
+def test_one_vector_is_the_envelope_over_any_simplex() -> None:
+    cells = envelope(np.array([[1.0, 2.0, 3.0, 4.0]]))
+    assert cells.needed.tolist() == [0]
+    np.testing.assert_allclose(sorted(cells.values), [1, 2, 3, 4])
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_needed_vectors_are_the_best_ones_of_a_fine_grid(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    states = int(random.integers(2, 5))
+    vectors = random.normal(size=(12, states))
+    cells = envelope(vectors)
+    b = random.dirichlet(np.ones(states), 5000)
+    np.testing.assert_allclose(
+        (b @ vectors[cells.needed].T).max(axis=1), (b @ vectors.T).max(axis=1)
+    )
+    assert set(np.argmax(b @ vectors.T, axis=1)) <= set(cells.needed)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_middle_of_a_cell_has_one_best_vector(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    vectors = random.normal(size=(15, int(random.integers(2, 6))))
+    cells = envelope(vectors)
+    np.testing.assert_allclose(cells.values, (vectors @ cells.beliefs.T).max(axis=0), atol=1e-12)
+    for k, vector in enumerate(cells.needed):
+        middle = cells.beliefs[cells.touching[:, k]].mean(axis=0)
+        values = vectors @ middle
+        assert np.argmax(values) == vector
+        assert np.sort(values)[-2] < values[vector] - 1e-9
