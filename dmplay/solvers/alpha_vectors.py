@@ -1,0 +1,168 @@
+"""Exact values of a finite POMDP of one agent as alpha vectors (sections 20.3, 20.5 and 23.2).
+
+A vector holds the value of a conditional plan from each state; the value of a belief is that of the
+best plan for it. Horizon h sums h rewards.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay.chance import Bools, Ints, Reals
+from dmplay.errors import BadParameter
+from dmplay.solvers.double_description import SLACK
+from dmplay.solvers.envelope import envelope
+from dmplay.solvers.value_iteration import SLACK as EQUAL
+from dmplay.tabular import Tables
+
+ROUNDS = 200  # of policy iteration; those here need a handful
+
+
+class Plans(NamedTuple):
+    """Conditional plans with the same first action, each best for some beliefs."""
+
+    vectors: Reals  # [N, S]
+    then: Ints  # [N, O], the place of the plan that follows an observation
+
+
+class Stage(NamedTuple):
+    """What the beliefs of one turn are worth."""
+
+    plans: tuple[Plans, ...]  # of each action
+    vectors: Reals  # [N, S], those best on a set of beliefs of positive measure
+    actions: Bools  # [N, A], the first actions that have this vector
+
+
+def stages(tables: Tables, discount: float, horizon: int) -> list[Stage]:
+    """The stages with 1, 2, ... `horizon` rewards to come."""
+    found: list[Stage] = []
+    after = np.zeros((1, len(tables.transition)))
+    for _ in range(horizon):
+        found.append(backup(tables, discount, after))
+        after = found[-1].vectors
+    return found
+
+
+def infinite(tables: Tables, discount: float) -> Stage:
+    """The stage of a game without end, by policy iteration over controllers (section 23.2).
+
+    `discount` below 1. It starts from repeating one action for ever, and ends with the controller
+    that one more stage does not improve.
+    """
+    many, _, kinds = _observation(tables).shape
+    actions = np.arange(many)
+    controller = _Controller(actions, np.repeat(actions[:, None], kinds, axis=1))
+    for _ in range(ROUNDS):
+        vectors = _evaluate(tables, discount, controller)
+        stage = backup(tables, discount, vectors)
+        old = envelope(vectors)
+        if ((stage.vectors @ old.beliefs.T).max(axis=0) <= old.values + SLACK).all():
+            break
+        controller = _improved(controller, vectors, stage)
+    return stage
+
+
+def action_values(stage: Stage, b: Reals) -> Reals:
+    """Q `[B, A]` of beliefs `[B, S]`; a row has the same bits in any batch."""
+    return np.stack([values(plans.vectors, b) for plans in stage.plans], axis=1)
+
+
+def values(vectors: Reals, b: Reals) -> Reals:
+    """The greatest value `[B]` of these vectors `[N, S]` at beliefs `[B, S]`."""
+    total = b[:, 0, None] * vectors[:, 0]
+    for s in range(1, b.shape[1]):
+        total = total + b[:, s, None] * vectors[:, s]
+    return np.asarray(total.max(axis=1))
+
+
+def backup(tables: Tables, discount: float, after: Reals) -> Stage:
+    """The stage before one whose vectors are `after` `[N, S]`."""
+    actions = range(tables.transition.shape[1])
+    plans = tuple(_plans(tables, discount, after, a) for a in actions)
+    candidates = np.vstack([one.vectors for one in plans])
+    vectors = candidates[envelope(candidates).needed]
+    same = [_among(vectors, one.vectors) for one in plans]
+    return Stage(plans, vectors, np.stack(same, axis=1))
+
+
+def _among(vectors: Reals, others: Reals) -> Bools:
+    """Which of the vectors `[N, S]` are equal to one of the others."""
+    apart = abs(vectors[:, None] - others).max(axis=2)
+    return np.asarray(apart.min(axis=1) <= EQUAL)
+
+
+def _plans(tables: Tables, discount: float, after: Reals, a: int) -> Plans:
+    """The best plans that begin with an action: a next plan for each observation.
+
+    Observation by observation, so that what cannot be best is dropped early.
+    """
+    transition, rewards = tables.transition[:, a], tables.rewards[:, a, 0]
+    plans = Plans(rewards[None], np.zeros((1, 0), np.int64))
+    for likely in _observation(tables)[a].T:
+        vectors = discount * (after * likely) @ transition.T
+        useful = envelope(vectors).needed
+        plans = _joined(plans, Plans(vectors[useful], useful[:, None]))
+    return plans
+
+
+def _joined(one: Plans, other: Plans) -> Plans:
+    """The best of all pairs of two sets of plans, values added."""
+    i, j = np.indices((len(one.vectors), len(other.vectors))).reshape(2, -1)
+    vectors = one.vectors[i] + other.vectors[j]
+    useful = envelope(vectors).needed
+    then = np.column_stack([one.then[i], other.then[j]])
+    return Plans(vectors[useful], then[useful])
+
+
+def _observation(tables: Tables) -> Reals:
+    if tables.observation is None:
+        raise BadParameter("got a problem whose state is seen, expected one with observations")
+    return tables.observation
+
+
+class _Controller(NamedTuple):
+    """Plans that lead to one another."""
+
+    actions: Ints  # [N]
+    then: Ints  # [N, O]
+
+
+def _evaluate(tables: Tables, discount: float, controller: _Controller) -> Reals:
+    """The vectors `[N, S]` of a controller's plans, by a linear solve."""
+    observation = _observation(tables)
+    many, states = len(controller.actions), len(tables.transition)
+    step = np.zeros((many, states, many, states))
+    for node, (a, then) in enumerate(zip(*controller, strict=True)):
+        for o, following in enumerate(then):
+            step[node, :, following] += tables.transition[:, a] * observation[a, :, o]
+    size = many * states
+    rewards = tables.rewards[:, controller.actions, 0].T.reshape(size)
+    system = np.eye(size) - discount * step.reshape(size, size)
+    return np.asarray(np.linalg.solve(system, rewards).reshape(many, states))
+
+
+def _improved(controller: _Controller, vectors: Reals, stage: Stage) -> _Controller:
+    """The controller with the plans of a stage in place of those that they are nowhere below."""
+    actions, then = list(controller.actions), list(controller.then)
+    moved = np.arange(len(actions))
+    fresh = []
+    for vector, root in zip(stage.vectors, stage.actions, strict=True):
+        a = int(np.argmax(root))
+        plans = stage.plans[a]
+        place = int(np.argmin(abs(plans.vectors - vector).max(axis=1)))
+        moved[(vectors <= vector + SLACK).all(axis=1)] = len(actions)
+        fresh.append(len(actions))
+        actions.append(a)
+        then.append(plans.then[place])
+    leads = np.append(moved, fresh)[np.array(then)]
+    return _reachable(_Controller(np.array(actions), leads), fresh)
+
+
+def _reachable(controller: _Controller, start: list[int]) -> _Controller:
+    """The part of a controller that these plans lead to."""
+    used = np.zeros(len(controller.actions), bool)
+    used[start] = True
+    while not used[controller.then[used]].all():
+        used[controller.then[used]] = True
+    number = np.cumsum(used) - 1
+    return _Controller(controller.actions[used], number[controller.then[used]])
