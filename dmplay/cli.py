@@ -292,6 +292,36 @@ def list_(json: Json = False) -> None:
 
 
 @app.command()
+def figure(
+    name: Annotated[str, typer.Argument(help="F.2, F.9 ... F.16, T.1, T.2; all if not given")] = "",
+    svg: Annotated[bool, typer.Option("--svg", help="as a picture")] = False,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="a file")] = None,
+    color: Color = "auto",
+    ascii_: Ascii = False,
+) -> None:
+    """Draw a figure or table of the book's appendix F from the problems themselves.
+
+    \b
+      dmplay figure                 names them
+      dmplay figure F.2
+      dmplay figure F.11 --svg -o regions.svg
+    """
+    from dmplay.shell import drawing
+    from dmplay.shell.export import write
+    from dmplay.shell.terminal import Wishes, here
+
+    terminal = here(Wishes(color=color, ascii=ascii_))
+    if not name:
+        print(*(f"{key:<5} {title}" for key, (title, _) in drawing.figures().items()), sep="\n")
+        return
+    title, draw = drawing.figure(name)
+    if svg or output:
+        write(output, drawing.picture(draw(), title))
+    else:
+        drawing.show(draw(), terminal)
+
+
+@app.command()
 def agents(problem: Name, json: Json = False) -> None:
     """List the agents that fit a problem, with their parameters.
 

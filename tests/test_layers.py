@@ -9,14 +9,14 @@ import pytest
 
 HOUSE = Path(__file__).parent.parent / "dmplay"
 FLOORS = (
-    "errors", "names", "chance", "core", "tabular", "belief", "dice", "session", "rollouts",
-    "transcript", "problems", "solvers", "policies", "catalog", "views", "shell", "cli",
-    "pytest_plugin", "__main__",
+    "errors", "names", "chance", "core", "describe", "tabular", "belief", "dice", "session",
+    "rollouts", "transcript", "problems", "solvers", "policies", "catalog", "views", "figures",
+    "shell", "cli", "pytest_plugin", "__main__",
 )  # fmt: skip
-RULES = FLOORS[: FLOORS.index("catalog") + 1]
 SCREENS = {"rich", "typer", "prompt_toolkit"}
 ALLOWED = {  # what a floor may load beside the standard library and numpy
     "views": {"rich"},
+    "figures": {"rich"},
     "shell": {"rich", "prompt_toolkit"},
     "cli": {"typer"},
     "pytest_plugin": {"pytest"},

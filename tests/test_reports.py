@@ -3,6 +3,7 @@
 import pytest
 
 import dmplay
+from dmplay.describe import summary
 from dmplay.shell import reports
 
 # Table F.1 as printed: agents, states, actions, observations, discount.
@@ -43,7 +44,7 @@ def test_a_line_of_the_list_is_the_printed_line(name: str) -> None:
     columns = ("agents", "states", "actions", "observations", "discount")
     expected = dict(zip(columns, PRINTED[name], strict=True))
     expected |= {column: told for (one, column), told in EXCEPTIONS.items() if one == name}
-    assert reports.row(dmplay.load(name)) == expected
+    assert summary(dmplay.load(name)) == expected
 
 
 def test_the_list_has_every_problem_with_its_derived_kind() -> None:

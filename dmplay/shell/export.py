@@ -6,10 +6,10 @@ import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from rich.console import Console
 from rich.text import Text
 
 from dmplay.errors import BadParameter
+from dmplay.shell.drawing import console, picture
 from dmplay.shell.frame import Room, Shown, compose
 from dmplay.shell.paint import ansi
 from dmplay.shell.start import Playback
@@ -39,25 +39,16 @@ def _last(game: Playback, turn: int | None) -> Text:
     return shown
 
 
-def _console(shown: Text) -> Console:
-    """A console that has drawn one screen and remembers it."""
-    console = Console(
-        width=ROOM.width, record=True, file=io.StringIO(), force_terminal=True,
-        color_system="standard", legacy_windows=False, highlight=False,
-    )  # fmt: skip
-    console.print(shown, soft_wrap=True)
-    return console
-
-
 def svg(game: Playback, turn: int | None) -> str:
     """A picture of the screen after a turn."""
-    title = f"dmplay {game.name}"
-    return _console(_last(game, turn)).export_svg(title=title, unique_id="dmplay")
+    return picture(_last(game, turn), f"dmplay {game.name}")
 
 
 def html(game: Playback, turn: int | None) -> str:
     """A page with the screen after a turn."""
-    return _console(_last(game, turn)).export_html(inline_styles=True)
+    drawn = console(ROOM.width, color=True)
+    drawn.print(_last(game, turn), soft_wrap=True)
+    return drawn.export_html(inline_styles=True)
 
 
 def cast(game: Playback, turn: int | None) -> str:

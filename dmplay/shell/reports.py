@@ -1,6 +1,5 @@
 """The one-shot reports: the table of problems, and all there is to know of one."""
 
-import math
 from dataclasses import fields
 from json import dumps
 
@@ -8,46 +7,10 @@ from rich.console import Console
 from rich.table import Table
 
 from dmplay import catalog
-from dmplay.core import Continuous, Interval, Problem
+from dmplay.core import Interval, Problem
+from dmplay.describe import summary
 from dmplay.names import problem_names
 from dmplay.shell.game import style_of
-
-VARIES = "varies"
-
-
-def varies(problem: Problem, fact: str) -> bool:
-    """Whether a fact depends on the parameters: a property of the class, not an attribute."""
-    own = getattr(type(problem), fact)
-    return isinstance(own, property) and own is not getattr(Problem, fact)
-
-
-def row(problem: Problem) -> dict[str, str]:
-    """A problem's line of table F.1: agents, states, actions, observations, discount."""
-    many = len(problem.agents) > 1
-    agents = VARIES if varies(problem, "agents") else str(len(problem.agents)) if many else "-"
-    each = " per agent" if many else ""
-    observations = problem.observations
-    seen = f"{len(observations[0])}{each}" if observations else "-"
-    return {
-        "agents": agents,
-        "states": VARIES if varies(problem, "states") else _states(problem),
-        "actions": f"{_actions(problem.actions[0])}{each}",
-        "observations": seen,
-        "discount": f"{problem.discount:g}",
-    }
-
-
-def _states(problem: Problem) -> str:
-    if isinstance(problem.states, Continuous):
-        dimensions = problem.states.dimensions
-        return f"in R^{dimensions}" if dimensions > 1 else "in R"
-    if problem.states == math.inf:
-        return "unbounded"
-    return "-" if problem.states == 1 else str(problem.states)
-
-
-def _actions(actions: object) -> str:
-    return "in R" if isinstance(actions, Interval) else str(len(actions))  # type: ignore[arg-type]
 
 
 def facts() -> list[dict[str, str]]:
@@ -55,7 +18,7 @@ def facts() -> list[dict[str, str]]:
     rows = []
     for name in problem_names():
         problem = catalog.load(name)
-        rows.append({"problem": name, "kind": problem.kind} | row(problem))
+        rows.append({"problem": name, "kind": problem.kind} | summary(problem))
     return rows
 
 
@@ -80,7 +43,7 @@ def about(name: str) -> dict[str, object]:
         "kind": problem.kind,
         "about": catalog.docs(problem),
         "agents": list(problem.agents),
-        "states": row(problem)["states"],
+        "states": summary(problem)["states"],
         "actions": _named(problem.actions[0]),
         "observations": _observed(problem),
         "turns": problem.horizon,

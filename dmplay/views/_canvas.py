@@ -13,6 +13,7 @@ ASCII = str.maketrans(
     | dict(zip("←→↑↓◆●○∘·✓✗×…▒█", "<>^v+*oo.vxx~:#", strict=True))
     | dict(zip("▁▂▃▄▅▆▇▏▎▍▌▋▊▉", "_.:-=+*       ", strict=True))
 )
+DIAGONALS = {"↗": "NE", "↖": "NW", "↙": "SW", "↘": "SE"}
 
 
 class Overlay(NamedTuple):
@@ -104,7 +105,10 @@ def fit(style: Style, view: View, look: Look) -> Text:
 def plainly(text: Text) -> Text:
     """The same drawing in ASCII, column by column."""
     drawn = text.copy()
-    drawn.plain = text.plain.translate(ASCII)
+    plain = text.plain
+    for arrow, name in DIAGONALS.items():  # always with room at their right
+        plain = plain.replace(f"{arrow} ", name)
+    drawn.plain = plain.translate(ASCII)
     return drawn
 
 

@@ -1,0 +1,42 @@
+"""A problem in one line, as table F.1 of the book has it, derived from its facts."""
+
+import math
+
+from dmplay.core import Continuous, Interval, Labels, Problem
+
+VARIES = "varies"
+
+
+def varies(problem: Problem, fact: str) -> bool:
+    """Whether a fact depends on the parameters: a property of the class, not an attribute."""
+    own = getattr(type(problem), fact)
+    return isinstance(own, property) and own is not getattr(Problem, fact)
+
+
+def summary(problem: Problem) -> dict[str, str]:
+    """A problem's line of table F.1: agents, states, actions, observations, discount."""
+    many = len(problem.agents) > 1
+    agents = VARIES if varies(problem, "agents") else str(len(problem.agents)) if many else "-"
+    each = " per agent" if many else ""
+    observations = problem.observations
+    seen = f"{len(observations[0])}{each}" if observations else "-"
+    return {
+        "agents": agents,
+        "states": VARIES if varies(problem, "states") else _states(problem),
+        "actions": f"{_actions(problem.actions[0])}{each}",
+        "observations": seen,
+        "discount": f"{problem.discount:g}",
+    }
+
+
+def _states(problem: Problem) -> str:
+    if isinstance(problem.states, Continuous):
+        dimensions = problem.states.dimensions
+        return f"in R^{dimensions}" if dimensions > 1 else "in R"
+    if problem.states == math.inf:
+        return "unbounded"
+    return "-" if problem.states == 1 else str(problem.states)
+
+
+def _actions(actions: Labels | Interval) -> str:
+    return "in R" if isinstance(actions, Interval) else str(len(actions))

@@ -1,0 +1,78 @@
+"""Figures F.14 and F.15, the payoff tables, and the tables F.1 and F.2."""
+
+import numpy as np
+from rich.text import Text
+
+from dmplay import catalog
+from dmplay.chance import Reals
+from dmplay.core import Labels, Problem
+from dmplay.describe import summary
+from dmplay.dice import Dice
+from dmplay.names import problem_names
+from dmplay.session import Session
+from dmplay.tabular import tabulate
+from dmplay.views import _payoffs
+from dmplay.views._canvas import Look
+
+
+def _payoff(name: str) -> Text:
+    view = Session(catalog.load(name), Dice(0)).view(0)
+    drawn = list(_payoffs.boards(view, Look()))[1]  # the table without the rounds
+    return Text("rewards of agent 1, agent 2; rows are agent 1's actions\n").append_text(drawn)
+
+
+def prisoners_dilemma() -> Text:
+    """The rewards of the prisoner's dilemma."""
+    return _payoff("prisoners-dilemma")
+
+
+def rock_paper_scissors() -> Text:
+    """The rewards of rock-paper-scissors."""
+    return _payoff("rock-paper-scissors")
+
+
+def problems() -> Text:
+    """The kind and the spaces of every problem."""
+    rows = [["problem", "kind", "agents", "states", "actions", "observations", "discount"]]
+    for name in problem_names():
+        problem = catalog.load(name)
+        rows.append([name, problem.kind, *summary(problem).values()])
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    text = Text()
+    for number, row in enumerate(rows):
+        cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+        text.append("  ".join(cells).rstrip() + "\n", style="" if number else "bold")
+    return text
+
+
+def machine() -> Text:
+    """Transitions, observations and rewards of machine replacement."""
+    problem = catalog.load("machine-replacement")
+    tables = tabulate(problem)
+    assert tables.observation is not None
+    text = Text()
+    for a, label in enumerate(_labels(problem)):
+        text.append(f"{label}\n", style="bold")
+        parts = (tables.transition[:, a], tables.observation[a], tables.rewards[:, a])
+        for s in range(len(tables.transition)):
+            row = "   ".join(_row(part[s]) for part in parts)
+            text.append(f"  {row}\n" if s else f"  {row}   T(s'|s,a)  O(o|a,s')  R(s,a)\n")
+    return text
+
+
+def _labels(problem: Problem) -> Labels:
+    labels = problem.actions[0]
+    assert isinstance(labels, Labels)
+    return labels
+
+
+def _row(values: Reals) -> str:
+    return " ".join(f"{value:7.4g}" for value in np.atleast_1d(values))
+
+
+FIGURES = {
+    "F.14": ("the rewards of the prisoner's dilemma", prisoners_dilemma),
+    "F.15": ("the rewards of rock-paper-scissors", rock_paper_scissors),
+    "T.1": ("table F.1, the problems", problems),
+    "T.2": ("table F.2, machine replacement", machine),
+}

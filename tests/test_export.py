@@ -1,0 +1,111 @@
+"""Recorded games as pictures, screen recordings, text, tables and data; reviewed and branched."""
+
+import csv
+import io
+import json
+from pathlib import Path
+
+import pytest
+
+from dmplay.shell.checking import check
+from tests.games import read
+from tests.test_cli import run
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    run(tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin="e\nne\nundo\nw\n")
+    return tmp_path / "g.dmt"
+
+
+def export(file: Path, *words: str) -> str:
+    done = run(file.parent, "export", "g.dmt", *words)
+    assert (done.returncode, done.stderr) == (0, "")
+    return done.stdout
+
+
+def test_a_picture_is_the_same_every_time_and_of_the_turn_asked_for(file: Path) -> None:
+    first = export(file, "--svg", "--at", "1")
+    assert first == export(file, "--svg", "--at", "1")
+    assert first.startswith("<svg")
+    assert first != export(file, "--svg")
+    assert "turn&#160;1" in first
+
+
+def test_a_page_is_html(file: Path) -> None:
+    assert export(file, "--html").startswith("<!DOCTYPE html>")
+
+
+def test_a_screen_recording_is_an_asciicast_of_a_frame_a_turn(file: Path) -> None:
+    head, *frames = map(json.loads, export(file, "--cast").splitlines())
+    assert head["version"] == 2
+    assert [frame[0] for frame in frames] == [0.0, 1.0, 2.0, 3.0, 4.0]
+    assert all(frame[1] == "o" and "hexworld" in frame[2] for frame in frames)
+
+
+def test_text_tells_every_screen(file: Path) -> None:
+    told = export(file, "--text")
+    assert told.count("dmplay hexworld") == 5
+    assert "turn 2. at (8,2). chose NE, bumped, stayed." in told
+    assert all(row == row.rstrip() for row in told.splitlines())
+
+
+def test_a_table_has_a_row_a_turn(file: Path) -> None:
+    rows = list(csv.DictReader(io.StringIO(export(file, "--csv"))))
+    assert [row["turn"] for row in rows] == ["0", "1", "2", "1", "2"]
+    assert rows[1]["actions agent"] == "e"
+    assert rows[2]["rewards agent"] == "-1"
+
+
+def test_data_is_one_object(file: Path) -> None:
+    game = json.loads(export(file, "--json"))
+    assert game["seed"] == 7
+    assert game["end"]["turns"] == 2
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ([], "export: choose one of --svg, --html"),
+        (["--svg", "--csv"], "export: choose one of"),
+        (["--svg", "--at", "9"], "--at: got 9, the game has 2 turns"),
+        (["--csv", "-o", "no/g.csv"], "cannot write no/g.csv: No such file or directory"),
+    ],
+)
+def test_a_wish_that_cannot_be_met_is_one_line(file: Path, words: list[str], message: str) -> None:
+    done = run(file.parent, "export", "g.dmt", *words)
+    assert done.returncode == 2
+    assert done.stderr.startswith(f"error: {message}")
+
+
+def test_a_review_values_every_move_and_is_kept_as_notes(file: Path) -> None:
+    told = run(file.parent, "review", "g.dmt", "--write").stdout.splitlines()
+    assert told[0].startswith("turn 1, agent: chose e, best se, regret 0.78. values: e 6.27, ")
+    assert told[-1] == "review: 0 of 2 moves the best, regret 1.36 in all, most in turn 1"
+    assert check(file).ok
+    notes = [row for row in file.read_text().splitlines() if row.startswith("# review ")]
+    assert len(notes) == len(told)
+    before = file.read_text()
+    run(file.parent, "review", "g.dmt", "--write")
+    assert file.read_text() == before
+    data = json.loads(run(file.parent, "review", "g.dmt", "--json").stdout)
+    assert data[0]["best"] == ["se"]
+
+
+def test_a_review_without_values_says_so(tmp_path: Path) -> None:
+    run(tmp_path, "prisoners-dilemma", "--seed", "7", "-o", "g.dmt", stdin="c\nd\n")
+    told = run(tmp_path, "review", "g.dmt").stdout
+    assert told == "review: no agent here knows the values of these moves\n"
+
+
+def test_a_branch_shares_the_first_turns_and_its_dice(file: Path) -> None:
+    done = run(file.parent, "branch", "g.dmt", "--at", "1", "-o", "b.dmt", stdin="ne\nquit\n")
+    assert done.returncode == 0
+    other = file.parent / "b.dmt"
+    assert check(other).ok
+    kept, new = read(file), read(other)
+    assert kept.blocks[1]["draws"] == new.blocks[1]["draws"]
+    assert kept.blocks[2]["draws"] == new.blocks[2]["draws"]
+    assert new.blocks[2]["actions"] == {"agent": "ne"}
+    late = run(file.parent, "branch", "g.dmt", "--at", "9", "-o", "c.dmt")
+    assert late.stderr == "error: --at: got 9, g.dmt has 2 turns\n"
