@@ -1,0 +1,164 @@
+"""How the mountain car looks: the hill sin 3x, the car on it, and the flag to reach.
+
+│  F     the wall on the left is the end of the world; the point is where the car came from
+│  │
+│●·▂█    the blocks are eighths of a row
+│▆▄███
+"""
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from rich.text import Text
+
+from dmplay.problems.mountain_car import LEFT_WALL, RIGHT_WALL, TOP_SPEED, MountainCar
+from dmplay.session import View
+from dmplay.views._canvas import Canvas, Look
+from dmplay.views._scale import Scale, gauge, named, plus
+
+KEYS = {
+    "h": "left", "j": "coast", "l": "right", "left": "left", "down": "coast", "right": "right",
+    "space": "coast", "a": "left", "s": "coast", "d": "right",
+}  # fmt: skip
+BLOCKS = " ▁▂▃▄▅▆▇"
+ASCII_BLOCKS = " __--==#"  # none like the car's star or the point behind it
+FLOOR = -math.pi / 6  # where the valley is deepest
+
+
+class Size(NamedTuple):
+    """A drawing: its columns, the rows of the hill, those above it, and whether it has scales."""
+
+    width: int
+    hill: int
+    sky: int = 2
+    scales: bool = False
+
+
+SIZES = (Size(121, 20, 2, True), Size(61, 9, 2, True), Size(61, 6), Size(39, 5), Size(39, 4, 1))
+
+
+def _problem(view: View) -> MountainCar:
+    assert isinstance(view.problem, MountainCar)
+    return view.problem
+
+
+def height(x: float) -> float:
+    """The hill."""
+    return math.sin(3 * x)
+
+
+def _eighths(x: float, rows: int) -> int:
+    """The hill in eighths of a row, at least one."""
+    return max(round((height(x) + 1) / 2 * rows * 8), 1)
+
+
+def boards(view: View, look: Look) -> Iterator[Text]:
+    """The hill in five sizes, then the numbers in a line."""
+    for size in SIZES:
+        canvas = Canvas()
+        scale = Scale(LEFT_WALL, RIGHT_WALL, 1, size.width - 1)
+        _hill(canvas, scale, size, ASCII_BLOCKS if look.ascii else BLOCKS)
+        _things(canvas, view, scale, size)
+        y = size.hill + size.sky
+        if size.scales:
+            _labels(canvas, y, scale, _problem(view).goal)
+            speed = Scale(-TOP_SPEED, TOP_SPEED, 1, size.width - 2)
+            gauge(canvas, y + 1, speed, float(view.observation[1]))
+            named(canvas, y + 2, speed, "v")
+            y += 4
+        canvas.put(0, y, _numbers(view, size.width > SIZES[-1].width), "bold")
+        yield canvas.text()
+    canvas = Canvas()
+    canvas.put(0, 0, _numbers(view, False), "bold")
+    yield canvas.text()
+
+
+def _hill(canvas: Canvas, scale: Scale, size: Size, blocks: str) -> None:
+    for y in range(size.sky + size.hill):
+        canvas.put(0, y, "│", "dim")
+    for column in range(scale.left, scale.right + 1):
+        whole, rest = divmod(_eighths(scale.value(column), size.hill), 8)
+        for y in range(whole):
+            canvas.put(column, size.sky + size.hill - 1 - y, "█", "green")
+        if rest:
+            canvas.put(column, size.sky + size.hill - 1 - whole, blocks[rest], "green")
+
+
+def _things(canvas: Canvas, view: View, scale: Scale, size: Size) -> None:
+    """The flag, where the car came from, and the car, each on the ground."""
+
+    def ground(x: float) -> tuple[int, int]:
+        column = scale.column(x)
+        eighths = _eighths(scale.value(column), size.hill)
+        # What is less than half a row of hill hides behind what stands there.
+        return column, size.sky + size.hill - 1 - (eighths + 3) // 8
+
+    column, y = ground(_problem(view).goal)
+    canvas.put(column, y, "│", "bold blue")
+    canvas.put(column, max(y - 1, 0), "F", "bold blue")
+    if view.turn:
+        canvas.put(*ground(float(view.observations[-2][0])), "·", "yellow")
+    canvas.put(*ground(float(view.observation[0])), "●", "bold yellow")
+
+
+def _labels(canvas: Canvas, y: int, scale: Scale, goal: float) -> None:
+    """Where the wall, the floor of the valley and the goal are."""
+    canvas.put(0, y, f"{LEFT_WALL:g}", "dim")
+    canvas.put(scale.column(FLOOR) - 2, y, f"{FLOOR:.2f}", "dim")
+    text = f"goal {goal:g}"
+    canvas.put(min(scale.column(goal) - 4, scale.right + 1 - len(text)), y, text, "dim")
+
+
+def _last(view: View) -> str:
+    return view.problem.action_name(view.seat, view.actions[-1]) if view.turn else "-"
+
+
+def _goal(view: View) -> list[str]:
+    """What has to be reached."""
+    problem = _problem(view)
+    fast = [f"v >= {problem.goal_speed:g}"] if problem.goal_speed > -TOP_SPEED else []
+    return [f"x >= {problem.goal:g}", *fast]
+
+
+def _numbers(view: View, long: bool) -> str:
+    x, v = map(float, view.observation)
+    state = f"x {plus(x, 3)}  v {plus(v, 4)}"
+    if long:
+        return f"{state}  last: {_last(view)}   goal {', '.join(_goal(view))}"
+    return f"{state}  goal {_goal(view)[0]}"
+
+
+def panel(view: View) -> list[tuple[str, str]]:
+    """The state, the goal and the last action."""
+    x, v = map(float, view.observation)
+    return [
+        ("x", plus(x, 3)),
+        ("v", plus(v, 4)),
+        ("height", plus(height(x), 2)),
+        *zip(("goal", "and"), _goal(view), strict=False),
+        ("last", _last(view)),
+    ]
+
+
+def _stands(view: View) -> str:
+    """Where the car is, and which way it rolls."""
+    x, v = map(float, view.observation)
+    if _problem(view).terminal(view.observation[None])[0]:
+        return f"at the goal, x {plus(x, 3)}"
+    way = f"rolls {'right' if v > 0 else 'left'} at {plus(v, 4)}" if v else "stands still"
+    if x == LEFT_WALL:
+        return f"at the left wall, {'stopped' if not v else way}"
+    return f"{way}, x {plus(x, 3)}"
+
+
+def told(view: View) -> str:
+    """What the car does, and what the engine did."""
+    last = _last(view)
+    return f"{_stands(view)}. {'coasted' if last == 'coast' else f'drove {last}'}."
+
+
+def situation(view: View) -> str:
+    """What the car does, how high it is, and what has to be reached."""
+    high = plus(height(float(view.observation[0])), 2)
+    return f"{_stands(view)}. height {high}. goal {' and '.join(_goal(view))}."
