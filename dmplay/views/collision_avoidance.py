@@ -1,0 +1,177 @@
+"""How collision avoidance looks: height above the intruder against the time that is left.
+
++100  ····                 · and arrows: where you were, and the advisory given there
+          ↑↑◆ ∘ ∘ ∘ ∘      ◆ you, ∘ where this rate leads
+   0 ┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄▒A     A the intruder, ▒ too close to it
+    40s            0s
+"""
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import NamedTuple
+
+from rich.text import Text
+
+from dmplay.problems.collision_avoidance import FIRST_TIME, NEAR, CollisionAvoidance
+from dmplay.session import View
+from dmplay.views._canvas import Canvas, Look
+from dmplay.views._scale import Scale, plus
+
+KEYS = {
+    "j": "descend", "space": "no-advisory", "k": "climb",
+    "down": "descend", "up": "climb", "s": "descend", "w": "climb",
+}  # fmt: skip
+MARKS = "↓·↑"  # by action
+CEILINGS = (100, 200, 300, 400, 600, 800)  # m: the least that holds every height so far is on top
+LABEL = 6  # columns for heights
+
+
+class Size(NamedTuple):
+    """A drawing: its columns, the rows of heights, how often one is labelled, what follows."""
+
+    width: int
+    rows: int
+    labels: int
+    full: bool = True  # the times and the state below the heights
+
+
+SIZES = (Size(87, 25, 6), Size(47, 13, 3), Size(47, 9, 2), Size(38, 5, 1), Size(38, 5, 1, False))
+
+
+def boards(view: View, look: Look) -> Iterator[Text]:
+    """The encounter in five sizes, the last with less below it, then the numbers."""
+    for size in SIZES:
+        canvas = Canvas()
+        _encounter(canvas, view, size)
+        y = size.rows
+        if size.full:
+            _times(canvas, y, _time(size))
+            canvas.put(0, y + 1, _state(view), "bold")
+            y += 2
+        canvas.put(0, y, _passing(view), "bold")
+        yield canvas.text()
+    canvas = Canvas()
+    canvas.put(0, 0, _state(view), "bold")
+    canvas.put(0, 1, _passing(view), "bold")
+    yield canvas.text()
+    yield Text(_state(view), style="bold", no_wrap=True)
+
+
+def _time(size: Size) -> Scale:
+    """Seconds left, from the first on the left."""
+    return Scale(-FIRST_TIME, 0.0, LABEL, size.width - 1)
+
+
+def _states(view: View) -> list[tuple[float, float, float, float]]:
+    """Height, rate, advisory and time before each turn, and now."""
+    return [(float(h), float(dh), float(a), float(t)) for h, dh, a, t in view.observations]
+
+
+def _now(view: View) -> tuple[float, float, float, float]:
+    """The present state; once they have passed, the one in which they did."""
+    states = _states(view)
+    return states[-2] if states[-1][3] < 0 and view.turn else states[-1]
+
+
+def _ceiling(view: View) -> float:
+    most = max(abs(h) for h, *_ in _states(view))
+    return float(next((high for high in CEILINGS if most <= high), most))
+
+
+def _encounter(canvas: Canvas, view: View, size: Size) -> None:
+    high = _ceiling(view)
+    heights, time = Scale(-high, high, 0, size.rows - 1), _time(size)
+    bottom = size.rows - 1
+    for row in range(0, size.rows, size.labels):
+        canvas.put(0, bottom - row, f"{heights.value(row):>+{LABEL - 1}.0f}", "dim")
+    middle = bottom - heights.column(0)
+    canvas.put(0, middle, "0".rjust(LABEL - 1), "dim")
+    canvas.put(LABEL, middle, "┄" * (time.right - LABEL), "dim")
+    for row in range(heights.column(-NEAR), heights.column(NEAR) + 1):
+        canvas.put(time.right - 1, bottom - row, "▒▒", "red")
+    h, dh, _, left = _now(view)
+    for column in range(time.column(-left) + 2, time.right + 1, 2):
+        ahead = h + dh * (left + time.value(column))
+        if abs(ahead) <= high:
+            canvas.put(column, bottom - heights.column(ahead), "∘", "cyan")
+    canvas.put(time.right, middle, "A", "bold red")
+    for (was, _, _, then), action in zip(_states(view), view.actions, strict=False):
+        mark = MARKS[int(action)]
+        canvas.put(time.column(-then), bottom - heights.column(was), mark, "yellow")
+    canvas.put(time.column(-left), bottom - heights.column(h), "◆", "bold yellow")
+
+
+def _times(canvas: Canvas, y: int, time: Scale) -> None:
+    for left in (40, 30, 20, 10, 0):
+        canvas.put(time.column(-left) - 1, y, f"{left}s", "dim")
+
+
+def _advisory(view: View) -> str:
+    """The advisory that stands."""
+    _, _, rate, _ = _states(view)[-1]
+    return "none" if not rate else "climb" if rate > 0 else "descend"
+
+
+def _state(view: View) -> str:
+    """Where it stands: the numbers."""
+    h, dh, _, left = _now(view)
+    return f"◆ h {plus(h, 0)} m  dh {plus(dh, 1)} m/s  {left:g} s  {_advisory(view)}"
+
+
+def passed(view: View) -> bool:
+    """Whether the aircraft have passed one another."""
+    return _states(view)[-1][3] < 0
+
+
+def miss(view: View) -> float:
+    """By how much, in metres, they passed or will at this rate."""
+    h, dh, _, left = _now(view)
+    return h + dh * left
+
+
+def _passing(view: View) -> str:
+    """How they passed, or will at this rate."""
+    close = "COLLISION" if abs(miss(view)) < NEAR else "clear"
+    when = "passed" if passed(view) else "will pass"
+    return f"{when} {abs(miss(view)):.0f} m {'below' if miss(view) < 0 else 'above'} A: {close}"
+
+
+def _changes(view: View) -> int:
+    """How often the advisory was changed."""
+    advisories = [a for _, _, a, _ in _states(view)]
+    return sum(a != b for a, b in pairwise(advisories))
+
+
+def panel(view: View) -> list[tuple[str, str]]:
+    """The state, what it leads to, the advisories."""
+    assert isinstance(view.problem, CollisionAvoidance)
+    h, dh, _, left = _now(view)
+    return [
+        ("h", f"{plus(h, 0)} m"),
+        ("dh", f"{plus(dh, 1)} m/s"),
+        ("time", f"{left:g} s"),
+        ("passed" if passed(view) else "passes", f"{plus(miss(view), 0)} m"),
+        ("", "COLLISION" if abs(miss(view)) < NEAR else "clear"),
+        ("near", f"below {NEAR:g} m"),
+        ("last", view.problem.action_name(view.seat, view.actions[-1]) if view.turn else "-"),
+        ("changes", str(_changes(view))),
+        ("reward", f"{view.rewards[-1]:.2f}" if view.rewards else "-"),
+    ]
+
+
+def told(view: View) -> str:
+    """How they pass, what was advised, and the state."""
+    changed = _states(view)[-1][2] != _states(view)[-2][2]
+    advised = view.problem.action_name(view.seat, view.actions[-1])
+    how = "changed to" if changed else "kept"
+    return f"{_passing(view)}. {how} {advised}. {_numbers(view)}."
+
+
+def situation(view: View) -> str:
+    """How they pass, and the state."""
+    return f"{_passing(view)}. {_numbers(view)}. advisory {_advisory(view)}."
+
+
+def _numbers(view: View) -> str:
+    h, dh, _, left = _now(view)
+    return f"h {plus(h, 0)} m, dh {plus(dh, 1)} m/s, {left:g} s left"
