@@ -98,7 +98,7 @@ def boards(view: View, look: Look) -> Iterator[Text]:
 def _pole(canvas: Canvas, theta: float, length: float, foot: int, size: Size) -> None:
     """The pole, on the track's scale where there is room for that."""
     lean = math.radians(min(max(theta, -STEEPEST), STEEPEST))
-    length = min(max(length, 2), size.pole)
+    length = round(min(max(length, 2), size.pole))
     rows = max(round(length * math.cos(lean)), 1)
     side, before = (1 if lean > 0 else -1), 0
     for row in range(1, rows + 1):
