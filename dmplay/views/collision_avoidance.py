@@ -131,9 +131,22 @@ def miss(view: View) -> float:
 
 def _passing(view: View) -> str:
     """How they passed, or will at this rate."""
-    close = "COLLISION" if abs(miss(view)) < NEAR else "clear"
-    when = "passed" if passed(view) else "will pass"
-    return f"{when} {abs(miss(view)):.0f} m {'below' if miss(view) < 0 else 'above'} A: {close}"
+    return f"{_how(view)} A: {'COLLISION' if _close(view) else 'clear'}"
+
+
+def _how(view: View) -> str:
+    when, side = "passed" if passed(view) else "will pass", "below" if miss(view) < 0 else "above"
+    return f"{when} {abs(miss(view)):.0f} m {side}"
+
+
+def _close(view: View) -> bool:
+    return abs(miss(view)) < NEAR
+
+
+def _outcome(view: View) -> str:
+    """How they pass, in words."""
+    ahead = "" if passed(view) else " ahead"
+    return f"{'collision' if _close(view) else 'clear'}{ahead}: {_how(view)} the intruder"
 
 
 def _changes(view: View) -> int:
@@ -151,7 +164,7 @@ def panel(view: View) -> list[tuple[str, str]]:
         ("dh", f"{plus(dh, 1)} m/s"),
         ("time", f"{left:g} s"),
         ("passed" if passed(view) else "passes", f"{plus(miss(view), 0)} m"),
-        ("", "COLLISION" if abs(miss(view)) < NEAR else "clear"),
+        ("", "COLLISION" if _close(view) else "clear"),
         ("near", f"below {NEAR:g} m"),
         ("last", view.problem.action_name(view.seat, view.actions[-1]) if view.turn else "-"),
         ("changes", str(_changes(view))),
@@ -164,12 +177,12 @@ def told(view: View) -> str:
     changed = _states(view)[-1][2] != _states(view)[-2][2]
     advised = view.problem.action_name(view.seat, view.actions[-1])
     how = "changed to" if changed else "kept"
-    return f"{_passing(view)}. {how} {advised}. {_numbers(view)}."
+    return f"{_outcome(view)}. {how} {advised}. {_numbers(view)}."
 
 
 def situation(view: View) -> str:
     """How they pass, and the state."""
-    return f"{_passing(view)}. {_numbers(view)}. advisory {_advisory(view)}."
+    return f"{_outcome(view)}. {_numbers(view)}. advisory {_advisory(view)}."
 
 
 def _numbers(view: View) -> str:
