@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 import dmplay
 from dmplay.chance import Reals
 from dmplay.core import Problem
@@ -17,8 +19,6 @@ class Scripted:
         self.draws = draws
 
     def draw(self, stream: int, turn: int, reroll: int, count: int) -> Reals:
-        import numpy as np
-
         if stream:
             return np.full((1, count), 0.5)
         return np.array([self.draws[turn]], float)[:, :count]
@@ -27,6 +27,18 @@ class Scripted:
 def session(problem: str, *draws: Sequence[float], **parameters: object) -> dmplay.Session:
     """A game of people under these draws."""
     return dmplay.Session(dmplay.load(problem, **parameters), Scripted(*draws))
+
+
+def started(
+    problem: str, state: Sequence[float], actions: Sequence[float] = (), *draws: Sequence[float]
+) -> dmplay.Session:
+    """A game of one person from this state on, after these actions under these draws, if any."""
+    opening = [0.5] * dmplay.load(problem).draws.start
+    game = session(problem, opening, *(draws or [[]] * len(actions)))
+    game.first = np.array(state, float)
+    for action in actions:
+        game.advance([action])
+    return game
 
 
 def play(problem: Problem, who: dmplay.Session, *actions: str) -> None:
@@ -52,4 +64,4 @@ def altered(path: Path, before: str, after: str) -> int:
     return text[: text.index(before)].count("\n") + 1
 
 
-__all__ = ["Scripted", "altered", "play", "read", "recorded", "session"]
+__all__ = ["Scripted", "altered", "play", "read", "recorded", "session", "started"]
