@@ -1,13 +1,12 @@
 """Exact beliefs over the states of any problem whose chance is finite."""
 
 from collections.abc import Sequence
-from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 
 from dmplay.chance import Reals
-from dmplay.core import Problem, exact, exact_start
+from dmplay.core import Problem, exact_start
 from dmplay.errors import ImpossibleObservation
 
 
@@ -36,27 +35,7 @@ def update(
     None stands for what is not known: an unknown action is taken to be uniformly random, an
     unknown observation says nothing. Raises ImpossibleObservation where the likelihood is 0.
     """
-    support = np.flatnonzero(belief)
-    choices = np.array(
-        list(
-            product(
-                *(
-                    range(len(labels)) if a is None else (a,)
-                    for a, labels in zip(actions, problem.actions, strict=True)
-                )
-            )
-        )
-    )
-    states = problem.enumerated()[support]
-    p, outcome = exact(
-        problem, np.repeat(states, len(choices), axis=0), np.tile(choices, (len(states), 1))
-    )
-    weight = p * np.repeat(belief[support] / len(choices), len(choices))[:, None]
-    for seat, observation in enumerate(observations):
-        if observation is not None:
-            weight = weight * (outcome.observations[:, :, seat] == observation)
-    after = problem.index(outcome.state.reshape(p.size, *states.shape[1:]))
-    joint = np.bincount(after, weight.reshape(-1), minlength=len(belief)).astype(float)
+    joint = problem.carry(belief, actions, observations)
     likelihood = float(joint.cumsum()[-1])
     if likelihood <= 0.0:
         raise ImpossibleObservation(_impossible(problem, actions, observations))

@@ -2,7 +2,7 @@
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from itertools import product
@@ -196,6 +196,31 @@ class Problem(ABC):
     def index(self, s: Array) -> Ints:
         """The place `[B]` of each state in `enumerated`."""
         return s
+
+    def carry(
+        self, belief: Reals, actions: Sequence[int | None], observations: Sequence[int | None]
+    ) -> Reals:
+        """The probability `[S]` of these observations and each next state, from a belief `[S]`.
+
+        None stands for what is not known: an unknown action is taken to be uniformly random, an
+        unknown observation says nothing.
+        """
+        support = np.flatnonzero(belief)
+        each = [
+            range(len(labels)) if a is None else (a,)
+            for a, labels in zip(actions, self.actions, strict=True)
+        ]
+        choices = np.array(list(product(*each)))
+        states = self.enumerated()[support]
+        p, outcome = exact(
+            self, np.repeat(states, len(choices), axis=0), np.tile(choices, (len(states), 1))
+        )
+        weight = p * np.repeat(belief[support] / len(choices), len(choices))[:, None]
+        for seat, observation in enumerate(observations):
+            if observation is not None:
+                weight = weight * (outcome.observations[:, :, seat] == observation)
+        after = self.index(outcome.state.reshape(p.size, *states.shape[1:]))
+        return np.bincount(after, weight.reshape(-1), minlength=len(belief)).astype(float)
 
     @cached_property
     def draws(self) -> Draws:

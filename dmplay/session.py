@@ -1,5 +1,6 @@
 """One game as a state machine, without input or output: what was done, drawn, seen and paid."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
@@ -13,7 +14,8 @@ from dmplay.dice import NATURE
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
 
 DECIMALS = 9  # of a real-valued action, so that its text is the number
-LARGEST_BELIEF = 64  # states; a longer belief is no use to a reader
+LARGEST_BELIEF = 4096  # states that a view shows a belief over
+LONGEST_LIST = 64  # states; a longer belief, written as a list, is no use to a reader
 
 
 class Source(Protocol):
@@ -57,6 +59,13 @@ class View:
     def observation(self) -> Array:
         """The latest observation, or the state where every agent sees it."""
         return self.observations[-1]
+
+
+def believed(problem: Problem) -> float:
+    """How many hidden states a belief is over; infinity where there is no belief."""
+    if problem.observations is None or isinstance(problem.states, Continuous):
+        return math.inf
+    return problem.states
 
 
 class Session:
@@ -209,11 +218,8 @@ class Session:
 
     @property
     def believes(self) -> bool:
-        """Whether seats have a belief to show: hidden states, finite and few."""
-        problem = self.problem
-        if problem.observations is None or isinstance(problem.states, Continuous):
-            return False
-        return problem.states <= LARGEST_BELIEF
+        """Whether seats have a belief to show: hidden states, finite and few enough."""
+        return believed(self.problem) <= LARGEST_BELIEF
 
     def beliefs(self) -> list[Reals]:
         """The belief of each seat `[n, S]` before the first turn and after each."""

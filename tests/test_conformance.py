@@ -344,6 +344,28 @@ def test_the_tables_are_what_the_outcomes_amount_to(name: str) -> None:
         np.testing.assert_allclose(transition, reached, atol=1e-12)
 
 
+@every_problem
+def test_a_belief_is_carried_as_the_listed_outcomes_say(name: str) -> None:
+    problem, found = load(name), pool(name)
+    if problem.observations is None or not isinstance(problem.states, int):
+        return
+    belief = np.bincount(problem.index(found.s[::700]), minlength=problem.states) / 29
+    agents = len(problem.agents)
+    for seat, labels in enumerate(problem.observations):
+        action: list[int | None] = [None] * agents
+        action[seat] = int(found.a[seat, seat])
+        for kind in (0, len(labels) - 1):
+            observation: list[int | None] = [None] * agents
+            observation[seat] = kind
+            for actions, seen in ((action, observation), (action, [None] * agents)):
+                told = problem.carry(belief, actions, seen)
+                listed = Problem.carry(problem, belief, actions, seen)
+                np.testing.assert_allclose(told, listed, atol=1e-15)
+    everyone: list[int | None] = [int(a) for a in found.a[0]]
+    told = problem.carry(belief, everyone, [None] * agents)
+    np.testing.assert_allclose(told.sum(), 1, atol=1e-12)
+
+
 def made(problem: Problem, seat: int, agent: str) -> Policy | None:
     """The agent of this name, or None where it refuses the seat."""
     try:

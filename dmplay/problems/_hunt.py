@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay.chance import Array, Chance, Ints, Pick
+from dmplay.chance import Array, Categorical, Chance, Ints, Pick
 from dmplay.core import Labels, Problem, parameter
 from dmplay.errors import BadParameter
 from dmplay.problems import _hex
@@ -56,7 +56,7 @@ class Hunt(Problem):
         return int(len(self.hexes) ** self.walkers)
 
     @cached_property
-    def slips(self) -> Chance:
+    def slips(self) -> Categorical:
         """Straight on, or to either side."""
         return _hex.slips(self.slip)
 

@@ -8,12 +8,13 @@ capture by anyone, else -1; a predator that captures stays; the start is uniform
 a predator does not see where it stands, but in `sighted` (dmplay's own) it does.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Chance, Ints, Pick
+from dmplay.chance import Array, Bools, Chance, Ints, Pick, Reals
 from dmplay.core import Labels, Outcome, parameter
 from dmplay.problems import _hex
 from dmplay.problems._hunt import CIRCLE, TRIANGLE, Hunt, numbered, sharing
@@ -116,6 +117,56 @@ class CollaborativePredatorPrey(Hunt):
     def observe(self, s: Array) -> Ints:
         """What each predator `[B, n]` observes in these states."""
         return np.asarray(self._sensed[s[:, :-1] * len(self.hexes) + s[:, -1:]])
+
+    @cached_property
+    def _observed(self) -> Ints:
+        """What each predator observes `[S, n]` in every state."""
+        return self.observe(self.enumerated())
+
+    @cached_property
+    def _walks(self) -> Reals:
+        """The probability `[6, H, H]` of getting from one hex to another by a direction."""
+        size = len(self.hexes)
+        ends = _hex.arrivals(self.hexes)
+        walks = np.zeros((6, size, size))
+        for slip, p in enumerate(self.slips.probabilities()[0]):
+            for direction in range(6):
+                walks[direction, np.arange(size), ends[:, direction, slip]] += p
+        return walks
+
+    @cached_property
+    def _flights(self) -> Reals:
+        """The probability `[S, H]` of each next hex of the prey in every state."""
+        s, size = self.enumerated(), len(self.hexes)
+        still = np.zeros((len(s), self.predators), np.int64)
+        pick = self.chance(s, still)[-1]
+        assert isinstance(pick, Pick)
+        flights = np.zeros((len(s), size))
+        for way, p in enumerate(pick.probabilities().T):
+            events = (*still.T, np.where(p > 0, way, 0))
+            moved = self.move(s, still, events).state[:, -1]
+            flights[np.arange(len(s)), moved] += p
+        return flights
+
+    def carry(
+        self, belief: Reals, actions: Sequence[int | None], observations: Sequence[int | None]
+    ) -> Reals:
+        """Walker by walker: each moves by itself once it is known where the prey was."""
+        size = len(self.hexes)
+        stays = np.eye(size)
+        joint = (belief[:, None] * self._flights).reshape(-1, size, size)
+        joint = joint.transpose(1, 0, 2).reshape(size, -1)  # the prey's hex, predators, its next
+        for a in actions:
+            walk = self._walks.mean(axis=0) if a is None else self._walks[a]
+            # By the hex of the prey: on it a predator feeds, and stays.
+            from_to = np.where(np.eye(size, dtype=bool)[:, :, None], stays[None], walk[None])
+            parts = joint.reshape(size, size, -1)
+            joint = np.einsum("pir,pik->prk", parts, from_to).reshape(size, -1)
+        after = joint.sum(axis=0).reshape(size, -1).T.reshape(-1)
+        for seat, observation in enumerate(observations):
+            if observation is not None:
+                after = after * (self._observed[:, seat] == observation)
+        return np.asarray(after)
 
 
 def _directions() -> tuple[Ints, Ints]:

@@ -10,6 +10,9 @@ from dmplay.errors import BadParameter, UnknownName
 from dmplay.shell.game import Game
 
 
+LIKELIEST = 8  # states that the belief is told of
+
+
 class Leave(Exception):
     """The player leaves the game."""
 
@@ -64,9 +67,14 @@ def _belief(game: Game, argument: str) -> str:
     view = game.view()
     if view.beliefs is None:
         return "belief: every agent sees the state here."
-    names = [game.problem.notation(s) for s in game.problem.enumerated()]
-    order = np.argsort(-view.beliefs[-1], kind="stable")
-    return "belief: " + ", ".join(f"{names[i]} {view.beliefs[-1][i]:.3f}" for i in order) + "."
+    belief, states = view.beliefs[-1], game.problem.enumerated()
+    order = np.argsort(-belief, kind="stable")[:LIKELIEST]
+    told = [f"{game.problem.notation(states[i])} {belief[i]:.3f}" for i in order]
+    rest = len(states) - len(order)
+    if rest:
+        others = f"{rest} other state{'s' * (rest > 1)}"
+        told.append(f"{others} {max(1.0 - belief[order].sum(), 0.0):.3f}")
+    return f"belief: {', '.join(told)}."
 
 
 def _state(game: Game, argument: str) -> str:

@@ -30,7 +30,7 @@ import numpy as np
 
 from dmplay.chance import Array
 from dmplay.core import Interval, Problem
-from dmplay.session import Session
+from dmplay.session import LONGEST_LIST, Session, believed
 
 VERSION = 1
 DIGITS = 10  # significant, of a fact that is a real number
@@ -104,7 +104,7 @@ def turn_facts(session: Session) -> dict[str, object]:
         facts["observations"] = {agent: labels[o] for agent, labels, o in seen}
     if turns:
         facts["rewards"] = _by_seat(problem, turns[-1].rewards)
-    if session.believes:
+    if believed(problem) <= LONGEST_LIST:
         facts["belief"] = _by_seat(problem, session.beliefs()[-1])
     return facts
 
