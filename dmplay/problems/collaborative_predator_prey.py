@@ -154,8 +154,8 @@ class CollaborativePredatorPrey(Hunt):
         """Walker by walker: each moves by itself once it is known where the prey was."""
         size = len(self.hexes)
         stays = np.eye(size)
-        joint = (belief[:, None] * self._flights).reshape(-1, size, size)
-        joint = joint.transpose(1, 0, 2).reshape(size, -1)  # the prey's hex, predators, its next
+        told = (belief[:, None] * self._flights).reshape(-1, size, size)
+        joint = told.transpose(1, 0, 2).reshape(size, -1)  # the prey's hex, predators, its next
         for a in actions:
             walk = self._walks.mean(axis=0) if a is None else self._walks[a]
             # By the hex of the prey: on it a predator feeds, and stays.

@@ -9,7 +9,6 @@ from dmplay.core import Interval
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.shell.game import Game
 
-
 LIKELIEST = 8  # states that the belief is told of
 
 

@@ -11,12 +11,21 @@ from typing import NamedTuple
 
 from rich.text import Text
 
-from dmplay.problems._hex import Hex
+from dmplay.problems import _hex
+from dmplay.problems._hex import DIRECTIONS, Hex, neighbours
 from dmplay.views._canvas import Canvas
 
 ARROWS = ("→", "↗", "↖", "←", "↙", "↘")
 COMPASS = ("E", "NE", "NW", "W", "SW", "SE")
 EDGE = "dim"
+
+KEYS = {
+    "l": "e", "u": "ne", "y": "nw", "h": "w", "b": "sw", "n": "se",
+    "right": "e", "pageup": "ne", "home": "nw", "left": "w", "end": "sw", "pagedown": "se",
+    "up right": "ne", "up left": "nw", "down left": "sw", "down right": "se",
+}  # fmt: skip
+LETTERS = ("l", "u", "y", "h", "b", "n")  # in action order
+LEFT = {"w": "nw", "e": "ne", "a": "w", "d": "e", "z": "sw", "x": "se"}  # for a second person
 
 
 class Cell(NamedTuple):
@@ -79,3 +88,25 @@ def _fill(canvas: Canvas, x: int, y: int, content: Cell, size: Size) -> None:
     canvas.put(x + 1, y + 1, content.mark[:room].center(room), content.style)
     if size.lines > 1:
         canvas.put(x + 1, y + 2, content.note[:room].center(room), content.style)
+
+
+def ways(hexes: Sequence[Hex], here: Hex, kind: Callable[[Hex], str]) -> list[str]:
+    """The six ways on in action order, a sentence each: `E (6,2) floor.`, `NE wall.`."""
+    return [
+        f"{name.upper()} {f'{_hex.notation(near)} {kind(near)}' if near in hexes else 'wall'}."
+        for name, near in zip(DIRECTIONS, neighbours(here), strict=True)
+    ]
+
+
+def steps(one: Hex, other: Hex) -> str:
+    """How far one hex is from another on the plane: `4 steps`."""
+    count = _hex.distance(one, other)
+    return f"{count} step{'s' * (count != 1)}"
+
+
+def walked(before: Hex, after: Hex, chosen: int) -> str:
+    """What came of a move: `bumped, stayed`, `moved NE`, or `moved E slip`."""
+    if after == before:
+        return "bumped, stayed"
+    went = neighbours(before).index(after)
+    return f"moved {DIRECTIONS[went].upper()}{' slip' if went != chosen else ''}"

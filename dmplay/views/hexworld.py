@@ -11,14 +11,18 @@ from dmplay.problems.hexworld import HexWorld
 from dmplay.session import View
 from dmplay.solvers.value_iteration import best
 from dmplay.views._canvas import Look, short, signed
-from dmplay.views._hexgrid import ARROWS, COMPASS, Cell, Size, grids
-
-KEYS = {
-    "l": "e", "u": "ne", "y": "nw", "h": "w", "b": "sw", "n": "se",
-    "right": "e", "pageup": "ne", "home": "nw", "left": "w", "end": "sw", "pagedown": "se",
-    "up right": "ne", "up left": "nw", "down left": "sw", "down right": "se",
-}  # fmt: skip
-LETTERS = ("l", "u", "y", "h", "b", "n")  # in action order
+from dmplay.views._hexgrid import (
+    ARROWS,
+    COMPASS,
+    KEYS,
+    LETTERS,
+    Cell,
+    Size,
+    grids,
+    steps,
+    walked,
+    ways,
+)
 
 
 def _problem(view: View) -> HexWorld:
@@ -81,10 +85,7 @@ def _moved(view: View) -> tuple[str, str]:
         return name, "the game was over"
     if after is None:
         return name, f"left by the exit {signed(dict(problem.rewards)[before])}"
-    if after == before:
-        return name, "bumped, stayed"
-    went = neighbours(before).index(after)
-    return name, f"moved {DIRECTIONS[went].upper()}{' slip' if went != chosen else ''}"
+    return name, walked(before, after, chosen)
 
 
 def panel(view: View) -> list[tuple[str, str]]:
@@ -120,19 +121,15 @@ def situation(view: View) -> str:
     sentences = [f"at {_hex.notation(here)}."]
     if here in exits:
         sentences.append(f"exit {signed(exits[here])} here: any action takes it.")
-    for name, near in zip(DIRECTIONS, neighbours(here), strict=True):
-        kind = (
-            "wall" if near not in problem.hexes else f"{_hex.notation(near)} {_kind(near, exits)}"
-        )
-        sentences.append(f"{name.upper()} {kind}.")
+    sentences += ways(problem.hexes, here, lambda hex_: _kind(hex_, exits))
     for hex_, pay in exits.items():
-        steps = _hex.distance(here, hex_)
         what = "goal" if pay > 0 else "hazard"
-        sentences.append(
-            f"{what} {signed(pay)} at {_hex.notation(hex_)}: {steps} step{'s' * (steps != 1)}."
-        )
+        sentences.append(f"{what} {signed(pay)} at {_hex.notation(hex_)}: {steps(here, hex_)}.")
     return " ".join(sentences)
 
 
 def _kind(hex_: Hex, exits: dict[Hex, float]) -> str:
     return f"exit {signed(exits[hex_])}" if hex_ in exits else "floor"
+
+
+__all__ = ["KEYS", "boards", "panel", "situation", "told"]

@@ -1,0 +1,157 @@
+"""How catch looks: the curves of figure F.13, the belief over them, what each throw promises."""
+
+from collections.abc import Iterator
+
+from rich.text import Text
+
+from dmplay.chance import Reals
+from dmplay.problems.catch import CAUGHT, DISTANCES, PROFICIENCIES, Catch
+from dmplay.session import View
+from dmplay.views._belief import bars, words
+from dmplay.views._canvas import Canvas, Look
+
+KEYS: dict[str, str] = {}  # a digit throws ten times as far, 0 a hundred
+DIAL = True  # an action may be chosen with the arrows and thrown with Enter
+NAMES = tuple(f"{proficiency} m" for proficiency in PROFICIENCIES)
+STUB, COLUMN, HIGH = 6, 4, 6  # of the plot: columns before it, a distance, rows from 1.0 to 0.0
+LEGEND = ("p(caught) by", "proficiency:", "2 is 20 m,", "4 is 40 m ...")
+
+
+def _problem(view: View) -> Catch:
+    assert isinstance(view.problem, Catch)
+    return view.problem
+
+
+def _belief(view: View) -> Reals:
+    assert view.beliefs is not None
+    return view.beliefs[-1]
+
+
+def _throw(view: View, turn: int) -> tuple[str, bool]:
+    """The distance of a throw, and whether it was caught."""
+    name = view.problem.action_name(view.seat, view.actions[turn])
+    return name, int(view.observations[turn + 1]) == CAUGHT
+
+
+def _promises(view: View) -> Reals:
+    """The reward expected of each distance under the belief."""
+    return _belief(view) @ _problem(view).catches * DISTANCES
+
+
+def boards(view: View, look: Look) -> Iterator[Text]:
+    """The plot with the belief beside it, or below; a table; the table with the belief in a row."""
+    wide = STUB + COLUMN * len(DISTANCES)
+    for beside in (True, False):
+        canvas = Canvas()
+        y = _plot(view, canvas)
+        if beside:
+            _beliefs(view, canvas, wide + 18, 0, look)
+        else:
+            y = _beliefs(view, canvas, 0, y + 1, look)
+        _throws(view, canvas, y + beside, look)
+        yield canvas.text()
+    for full in (True, False):
+        canvas = Canvas()
+        y = _table(view, canvas)
+        if full:
+            y = bars(canvas, y, NAMES, _belief(view), look._replace(width=34))
+        else:
+            pairs = zip(PROFICIENCIES, _belief(view), strict=True)
+            canvas.put(0, y, "  ".join(f"{name}: {share:.2f}" for name, share in pairs))
+            y += 1
+        _throws(view, canvas, y, look)
+        yield canvas.text()
+
+
+def _plot(view: View, canvas: Canvas) -> int:
+    """The probability of a catch by distance, a digit a proficiency: 2 is 20 m."""
+    for row in range(HIGH + 1):
+        label = {0: "1.0 ┤", HIGH // 2: "0.5 ┤", HIGH: "0.0 ┤"}.get(row, "    │")
+        canvas.put(0, row, label, "dim")
+    foot = HIGH + 1
+    right = STUB + COLUMN * len(DISTANCES) + 2
+    for row, words_ in enumerate(LEGEND):
+        canvas.put(right, row, words_, "dim")
+    canvas.put(right, foot + 2, "expected", "dim")
+    canvas.put(4, foot, "└" + "─" * (COLUMN * len(DISTANCES) + 1), "dim")
+    canvas.put(0, foot + 1, "metres", "dim")
+    canvas.put(0, foot + 2, "pays")
+    for column, (distance, promise) in enumerate(zip(DISTANCES, _promises(view), strict=True)):
+        x = STUB + column * COLUMN
+        marks: dict[int, str] = {}
+        for proficiency, caught in zip(PROFICIENCIES, _problem(view).catches, strict=True):
+            row = round(HIGH * (1.0 - float(caught[column])))
+            marks[row] = marks.get(row, "") + str(proficiency // 10)
+        for row, digits in marks.items():
+            canvas.put(x, row, digits.rjust(COLUMN), "cyan")
+        canvas.put(x, foot + 1, f"{distance:{COLUMN}.0f}", "dim")
+        canvas.put(x, foot + 2, f"{promise:{COLUMN}.0f}", "bold")
+    return foot + 3
+
+
+def _beliefs(view: View, canvas: Canvas, x: int, y: int, look: Look) -> int:
+    """The belief in bars at any place; the row after it."""
+    drawn = Canvas()
+    bars(drawn, 0, NAMES, _belief(view), look._replace(width=min(look.width, 36)))
+    canvas.put(x, y, "belief in the proficiency", "dim")
+    for row, line in enumerate(drawn.text().split("\n")):
+        canvas.put(x, y + 1 + row, line.plain, "cyan")
+    return y + 1 + len(NAMES)
+
+
+def _table(view: View, canvas: Canvas) -> int:
+    """Distances, the probability of a catch in percent, and the reward to expect."""
+    caught = _belief(view) @ _problem(view).catches
+    rows = [("metres", DISTANCES), ("caught %", caught * 100), ("expected", _promises(view))]
+    for y, (name, values) in enumerate(rows):
+        canvas.put(0, y, name, "dim")
+        for column, value in enumerate(values):
+            canvas.put(
+                8 + 3 * column, y, f"{value:{4 if column == 9 else 3}.0f}", "bold" * (y == 2)
+            )
+    return len(rows)
+
+
+def _throws(view: View, canvas: Canvas, y: int, look: Look) -> None:
+    """The last throws, and once it is told the truth."""
+    thrown = [_throw(view, turn) for turn in range(view.turn)]
+    words_ = [f"{name}{'✓' if caught else '✗'}" for name, caught in thrown]
+    truth = "" if look.state is None else f"truly {NAMES[int(look.state)]}  "
+    while words_ and len(truth) + 7 + len(" ".join(words_)) > look.width:
+        words_ = words_[1:]
+    canvas.put(0, y, truth, "bold magenta")
+    canvas.put(len(truth), y, "throws " + (" ".join(words_) or "none yet"))
+
+
+def panel(view: View) -> list[tuple[str, str]]:
+    """The last throw, what it paid, and the throw that promises most."""
+    name, caught = _throw(view, view.turn - 1) if view.turn else ("-", False)
+    rewards = view.rewards or ()
+    return [
+        ("last", f"{name} m" if view.turn else "-"),
+        ("ball", ("caught" if caught else "dropped") if view.turn else "-"),
+        ("reward", f"{rewards[-1]:g}" if rewards else "-"),
+        ("total", f"{sum(rewards):g}"),
+        ("gamma", f"{view.problem.discount:.2f}"),
+    ]
+
+
+def told(view: View) -> str:
+    """Caught or dropped, how far it was, what to believe."""
+    name, caught = _throw(view, view.turn - 1)
+    likeliest = words(NAMES, _belief(view)).partition(",")[0]
+    return (
+        f"{'caught' if caught else 'dropped'}. threw {name} m. proficiency likeliest {likeliest}."
+    )
+
+
+def situation(view: View) -> str:
+    """The last throw, the belief, and the reward to expect of each distance."""
+    each = zip(DISTANCES, _promises(view), strict=True)
+    promises = ", ".join(f"{distance:.0f} m {promise:.1f}" for distance, promise in each)
+    before = "no throw yet."
+    if view.turn:
+        name, caught = _throw(view, view.turn - 1)
+        before = f"{'caught' if caught else 'dropped'} {name} m."
+    belief = f"belief in the proficiency: {words(NAMES, _belief(view))}."
+    return f"{before} {belief} expected reward: {promises}."

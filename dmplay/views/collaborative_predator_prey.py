@@ -1,0 +1,168 @@
+"""How the blind hunt looks: for each hex how likely the prey is there, and how likely you are."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from rich.text import Text
+
+from dmplay.chance import Reals
+from dmplay.problems import _hex
+from dmplay.problems._hex import Hex
+from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
+from dmplay.session import View
+from dmplay.views._belief import spark
+from dmplay.views._canvas import Look
+from dmplay.views._hexgrid import FINE, KEYS, LEFT, Cell, Size, grids, ways
+
+TOLD = 4  # likeliest hexes that are told in words
+
+
+class Marginals(NamedTuple):
+    """The probability of each hex to hold the prey, and to hold you."""
+
+    prey: Reals  # [H]
+    you: Reals  # [H]
+
+
+def _problem(view: View) -> CollaborativePredatorPrey:
+    assert isinstance(view.problem, CollaborativePredatorPrey)
+    return view.problem
+
+
+def marginals(view: View) -> Marginals | None:
+    """What the belief says of each hex; None where it is too large to have."""
+    if view.beliefs is None:
+        return None
+    problem = _problem(view)
+    joint = view.beliefs[-1].reshape((len(problem.hexes),) * problem.walkers)
+
+    def over(walker: int) -> Reals:
+        others = tuple(axis for axis in range(problem.walkers) if axis != walker)
+        return np.asarray(joint.sum(axis=others))
+
+    return Marginals(over(problem.walkers - 1), over(view.seat))
+
+
+def sensed(view: View) -> str:
+    """The last observation by name."""
+    label = int(view.observation)
+    return _problem(view).observations[view.seat][label] if label >= 0 else "nothing yet"
+
+
+def percent(share: float) -> str:
+    """A probability in at most four columns: `7%`, `100%`, `<1%`; nothing for 0."""
+    if share < 1e-9:
+        return ""
+    return f"{100 * share:.0f}%" if share >= 0.005 else "<1%"
+
+
+def boards(view: View, look: Look) -> Iterator[Text]:
+    """The map, the largest first, each hex with both probabilities and a row that says how."""
+    problem, known = _problem(view), marginals(view)
+    true = set() if look.state is None else {problem.hexes[int(place)] for place in look.state}
+
+    def cell(hex_: Hex, size: Size) -> Cell:
+        if known is None:
+            return Cell("")
+        at = problem.hexes.index(hex_)
+        prey, you = float(known.prey[at]), float(known.you[at])
+        style = "reverse" if hex_ in true else "bold" if prey >= known.prey.max() - 1e-9 else ""
+        if size.lines > 1:
+            return Cell(_line("o", prey), _line("@", you), "", style)
+        if size == FINE:
+            return Cell("", dot=spark([prey], look.ascii) if prey >= 1e-9 else ".", style=style)
+        both = _digits(prey).rjust(2) + (spark([you], look.ascii) if you >= 1e-9 else " ")
+        return Cell(both, dot=both if both.strip() else ".", style=style)
+
+    keys = ("o prey, @ you", "% prey, bar: you", "% prey, bar: you", "bar: prey")
+    for drawn, key in zip(grids(problem.hexes, cell), keys, strict=True):
+        said = f"sensed {sensed(view)}. {key}" if known else "no belief over so many states"
+        drawn.append(f"\n{said[: look.width]}")
+        if look.state is not None:
+            drawn.append(f"\n{_truth(view, look)}", "bold magenta")
+        yield drawn
+
+
+def _line(mark: str, share: float) -> str:
+    told = percent(share)
+    return f"{mark}{told:>4}" if told else ""
+
+
+def _digits(share: float) -> str:
+    """Whole percent in two columns."""
+    if share < 1e-9:
+        return ""
+    return f"{min(100 * share, 99):.0f}" if share >= 0.005 else "<1"
+
+
+def _truth(view: View, look: Look) -> str:
+    problem = _problem(view)
+    assert look.state is not None
+    names = [*problem.agents, "prey"]
+    places = [_hex.notation(problem.hexes[int(place)]) for place in look.state]
+    full = "truly " + ", ".join(
+        f"{name} {place}" for name, place in zip(names, places, strict=True)
+    )
+    return full if len(full) <= look.width else f"truly {' '.join(places)}"[: look.width]
+
+
+def _likeliest(view: View, shares: Reals, many: int) -> list[tuple[str, float]]:
+    order = np.argsort(-np.round(shares, 9), kind="stable")[:many]
+    hexes = _problem(view).hexes
+    return [(_hex.notation(hexes[i]), float(shares[i])) for i in order if shares[i] >= 0.0005]
+
+
+def _partners(view: View) -> str:
+    others = [agent for seat, agent in enumerate(view.problem.agents) if seat != view.seat]
+    if not others:
+        return ""
+    verb = "is" if len(others) == 1 else "are"
+    return f" {' and '.join(others)} {verb} unseen and believed to act uniformly at random."
+
+
+def panel(view: View) -> list[tuple[str, str]]:
+    """What you did and sensed, and the likeliest hexes; the reward would betray a capture."""
+    last = view.problem.action_name(view.seat, view.actions[-1]).upper() if view.turn else "-"
+    rows = [("last", last), ("sensed", sensed(view) if view.turn else "-"), ("reward", "hidden")]
+    known = marginals(view)
+    for name, shares in known._asdict().items() if known else ():
+        ((hex_, share),) = _likeliest(view, shares, 1)
+        rows.append((name, f"{hex_} {percent(share)}"))
+    if len(view.problem.agents) > 1:
+        rows.append(("partner", "unseen"))
+    return [*rows, ("gamma", f"{view.problem.discount:.2f}")]
+
+
+def told(view: View) -> str:
+    """What you sensed and did, and where the prey and you most likely are."""
+    name = view.problem.action_name(view.seat, view.actions[-1]).upper()
+    return f"{sensed(view)}. chose {name}. {_believed(view, 1)}".rstrip()
+
+
+def _believed(view: View, many: int) -> str:
+    known = marginals(view)
+    if known is None:
+        return ""
+    sentences = []
+    for name, shares in known._asdict().items():
+        each = ", ".join(f"{hex_} {share:.3f}" for hex_, share in _likeliest(view, shares, many))
+        sentences.append(f"{name} likeliest at {each}.")
+    return " ".join(sentences)
+
+
+def situation(view: View) -> str:
+    """What you sensed, the belief, and where you see it the ways on."""
+    problem, known = _problem(view), marginals(view)
+    sentences = [f"sensed {sensed(view)}.", _believed(view, TOLD)]
+    if known is not None and known.you.max() > 1 - 1e-9:
+        here = problem.hexes[int(known.you.argmax())]
+
+        def kind(hex_: Hex) -> str:
+            return f"prey {known.prey[problem.hexes.index(hex_)]:.3f}"
+
+        sentences += [f"at {_hex.notation(here)}.", *ways(problem.hexes, here, kind)]
+    return " ".join(filter(None, sentences)) + _partners(view)
+
+
+__all__ = ["KEYS", "LEFT", "boards", "panel", "situation", "told"]

@@ -1,0 +1,40 @@
+"""How the baby of two caregivers looks: what one of them heard, and what it may believe alone."""
+
+from collections.abc import Iterator
+
+from rich.text import Text
+
+from dmplay.session import View
+from dmplay.views import crying_baby
+from dmplay.views._canvas import Look
+from dmplay.views.crying_baby import KEYS, told
+
+
+def partner(view: View) -> str:
+    """The name of the other caregiver."""
+    return view.problem.agents[1 - view.seat]
+
+
+def boards(view: View, look: Look) -> Iterator[Text]:
+    """As for one caregiver, with what the belief takes the other to do."""
+    note = f"{partner(view)} is unseen: believed to act at random"
+    if len(note) > look.width:
+        note = f"{partner(view)}: believed to act at random"
+    for drawn in crying_baby.boards(view, look):
+        yield drawn.copy().append(f"\n{note}", "dim")
+        yield drawn
+
+
+def panel(view: View) -> list[tuple[str, str]]:
+    """The own turn; the partner's action is never shown, nor the reward, which betrays both."""
+    last, heard, *rest = crying_baby.panel(view)
+    return [last, heard, ("partner", "unseen"), *rest]
+
+
+def situation(view: View) -> str:
+    """The last observation, the belief, and what it rests on."""
+    words = crying_baby.situation(view)
+    return f"{words} {partner(view)} is unseen and believed to act uniformly at random."
+
+
+__all__ = ["KEYS", "boards", "panel", "situation", "told"]

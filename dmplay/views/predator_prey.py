@@ -1,0 +1,138 @@
+"""How the hunt looks: the map with everyone on it, and the keys that lead on."""
+
+from collections.abc import Iterator
+from string import ascii_lowercase
+
+from rich.text import Text
+
+from dmplay.problems import _hex
+from dmplay.problems._hex import DIRECTIONS, Hex, neighbours
+from dmplay.problems.predator_prey import PredatorPrey
+from dmplay.session import View
+from dmplay.views._canvas import Look
+from dmplay.views._hexgrid import KEYS, LEFT, LETTERS, Cell, Size, grids, steps, walked, ways
+
+PREDATORS = [letter for letter in ascii_lowercase if letter != "o"]
+
+
+def _problem(view: View) -> PredatorPrey:
+    assert isinstance(view.problem, PredatorPrey)
+    return view.problem
+
+
+def _places(view: View, turn: int = -1) -> list[Hex]:
+    """The hex of each agent after a turn."""
+    problem = _problem(view)
+    return [problem.hexes[int(place)] for place in view.observations[turn]]
+
+
+def mark(view: View, seat: int) -> str:
+    """`@` for you, a letter for another predator, `o` for prey, numbered where there are more."""
+    problem = _problem(view)
+    if seat == view.seat:
+        return "@"
+    if seat in problem.hunters:
+        return PREDATORS[seat % len(PREDATORS)]
+    number = seat - problem.predators + 1
+    return "o" if problem.prey == 1 else f"o{number}"
+
+
+def _feeding(view: View, turn: int = -1) -> list[bool]:
+    """Whether each agent is on the hex of its prey or of a predator."""
+    problem, places = _problem(view), _places(view, turn)
+    met = {places[i] for i in problem.hunters} & {places[i] for i in problem.hunted}
+    return [place in met for place in places]
+
+
+def boards(view: View, look: Look) -> Iterator[Text]:
+    """The map, the largest first."""
+    problem, places = _problem(view), _places(view)
+    here = places[view.seat]
+    around = neighbours(here)
+    free = look.keys and not _feeding(view)[view.seat]
+
+    def cell(hex_: Hex, size: Size) -> Cell:
+        marks = [mark(view, seat) for seat, place in enumerate(places) if place == hex_]
+        mine = "@" in marks
+        style = "bold reverse" if mine else "bold yellow"
+        if len(marks) > 1:
+            together = "".join(sorted(marks))
+            return Cell("*", together if len(together) <= size.width - 1 else "", "*", style)
+        if marks:
+            return Cell(marks[0], "", marks[0], style)
+        if free and hex_ in around:
+            return Cell(LETTERS[around.index(hex_)], style="green")
+        return Cell("")
+
+    yield from grids(problem.hexes, cell)
+
+
+def _happened(view: View, seat: int) -> str:
+    """The last move of an agent: `chose NE, moved NE`, `chose E, fed`, `chose W, was devoured`."""
+    assert view.joint is not None
+    chosen = int(view.joint[-1][seat])
+    name = f"chose {DIRECTIONS[chosen].upper()}"
+    if _feeding(view, -2)[seat]:
+        hunter = seat in _problem(view).hunters
+        return f"{name}, {'fed, stayed' if hunter else 'was devoured, born again'}"
+    moved = walked(_places(view, -2)[seat], _places(view)[seat], chosen)
+    slipped = moved.endswith(" slip")
+    return f"{name}, {'slipped, ' * slipped}{moved.removesuffix(' slip')}"
+
+
+def panel(view: View) -> list[tuple[str, str]]:
+    """Your last move, where everyone is, and what shares a hex."""
+    problem, places = _problem(view), _places(view)
+    chosen, moved = "-", "-"
+    if view.turn:
+        chosen, _, moved = _happened(view, view.seat).removeprefix("chose ").partition(", ")
+        moved = moved.removeprefix("moved ").replace("slipped, moved ", "slip ")
+    rows = [("last", chosen), ("came", moved)]
+    rows.append(("reward", f"{view.rewards[-1]:g}" if view.rewards else "-"))
+    for seat, agent in enumerate(problem.agents):
+        rows.append((f"{mark(view, seat)} {agent}", _hex.notation(places[seat])))
+    for hex_ in dict.fromkeys(places):
+        marks = sorted(mark(view, seat) for seat, place in enumerate(places) if place == hex_)
+        if len(marks) > 1:
+            rows.append((f"* {_hex.notation(hex_)}", " ".join(marks)))
+    return [*rows, ("slip", f"{problem.slip / 2:.2f} x2"), ("gamma", f"{problem.discount:.2f}")]
+
+
+def told(view: View) -> str:
+    """Where you are and how you got there, then the others."""
+    agents, places = view.problem.agents, _places(view)
+    others = [seat for seat in range(len(agents)) if seat != view.seat]
+    sentences = [f"at {_hex.notation(places[view.seat])}. {_happened(view, view.seat)}."]
+    for seat in others:
+        sentences.append(
+            f"{agents[seat]} {_happened(view, seat)} at {_hex.notation(places[seat])}."
+        )
+    return " ".join(sentences)
+
+
+def situation(view: View) -> str:
+    """Where you are, the six ways on in action order, and how far the others are."""
+    problem, places = _problem(view), _places(view)
+    here = places[view.seat]
+    sentences = [f"at {_hex.notation(here)}, you are {problem.agents[view.seat]}."]
+    if _feeding(view)[view.seat]:
+        feeds = view.seat in problem.hunters
+        sentences.append(
+            "you feed: any action stays here."
+            if feeds
+            else "you are caught: any action, then you are born on any hex."
+        )
+
+    def kind(hex_: Hex) -> str:
+        names = [problem.agents[i] for i, place in enumerate(places) if place == hex_]
+        return " and ".join(names) or "free"
+
+    sentences += ways(problem.hexes, here, kind)
+    for seat, agent in enumerate(problem.agents):
+        if seat != view.seat:
+            far = "here" if places[seat] == here else steps(here, places[seat])
+            sentences.append(f"{agent} at {_hex.notation(places[seat])}: {far}.")
+    return " ".join(sentences)
+
+
+__all__ = ["KEYS", "LEFT", "boards", "panel", "situation", "told"]
