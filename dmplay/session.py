@@ -14,7 +14,7 @@ from dmplay.dice import NATURE
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
 
 DECIMALS = 9  # of a real-valued action, so that its text is the number
-LARGEST_BELIEF = 4096  # states that a view shows a belief over
+LARGEST_BELIEF = 4096  # states that a view shows a belief over, where it is quick to have
 LONGEST_LIST = 64  # states; a longer belief, written as a list, is no use to a reader
 
 
@@ -219,7 +219,8 @@ class Session:
     @property
     def believes(self) -> bool:
         """Whether seats have a belief to show: hidden states, finite and few enough."""
-        return believed(self.problem) <= LARGEST_BELIEF
+        quick = type(self.problem).carry is not Problem.carry
+        return believed(self.problem) <= (LARGEST_BELIEF if quick else LONGEST_LIST)
 
     def beliefs(self) -> list[Reals]:
         """The belief of each seat `[n, S]` before the first turn and after each."""

@@ -8,12 +8,12 @@ from rich.text import Text
 
 from dmplay.chance import Reals
 from dmplay.problems import _hex
-from dmplay.problems._hex import Hex
+from dmplay.problems._hex import Hex, neighbours
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
 from dmplay.session import View
 from dmplay.views._belief import spark
 from dmplay.views._canvas import Look
-from dmplay.views._hexgrid import FINE, KEYS, LEFT, Cell, Size, grids, ways
+from dmplay.views._hexgrid import FINE, KEYS, LEFT, LETTERS, Cell, Size, grids, ways
 
 TOLD = 4  # likeliest hexes that are told in words
 
@@ -44,6 +44,13 @@ def marginals(view: View) -> Marginals | None:
     return Marginals(over(problem.walkers - 1), over(view.seat))
 
 
+def _here(view: View, known: Marginals | None) -> Hex | None:
+    """Where you are, if you know."""
+    if known is None or known.you.max() < 1 - 1e-9:
+        return None
+    return _problem(view).hexes[int(known.you.argmax())]
+
+
 def sensed(view: View) -> str:
     """The last observation by name."""
     label = int(view.observation)
@@ -60,6 +67,8 @@ def percent(share: float) -> str:
 def boards(view: View, look: Look) -> Iterator[Text]:
     """The map, the largest first, each hex with both probabilities and a row that says how."""
     problem, known = _problem(view), marginals(view)
+    here = _here(view, known)
+    keys = dict(zip(neighbours(here), LETTERS, strict=True)) if look.keys and here else {}
     true = set() if look.state is None else {problem.hexes[int(place)] for place in look.state}
 
     def cell(hex_: Hex, size: Size) -> Cell:
@@ -69,24 +78,27 @@ def boards(view: View, look: Look) -> Iterator[Text]:
         prey, you = float(known.prey[at]), float(known.you[at])
         style = "reverse" if hex_ in true else "bold" if prey >= known.prey.max() - 1e-9 else ""
         if size.lines > 1:
-            return Cell(_line("o", prey), _line("@", you), "", style)
+            note = _line("@", you, look) or keys.get(hex_, "")
+            return Cell(_line("o", prey, look), note, "", style)
         if size == FINE:
             return Cell("", dot=spark([prey], look.ascii) if prey >= 1e-9 else ".", style=style)
         both = _digits(prey).rjust(2) + (spark([you], look.ascii) if you >= 1e-9 else " ")
         return Cell(both, dot=both if both.strip() else ".", style=style)
 
-    keys = ("o prey, @ you", "% prey, bar: you", "% prey, bar: you", "bar: prey")
-    for drawn, key in zip(grids(problem.hexes, cell), keys, strict=True):
-        said = f"sensed {sensed(view)}. {key}" if known else "no belief over so many states"
+    legends = ("o prey, @ you", "% prey, bar: you", "% prey, bar: you", "bar: prey")
+    for drawn, legend in zip(grids(problem.hexes, cell), legends, strict=True):
+        said = f"sensed {sensed(view)}. {legend if known else 'belief too large'}"
         drawn.append(f"\n{said[: look.width]}")
         if look.state is not None:
             drawn.append(f"\n{_truth(view, look)}", "bold magenta")
         yield drawn
 
 
-def _line(mark: str, share: float) -> str:
+def _line(mark: str, share: float, look: Look) -> str:
+    """A mark, a bar where there is room for it, and the percent, in five columns."""
     told = percent(share)
-    return f"{mark}{told:>4}" if told else ""
+    shade = "" if look.ascii or len(told) > 3 else spark([share], plain=False)
+    return f"{mark}{shade}{told:>{4 - len(shade)}}" if told else ""
 
 
 def _digits(share: float) -> str:
@@ -155,14 +167,16 @@ def situation(view: View) -> str:
     """What you sensed, the belief, and where you see it the ways on."""
     problem, known = _problem(view), marginals(view)
     sentences = [f"sensed {sensed(view)}.", _believed(view, TOLD)]
-    if known is not None and known.you.max() > 1 - 1e-9:
-        here = problem.hexes[int(known.you.argmax())]
+    here = _here(view, known)
+    if known is not None and here:
 
         def kind(hex_: Hex) -> str:
             return f"prey {known.prey[problem.hexes.index(hex_)]:.3f}"
 
         sentences += [f"at {_hex.notation(here)}.", *ways(problem.hexes, here, kind)]
-    return " ".join(filter(None, sentences)) + _partners(view)
+    if known is None:
+        return f"{sentences[0]} the belief is over too many states to be told."
+    return " ".join(sentences) + _partners(view)
 
 
 __all__ = ["KEYS", "LEFT", "boards", "panel", "situation", "told"]

@@ -1,4 +1,4 @@
-"""How the machine looks: what was last seen, the belief as bars and in a triangle, and prospects."""
+"""How the machine looks: what was seen, the belief as bars and in a triangle, and prospects."""
 
 from collections.abc import Iterator
 

@@ -87,7 +87,7 @@ def panel(view: View) -> list[tuple[str, str]]:
     if view.turn:
         chosen, _, moved = _happened(view, view.seat).removeprefix("chose ").partition(", ")
         moved = moved.removeprefix("moved ").replace("slipped, moved ", "slip ")
-    rows = [("last", chosen), ("came", moved)]
+    rows = [("last", chosen), ("moved", moved)]
     rows.append(("reward", f"{view.rewards[-1]:g}" if view.rewards else "-"))
     for seat, agent in enumerate(problem.agents):
         rows.append((f"{mark(view, seat)} {agent}", _hex.notation(places[seat])))
@@ -103,10 +103,11 @@ def told(view: View) -> str:
     agents, places = view.problem.agents, _places(view)
     others = [seat for seat in range(len(agents)) if seat != view.seat]
     sentences = [f"at {_hex.notation(places[view.seat])}. {_happened(view, view.seat)}."]
+    met = _feeding(view, -2)
     for seat in others:
-        sentences.append(
-            f"{agents[seat]} {_happened(view, seat)} at {_hex.notation(places[seat])}."
-        )
+        # Of one other all is told, of many only the meals.
+        what = f" {_happened(view, seat)}" if len(others) == 1 or met[seat] else ""
+        sentences.append(f"{agents[seat]}{what} at {_hex.notation(places[seat])}.")
     return " ".join(sentences)
 
 

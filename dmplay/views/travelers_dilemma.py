@@ -24,7 +24,7 @@ def boards(view: View, look: Look) -> Iterator[Text]:
         yield canvas.text()
     canvas = Canvas()
     _rounds(view, canvas, 0, look.width)
-    canvas.put(0, 2, "both are paid the lower claim;", "dim")
+    canvas.put(0, 2, "both are paid the lower claim,", "dim")
     canvas.put(0, 3, f"its author {BONUS} more, the other {BONUS} less", "dim")
     yield canvas.text()
 
