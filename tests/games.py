@@ -8,6 +8,7 @@ import numpy as np
 import dmplay
 from dmplay.chance import Reals
 from dmplay.core import Problem
+from dmplay.session import View
 from dmplay.shell.start import Request, new
 from dmplay.transcript.reading import read
 
@@ -41,6 +42,15 @@ def started(
     return game
 
 
+def after(name: str, *turns: str, seat: int = 0, seed: int = 5, **parameters: object) -> View:
+    """A seat's view after these turns, the actions of one turn with spaces between."""
+    problem = dmplay.load(name, **parameters)
+    game = dmplay.Session(problem, dmplay.Dice(seed))
+    for turn in turns:
+        game.advance([problem.action(i, word) for i, word in enumerate(turn.split())])
+    return game.view(seat)
+
+
 def play(problem: Problem, who: dmplay.Session, *actions: str) -> None:
     """Plays these actions for the first seat."""
     for name in actions:
@@ -64,4 +74,4 @@ def altered(path: Path, before: str, after: str) -> int:
     return text[: text.index(before)].count("\n") + 1
 
 
-__all__ = ["Scripted", "altered", "play", "read", "recorded", "session", "started"]
+__all__ = ["Scripted", "after", "altered", "play", "read", "recorded", "session", "started"]

@@ -11,7 +11,7 @@ from dmplay.views._payoffs import game, last, panel, told
 
 KEYS: dict[str, str] = {}  # a claim is typed
 NUDGES = {"up": 1, "down": -1, "pageup": 10, "pagedown": -10}  # what a key adds to the claim
-STUB, CELL, MORE = 6, 8, 3  # columns: before the table, of a cell, of an edge where it goes on
+STUB, CELL, MORE = 5, 8, 3  # columns: before the table, of a cell, of an edge where it goes on
 
 
 def boards(view: View, look: Look) -> Iterator[Text]:
@@ -63,10 +63,10 @@ def _window(view: View, canvas: Canvas, many: int) -> int:
         if not shown:
             continue
         if row is None:
-            canvas.put(0, y, "…".center(STUB), "dim")
+            canvas.put(0, y, "…".rjust(STUB - 1), "dim")
         else:
             mark = ">" if played and row == claims[0] else " "
-            canvas.put(0, y, f"{mark}{row}".center(STUB), "bold" * (mark == ">"))
+            canvas.put(0, y, f"{mark}{row:>3}", "bold" * (mark == ">"))
         if before:
             canvas.put(STUB, y, "│", "dim")
         for x, claim in zip(xs, columns, strict=True):
