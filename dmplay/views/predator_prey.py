@@ -56,8 +56,9 @@ def boards(view: View, look: Look) -> Iterator[Text]:
         mine = "@" in marks
         style = "bold reverse" if mine else "bold yellow"
         if len(marks) > 1:
-            together = "".join(sorted(marks))
-            return Cell("*", together if len(together) <= size.width - 1 else "", "*", style)
+            together, room = "".join(sorted(marks)), size.width - 1
+            note = together if len(together) <= room else together[: room - 1] + "…"
+            return Cell("*", note, "*", style)
         if marks:
             return Cell(marks[0], "", marks[0], style)
         if free and hex_ in around:
