@@ -155,7 +155,9 @@ class CollaborativePredatorPrey(Hunt):
         size = len(self.hexes)
         stays = np.eye(size)
         told = (belief[:, None] * self._flights).reshape(-1, size, size)
-        joint = told.transpose(1, 0, 2).reshape(size, -1)  # the prey's hex, predators, its next
+        joint: Reals = told.transpose(1, 0, 2).reshape(
+            size, -1
+        )  # the prey's hex, predators, its next
         for a in actions:
             walk = self._walks.mean(axis=0) if a is None else self._walks[a]
             # By the hex of the prey: on it a predator feeds, and stays.
