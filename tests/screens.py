@@ -1,0 +1,117 @@
+"""The play screen without a terminal: keys from a pipe, frames into an emulator, one at a time."""
+
+import io
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import pyte
+from prompt_toolkit.application import get_app
+from prompt_toolkit.data_structures import Size
+from prompt_toolkit.input import PipeInput, create_pipe_input
+from prompt_toolkit.output.vt100 import Vt100_Output
+from rich.text import Text
+
+from dmplay import catalog
+from dmplay.dice import Dice
+from dmplay.session import Session, Source
+from dmplay.shell import toolkit
+from dmplay.shell.frame import Room
+from dmplay.shell.game import HUMAN, Game, seat_policy
+from dmplay.shell.screen import Screen
+from dmplay.shell.terminal import Terminal
+
+SEQUENCES = {
+    "left": "\x1b[D", "right": "\x1b[C", "up": "\x1b[A", "down": "\x1b[B",
+    "home": "\x1b[H", "end": "\x1b[F", "pageup": "\x1b[5~", "pagedown": "\x1b[6~",
+    "tab": "\t", "backspace": "\x7f", "enter": "\r", "escape": "\x1b", "space": " ",
+    "f1": "\x1bOP", "c-c": "\x03", "c-d": "\x04", "c-l": "\x0c", "c-r": "\x12", "c-_": "\x1f",
+}  # fmt: skip
+NOTHING: Mapping[str, object] = {}
+
+
+def game(
+    name: str,
+    *seats: str,
+    seed: int = 7,
+    turns: int | None = None,
+    parameters: Mapping[str, object] = NOTHING,
+    source: Source | None = None,
+) -> Game:
+    """A game without a transcript; people sit where nobody is named."""
+    found = catalog.resolve(name, parameters)
+    problem = found.problem
+    who = list(seats) or [HUMAN] * len(problem.agents)
+    policies = [seat_policy(problem, seat, one) for seat, one in enumerate(who)]
+    return Game(found.name, Session(problem, source or Dice(seed, 0), policies, limit=turns), who)
+
+
+class Played(NamedTuple):
+    """What came of it: each frame, from the one before the first key on, the bytes, the code."""
+
+    frames: list[str]
+    written: str
+    code: int
+
+    @property
+    def last(self) -> str:
+        """The frame after the last key."""
+        return self.frames[-1]
+
+
+class Watched(Screen):
+    """A screen that is looked at after each frame, and then given its next key."""
+
+    def __init__(self, played: Game, keys: Sequence[str], pipe: PipeInput, paper: "Paper") -> None:
+        super().__init__(played, Terminal(True, "", True, True, False, paper.size.columns))
+        self.keys = [*keys]
+        self.pipe = pipe
+        self.paper = paper
+        self.frames: list[str] = []
+
+    def upper(self, room: Room) -> Text:
+        """The screen's own; the first time, asks to be told of finished frames."""
+        if self._look not in get_app().after_render._handlers:
+            get_app().after_render += self._look
+        return super().upper(room)
+
+    def _look(self, app: Any) -> None:
+        if app.is_done:
+            return
+        self.frames.append(self.paper.text)
+        if self.keys:
+            words = self.keys.pop(0).split()
+            self.pipe.send_text("".join(SEQUENCES.get(word, word) for word in words))
+        else:
+            app.exit(result=0)
+
+
+class Paper(io.StringIO):
+    """What is written lands on an emulated screen too."""
+
+    encoding = "utf-8"
+
+    def __init__(self, columns: int, rows: int) -> None:
+        super().__init__()
+        self.size = Size(rows, columns)
+        self._screen: Any = pyte.Screen(columns, rows)
+        self._stream: Any = pyte.Stream(self._screen)
+
+    def write(self, text: str) -> int:
+        """Writes to both."""
+        self._stream.feed(text)
+        return super().write(text)
+
+    @property
+    def text(self) -> str:
+        """The screen's rows without trailing blanks."""
+        return "\n".join(row.rstrip() for row in self._screen.display)
+
+
+def play(played: Game, *keys: str, size: tuple[int, int] = (80, 24)) -> Played:
+    """Presses keys, each after the frame of the one before; `up right` are two, `:undo` many."""
+    paper = Paper(*size)
+    output = Vt100_Output(paper, lambda: paper.size, term="xterm-256color", enable_cpr=False)
+    with create_pipe_input() as pipe:
+        screen = Watched(played, keys, pipe, paper)
+        code = toolkit.run(screen, pipe, output)
+    return Played(screen.frames, paper.getvalue(), code)

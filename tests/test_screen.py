@@ -1,0 +1,358 @@
+"""The play screen without a terminal: what each key does, and what each size shows."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+import pytest
+from rich.cells import cell_len
+
+from dmplay.chance import Reals
+from dmplay.shell import frame
+from dmplay.shell.commands import COMMANDS, typed
+from dmplay.shell.frame import Room, Shown, compose
+from dmplay.shell.game import HUMAN, Game
+from tests.screens import SEQUENCES, Played, game, play
+
+PROBLEMS = ("2048", "crying-baby", "hexworld", "prisoners-dilemma")
+SIZES = ((80, 24), (60, 20), (50, 14), (200, 60), (20, 5), (9, 3))
+OPEN_BOARD = 1  # a seed of 2048 whose first board slides every way
+BOX = {
+    "hexworld": """\
+ dmplay hexworld    seed 7   turn 1   return 0   …
+ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲
+│   │   │   │   │   │   │ h │ @ │ l │   │
+ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱
+  │ ◆ │   │   │   │   │       │ n │   │
+ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲   ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲
+│   │   │ ✗ │   │   │   │   │   │   │ ◆ │
+ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱     ╲ ╱ ╲ ╱ ╲ ╱     ╲ ╱
+
+ turn 1. at (6,2). chose W, moved W. reward 0.
+   return 0.
+
+
+ l e  u ne  y nw  h w  b sw  n se  ? help  q quit""",
+    "2048": """\
+ dmplay 2048    seed 7   turn 1   return 4   you:…
+    ·    ·    ·    ·  score   4
+    ·    ·    ·    ·  largest 4
+    4    2    ·    ·  empty   14
+    ·    ·    ·    ·  last    left
+                      merged  4
+                      hint    Tab
+
+ turn 1. slid left. new 2 in row 3, column 2.
+   reward 4. return 4.
+
+
+
+ [left]  down  right  up  ? help  q quit""",
+    "crying-baby": """\
+ dmplay crying-baby    seed 7   turn 1/20   you: …
+heard  quiet
+
+sated   ████████████████████ 1.000
+hungry  ···················· 0.000
+history of hungry ▅▁
+feed:quiet
+
+ turn 1. quiet. chose feed. belief: sated 1.000,
+   hungry 0.000.
+
+
+
+ f feed  s sing  i ignore  ? help  q quit""",
+    "prisoners-dilemma": """\
+ dmplay prisoners-dilemma    seed 7   turn 1/10  …
+          │cooperate │  defect
+──────────┼──────────┼──────────
+>cooperate│  -1, -1  │ [-4, 0]
+ defect   │  0, -4   │  -3, -3
+
+agent1 (you) C
+agent2       D
+
+ turn 1. agent1 chose cooperate. agent2 chose
+   defect. reward -4. return -4.
+
+ agent1 chooses; the other choice stays hidden un…
+ c cooperate  d defect  ? help  q quit  : command""",
+}
+FIRST = {"hexworld": ("h",), "2048": ("left",), "crying-baby": ("f",)}
+
+
+@pytest.mark.parametrize("problem", PROBLEMS)
+def test_a_small_screen_shows_the_first_turn(problem: str) -> None:
+    keys = FIRST.get(problem, ("c", "d"))
+    shown = play(game(problem), *keys, size=(50, 14))
+    assert shown.last == BOX[problem]
+
+
+@pytest.mark.parametrize("size", [(80, 24), (60, 20), (50, 14), (200, 60)])
+@pytest.mark.parametrize("problem", PROBLEMS)
+def test_what_the_terminal_shows_is_what_was_composed(problem: str, size: tuple[int, int]) -> None:
+    shown = play(game(problem), "L", "V", "?", size=size)
+    untouched = compose(game(problem), Room(*size), Shown(), [])
+    assert shown.frames[0].split("\n") == [row.rstrip() for row in untouched.plain.split("\n")]
+    assert len(shown.frames) == 4
+    assert "commands, typed after ':'" in shown.last
+
+
+# Keys
+
+
+def bound() -> Iterator[tuple[str, str, str]]:
+    """Problem, key and the label of the action, digits included."""
+    for problem in PROBLEMS:
+        played = game(problem)
+        yield from ((problem, key, label) for key, label in played.style.KEYS.items())
+        labels = played.problem.actions[0]
+        yield from ((problem, str(n), str(label)) for n, label in enumerate(labels, 1))
+
+
+@pytest.mark.parametrize(("problem", "key", "label"), [*bound()])
+def test_every_key_of_a_view_plays_its_action(problem: str, key: str, label: str) -> None:
+    seats = [HUMAN, "grim"] if problem == "prisoners-dilemma" else [HUMAN]
+    played = game(problem, *seats, seed=OPEN_BOARD)
+    play(played, key)
+    assert len(played.session.turns) == 1
+    chosen = played.session.turns[0].actions[0]
+    assert played.problem.action_name(0, chosen) == label
+
+
+def test_the_first_arrow_of_a_diagonal_explains_itself_and_no_other_key_completes_it() -> None:
+    shown = play(game("hexworld"), "up", "x", "down", "right")
+    assert "up, then left or right: a diagonal" in shown.frames[1]
+    assert "x: no such key" in shown.frames[2]
+    assert "turn 1. " in shown.last
+    assert "chose SE" in shown.last
+
+
+def test_tab_hints_without_playing() -> None:
+    played = game("hexworld")
+    assert "hint (optimal): se. values: e 6.27, ne 5.47" in play(played, "tab").last
+    assert played.session.turns == []
+
+
+@pytest.mark.parametrize("key", ["backspace", "c-_"])
+def test_undo_and_redo_have_keys(key: str) -> None:
+    played = game("hexworld")
+    shown = play(played, "h", "h", key, "c-r")
+    assert "undone. turn 1." in shown.frames[3]
+    assert "turn 2 " in shown.last
+    assert "nothing was taken back" in play(played, "c-r").last
+    assert "undo 1: 0 turns were played" in play(game("hexworld"), key).last
+
+
+@pytest.mark.parametrize("key", ["?", "f1"])
+def test_help_names_every_action_and_every_command(key: str) -> None:
+    shown = play(game("hexworld"), key, "h")
+    for command in COMMANDS:
+        assert command.name in shown.frames[1]
+        assert command.shown in shown.frames[1]
+    for label in ("e", "ne", "nw", "w", "sw", "se"):
+        assert f"         {label}\n" in shown.frames[1]
+    assert "turn 0 " in shown.last
+    assert "commands, typed" not in shown.last
+
+
+def test_look_tells_the_situation() -> None:
+    assert "at (7,2). E (8,2) floor." in play(game("hexworld"), "L", size=(200, 24)).last
+
+
+def test_overlays_take_turns() -> None:
+    shown = play(game("hexworld"), "V", "V", "V", "V", size=(80, 24))
+    assert "overlay: values" in shown.frames[1]
+    assert "│ 7.04│" in shown.frames[1]
+    assert "overlay: policy" in shown.frames[2]
+    assert "  ↘  " in shown.frames[2]
+    assert "overlay: states" in shown.frames[3]
+    assert "│  22 │" in shown.frames[3]
+    assert "overlay: none" in shown.frames[4]
+
+
+def test_a_key_without_a_meaning_says_so() -> None:
+    assert "z: no such key; ? shows them" in play(game("crying-baby"), "z").last
+
+
+def test_repainting_changes_nothing_on_the_screen() -> None:
+    shown = play(game("hexworld"), "h", "c-l")
+    assert shown.frames[1] == shown.frames[2]
+
+
+@pytest.mark.parametrize(("key", "code"), [("q", 0), ("c-d", 0), ("c-c", 130)])
+def test_three_keys_leave(key: str, code: int) -> None:
+    assert play(game("hexworld"), key, "h").code == code
+
+
+def test_the_command_row_plays_undoes_refuses_and_closes() -> None:
+    played = game("hexworld")
+    shown = play(
+        played, ":", "w enter", ":", "act space e enter", ":", "undo enter", ":", "hnt enter",
+        ":", "undo", "escape", "h",
+    )  # fmt: skip
+    assert shown.frames[1].split("\n")[-2] == " :"
+    assert "turn 1 " in shown.frames[2]
+    assert "turn 2 " in shown.frames[4]
+    assert "undone. turn 1." in shown.frames[6]
+    assert "unknown action 'hnt'; did you mean hint" in shown.frames[8]
+    assert " :undo" in shown.frames[10]
+    assert " :undo" not in shown.frames[11]
+    assert "turn 2 " in shown.last
+    assert play(game("hexworld"), ":", "quit enter", "h").code == 0
+
+
+def test_the_command_row_closed_by_ctrl_c_ends_the_game() -> None:
+    assert play(game("hexworld"), ":", "un", "c-c").code == 130
+
+
+def test_words_typed_in_the_command_row_are_no_keys() -> None:
+    played = game("hexworld")
+    shown = play(played, ":", "hlq?:")
+    assert " :hlq?:" in shown.last
+    assert played.session.turns == []
+
+
+def test_agents_are_stepped_and_a_person_is_not() -> None:
+    played = game("hexworld", "optimal")
+    assert "turn 2 " in play(played, "space", "right").last
+    assert "no such key" in play(game("crying-baby"), "right").last
+    assert "turn 0/20" in play(game("crying-baby"), "space").last
+
+
+def test_a_game_that_is_over_takes_no_more_actions() -> None:
+    played = game("crying-baby", turns=1)
+    shown = play(played, "f", "f", "tab")
+    assert "over: turn limit after 1 turn. " in shown.frames[1]
+    assert len(played.session.turns) == 1
+    assert "no hint: the game is over" in shown.last
+
+
+def test_the_second_of_two_people_does_not_see_the_first_choice() -> None:
+    first, second = (play(game("prisoners-dilemma"), key) for key in "cd")
+    assert first.frames == second.frames
+    assert first.written == second.written
+
+
+# Composition
+
+
+@cache
+def situations(problem: str) -> tuple[tuple[Game, Shown, tuple[str, ...]], ...]:
+    """A game begun, going on, with help, with an overlay and a long message, and over."""
+    begun = game(problem, parameters={"rewards": []} if problem == "hexworld" else {})
+    going, over = game(problem), game(problem)
+    log = []
+    for played in (going, over):
+        for _ in range(3):
+            while not played.choose(next(a for a in range(4) if legal(played, a))):
+                pass
+            log.append(played.said())
+    over.finish("quit")
+    long = Shown(typed(game(problem), "keys"), "values")
+    return (
+        (begun, Shown(), ()),
+        (going, Shown(), tuple(log)),
+        (going, Shown(help=True), tuple(log)),
+        (going, long, tuple(log)),
+        (over, Shown("a message"), tuple(log * 9)),
+    )
+
+
+def legal(played: Game, action: int) -> bool:
+    able = played.session.legal(played.watcher)
+    return able is None or bool(able[action])
+
+
+@pytest.mark.parametrize("ascii_", [False, True])
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("problem", PROBLEMS)
+def test_a_screen_has_exactly_its_rows_and_none_is_too_wide(
+    problem: str, size: tuple[int, int], ascii_: bool
+) -> None:
+    room = Room(*size, ascii_)
+    for played, shown, log in situations(problem):
+        rows = compose(played, room, shown, list(log)).plain.split("\n")
+        assert len(rows) == room.height
+        assert max(map(cell_len, rows)) <= room.width
+        assert not ascii_ or "".join(rows).isascii()
+
+
+@pytest.mark.parametrize("problem", PROBLEMS)
+def test_a_row_that_is_cut_shows_it(problem: str) -> None:
+    wide = compose(*_first(problem, 300)).plain.split("\n")
+    cut = compose(*_first(problem, 40)).plain.split("\n")
+    title = cut[0].rstrip()
+    assert title == wide[0].rstrip() or title.endswith("…")
+    assert cut[-2].endswith("…")
+
+
+def _first(problem: str, width: int) -> tuple[Game, Room, Shown, list[str]]:
+    return game(problem), Room(width, 24), Shown("a message " * 9), []
+
+
+@pytest.mark.parametrize("width", [50, 60, 80])
+@pytest.mark.parametrize("problem", PROBLEMS)
+def test_the_key_row_has_all_actions_before_any_key_of_the_shell(problem: str, width: int) -> None:
+    played = game(problem)
+    row = frame.keys(played, Room(width, 24)).plain
+    for key, label, able in played.legal(played.watcher):
+        words = label if key == label else f"{key} {label}"
+        assert (words if able else f"[{words}]") in row
+    assert "? help" in row
+
+
+def test_names_of_outsiders_reach_the_screen_as_what_they_print() -> None:
+    evil = Game("hex\x1b]0;x\x07", game("hexworld").session, ["\x9b31m\u202e"])
+    text = compose(evil, Room(200, 24), Shown("no \x1b[2J such key"), []).plain
+    assert text.replace("\n", "").isprintable()
+    assert r"\x1b]0;x\x07" in text
+
+
+# Privacy
+
+
+@dataclass(frozen=True)
+class Nature:
+    """Draws that are always the same: the opening's, then each turn's."""
+
+    opening: float
+    turn: float
+
+    def draw(self, stream: int, turn: int, reroll: int, count: int) -> Reals:
+        """So many of the same number."""
+        return np.full((1, count), self.turn if turn else self.opening)
+
+
+@pytest.mark.parametrize("size", [(80, 24), (50, 14)])
+def test_the_screen_of_a_person_is_the_same_bytes_whatever_the_hidden_state(
+    size: tuple[int, int],
+) -> None:
+    keys = (
+        "i", "s", "tab", "L", "V", "V", "?", "x", "i", "backspace", "c-r", ":", "state enter",
+        ":", "belief enter", ":", "legal enter", ":", "reroll enter", ":", "keys enter", "i",
+    )  # fmt: skip
+    told: list[tuple[list[int], list[int], Played, dict[str, object], str]] = []
+    for nature in (Nature(0.25, 0.5), Nature(0.75, 0.95)):
+        played = game("crying-baby", source=nature)
+        played.again = "dmplay crying-baby"  # the seed is not the player's own
+        shown = play(played, *keys, size=size)
+        states = [int(turn.state) for turn in played.session.turns]
+        seen = [int(turn.observations[0]) for turn in played.session.turns]
+        told.append((states, seen, shown, played.public(), played.situation()))
+    sated, hungry = told
+    assert sated[0] == [0] * 4
+    assert hungry[0] == [1] * 4
+    assert sated[1] == hungry[1]
+    assert sated[2].frames == hungry[2].frames
+    assert sated[2].written == hungry[2].written
+    assert sated[3:] == hungry[3:]
+    assert len(sated[2].frames) == len(keys) + 1
+
+
+def test_every_key_of_a_view_can_be_typed() -> None:
+    for problem in PROBLEMS:
+        for key in game(problem).style.KEYS:
+            assert all(len(word) == 1 or word in SEQUENCES for word in key.split())
