@@ -67,7 +67,7 @@ Trust = Annotated[bool, typer.Option("--trust", help="import what a transcript n
 Color = Annotated[str, typer.Option("--color", help="auto, always or never")]
 Ascii = Annotated[bool, typer.Option("--ascii", help="draw in ASCII")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but errors")]
-Speed = Annotated[float, typer.Option("--speed", help="turns a second when agents play")]
+Speed = Annotated[float, typer.Option("--speed", min=0.1, help="turns a second when agents play")]
 
 
 @app.command()

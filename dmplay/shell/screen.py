@@ -177,6 +177,13 @@ class Screen:
             self.message = f"undone. turn {now}."
         self.note(before)
 
+    def tick(self) -> None:
+        """A turn of autoplay, which an error stops."""
+        self.auto = False
+        with self.told():
+            self.step()
+            self.auto = True
+
     def type(self, line: str) -> None:
         """Does what a line of the command row says; raises Leave."""
         with self.told():
