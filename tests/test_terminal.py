@@ -209,6 +209,23 @@ def test_a_recording_is_stepped_through_forth_and_back(tmp_path: Path) -> None:
         assert terminal.ended() == 0
 
 
+def test_autoplay_goes_on_by_itself_and_stops_at_a_fault_of_the_recording(tmp_path: Path) -> None:
+    run("hexworld", "--seed", "7", "-o", "g.dmt", typed="w\nw\nw\n", folder=tmp_path)
+    text = (tmp_path / "g.dmt").read_text()
+    (tmp_path / "bad.dmt").write_text(text.replace("turn: 3", "turn: 4"))
+    for name, seen in (("g.dmt", "quit after 3 turns"), ("bad.dmt", "got turn 4, expected 3")):
+        with Terminal("replay", name, "--speed", "50", folder=tmp_path) as terminal:
+            terminal.ready().press("A", seen).press("q")
+            assert terminal.ended() == 0
+
+
+def test_a_speed_of_nothing_is_refused(tmp_path: Path) -> None:
+    for speed in ("0", "-1"):
+        done = run("hexworld", "--agent", "optimal", "--speed", speed, folder=tmp_path)
+        assert done.returncode == 2
+        assert "--speed" in done.stderr
+
+
 # Taking back
 
 
@@ -524,6 +541,18 @@ def test_an_ascii_stream_never_raises(problem: str, tmp_path: Path) -> None:
         terminal.ready().press("1").press("V").press(TAB).press("?").calm()
         assert terminal.press("x").press("q").ended() == 0
         assert terminal.printed.isascii()
+
+
+def test_names_that_an_ascii_stream_lacks_are_shown_as_escapes(tmp_path: Path) -> None:
+    run("hexworld", "--seed", "7", "-o", "g.dmt", typed="w\n", folder=tmp_path)
+    text = (tmp_path / "g.dmt").read_text().replace('"human"', '"gr\u00fcn\\u001b[31m"')
+    (tmp_path / "gr\u00fcn.dmt").write_text(text, encoding="utf-8")
+    ascii_ = {"PYTHONIOENCODING": "ascii"}
+    done = run("replay", "gr\u00fcn.dmt", folder=tmp_path, env=ascii_)
+    assert done.stdout.splitlines()[0] == r"hexworld, seed 7. gr\xfcn\x1b[31m."
+    done = run("replay", "gr\u00fcn.dmt", "--json", folder=tmp_path, env=ascii_)
+    assert json.loads(done.stdout.splitlines()[0])["seats"] == {"agent": "gr\u00fcn\x1b[31m"}
+    assert run("verify", "gr\u00fcn.dmt", folder=tmp_path, env=ascii_).returncode == 3
 
 
 @pytest.mark.parametrize("problem", PROBLEMS)
