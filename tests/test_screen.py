@@ -74,9 +74,9 @@ feed:quiet
 agent1 (you) C
 agent2       D
 
- turn 1. agent1 chose cooperate. agent2 chose
    defect. reward -4. return -4.
-
+ agent1 chooses; the other choice stays hidden
+   until both are in
  agent1 chooses; the other choice stays hidden un…
  c cooperate  d defect  ? help  q quit  : command""",
 }
@@ -158,8 +158,10 @@ def test_help_names_every_action_and_every_command(key: str) -> None:
     assert "commands, typed" not in shown.last
 
 
-def test_look_tells_the_situation() -> None:
-    assert "at (7,2). E (8,2) floor." in play(game("hexworld"), "L", size=(200, 24)).last
+def test_look_tells_the_whole_situation_though_its_row_cuts_it() -> None:
+    shown = play(game("hexworld"), "L").last
+    assert "\n at (7,2). E (8,2) floor. NE wall. " in shown
+    assert "goal\n   +10 at (9,0): 2 steps.\n" in shown
 
 
 def test_overlays_take_turns() -> None:

@@ -113,14 +113,16 @@ def _body(game: Game, room: Room, shown: Shown, log: list[str], body: int) -> li
             row.pad_right(wide + 2 - len(row.plain))
             row.append(f"{label:<{longest}} ", style="dim").append(value, style="bold")
     left = body - len(drawn) - 1
-    return [*drawn, Text(""), *_log(game, room, log, max(left, 0))]
+    long = [shown.message] if len(shown.message) >= room.width else []  # its row cuts it
+    return [*drawn, Text(""), *_log(game, room, long, log, max(left, 0))]
 
 
-def _log(game: Game, room: Room, log: list[str], rows: int) -> list[Text]:
-    """The last events, wrapped; after the game, what was hidden."""
+def _log(game: Game, room: Room, long: list[str], log: list[str], rows: int) -> list[Text]:
+    """The last events, wrapped; after the game, what was hidden; a message too long for its row."""
     lines = [*log, *map(sentence, game.debrief())]
     if game.session.over:
         lines.append(f"over: {game.result()}")
+    lines += map(clean, long)
     out: list[Text] = []
     for line in lines[-rows:] if rows else []:
         words = Text(" ")
