@@ -67,9 +67,17 @@ class Program:
             count += len(found)
         return done - began, count
 
-    def close(self) -> None:
-        """Ends the program."""
+    def close(self) -> float:
+        """Ends the program; the seconds of processor that it took."""
         self.process.kill()
-        self.process.wait()
+        spent = processor(self.process)
         os.close(self.main)
         self._folder.cleanup()
+        return spent
+
+
+def processor(process: "subprocess.Popen[bytes]") -> float:
+    """Waits for the end of a program; the seconds of processor that it took."""
+    _, status, usage = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    return usage.ru_utime + usage.ru_stime
