@@ -11,7 +11,6 @@ import inspect
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import Field, fields, replace
-from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -53,6 +52,8 @@ def resolve(name: str, parameters: Mapping[str, object], *, trusted: bool = True
     elif _outside(name):
         plain = _instance(_attribute(name), name)
     else:
+        from importlib.metadata import entry_points
+
         installed = {point.name: point for point in entry_points(group=GROUP)}
         if base not in installed:
             raise UnknownName("problem", base, [*problem_names(), *installed])

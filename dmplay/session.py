@@ -89,6 +89,7 @@ class Session:
         self.turns: list[Turn] = []
         self.rerolls: dict[int, int] = {}  # turn -> how often its dice were thrown anew
         self._ended: str | None = None
+        self._known: tuple[Array | None, bool] = (None, False)
         self._beliefs: list[Reals] = []  # [n, S] before each turn and after the last
         self.followers = [
             None if policy is None else Follower(self, seat, policy)
@@ -105,11 +106,19 @@ class Session:
         """Why the game is over: terminal, horizon, turn limit, or what `end` was told; or None."""
         if self._ended:
             return self._ended
-        if self.problem.terminal(self.state[None])[0]:
+        if self._terminal():
             return "terminal"
         if self.limit is not None and len(self.turns) >= self.limit:
             return "horizon" if self.limit == self.problem.horizon else "turn limit"
         return None
+
+    def _terminal(self) -> bool:
+        """Whether the present state is terminal, asked once a state: front ends ask often."""
+        state, known = self._known
+        if state is not self.state:
+            known = bool(self.problem.terminal(self.state[None])[0])
+            self._known = (self.state, known)
+        return known
 
     @property
     def over(self) -> bool:

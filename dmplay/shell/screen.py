@@ -177,8 +177,8 @@ class Screen:
             self.message = f"undone. turn {now}."
         self.note(before)
 
-    def tick(self) -> None:
-        """A turn of autoplay, which an error stops."""
+    def autoplay(self) -> None:
+        """A turn of a game that plays by itself; an error stops it."""
         self.auto = False
         with self.told():
             self.step()

@@ -103,7 +103,7 @@ async def _autoplay(app: Application[int], screen: Screen) -> None:
     while True:
         await asyncio.sleep(1 / screen.speed)
         if screen.auto and not screen.game.session.over:
-            screen.tick()
+            screen.autoplay()
             app.invalidate()
 
 

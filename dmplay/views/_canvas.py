@@ -1,9 +1,10 @@
 """A grid of characters with styles, and what a view is told about the screen."""
 
 from collections.abc import Iterator, Mapping
+from itertools import groupby
 from typing import NamedTuple, Protocol
 
-from rich.text import Text
+from rich.text import Span, Text
 
 from dmplay.chance import Array, Reals
 from dmplay.session import View
@@ -70,19 +71,18 @@ class Canvas:
 
     def text(self) -> Text:
         """The drawing, a line a row, without trailing blanks."""
-        drawn = Text(no_wrap=True)
-        for number, row in enumerate(self._rows):
-            if number:
-                drawn.append("\n")
-            used = len("".join(glyph for glyph, _ in row).rstrip())
+        rows, spans, start = [], [], 0
+        for row in self._rows:
+            plain = "".join(glyph for glyph, _ in row).rstrip()
             at = 0
-            while at < used:
-                end = at + 1
-                while end < used and row[end][1] == row[at][1]:
-                    end += 1
-                drawn.append("".join(glyph for glyph, _ in row[at:end]), row[at][1] or None)
+            for style, run in groupby(style for _, style in row[: len(plain)]):
+                end = at + sum(1 for _ in run)
+                if style:
+                    spans.append(Span(start + at, start + end, style))
                 at = end
-        return drawn
+            rows.append(plain)
+            start += len(plain) + 1
+        return Text("\n".join(rows), spans=spans, no_wrap=True)
 
 
 def size(text: Text) -> tuple[int, int]:
