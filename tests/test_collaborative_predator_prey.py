@@ -9,6 +9,9 @@ from dmplay.core import Percept, Problem
 from dmplay.errors import ImpossibleObservation
 from dmplay.problems import _hex
 from dmplay.problems._hunt import STANDARD
+from dmplay.shell.commands import typed
+from dmplay.shell.game import Game
+from dmplay.transcript.format import turn_facts
 
 E, NE, NW, W, SW, SE = range(6)
 PREY, NOTHING = 0, 1
@@ -169,3 +172,18 @@ def test_a_team_that_chases_its_beliefs_catches_more_than_one_that_sweeps() -> N
         for one in ("chase-belief", "sweep")
     )
     assert chased.totals[:, 0].mean() > swept.totals[:, 0].mean()
+
+
+def test_a_long_belief_is_shown_but_not_recorded() -> None:
+    game = Game(NAME, dmplay.Session(PROBLEM, dmplay.Dice(5)), ["human", "human"])
+    game.session.advance([E, W])
+    (_, told) = game.view().beliefs or ()
+    assert told == pytest.approx(
+        belief.update(PROBLEM, belief.prior(PROBLEM), [E, None], [NOTHING, None]).belief
+    )
+    assert "belief" not in game.public()
+    words = typed(game, "belief")
+    assert words.count("(") == 8 * 3
+    assert "1720 other states" in words
+    small = dmplay.Session(dmplay.load(f"{NAME}:triangle"), dmplay.Dice(5))
+    assert "belief" in turn_facts(small)

@@ -1,4 +1,7 @@
+import dataclasses
 from functools import partial
+
+import numpy as np
 
 from dmplay.views import predator_prey
 from dmplay.views._canvas import Look, fit
@@ -42,6 +45,38 @@ def test_several_on_one_hex() -> None:
    |     |     |  b  |     |     |
    |     |     |     |     |     |
      \ /   \ /   \ /   \ /   \ /"""[1:]
+    )
+
+
+def test_the_key_that_leads_to_the_prey_stands_below_it() -> None:
+    rows = fit(predator_prey, after("sw e"), Look(80, 24, keys=True)).plain.split("\n")
+    assert rows[7:9] == ["   │     │  b  │  o  │     │     │", "   │     │     │  n  │     │     │"]
+
+
+def test_more_on_one_hex_than_fit_are_cut_short() -> None:
+    view = after(seed=434, predators=2, prey=3)
+    crowded = dataclasses.replace(view, observations=(np.array([2, 2, 2, 2, 2]),))
+    assert "│@bo1…│" in fit(predator_prey, crowded, Look(80, 24)).plain
+    assert ("* (1,2)", "@ b o1 o2 o3") in predator_prey.panel(crowded)
+    assert predator_prey.situation(crowded).startswith(
+        "at (1,2), you are predator1. you feed: any action stays here."
+    )
+
+
+def test_a_capture_is_told_to_both_sides() -> None:
+    view = after(seed=1)
+    together = dataclasses.replace(
+        view,
+        observations=(np.array([9, 9]), np.array([9, 0])),
+        actions=(0,),
+        joint=(np.array([0, 3]),),
+    )
+    assert predator_prey.told(together) == (
+        "at (2,0). chose E, fed, stayed. prey chose W, was devoured, born again at (-1,2)."
+    )
+    eaten = dataclasses.replace(together, seat=1, actions=(3,))
+    assert predator_prey.told(eaten) == (
+        "at (-1,2). chose W, was devoured, born again. predator chose E, fed, stayed at (2,0)."
     )
 
 

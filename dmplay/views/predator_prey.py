@@ -52,6 +52,7 @@ def boards(view: View, look: Look) -> Iterator[Text]:
     free = look.keys and not _feeding(view)[view.seat]
 
     def cell(hex_: Hex, size: Size) -> Cell:
+        key = LETTERS[around.index(hex_)] if free and hex_ in around else ""
         marks = [mark(view, seat) for seat, place in enumerate(places) if place == hex_]
         mine = "@" in marks
         style = "bold reverse" if mine else "bold yellow"
@@ -60,10 +61,8 @@ def boards(view: View, look: Look) -> Iterator[Text]:
             note = together if len(together) <= room else together[: room - 1] + "…"
             return Cell("*", note, "*", style)
         if marks:
-            return Cell(marks[0], "", marks[0], style)
-        if free and hex_ in around:
-            return Cell(LETTERS[around.index(hex_)], style="green")
-        return Cell("")
+            return Cell(marks[0], key, marks[0], style)
+        return Cell(key, style="green")
 
     yield from grids(problem.hexes, cell)
 
