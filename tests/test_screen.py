@@ -74,10 +74,10 @@ feed:quiet
 agent1 (you) C
 agent2       D
 
+ turn 1. agent1 chose cooperate. agent2 chose
    defect. reward -4. return -4.
- agent1 chooses; the other choice stays hidden
-   until both are in
- agent1 chooses; the other choice stays hidden un…
+
+
  c cooperate  d defect  ? help  q quit  : command""",
 }
 FIRST = {"hexworld": ("h",), "2048": ("left",), "crying-baby": ("f",)}

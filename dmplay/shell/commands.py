@@ -58,6 +58,8 @@ def _legal(game: Game, argument: str) -> str:
     known = game.problem.actions[seat]
     if isinstance(known, Interval):
         return f"legal: a number from {known.low:g} to {known.high:g}."
+    if game.types_numbers:
+        return f"legal: a number from {known[0]} to {known[-1]}."
     able = [f"{label} ({key})" for key, label, able in game.legal(seat) if able]
     return f"legal: {', '.join(able) or 'none'}."
 

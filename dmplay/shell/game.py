@@ -4,6 +4,7 @@ import importlib
 import importlib.util
 import secrets
 from collections.abc import Mapping, Sequence
+from itertools import zip_longest
 from pathlib import Path
 from typing import cast
 
@@ -279,7 +280,7 @@ class Game:
         return isinstance(actions, Interval) or (len(actions) > DIGITS and actions[0].isdigit())
 
     def legal(self, seat: int) -> list[tuple[str, str, bool]]:
-        """Key, label and legality of each action; none for an interval."""
+        """Key, label and legality of each action; '' where numbers are typed, [] for reals."""
         labels = self.problem.actions[seat]
         if isinstance(labels, Interval):
             return []
@@ -287,9 +288,12 @@ class Game:
         for key, label in self.style.KEYS.items():
             keys.setdefault(label, key)
         able = self.session.legal(seat)
+        digits = [str(n % DIGITS) for n in range(1, DIGITS + 1)] if len(labels) <= DIGITS else []
         return [
-            (keys.get(label, str(index + 1)), label, able is None or bool(able[index]))
-            for index, label in enumerate(labels)
+            (keys.get(label, digit), label, able is None or bool(able[index]))
+            for index, (label, digit) in enumerate(
+                zip_longest(labels, digits[: len(labels)], fillvalue="")
+            )
         ]
 
     def said(self) -> str:
@@ -333,8 +337,11 @@ class Game:
         if values is None:
             return f"hint ({name}): {best}"
         each = zip(self.legal(seat), values, strict=True)
-        known = ", ".join(f"{label} {value:.2f}" for (_, label, able), value in each if able)
-        return f"hint ({name}): {best}. values: {known}"
+        known = [(label, float(value)) for (_, label, able), value in each if able]
+        if len(known) > DIGITS:
+            known = sorted(known, key=lambda pair: -pair[1])[:DIGITS]
+        told = ", ".join(f"{label} {value:.2f}" for label, value in known)
+        return f"hint ({name}): {best}. values: {told}"
 
     def overlay(self, kind: str) -> Overlay | None:
         """Values, policy or states of every state, where the adviser knows them."""

@@ -157,7 +157,7 @@ class Screen:
             self.message = f"overlay: {OVERLAYS[self.overlay] or 'none'}"
         elif key == "A" and not self.game.people:
             self.auto = not self.auto
-        elif key in (" ", "right") and not self.game.people:
+        elif key in ("space", "right") and not self.game.people:
             self.step()
         else:
             command = next((c for c in COMMANDS if c.key == key), None)

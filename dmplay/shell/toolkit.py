@@ -32,7 +32,8 @@ from dmplay.shell.signals import ENDS
 
 ESCAPE_WAIT = 0.05  # seconds until a lone Esc counts; the library's default is half a second
 INTERRUPTED, GONE = 130, 129
-NAMES = {  # the library's names of keys, as the views name them
+NAMES: dict[str, str] = {  # the library's names of keys, as the views name them
+    " ": "space",
     Keys.ControlH: "backspace", Keys.ControlI: "tab", Keys.ControlM: "enter",
     Keys.ControlUnderscore: "backspace", Keys.F1: "?", Keys.F2: "N",
 }  # fmt: skip
@@ -163,7 +164,7 @@ def _bindings(screen: Screen, board: FormattedTextControl, line: Buffer) -> KeyB
     @bindings.add("escape", filter=playing)
     def _press(event: KeyPressEvent) -> None:
         key = event.key_sequence[0].key
-        name = NAMES.get(Keys(key), key) if key in set(Keys) else key
+        name = NAMES.get(key, key)
         if name == ":":
             focus(event, True)
             return

@@ -11,7 +11,7 @@ from dmplay.views._belief import bars, words
 from dmplay.views._canvas import Canvas, Look
 
 KEYS: dict[str, str] = {}  # a digit throws ten times as far, 0 a hundred
-DIAL = True  # an action may be chosen with the arrows and thrown with Enter
+NUDGES = {"left": -10, "right": 10}  # metres; Enter throws
 NAMES = tuple(f"{proficiency} m" for proficiency in PROFICIENCIES)
 STUB, COLUMN, HIGH = 6, 4, 6  # of the plot: columns before it, a distance, rows from 1.0 to 0.0
 LEGEND = ("p(caught) by", "proficiency:", "2 is 20 m,", "4 is 40 m ...")
