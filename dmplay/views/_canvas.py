@@ -75,7 +75,7 @@ class Canvas:
         for row in self._rows:
             plain = "".join(glyph for glyph, _ in row).rstrip()
             at = 0
-            for style, run in groupby(style for _, style in row[: len(plain)]):
+            for style, run in groupby(_styles(row[: len(plain)])):
                 end = at + sum(1 for _ in run)
                 if style:
                     spans.append(Span(start + at, start + end, style))
@@ -83,6 +83,15 @@ class Canvas:
             rows.append(plain)
             start += len(plain) + 1
         return Text("\n".join(rows), spans=spans, no_wrap=True)
+
+
+def _styles(row: list[tuple[str, str]]) -> Iterator[str]:
+    """The style of each cell; a blank takes its neighbour's, so that a row has few pieces."""
+    style = ""
+    for glyph, own in row:
+        if own or glyph != " " or "underline" in style or "reverse" in style:
+            style = own
+        yield style
 
 
 def size(text: Text) -> tuple[int, int]:
