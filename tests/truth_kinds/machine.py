@@ -1,11 +1,17 @@
+from functools import cache
+from typing import Any
+
 import numpy as np
 import pytest
 
 from dmplay import belief
+from dmplay.chance import Reals
 from dmplay.core import Problem
 from dmplay.errors import ImpossibleObservation
 from dmplay.problems.machine_replacement import MachineReplacement
-from dmplay.solvers import value_iteration
+from dmplay.solvers import alpha_vectors, value_iteration
+from dmplay.solvers.alpha_vectors import Stage
+from dmplay.solvers.regions import pieces
 from dmplay.tabular import tabulate
 from tests.truth_kinds.case import Case
 
@@ -57,6 +63,75 @@ def fully_observed_value(case: Case) -> None:
     case.close("q", q)
 
 
+@cache
+def stage(horizon: int) -> Stage:
+    return alpha_vectors.stages(TABLES, PROBLEM.discount, horizon)[-1]
+
+
+def named(row: Reals) -> dict[str, Any]:
+    return dict(zip(ACTIONS, row, strict=True))
+
+
+def alpha_values(case: Case) -> None:
+    found = stage(case.given["horizon"])
+    assert len(case.expect["vectors"]) == len(found.vectors)
+    for told in case.expect["vectors"]:
+        k = int(np.argmax(found.vectors @ told["witness"]))
+        case.equal(told["alpha"], found.vectors[k])
+        assert told["actions"] == [ACTIONS[a] for a in np.flatnonzero(found.actions[k])]
+
+
+def alpha_count(case: Case) -> None:
+    found = stage(case.given["horizon"])
+    assert case.expect["count"] == len(found.vectors)
+    case.close("by_action", named(found.actions.sum(axis=0)))
+
+
+def value_grid(case: Case) -> None:
+    grid = [(i / 5, j / 5, (5 - i - j) / 5) for i in range(6) for j in range(6 - i)]
+    case.close("values", alpha_vectors.values(stage(case.given["horizon"]).vectors, np.array(grid)))
+
+
+def action_values(horizon: int, b: list[float]) -> tuple[Reals, list[str]]:
+    """Q of each action, and the best ones."""
+    q: Reals = alpha_vectors.action_values(stage(horizon), np.array([b]))[0]
+    return q, [ACTIONS[a] for a in np.flatnonzero(value_iteration.best(q))]
+
+
+def q_values(case: Case) -> None:
+    q, best = action_values(case.given["horizon"], case.given["b"])
+    case.close("q", named(q))
+    assert best == case.expect["best"]
+
+
+def where_best(case: Case) -> None:
+    found = [pieces(stage(case.given["horizon"]), a) for a in range(len(ACTIONS))]
+    case.close("share_of_simplex", named(np.array([sum(p.share for p in one) for one in found])))
+    case.close("connected_pieces", named(np.array([len(one) for one in found])))
+
+
+def disjoint_manufacture(case: Case) -> None:
+    found = stage(14)
+    main, small = pieces(found, ACTIONS.index("manufacture"))
+    if "path" in case.expect:
+        for point in case.expect["path"]:
+            assert action_values(14, point["b"])[1] == point["best"]
+    elif "corners" in case.expect:
+        case.close("share_of_simplex", small.share)
+        assert case.expect["separate"] == (not main.touches & small.touches)
+        assert len(case.expect["corners"]) == len(small.outline)
+        for corner in case.expect["corners"]:
+            nearest = np.argmin(abs(small.outline - corner).max(axis=1))
+            case.equal(corner, small.outline[nearest])
+    else:
+        q, best = action_values(14, case.given["b"])
+        case.close("q", named(q))
+        assert best == [case.expect["best"]]
+        case.close("margin", np.diff(np.sort(q))[-1])
+        cell = int(np.argmax(found.vectors @ case.given["b"]))
+        assert cell in {"main": main, "small": small}[case.expect["region"]].cells
+
+
 KINDS = {
     "model": model,
     "observation": observation,
@@ -64,12 +139,11 @@ KINDS = {
     "impossible_observation": impossible_observation,
     "always_one_action": always_one_action,
     "fully_observed_value": fully_observed_value,
+    "alpha_vectors": alpha_values,
+    "alpha_count": alpha_count,
+    "value_grid": value_grid,
+    "q_values": q_values,
+    "regions": where_best,
+    "disjoint_manufacture_14": disjoint_manufacture,
 }
-LATER = {
-    "alpha_vectors",
-    "alpha_count",
-    "value_grid",
-    "q_values",
-    "regions",
-    "disjoint_manufacture_14",
-}
+LATER: set[str] = set()
