@@ -1,0 +1,54 @@
+"""A regular grid of beliefs, and where between its points a belief lies (section 7.7).
+
+The Freudenthal triangulation: on the sums of the belief from each state on, every cell is a simplex
+whose corners follow one another by single steps.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations_with_replacement
+
+import numpy as np
+
+from dmplay.chance import Ints, Reals
+
+
+@dataclass(frozen=True)
+class BeliefGrid:
+    """All beliefs over some states in whole shares of 1 / `steps`."""
+
+    states: int
+    steps: int
+
+    @cached_property
+    def _sums(self) -> Ints:
+        """The steps `[G, S - 1]` of each point in the states from the second, the third ... on."""
+        rising = combinations_with_replacement(range(self.steps + 1), self.states - 1)
+        return np.array(list(rising))[:, ::-1]
+
+    @cached_property
+    def _place(self) -> Ints:
+        """The index of a point by its sums."""
+        table = np.zeros((self.steps + 1,) * (self.states - 1), np.int64)
+        table[tuple(self._sums.T)] = np.arange(len(self._sums))
+        return table
+
+    @cached_property
+    def points(self) -> Reals:
+        """The beliefs `[G, S]` of the grid."""
+        rows = len(self._sums)
+        ends = np.full((rows, 1), self.steps), self._sums, np.zeros((rows, 1), np.int64)
+        return -np.diff(np.hstack(ends)) / self.steps
+
+    def around(self, b: Reals) -> tuple[Ints, Reals]:
+        """The points `[B, S]` whose mean with these weights `[B, S]` is the belief `[B, S]`."""
+        sums = b[:, ::-1].cumsum(axis=1)[:, -2::-1] * self.steps
+        low = np.minimum(sums.astype(np.int64), self.steps)
+        past = np.clip(sums - low, 0.0, 1.0)
+        order = np.argsort(-past, axis=1, kind="stable")
+        rank = np.argsort(order, axis=1)
+        steps = low[:, None] + (rank[:, None] < np.arange(self.states)[:, None])
+        places = self._place[tuple(np.moveaxis(np.minimum(steps, self.steps), 2, 0))]
+        falling = np.take_along_axis(past, order, axis=1)
+        ends = np.ones((len(b), 1)), falling, np.zeros((len(b), 1))
+        return places, -np.diff(np.hstack(ends))
