@@ -1,14 +1,19 @@
+from functools import cache
+
 import numpy as np
 
 from dmplay import belief
+from dmplay.chance import Reals
 from dmplay.core import exact
 from dmplay.problems.catch import DISTANCES, PROFICIENCIES, Catch
 from dmplay.solvers import value_iteration
+from dmplay.solvers.bounded_search import BoundedSearch
 from dmplay.tabular import tabulate
 from tests.truth_kinds.case import Case
 
 PROBLEM = Catch()
 OUTCOMES = PROBLEM.observations[0]
+UNIFORM = [0.25] * 4
 
 
 def throw(distance: float) -> int:
@@ -54,10 +59,49 @@ def known_proficiency(case: Case) -> None:
     case.close("infinite_value", q.max())
 
 
+@cache
+def search(discount: float) -> BoundedSearch:
+    return BoundedSearch(tabulate(PROBLEM), discount)
+
+
+def best_throws(case: Case, b: list[float], horizon: int) -> tuple[Reals, list[float]]:
+    """Q of each throw, and the best distances."""
+    q: Reals = search(case.given["gamma"]).action_values(np.array([b]), horizon)[0]
+    return q, [DISTANCES[a] for a in np.flatnonzero(value_iteration.best(q))]
+
+
+def optimal_from_belief(case: Case) -> None:
+    horizon = case.given["horizon"]
+    q, best = best_throws(case, case.given.get("b", UNIFORM), horizon)
+    case.close("value", q.max())
+    case.close("q", q)
+    assert best == case.expect["first_distance"]
+    if "gap_to_second" in case.expect:
+        case.close("gap_to_second", np.diff(np.sort(q))[-1])
+    rewards, throws = tabulate(PROBLEM).rewards[:, :, 0], case.given["gamma"] ** np.arange(horizon)
+    if "proficiency_known" in case.expect:
+        case.close("proficiency_known", rewards.max(axis=1).mean() * throws.sum())
+    if "same_throw_every_time" in case.expect:
+        case.close("same_throw_every_time", rewards.mean(axis=0).max() * throws.sum())
+
+
+def opening(case: Case) -> None:
+    found: dict[str, float] = {}
+    for key in case.expect["distance_after"]:
+        b, seen = np.array(UNIFORM), [] if key == "start" else key.split(", ")
+        for done, outcome in enumerate(seen):
+            b = updated(b, found[", ".join(seen[:done]) or "start"], outcome).belief
+        _, (found[key],) = best_throws(case, b.tolist(), case.given["horizon"] - len(seen))
+    case.close("distance_after", found)
+
+
 KINDS = {
     "expected_reward": expected_reward,
     "belief_update": belief_update,
     "belief_chain": belief_chain,
     "known_proficiency": known_proficiency,
+    "optimal_from_uniform": optimal_from_belief,
+    "optimal_from_belief": optimal_from_belief,
+    "opening": opening,
 }
-LATER = {"optimal_from_uniform", "optimal_from_belief", "opening"}
+LATER: set[str] = set()
