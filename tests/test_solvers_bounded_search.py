@@ -52,7 +52,7 @@ def test_a_search_finds_what_the_alpha_vectors_hold(seed: int) -> None:
     b = np.random.default_rng(seed).dirichlet(np.ones(states), 20)
     b = np.vstack([b, np.eye(states)])
     search = BoundedSearch(model, discount, steps=4)
-    for turns, stage in enumerate(alpha_vectors.stages(model, discount, 5), 1):
+    for turns, stage in enumerate(alpha_vectors.stages(model, discount, 4), 1):
         wanted = alpha_vectors.action_values(stage, b)
         np.testing.assert_allclose(search.action_values(b, turns), wanted, atol=2e-9)
 
