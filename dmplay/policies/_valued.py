@@ -1,0 +1,67 @@
+"""Believers that know what each action is worth, for good or with some turns to go."""
+
+from abc import abstractmethod
+from dataclasses import dataclass
+
+import numpy as np
+
+from dmplay.chance import Array, Bools, Reals
+from dmplay.core import Memory, Percept
+from dmplay.errors import BadParameter
+from dmplay.policies._kinds import Believer
+from dmplay.solvers.value_iteration import best
+
+
+@dataclass(frozen=True)
+class Valued(Believer):
+    """Takes the first of the actions that are worth most."""
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """The first of the best actions."""
+        return np.asarray(np.argmax(best(self.values(memory)), axis=1))
+
+    @abstractmethod
+    def values(self, memory: Memory) -> Reals:
+        """Q of each action."""
+
+
+@dataclass(frozen=True)
+class Planner(Valued):
+    """Plans a number of turns, at least one."""
+
+    horizon: int = 10
+
+    def __post_init__(self) -> None:
+        """Refuses to plan no turn."""
+        if self.horizon < 1:
+            raise BadParameter(f"horizon: got {self.horizon}, expected at least 1")
+
+
+@dataclass(frozen=True)
+class Countdown(Planner):
+    """Plans the turns that are left of `horizon`; when they are over it starts again.
+
+    The memory is the belief and the number of turns done.
+    """
+
+    @abstractmethod
+    def ahead(self, b: Reals, left: int) -> Reals:
+        """Q `[B, A]` of beliefs `[B, S]` with so many rewards to come."""
+
+    def begin(self, observation: Array) -> Memory:
+        """No turn is done."""
+        return (*super().begin(observation), np.zeros(len(observation), np.int64))
+
+    def update(self, memory: Memory, percept: Percept) -> Memory:
+        """One more turn is done."""
+        return (*super().update(memory[:1], percept), memory[1] + 1)
+
+    def values(self, memory: Memory) -> Reals:
+        """Q of each action with the turns that are left."""
+        b, done = memory
+        left = self.horizon - done % self.horizon
+        q = np.zeros((len(b), len(self.problem.actions[self.seat])))
+        for turns in np.unique(left).tolist():
+            rows = left == turns
+            q[rows] = self.ahead(b[rows], turns)
+        return q
