@@ -3,10 +3,20 @@ import pytest
 
 import dmplay
 from dmplay import belief
-from dmplay.core import exact
-from dmplay.policies.machine_replacement import EXAMINE, INTERRUPT, MANUFACTURE, REPLACE, Threshold
+from dmplay.core import Percept, exact
+from dmplay.policies.machine_replacement import (
+    EXAMINE,
+    INTERRUPT,
+    MANUFACTURE,
+    REPLACE,
+    Optimal,
+    Qmdp,
+    Threshold,
+)
 from dmplay.problems.machine_replacement import MachineReplacement
+from dmplay.rollouts import rollout
 from dmplay.session import Session
+from dmplay.solvers import value_iteration
 
 MACHINE = MachineReplacement()
 NONDEFECTIVE, DEFECTIVE = 0, 1
@@ -78,3 +88,57 @@ def test_the_threshold_interrupts_after_six_products() -> None:
         session.advance()
     done = [int(action) for action in session.view(0).actions]
     assert done == ([MANUFACTURE] * 6 + [INTERRUPT]) * 2 + [MANUFACTURE] * 6
+
+
+def with_turns_done(done: int, *b: float) -> tuple[np.ndarray, np.ndarray]:
+    return np.array([b]), np.array([done])
+
+
+def test_the_optimum_counts_its_turns_down_and_starts_again() -> None:
+    policy = Optimal(MACHINE, 0)
+    memory = policy.begin(np.array([-1]))
+    for done in range(25):
+        assert memory[1].tolist() == [done]
+        wanted = policy.ahead(memory[0], 20 - done % 20)
+        np.testing.assert_array_equal(policy.values(memory), wanted)
+        turn = Percept(np.array([MANUFACTURE]), np.array([NONDEFECTIVE]), None, None)
+        memory = policy.update(memory, turn)
+
+
+def test_near_the_end_the_optimum_repairs_no_more() -> None:
+    policy = Optimal(MACHINE, 0)
+    rows = [with_turns_done(done, 0, 0, 1) for done in (0, 14, 15, 19)]
+    chosen = [int(policy.choose(row, None, np.zeros((1, 0)))[0]) for row in rows]
+    assert chosen == [REPLACE, REPLACE, MANUFACTURE, MANUFACTURE]
+
+
+def test_rows_with_other_turns_left_are_valued_apart() -> None:
+    policy = Optimal(MACHINE, 0)
+    b, done = np.array([[0.5, 0.3, 0.2]] * 3), np.array([0, 7, 0])
+    q = policy.values((b, done))
+    np.testing.assert_array_equal(q[0], q[2])
+    np.testing.assert_array_equal(q[1], policy.ahead(b[:1], 13)[0])
+
+
+def test_figure_f12_has_a_second_region_of_manufacture() -> None:
+    policy = Optimal(MACHINE, 0, horizon=14)
+    small, between = (0.21017, 0.06209, 0.72774), (0.22, 0.155, 0.625)
+    rows = [with_turns_done(0, *b) for b in (small, between)]
+    chosen = [int(policy.choose(row, None, np.zeros((1, 0)))[0]) for row in rows]
+    assert chosen == [MANUFACTURE, INTERRUPT]
+
+
+def test_qmdp_is_worth_the_visible_machine_where_the_state_is_known() -> None:
+    policy = Qmdp(MACHINE, 0)
+    q = policy.ahead(np.eye(3), 20)
+    np.testing.assert_allclose(q.max(axis=1), value_iteration.sweep(MACHINE.tables, 1.0, 20))
+    last = policy.values((np.eye(3), np.full(3, 19)))
+    np.testing.assert_allclose(last, policy.expected)
+
+
+def test_the_optimum_earns_what_it_values() -> None:
+    policy = Optimal(MACHINE, 0)
+    (value,) = policy.values(policy.begin(np.array([-1]))).max(axis=1)
+    returns = rollout(MACHINE, [policy], episodes=20000, turns=20, seed=3).returns[:, 0]
+    assert value == pytest.approx(10.590814, abs=1e-6)
+    assert abs(returns.mean() - value) < 3 * returns.std() / np.sqrt(20000)

@@ -1,27 +1,33 @@
 """Policies for the machine."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory
-from dmplay.policies._believing import Believing, mean
-from dmplay.policies._kinds import Always
+from dmplay.policies._kinds import Believer, Reactive, weighted
+from dmplay.policies._valued import Countdown
 from dmplay.problems.machine_replacement import MachineReplacement
+from dmplay.solvers import alpha_vectors, value_iteration
+from dmplay.solvers.alpha_vectors import Stage
+from dmplay.tabular import tabulate
 
 MANUFACTURE, EXAMINE, INTERRUPT, REPLACE = range(4)
 
 
 @dataclass(frozen=True)
-class AlwaysManufacture(Always):
+class AlwaysManufacture(Reactive):
     """Manufactures and never looks."""
 
-    action = MANUFACTURE
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Manufacture."""
+        return np.full(len(u), MANUFACTURE)
 
 
 @dataclass(frozen=True)
-class Threshold(Believing):
+class Threshold(Believer):
     """Repairs a machine once it expects so many failed components, by the cheaper way.
 
     From `examine` components on it examines what it makes; that does not pay in a game of the
@@ -36,11 +42,50 @@ class Threshold(Believing):
         """By the number of failed components expected."""
         b = memory[0]
         failed = b[:, 1] + 2 * b[:, 2]
-        rewards = mean(b, self.problem.tables.rewards[:, :, 0])
+        rewards = weighted(b, self.expected[None])
         cheaper = np.where(rewards[:, INTERRUPT] >= rewards[:, REPLACE], INTERRUPT, REPLACE)
         running = np.where(failed >= self.examine, EXAMINE, MANUFACTURE)
         return np.where(failed >= self.repair, cheaper, running)
 
 
-POLICIES = {"always-manufacture": AlwaysManufacture, "threshold": Threshold}
-HINT = "threshold"
+@dataclass(frozen=True)
+class Optimal(Countdown):
+    """The best action for its belief in a game of `horizon` turns, by alpha vectors."""
+
+    horizon: int = 20
+
+    @cached_property
+    def _stages(self) -> list[Stage]:
+        tables = tabulate(self.problem)
+        return alpha_vectors.stages(tables, self.problem.discount, self.horizon)
+
+    def ahead(self, b: Reals, left: int) -> Reals:
+        """Q of the beliefs."""
+        return alpha_vectors.action_values(self._stages[left - 1], b)
+
+
+@dataclass(frozen=True)
+class Qmdp(Countdown):
+    """Acts as if it were to see the machine from the next turn on (section 21.1)."""
+
+    horizon: int = 20
+
+    @cached_property
+    def _q(self) -> list[Reals]:
+        """Q by the rewards to come, less one."""
+        tables, discount = tabulate(self.problem), self.problem.discount
+        after = [value_iteration.sweep(tables, discount, turns) for turns in range(self.horizon)]
+        return [value_iteration.action_values(tables, discount, one) for one in after]
+
+    def ahead(self, b: Reals, left: int) -> Reals:
+        """The mean of Q over the beliefs."""
+        return weighted(b, self._q[left - 1][None])
+
+
+POLICIES = {
+    "always-manufacture": AlwaysManufacture,
+    "optimal": Optimal,
+    "qmdp": Qmdp,
+    "threshold": Threshold,
+}
+HINT = "optimal"
