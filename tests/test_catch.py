@@ -5,8 +5,10 @@ import pytest
 
 import dmplay
 from dmplay import belief
-from dmplay.policies.catch import Greedy, Thompson
+from dmplay.core import Percept
+from dmplay.policies.catch import Greedy, Optimal, Thompson
 from dmplay.problems.catch import CAUGHT, DROPPED, Catch
+from dmplay.rollouts import rollout
 from dmplay.session import Session
 
 CATCH = Catch()
@@ -81,3 +83,46 @@ def test_thompson_throws_the_best_distance_of_the_proficiency_that_it_draws() ->
 def test_a_catch_speaks_for_the_proficient() -> None:
     after = belief.update(CATCH, UNIFORM[0], [9], [CAUGHT]).belief
     assert (np.diff(after) > 0).all()
+
+
+def after(policy: Optimal, *throws: tuple[str, int]) -> str:
+    """The throw chosen after these throws and outcomes."""
+    memory = policy.begin(np.array([-1]))
+    for distance, seen in throws:
+        action = int(CATCH.action(0, distance))
+        turn = Percept(np.array([action]), np.array([seen]), None, None)
+        memory = policy.update(memory, turn)
+    return CATCH.action_name(0, policy.choose(memory, None, np.zeros((1, 0)))[0])
+
+
+def test_the_optimal_thrower_goes_up_after_catches_and_down_after_drops() -> None:
+    policy = Optimal(CATCH, 0)
+    assert after(policy) == "50"
+    assert after(policy, ("50", CAUGHT)) == "50"
+    assert after(policy, ("50", CAUGHT), ("50", CAUGHT)) == "60"
+    assert after(policy, ("50", DROPPED)) == "40"
+    assert after(policy, ("50", DROPPED), ("40", DROPPED)) == "30"
+
+
+def test_the_last_throw_is_the_greedy_one() -> None:
+    b = np.random.default_rng(2).dirichlet(np.ones(4), 50)
+    done = np.full(50, 9)
+    optimal, greedy = Optimal(CATCH, 0).values((b, done)), Greedy(CATCH, 0).values((b,))
+    np.testing.assert_allclose(optimal, greedy, atol=1e-8)
+
+
+def test_a_belief_is_searched_once() -> None:
+    policy = Optimal(CATCH, 0, horizon=4)
+    memory = policy.begin(np.full(3, -1))
+    policy.values(memory)
+    assert len(policy._known) == 1
+    policy.values(memory)
+    assert len(policy._known) == 1
+
+
+def test_the_optimal_thrower_earns_what_it_values() -> None:
+    policy = Optimal(CATCH, 0)
+    (value,) = policy.values(policy.begin(np.array([-1]))).max(axis=1)
+    returns = rollout(CATCH, [policy], episodes=20000, turns=10, seed=4).returns[:, 0]
+    assert value == pytest.approx(171.179057, abs=1e-6)
+    assert abs(returns.mean() - value) < 3 * returns.std() / np.sqrt(20000)

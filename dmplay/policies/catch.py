@@ -8,6 +8,8 @@ import numpy as np
 from dmplay.chance import Array, Bools, Categorical, Ints, Reals
 from dmplay.core import Memory
 from dmplay.policies._believing import Believing, mean
+from dmplay.policies._valued import Countdown
+from dmplay.solvers.bounded_search import BoundedSearch
 from dmplay.solvers.value_iteration import best
 from dmplay.tabular import tabulate
 
@@ -48,5 +50,28 @@ class Thompson(Believing):
         return np.asarray(self._best[Categorical.of(memory[0]).sample(u)])
 
 
-POLICIES = {"greedy": Greedy, "thompson": Thompson}
-HINT = "greedy"
+@dataclass(frozen=True)
+class Optimal(Countdown):
+    """The best throw for its belief in a game of `horizon` throws, by exact search."""
+
+    @cached_property
+    def _search(self) -> BoundedSearch:
+        return BoundedSearch(tabulate(self.problem), self.problem.discount)
+
+    @cached_property
+    def _known(self) -> dict[tuple[int, bytes], Reals]:
+        """What was found so far, by the throws left and the belief."""
+        return {}
+
+    def ahead(self, b: Reals, left: int) -> Reals:
+        """Q of the beliefs; one that came up before is not searched again."""
+        keys = [(left, row.tobytes()) for row in b]
+        fresh = {key: row for key, row in zip(keys, b, strict=True) if key not in self._known}
+        if fresh:
+            found = self._search.action_values(np.array(list(fresh.values())), left)
+            self._known.update(zip(fresh, found, strict=True))
+        return np.array([self._known[key] for key in keys])
+
+
+POLICIES = {"greedy": Greedy, "optimal": Optimal, "thompson": Thompson}
+HINT = "optimal"
