@@ -1,0 +1,50 @@
+"""What one agent faces while the others' play is fixed: an MDP of its own (section 24.3)."""
+
+from collections.abc import Sequence
+from itertools import product
+
+import numpy as np
+
+from dmplay.chance import Reals
+from dmplay.core import Problem, exact
+from dmplay.errors import BadParameter
+from dmplay.solvers.sparse import Listed
+
+MOST = 3_000_000  # outcomes listed
+
+
+def faced(problem: Problem, seat: int, play: Sequence[Reals]) -> Listed:
+    """The outcomes of a seat's actions in every state, and its own expected rewards.
+
+    `play` holds how likely each agent takes each of its actions in each state, `[S, A]`; the
+    seat's own part is not used.
+    """
+    states = problem.enumerated()
+    size, own = len(states), play[seat].shape[1]
+    others = [i for i in range(len(play)) if i != seat]
+    joint = np.array(list(product(*(range(play[i].shape[1]) for i in others))))
+    _bounded(size * len(joint))
+    likely = np.ones((size, len(joint)))
+    for place, i in enumerate(others):
+        likely *= play[i][:, joint[:, place]]
+    many = int((likely > 0).sum(axis=1).max())
+    taken = np.argsort(-likely, axis=1, kind="stable")[:, :many]
+    weight = np.take_along_axis(likely, taken, axis=1).reshape(-1, 1)
+    s, a = np.repeat(states, many, axis=0), np.zeros((size * many, len(play)), np.int64)
+    a[:, others] = joint[taken].reshape(size * many, -1)
+    _bounded(size * own * many * exact(problem, s[:1], a[:1]).probabilities.shape[1])
+    p, after, rewards = [], [], []
+    for action in range(own):
+        a[:, seat] = action
+        each, outcome = exact(problem, s, a)
+        weighted = each * weight
+        reached = problem.index(outcome.state.reshape(each.size, *states.shape[1:]))
+        p.append(weighted.reshape(size, -1))
+        after.append(reached.reshape(size, -1))
+        rewards.append((weighted * outcome.rewards[:, :, seat]).reshape(size, -1).sum(axis=1))
+    return Listed(np.stack(p, axis=1), np.stack(after, axis=1), np.stack(rewards, axis=1))
+
+
+def _bounded(outcomes: int) -> None:
+    if outcomes > MOST:
+        raise BadParameter(f"got a game of {outcomes} outcomes, expected at most {MOST}")
