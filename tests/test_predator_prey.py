@@ -6,7 +6,7 @@ import pytest
 import dmplay
 from dmplay import catalog
 from dmplay.core import Problem
-from dmplay.errors import BadParameter
+from dmplay.errors import BadParameter, BadPolicy
 from dmplay.problems import _hex
 from dmplay.problems._hunt import STANDARD
 
@@ -176,3 +176,40 @@ def test_a_map_must_be_one() -> None:
             hunt(1, 1, hexes=hexes)
     with pytest.raises(BadParameter):
         hunt(0, 1)
+
+
+def test_the_best_response_is_worth_more_than_the_natural_play() -> None:
+    for seat, natural in enumerate(("chase", "flee")):
+        earned = []
+        for name in (natural, "best-response"):
+            agents = [dmplay.agent(PROBLEM, i, kind) for i, kind in enumerate(("chase", "flee"))]
+            agents[seat] = dmplay.agent(PROBLEM, seat, name)
+            earned.append(dmplay.rollout(PROBLEM, agents, episodes=2000).returns[:, seat].mean())
+        assert earned[1] > earned[0]
+
+
+def test_the_values_of_the_best_response_come_true() -> None:
+    agents = [
+        dmplay.agent(PROBLEM, 0, "best-response:to=random"),
+        dmplay.agent(PROBLEM, 1, "random"),
+    ]
+    start = PROBLEM.start(np.zeros((1, PROBLEM.draws.start)))
+    values = agents[0].values(agents[0].begin(start))
+    assert values is not None
+    returns = dmplay.rollout(PROBLEM, agents, episodes=4000, turns=150).returns[:, 0]
+    assert abs(returns.mean() - values.max()) < 4 * returns.std() / np.sqrt(4000)
+
+
+def test_two_predators_have_a_best_response_to_one_another_and_a_prey() -> None:
+    problem = hunt(2, 1)
+    agent = dmplay.agent(problem, 0, "best-response")
+    values = agent.values(agent.begin(problem.parse("(1,2) (0,0) (1,1)")[None]))
+    assert values is not None
+    assert values.shape == (1, 6)
+
+
+def test_a_best_response_needs_known_others_and_a_discount() -> None:
+    with pytest.raises(BadParameter, match="expected one of natural, chase, flee, random"):
+        dmplay.agent(PROBLEM, 0, "best-response:to=sleep")
+    with pytest.raises(BadPolicy, match="below 1"):
+        dmplay.agent(dmplay.load("predator-prey", discount=1.0), 0, "best-response")

@@ -8,10 +8,12 @@ import numpy as np
 
 from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import Memory, Problem
-from dmplay.errors import BadPolicy
+from dmplay.errors import BadParameter, BadPolicy
 from dmplay.policies._kinds import Reactive
 from dmplay.problems import _hex
 from dmplay.problems.predator_prey import PredatorPrey
+from dmplay.solvers import best_response, sparse
+from dmplay.solvers.value_iteration import best
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,46 @@ class Flee(_Runner):
         return np.asarray(np.argmax(far, axis=1))
 
 
+@dataclass(frozen=True)
+class BestResponse(Reactive):
+    """The best answer to others who all play `to`: natural (chase or flee), chase, flee or random.
+
+    It plans a hunt without end, by policy iteration; its values are against these others.
+    """
+
+    to: str = "natural"
+
+    def __post_init__(self) -> None:
+        """Refuses what it has no answer to."""
+        if self.to not in ANSWERED:
+            raise BadParameter(f"to: got {self.to!r}, expected one of {', '.join(ANSWERED)}")
+        if self.problem.discount >= 1.0:
+            raise BadPolicy("a hunt without end needs a discount below 1")
+
+    @cached_property
+    def _q(self) -> Reals:
+        hunt = _hunt(self.problem)
+        play = [self._likely(seat) for seat in range(hunt.walkers)]
+        return sparse.optimal(best_response.faced(hunt, self.seat, play), hunt.discount)
+
+    def _likely(self, seat: int) -> Reals:
+        """How likely the agent of a seat takes each action in each state `[S, 6]`."""
+        states, many = self.problem.enumerated(), len(_hex.DIRECTIONS)
+        if self.to == "random":
+            return np.full((len(states), many), 1 / many)
+        name = _natural(self.problem, seat) if self.to == "natural" else self.to
+        runner = RUNNERS[name](self.problem, seat)
+        return np.eye(many)[runner.choose((states,), None, np.zeros((len(states), 0)))]
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """The first of the best moves."""
+        return np.asarray(np.argmax(best(self.values(memory)), axis=1))
+
+    def values(self, memory: Memory) -> Reals:
+        """Q of each move against these others."""
+        return np.asarray(self._q[self.problem.index(memory[0])])
+
+
 def _hunt(problem: Problem) -> PredatorPrey:
     if not isinstance(problem, PredatorPrey):
         raise BadPolicy(f"got {type(problem).__name__}, expected predator-prey")
@@ -65,5 +107,7 @@ def _natural(problem: Problem, seat: int) -> str:
     return "chase" if seat in _hunt(problem).hunters else "flee"
 
 
-POLICIES = {"chase": Chase, "flee": Flee}
+RUNNERS: dict[str, type[_Runner]] = {"chase": Chase, "flee": Flee}
+ANSWERED = ("natural", *RUNNERS, "random")
+POLICIES = {**RUNNERS, "best-response": BestResponse}
 PARTNER = HINT = _natural
