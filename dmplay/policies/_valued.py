@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Memory, Percept
+from dmplay.core import Memory, Percept, parameter
 from dmplay.errors import BadParameter
 from dmplay.policies._kinds import Believer
 from dmplay.solvers.value_iteration import best
@@ -29,7 +29,7 @@ class Valued(Believer):
 class Planner(Valued):
     """Plans a number of turns, at least one."""
 
-    horizon: int = 10
+    horizon: int = parameter(10, "turns planned", 1)
 
     def __post_init__(self) -> None:
         """Refuses to plan no turn."""

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Memory
+from dmplay.core import Memory, parameter
 from dmplay.policies._kinds import Believer, Reactive, weighted
 from dmplay.policies._valued import Countdown
 from dmplay.problems.machine_replacement import MachineReplacement
@@ -52,7 +52,7 @@ class Threshold(Believer):
 class Optimal(Countdown):
     """The best action for its belief in a game of `horizon` turns, by alpha vectors."""
 
-    horizon: int = 20
+    horizon: int = parameter(20, "turns of a game", 1)
 
     @cached_property
     def _stages(self) -> list[Stage]:
@@ -68,7 +68,7 @@ class Optimal(Countdown):
 class Qmdp(Countdown):
     """Acts as if it were to see the machine from the next turn on (section 21.1)."""
 
-    horizon: int = 20
+    horizon: int = parameter(20, "turns of a game", 1)
 
     @cached_property
     def _q(self) -> list[Reals]:
