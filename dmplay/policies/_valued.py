@@ -8,12 +8,12 @@ import numpy as np
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Percept, parameter
 from dmplay.errors import BadParameter
-from dmplay.policies._kinds import Believer
+from dmplay.policies._believing import Believing
 from dmplay.solvers.value_iteration import best
 
 
 @dataclass(frozen=True)
-class Valued(Believer):
+class Valued(Believing):
     """Takes the first of the actions that are worth most."""
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:

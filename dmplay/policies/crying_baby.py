@@ -8,7 +8,8 @@ import numpy as np
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Labels, Memory, Problem
 from dmplay.errors import BadPolicy
-from dmplay.policies._kinds import Reactive, weighted
+from dmplay.policies._believing import mean
+from dmplay.policies._kinds import Reactive
 from dmplay.policies._valued import Planner, Valued
 from dmplay.solvers import alpha_vectors, value_iteration
 from dmplay.solvers.alpha_vectors import Stage
@@ -65,7 +66,7 @@ class Qmdp(Valued):
 
     def values(self, memory: Memory) -> Reals:
         """The mean of Q* over the belief."""
-        return weighted(memory[0], self._q[None])
+        return mean(memory[0], self._q)
 
 
 def _unending(problem: Problem) -> float:

@@ -7,7 +7,8 @@ import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, parameter
-from dmplay.policies._kinds import Believer, Reactive, weighted
+from dmplay.policies._believing import Believing, mean
+from dmplay.policies._kinds import Always
 from dmplay.policies._valued import Countdown
 from dmplay.problems.machine_replacement import MachineReplacement
 from dmplay.solvers import alpha_vectors, value_iteration
@@ -18,16 +19,14 @@ MANUFACTURE, EXAMINE, INTERRUPT, REPLACE = range(4)
 
 
 @dataclass(frozen=True)
-class AlwaysManufacture(Reactive):
+class AlwaysManufacture(Always):
     """Manufactures and never looks."""
 
-    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """Manufacture."""
-        return np.full(len(u), MANUFACTURE)
+    action = MANUFACTURE
 
 
 @dataclass(frozen=True)
-class Threshold(Believer):
+class Threshold(Believing):
     """Repairs a machine once it expects so many failed components, by the cheaper way.
 
     From `examine` components on it examines what it makes; that does not pay in a game of the
@@ -42,7 +41,7 @@ class Threshold(Believer):
         """By the number of failed components expected."""
         b = memory[0]
         failed = b[:, 1] + 2 * b[:, 2]
-        rewards = weighted(b, self.expected[None])
+        rewards = mean(b, self.problem.tables.rewards[:, :, 0])
         cheaper = np.where(rewards[:, INTERRUPT] >= rewards[:, REPLACE], INTERRUPT, REPLACE)
         running = np.where(failed >= self.examine, EXAMINE, MANUFACTURE)
         return np.where(failed >= self.repair, cheaper, running)
@@ -79,7 +78,7 @@ class Qmdp(Countdown):
 
     def ahead(self, b: Reals, left: int) -> Reals:
         """The mean of Q over the beliefs."""
-        return weighted(b, self._q[left - 1][None])
+        return mean(b, self._q[left - 1])
 
 
 POLICIES = {
