@@ -123,9 +123,9 @@ class Game:
     def __init__(
         self, name: str, session: Session, seats: Sequence[str], recorder: Recorder | None = None
     ) -> None:
-        self.name = clean(name)
+        self.name = name
         self.session = session
-        self.seats = tuple(map(clean, seats))
+        self.seats = tuple(seats)
         self.recorder = recorder
         self.style = style_of(session.problem)
         self.people = [seat for seat, who in enumerate(seats) if who == HUMAN]
