@@ -5,6 +5,9 @@ import pytest
 
 import dmplay
 from dmplay import belief, catalog
+from dmplay.core import Percept
+from dmplay.errors import BadPolicy
+from dmplay.policies.multicaregiver_crying_baby import BestResponse
 from dmplay.problems.multicaregiver_crying_baby import (
     FEED,
     IGNORE,
@@ -87,3 +90,43 @@ def test_the_partner_feeds_when_the_baby_cries() -> None:
     chosen = policy.choose((np.array([-1, CRYING, QUIET]),), None, np.zeros((3, 0)))
     assert chosen.tolist() == [IGNORE, FEED, IGNORE]
     assert CARE.kind == "POMG"
+
+
+def test_the_cheap_feeder_best_feeds_always_and_the_dear_one_never() -> None:
+    quiet = [QUIET] * 4  # a fed baby never cries
+    for seat, wanted, sounds in ((0, "feed", quiet), (1, "ignore", [CRYING, QUIET, QUIET, CRYING])):
+        policy = dmplay.agent(CARE, seat, "best-response")
+        memory = policy.begin(np.array([-1]))
+        for heard in sounds:
+            chosen = policy.choose(memory, None, np.zeros((1, 0)))
+            assert CARE.action_name(seat, chosen[0]) == wanted
+            memory = policy.update(memory, Percept(chosen, np.array([heard]), None, None))
+
+
+def test_feeding_always_is_worth_its_effort_and_one_hungry_turn_of_two() -> None:
+    policy = BestResponse(CARE, 0)
+    assert policy.values(policy.begin(np.array([-1])))[0, 0] == pytest.approx(-2.5 / 0.1 - 5)
+
+
+def test_the_best_response_of_each_comes_true() -> None:
+    for seat in range(2):
+        agents = [dmplay.agent(CARE, i, "feed-when-crying") for i in range(2)]
+        policy = BestResponse(CARE, seat)
+        agents[seat] = policy
+        (value,) = policy.values(policy.begin(np.array([-1]))).max(axis=1)
+        returns = dmplay.rollout(CARE, agents, episodes=4000, turns=150, seed=2).returns[:, seat]
+        assert abs(returns.mean() - value) < 4 * returns.std() / np.sqrt(4000)
+
+
+def test_a_best_response_without_end_needs_a_discount() -> None:
+    with pytest.raises(BadPolicy, match="below 1"):
+        BestResponse(MulticaregiverCryingBaby(discount=1.0), 0)
+
+
+def test_a_partner_who_surprises_is_taken_to_be_random_for_that_turn() -> None:
+    policy = BestResponse(CARE, 1)
+    memory = policy.begin(np.array([-1]))
+    for _ in range(2):  # after the first cry the partner should have fed: no second one
+        turn = Percept(np.array([IGNORE]), np.array([CRYING]), None, None)
+        memory = policy.update(memory, turn)
+    assert memory[0][0].reshape(2, 3)[:, 1].tolist() == [0, 1]  # hungry and heard crying

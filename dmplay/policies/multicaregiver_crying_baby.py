@@ -1,7 +1,113 @@
-"""Policies for the two caregivers: those of one."""
+"""Policies for the two caregivers: that of one, and the best answer to it."""
 
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+
+from dmplay import belief
+from dmplay.chance import Array, Bools, Reals
+from dmplay.core import Memory, Percept, Problem, exact
+from dmplay.errors import BadPolicy
+from dmplay.policies._kinds import weighted
 from dmplay.policies.crying_baby import FeedWhenCrying
+from dmplay.problems.multicaregiver_crying_baby import ACTIONS
+from dmplay.solvers import alpha_vectors
+from dmplay.solvers.alpha_vectors import Stage
+from dmplay.solvers.value_iteration import best
+from dmplay.tabular import Tables
 
-POLICIES = {"feed-when-crying": FeedWhenCrying}
+HEARD = 3  # nothing yet, crying, quiet
+
+
+@dataclass(frozen=True)
+class BestResponse:
+    """The best answer to a partner who feeds when the baby cries, in a game without end.
+
+    Both hear the same, so the partner is foreseen: this is a POMDP whose state is the baby's and
+    what was heard last. The values are against that partner.
+    """
+
+    problem: Problem
+    seat: int
+
+    def __post_init__(self) -> None:
+        """Refuses a game without end and discount."""
+        if self.problem.discount >= 1.0:
+            raise BadPolicy("a game without end needs a discount below 1")
+
+    @property
+    def draws(self) -> int:
+        """None."""
+        return 0
+
+    @cached_property
+    def faced(self) -> Tables:
+        """The arrays of that POMDP; its state is the baby's times 3, plus what was heard."""
+        heard = np.arange(2 * HEARD) % HEARD - 1
+        partner = FeedWhenCrying(self.problem, 1 - self.seat)
+        fed = partner.choose((heard,), None, np.zeros((len(heard), 0)))
+        return self._beside(np.eye(len(ACTIONS))[fed])
+
+    def _beside(self, play: Reals) -> Tables:
+        """The arrays beside a partner who takes actions with probabilities `[S, A]`."""
+        states, many = np.arange(2 * HEARD), len(ACTIONS)
+        transition = np.zeros((len(states), many, len(states)))
+        rewards = np.zeros((len(states), many, 1))
+        for action, other in product(range(many), repeat=2):
+            both = (action, other) if self.seat == 0 else (other, action)
+            p, outcome = exact(self.problem, states // HEARD, np.tile(both, (len(states), 1)))
+            p = p * play[:, other, None]
+            after = outcome.state * HEARD + outcome.observations[:, :, self.seat] + 1
+            np.add.at(transition[:, action], (states[:, None], after), p)
+            rewards[:, action, 0] += (p * outcome.rewards[:, :, self.seat]).sum(axis=1)
+        seen = np.eye(HEARD - 1)[np.maximum(states % HEARD - 1, 0)]
+        return Tables(transition, rewards, np.repeat(seen[None], many, axis=0))
+
+    @cached_property
+    def _stage(self) -> Stage:
+        return alpha_vectors.infinite(self.faced, self.problem.discount)
+
+    @cached_property
+    def _foreseen(self) -> Reals:
+        return _likely(self.faced)
+
+    @cached_property
+    def _surprising(self) -> Reals:
+        many = len(ACTIONS)
+        return _likely(self._beside(np.full((2 * HEARD, many), 1 / many)))
+
+    def begin(self, observation: Array) -> Memory:
+        """The distribution of the start state, and nothing is heard."""
+        b = np.zeros((len(observation), 2 * HEARD))
+        b[:, ::HEARD] = belief.prior(self.problem)
+        return (b,)
+
+    def update(self, memory: Memory, percept: Percept) -> Memory:
+        """Bayes' rule; where that partner rules out what was heard, beside a random one."""
+        turn = percept.action, percept.observation
+        joint = weighted(memory[0], self._foreseen[turn])
+        possible = joint.any(axis=1, keepdims=True)
+        joint = np.where(possible, joint, weighted(memory[0], self._surprising[turn]))
+        return (joint / joint.cumsum(axis=1)[:, -1:],)
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """The first of the best actions."""
+        return np.asarray(np.argmax(best(self.values(memory)), axis=1))
+
+    def values(self, memory: Memory) -> Reals:
+        """Q of each action against that partner."""
+        return alpha_vectors.action_values(self._stage, memory[0])
+
+
+def _likely(tables: Tables) -> Reals:
+    """The probability of an observation and the next state, `[A, O, S, S]`."""
+    assert tables.observation is not None
+    seen = tables.observation.transpose(0, 2, 1)[:, :, None]
+    return np.asarray(tables.transition.transpose(1, 0, 2)[:, None] * seen)
+
+
+POLICIES = {"best-response": BestResponse, "feed-when-crying": FeedWhenCrying}
 PARTNER = "feed-when-crying"
 HINT = "feed-when-crying"
