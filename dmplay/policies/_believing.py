@@ -105,13 +105,13 @@ class Believing(ABC):
 
 
 def mean(b: Reals, each: Reals) -> Reals:
-    """The mean `[B, K]` of `each` `[S, K]` under beliefs `[B, S]`, for few states.
+    """The mean `[B, K]` of `each` `[S, K]`, or `[B, S, K]`, under beliefs `[B, S]`: few states.
 
     State by state: a row has the same bits in any batch.
     """
-    total = b[:, 0, None] * each[0]
-    for s in range(1, len(each)):
-        total = total + b[:, s, None] * each[s]
+    total = b[:, 0, None] * each[..., 0, :]
+    for s in range(1, b.shape[1]):
+        total = total + b[:, s, None] * each[..., s, :]
     return np.asarray(total)
 
 

@@ -10,7 +10,7 @@ from dmplay import belief
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Percept, Problem, exact
 from dmplay.errors import BadPolicy
-from dmplay.policies._kinds import weighted
+from dmplay.policies._believing import mean
 from dmplay.policies.crying_baby import FeedWhenCrying
 from dmplay.problems.multicaregiver_crying_baby import ACTIONS
 from dmplay.solvers import alpha_vectors
@@ -87,9 +87,9 @@ class BestResponse:
     def update(self, memory: Memory, percept: Percept) -> Memory:
         """Bayes' rule; where that partner rules out what was heard, beside a random one."""
         turn = percept.action, percept.observation
-        joint = weighted(memory[0], self._foreseen[turn])
+        joint = mean(memory[0], self._foreseen[turn])
         possible = joint.any(axis=1, keepdims=True)
-        joint = np.where(possible, joint, weighted(memory[0], self._surprising[turn]))
+        joint = np.where(possible, joint, mean(memory[0], self._surprising[turn]))
         return (joint / joint.cumsum(axis=1)[:, -1:],)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
