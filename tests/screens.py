@@ -16,8 +16,9 @@ from dmplay.dice import Dice
 from dmplay.session import Session, Source
 from dmplay.shell import toolkit
 from dmplay.shell.frame import Room
-from dmplay.shell.game import HUMAN, Game, seat_policy
+from dmplay.shell.game import Game
 from dmplay.shell.screen import Screen
+from dmplay.shell.seats import HUMAN, seat_policy
 from dmplay.shell.terminal import Terminal
 
 SEQUENCES = {

@@ -9,7 +9,8 @@ from dmplay.errors import DmplayError
 from dmplay.session import Session
 from dmplay.shell.commands import COMMANDS, typed
 from dmplay.shell.frame import Room, Shown, compose
-from dmplay.shell.game import HUMAN, Game
+from dmplay.shell.game import Game
+from dmplay.shell.seats import HUMAN
 from tests.games import Scripted
 from tests.test_conformance import CASES, Told, draws, load, twins
 

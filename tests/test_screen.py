@@ -12,7 +12,8 @@ from dmplay.chance import Reals
 from dmplay.shell import frame
 from dmplay.shell.commands import COMMANDS, typed
 from dmplay.shell.frame import Room, Shown, compose
-from dmplay.shell.game import HUMAN, Game
+from dmplay.shell.game import Game
+from dmplay.shell.seats import HUMAN
 from tests.screens import SEQUENCES, Played, game, play
 
 PROBLEMS = ("2048", "crying-baby", "hexworld", "prisoners-dilemma")

@@ -9,11 +9,12 @@ from dmplay.core import Problem
 from dmplay.dice import Dice
 from dmplay.names import problem_names
 from dmplay.session import Session
-from dmplay.shell.game import action_by_key, style_of
+from dmplay.shell.seats import action_by_key
 from dmplay.solvers import value_iteration
 from dmplay.tabular import tabulate
 from dmplay.views import crying_baby, game_2048, hexworld, prisoners_dilemma
 from dmplay.views._canvas import Look, Overlay, fit
+from dmplay.views._style_of import style_of
 from tests.games import session
 
 GLYPHS = set("─│┌┐└┘├┤┬┴┼╱╲┄━┷╋▏▎▍▌▋▊▉█▁▂▃▄▅▆▇▒←→↑↓↖↗↘↙◆●○∘·✓✗×γ…")

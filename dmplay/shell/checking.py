@@ -10,7 +10,8 @@ from pathlib import Path
 
 from dmplay import catalog
 from dmplay.errors import BadParameter, BadTranscript, DmplayError
-from dmplay.shell.game import asked_again, frame
+from dmplay.shell.game import frame
+from dmplay.shell.seats import asked_again
 from dmplay.shell.terminal import clean
 from dmplay.transcript.reading import Transcript, read
 from dmplay.transcript.verify import Finding, Report, rewritten, verify

@@ -1,120 +1,32 @@
 """A game that people play: a session, who sits where, its transcript, and its words."""
 
-import importlib
-import importlib.util
-import secrets
 from collections.abc import Mapping, Sequence
 from itertools import zip_longest
-from pathlib import Path
 from typing import cast
 
 from rich.text import Text
 
 from dmplay import catalog
-from dmplay.core import Continuous, Interval, Policy, Problem
+from dmplay.core import Continuous, Interval, Problem
 from dmplay.dice import Dice
-from dmplay.errors import BadParameter, DmplayError, UnknownName
-from dmplay.policies.general import EndOfScript, Script
+from dmplay.errors import BadParameter
+from dmplay.policies.general import EndOfScript
 from dmplay.rollouts import MOST_TURNS
 from dmplay.session import Follower, Session, View
-from dmplay.shell.terminal import clean
-from dmplay.transcript.format import Header, number, turn_facts
-from dmplay.transcript.reading import read
+from dmplay.shell.seats import DIGITS, HUMAN, action_by_key, action_of
+from dmplay.transcript.format import number, turn_facts
 from dmplay.transcript.recorder import Recorder
-from dmplay.views import generic
-from dmplay.views._canvas import Look, Overlay, Style, fit
+from dmplay.views._canvas import Look, Overlay, fit
+from dmplay.views._style_of import style_of
 
-HUMAN = "human"
-UNASKED = ("human", "script", "replay")  # seats whose actions only the file can tell
 FRAME = Look(width=80, height=24)
-DIGITS = 10
 PAIR = 2
-
-
-def style_of(problem: Problem) -> Style:
-    """The view module of a problem; the generic one where it has none."""
-    name = f"dmplay.views.{catalog.stem(problem)}"
-    own = catalog.stem(problem) and importlib.util.find_spec(name)
-    return cast(Style, importlib.import_module(name) if own else generic)
 
 
 def frame(session: Session) -> str:
     """What the first seat's screen shows, as the transcript's plain-text frame."""
     drawn = fit(style_of(session.problem), session.view(0), FRAME)
     return "\n".join(row.rstrip() for row in drawn.plain.split("\n"))
-
-
-def action_of(problem: Problem, seat: int, word: str) -> float:
-    """The action that a person wrote: its name, an alias, its number or a key."""
-    try:
-        return problem.action(seat, word)
-    except UnknownName:
-        by_key = action_by_key(problem, seat, word)
-        if by_key is None:
-            raise
-        return by_key
-
-
-def action_by_key(problem: Problem, seat: int, key: str) -> float | None:
-    """The action that a key plays: a digit is its number, 0 the tenth."""
-    labels = problem.actions[seat]
-    if isinstance(labels, Interval):
-        return None
-    known = style_of(problem).KEYS
-    if key in known:
-        return labels.index(known[key])
-    if len(key) == 1 and key.isdigit() and len(labels) <= DIGITS:
-        number_ = (int(key) - 1) % DIGITS
-        return number_ if number_ < len(labels) else None
-    return None
-
-
-def seat_policy(problem: Problem, seat: int, who: str) -> Policy | None:
-    """The policy that plays a seat; None for a person."""
-    kind, _, rest = who.partition(":")
-    if who == HUMAN:
-        return None
-    if kind == "script":
-        return Script(problem, seat, _script(problem, seat, rest))
-    if kind == "replay":
-        transcript = read(Path(rest))
-        name = problem.agents[seat]
-        told = [block["actions"] for block in transcript.blocks if "actions" in block.entries]
-        texts = [str(actions.get(name, "")) for actions in told if isinstance(actions, dict)]
-        return Script(problem, seat, tuple(problem.action(seat, text) for text in texts))
-    return catalog.agent(problem, seat, who)
-
-
-def _script(problem: Problem, seat: int, rest: str) -> tuple[float, ...]:
-    """Actions from `a,b,c`, or from a file with one action or several to a line."""
-    file = Path(rest)
-    if file.is_file():
-        rows = file.read_text().splitlines()
-        words = [
-            (f"{rest}:{number_}", word)
-            for number_, row in enumerate(rows, 1)
-            for word in row.partition("#")[0].replace(",", " ").split()
-        ]
-    else:
-        words = [(f"script action {n}", word) for n, word in enumerate(rest.split(","), 1) if word]
-    actions = []
-    for where, word in words:
-        try:
-            actions.append(action_of(problem, seat, word))
-        except DmplayError as error:
-            raise BadParameter(f"{where}: {error}") from None
-    return tuple(actions)
-
-
-def asked_again(problem: Problem, seats: dict[str, str], *, trusted: bool) -> list[Policy | None]:
-    """The agents of a transcript that can be asked what they would do."""
-    known = catalog.agents(problem)
-    return [
-        catalog.agent(problem, seat, who)
-        if who.partition(":")[0] in known or (trusted and who.partition(":")[0] not in UNASKED)
-        else None
-        for seat, who in enumerate(seats.values())
-    ]
 
 
 class Game:
@@ -415,17 +327,3 @@ def _short(value: object) -> str:
     if isinstance(value, list):
         return f"[{', '.join(map(_short, value))}]"
     return f"{value:.4g}" if isinstance(value, float) else str(value)
-
-
-def new_seed() -> int:
-    """A seed that a person can type."""
-    return secrets.randbelow(10**9)
-
-
-def header(loaded: catalog.Loaded, seats: Sequence[str], dice: Dice, turns: int | None) -> Header:
-    """The transcript header of a game; scripts are named without their place."""
-    names = [
-        who.partition(":")[0] if who.startswith(("script:", "replay:")) else who for who in seats
-    ]
-    told = dict(zip(loaded.problem.agents, map(clean, names), strict=True))
-    return Header(loaded.name, told, dice.seed, loaded.parameters, dice.episode, turns)

@@ -10,7 +10,7 @@ from dmplay import catalog
 from dmplay.core import Interval, Problem
 from dmplay.describe import summary
 from dmplay.names import problem_names
-from dmplay.shell.game import style_of
+from dmplay.views._style_of import style_of
 
 
 def facts() -> list[dict[str, str]]:

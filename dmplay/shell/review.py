@@ -12,7 +12,7 @@ from dmplay import catalog
 from dmplay.chance import Reals
 from dmplay.core import Interval
 from dmplay.session import Follower, Session
-from dmplay.shell.game import HUMAN
+from dmplay.shell.seats import HUMAN
 from dmplay.shell.start import Playback
 from dmplay.solvers.value_iteration import best
 

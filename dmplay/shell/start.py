@@ -1,5 +1,6 @@
 """Setting up games: new ones, resumed ones, and played ones to look at again."""
 
+import secrets
 import shlex
 import sys
 from collections.abc import Mapping, Sequence
@@ -12,10 +13,11 @@ from dmplay.errors import BadParameter
 from dmplay.session import Session
 from dmplay.shell import saves
 from dmplay.shell.checking import loaded
-from dmplay.shell.game import HUMAN, Game, frame, header, new_seed, seat_policy
+from dmplay.shell.game import Game, frame
 from dmplay.shell.plain import Objects, Reporter, Sentences, Silence, play
 from dmplay.shell.screen import Screen
 from dmplay.shell.screen import run as run_screen
+from dmplay.shell.seats import HUMAN, header, seat_policy
 from dmplay.shell.signals import leaving
 from dmplay.shell.terminal import Terminal
 from dmplay.transcript.format import Frame
@@ -26,6 +28,7 @@ from dmplay.transcript.verify import play as play_block
 from dmplay.transcript.verify import start as start_session
 
 LARGEST_SEED = 2**63 - 1
+NEW_SEEDS = 10**9  # few enough to type
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,7 @@ def new(request: Request) -> Game:
     problem = found.problem
     seats = _seats(request, found)
     policies = [seat_policy(problem, seat, who) for seat, who in enumerate(seats)]
-    seed = new_seed() if request.seed is None else request.seed
+    seed = secrets.randbelow(NEW_SEEDS) if request.seed is None else request.seed
     if not 0 <= seed <= LARGEST_SEED:
         raise BadParameter(f"--seed: got {seed}, expected 0 to {LARGEST_SEED}")
     if request.turns is not None and request.turns < 1:

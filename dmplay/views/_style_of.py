@@ -1,0 +1,17 @@
+"""Which view a problem has."""
+
+import importlib
+import importlib.util
+from typing import cast
+
+from dmplay import catalog
+from dmplay.core import Problem
+from dmplay.views import generic
+from dmplay.views._canvas import Style
+
+
+def style_of(problem: Problem) -> Style:
+    """The view module of a problem; the generic one where it has none."""
+    name = f"dmplay.views.{catalog.stem(problem)}"
+    own = catalog.stem(problem) and importlib.util.find_spec(name)
+    return cast(Style, importlib.import_module(name) if own else generic)
