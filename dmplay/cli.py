@@ -292,6 +292,28 @@ def list_(json: Json = False) -> None:
 
 
 @app.command()
+def solve(
+    problem: Name,
+    variant: Annotated[str, typer.Option("--variant", "-V", help="a named variant")] = "",
+    set_: Annotated[
+        list[str], typer.Option("--set", metavar="K=V", help="a parameter; may be repeated")
+    ] = [],  # noqa: B006 - typer reads it once
+    json: Json = False,
+) -> None:
+    """Solve a problem: values, best actions or equilibria, and how they were found.
+
+    \b
+      dmplay solve hexworld --set slip=0.1
+      dmplay solve rock-paper-scissors --json
+    """
+    from dmplay.shell import solving
+    from dmplay.shell.start import pairs
+
+    name = f"{problem}:{variant}" if variant else problem
+    solving.print_solution(name, pairs(set_, "--set"), json=json)
+
+
+@app.command()
 def figure(
     name: Annotated[str, typer.Argument(help="F.2, F.9 ... F.16, T.1, T.2; all if not given")] = "",
     svg: Annotated[bool, typer.Option("--svg", help="as a picture")] = False,

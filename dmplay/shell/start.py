@@ -55,7 +55,7 @@ class Request:
 def new(request: Request) -> Game:
     """A new game: its problem, who sits where, its dice and its transcript."""
     name = f"{request.problem}:{request.variant}" if request.variant else request.problem
-    found = catalog.resolve(name, _pairs(request.settings, "--set"))
+    found = catalog.resolve(name, pairs(request.settings, "--set"))
     problem = found.problem
     seats = _seats(request, found)
     policies = [seat_policy(problem, seat, who) for seat, who in enumerate(seats)]
@@ -99,14 +99,15 @@ def _again(request: Request, name: str, seed: int) -> str:
     return shlex.join([*words, "--seed", str(seed)])
 
 
-def _pairs(settings: Sequence[str], option: str) -> dict[str, object]:
-    pairs: dict[str, object] = {}
+def pairs(settings: Sequence[str], option: str) -> dict[str, object]:
+    """The settings `NAME=VALUE` of an option."""
+    found: dict[str, object] = {}
     for setting in settings:
         key, equals, value = setting.partition("=")
         if not equals:
             raise BadParameter(f"{option}: got {setting!r}, expected NAME=VALUE")
-        pairs[key.strip()] = value.strip()
-    return pairs
+        found[key.strip()] = value.strip()
+    return found
 
 
 def _seats(request: Request, found: catalog.Loaded) -> list[str]:
@@ -117,7 +118,7 @@ def _seats(request: Request, found: catalog.Loaded) -> list[str]:
     rest = range(1, len(problem.agents))
     seats = [request.agent]
     seats += [request.others or catalog.partner(problem, seat) for seat in rest]
-    for name, who in _pairs(request.seats, "--seat").items():
+    for name, who in pairs(request.seats, "--seat").items():
         seats[problem.seat(name)] = str(who)
     return seats
 
