@@ -5,8 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Memory, Percept, Problem
-from dmplay.problems.game_2048 import DOWN, LEFT, RIGHT, UP
+from dmplay.core import Memory, Percept, Problem, parameter
+from dmplay.errors import BadParameter
+from dmplay.policies._kinds import Reactive
+from dmplay.problems.game_2048 import DOWN, LEFT, RIGHT, UP, Game2048
+from dmplay.solvers import expectimax_2048
+from dmplay.solvers.value_iteration import best
+
+DEEPEST = 20  # plies
 
 
 @dataclass(frozen=True)
@@ -43,5 +49,41 @@ class Corner:
         return None
 
 
-POLICIES = {"corner": Corner}
-HINT = "corner"
+@dataclass(frozen=True)
+class Expectimax(Reactive):
+    """Searches some slides and tiles ahead, further where few cells are empty.
+
+    With a time limit it goes as deep as the time allows, so that no two searches need agree.
+    """
+
+    problem: Game2048
+    depth: int = parameter(4, "plies without a time limit: slides and tiles in turn", 1, DEEPEST)
+    milliseconds: float = parameter(0.0, "time for one choice, 0 for as long as it takes", 0.0)
+
+    def __post_init__(self) -> None:
+        """Refuses numbers out of bounds."""
+        if not 1 <= self.depth <= DEEPEST:
+            raise BadParameter(f"depth: got {self.depth}, expected 1 to {DEEPEST}")
+        if self.milliseconds < 0:
+            raise BadParameter(f"milliseconds: got {self.milliseconds:g}, expected 0 or more")
+
+    @property
+    def timed(self) -> bool:
+        """Whether its choice depends on how fast the machine is."""
+        return self.milliseconds > 0
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """The first of the best slides."""
+        return np.asarray(np.argmax(best(self.values(memory)), axis=1))
+
+    def values(self, memory: Memory) -> Reals:
+        """What each slide is worth, in points of the search; -inf where it moves nothing."""
+        (board,) = memory
+        p_two = self.problem.p_two
+        if not self.timed:
+            return expectimax_2048.action_values(board, p_two, self.depth)
+        return expectimax_2048.deepened(board, p_two, DEEPEST, self.milliseconds / 1000)
+
+
+POLICIES = {"corner": Corner, "expectimax": Expectimax}
+HINT = "expectimax"

@@ -38,23 +38,23 @@ class Lines:
 @cache
 def lines() -> Lines:
     """The table of all 104,976 lines."""
-    codes = np.arange(BASE**4, dtype=np.int32)
-    cells = [codes // BASE**place % BASE for place in range(4)]
-    slid = np.zeros((len(codes), 5), np.uint8)  # the fifth takes what is not written
-    filled = np.zeros(len(codes), np.int32)
-    last = np.zeros(len(codes), np.int32)  # the last cell written, 0 once it has merged
-    pay = np.zeros(len(codes), np.int32)
+    every = np.arange(BASE**4, dtype=np.int32)
+    cells = [every // BASE**place % BASE for place in range(4)]
+    slid = np.zeros((len(every), 5), np.uint8)  # the fifth takes what is not written
+    filled = np.zeros(len(every), np.int32)
+    last = np.zeros(len(every), np.int32)  # the last cell written, 0 once it has merged
+    pay = np.zeros(len(every), np.int32)
     for cell in cells:
         merges = (cell > 0) & (last == cell)
         lands = (cell > 0) & ~merges
         pay += np.where(merges, 2 << cell, 0)
         place = np.where(merges, filled - 1, np.where(lands, filled, 4))
-        slid[codes, place] = cell + merges
+        slid[every, place] = cell + merges
         filled += lands
         last = np.where(lands, cell, np.where(merges, 0, last))
     out = np.ascontiguousarray(slid[:, :4]).view(np.uint32)[:, 0]
     before = np.stack(cells, axis=1).astype(np.uint8).view(np.uint32)[:, 0]
-    holes = np.zeros(len(codes), np.uint16)
+    holes = np.zeros(len(every), np.uint16)
     for shift, empty in enumerate(cells):
         holes += np.asarray(empty == 0, np.uint16) << shift
     return Lines(out, pay, (4 - filled).astype(np.uint8), holes, out != before)
@@ -74,7 +74,8 @@ def kth_hole() -> NDArray[np.uint8]:
     return holes
 
 
-def _code(words: Words) -> Words:
+def codes(words: Words) -> Words:
+    """The code in base 18 of each line."""
     pairs = (words & 0x00FF00FF) + BASE * ((words >> 8) & 0x00FF00FF)
     return (pairs & 0xFFFF) + BASE**2 * (pairs >> 16)
 
@@ -83,7 +84,8 @@ def _rows(board: Board) -> Words:
     return np.ascontiguousarray(board).view(np.uint32)[:, :, 0]
 
 
-def _columns(rows: Words) -> Words:
+def columns(rows: Words) -> Words:
+    """The columns `[B, 4]` of boards given as rows, or the other way round."""
     cells = rows.view(np.uint8).reshape(-1, 4, 4)
     return np.ascontiguousarray(cells.transpose(0, 2, 1)).view(np.uint32)[:, :, 0]
 
@@ -91,7 +93,7 @@ def _columns(rows: Words) -> Words:
 def _facing(board: Board, a: Ints) -> Words:
     """The four lines `[B, 4]` of each board, each beginning at the wall that it slides to."""
     rows = _rows(board)
-    words = np.where(_upright(a), _columns(rows), rows)
+    words = np.where(_upright(a), columns(rows), rows)
     return np.where(_backward(a), words.byteswap(), words)
 
 
@@ -107,7 +109,7 @@ def _slide(a: Ints, code: Words) -> Words:
     """The rows `[B, 4]` after sliding the lines of these codes in directions `a`."""
     words = lines().slid.take(code)
     words = np.where(_backward(a), words.byteswap(), words)
-    return np.where(_upright(a), _columns(words), words)
+    return np.where(_upright(a), columns(words), words)
 
 
 def _each(table: Array, code: Words) -> Array:
@@ -118,7 +120,7 @@ def _each(table: Array, code: Words) -> Array:
 
 def slide(board: Board, a: Ints) -> tuple[Board, Reals]:
     """The boards after sliding in directions `a` `[B]`, before the new tile, and the pay `[B]`."""
-    code = _code(_facing(board, a))
+    code = codes(_facing(board, a))
     rows = np.ascontiguousarray(_slide(a, code))
     return rows.view(np.uint8).reshape(-1, 4, 4), _each(lines().pay, code).astype(float)
 
@@ -151,16 +153,16 @@ class Game2048(Problem):
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         """Which of the cells left empty gets the new tile, and which tile."""
-        n = _each(lines().empty, _code(_facing(s, a[:, 0]))).astype(np.int64)
+        n = _each(lines().empty, codes(_facing(s, a[:, 0]))).astype(np.int64)
         return (Pick(np.maximum(n, 1), 16), self._tile())
 
     def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """Slides, and puts the new tile down if anything moved."""
         cell, tile = events
         table = lines()
-        code = _code(_facing(s, a[:, 0]))
+        code = codes(_facing(s, a[:, 0]))
         rows = np.ascontiguousarray(_slide(a[:, 0], code))
-        holes = table.holes.take(_code(rows))
+        holes = table.holes.take(codes(rows))
         mask = holes[:, 0] | holes[:, 1] << 4 | holes[:, 2] << 8 | holes[:, 3] << 12
         board = rows.view(np.uint8).reshape(-1, 16)
         row = np.flatnonzero(_each(table.moves, code))
@@ -171,9 +173,9 @@ class Game2048(Problem):
     def legal(self, s: Array) -> Bools:
         """The slides that move something."""
         across = _rows(s)
-        along = _columns(across)
+        along = columns(across)
         facing = (across, along.byteswap(), across.byteswap(), along)
-        able = [_each(lines().moves, _code(words)) for words in facing]
+        able = [_each(lines().moves, codes(words)) for words in facing]
         return np.stack(able, axis=1)[:, None]
 
     def terminal(self, s: Array) -> Bools:

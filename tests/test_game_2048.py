@@ -1,0 +1,116 @@
+"""Expectimax: the same values as the plain recursion, and how far it gets."""
+
+import time
+
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay.core import exact
+from dmplay.errors import BadParameter
+from dmplay.problems.game_2048 import BASE, Game2048, slide
+from dmplay.solvers import expectimax_2048
+
+GAME = Game2048()
+EARLY = "2 . . 4/. 2 . ./. . 8 ./4 . . 2"
+LATE = "2 4 2 8/4 8 16 64/2 32 512 128/. 2 1024 16"
+BIG = "65536 4 2 8/4 8 16 64/2 32 512 128/4 2 . 16"
+DEAD = "2 4 2 4/4 2 4 2/2 4 2 4/4 2 4 2"
+
+
+def board(text: str) -> np.ndarray:
+    return GAME.parse(text)[None]
+
+
+def worth(s: np.ndarray) -> float:
+    """The sum of what the lines of one board are worth."""
+    lines = [*s, *s.T]
+    table = expectimax_2048._tables(GAME.p_two).worth.now
+    return float(sum(table[int(line @ BASE ** np.arange(4))] for line in lines))
+
+
+def slide_worth(game: Game2048, s: np.ndarray, a: int, depth: int) -> float:
+    """What a slide is worth by the definition: one board, one tile, at a time."""
+    after, _ = slide(s[None], np.array([a]))
+    if (after[0] == s).all():
+        return -np.inf
+    if depth == 1:
+        return worth(after[0])
+    p, outcome = exact(game, s[None], np.array([[a]]))
+    states = outcome.state[0]
+    each = [worth(s2) if depth == 2 else best_worth(game, s2, depth - 2) for s2 in states]
+    return float(np.dot(p[0], each))
+
+
+def best_worth(game: Game2048, s: np.ndarray, depth: int) -> float:
+    found = max(slide_worth(game, s, a, depth) for a in range(4))
+    return found if found > -np.inf else expectimax_2048.LOST
+
+
+@pytest.mark.parametrize("p_two", [0.8, 0.0, 1.0])
+@pytest.mark.parametrize(
+    ("text", "depth"),
+    [(EARLY, 1), (EARLY, 2), (LATE, 1), (LATE, 2), (LATE, 3), (LATE, 4), (BIG, 3)],
+)
+def test_the_values_are_those_of_the_plain_recursion(
+    monkeypatch: pytest.MonkeyPatch, text: str, depth: int, p_two: float
+) -> None:
+    monkeypatch.setattr(expectimax_2048, "RARE", 0.0)
+    monkeypatch.setattr(expectimax_2048, "FURTHER", 0)
+    game = Game2048(p_two=p_two)
+    s = board(text)
+    found = expectimax_2048.action_values(s, p_two, depth)[0]
+    wanted = [slide_worth(game, s[0], a, depth) for a in range(4)]
+    np.testing.assert_allclose(found, wanted, rtol=1e-9)
+
+
+def test_a_crowded_board_is_searched_further(monkeypatch: pytest.MonkeyPatch) -> None:
+    s = board(LATE)
+    further = expectimax_2048.action_values(s, 0.8, 2)
+    monkeypatch.setattr(expectimax_2048, "FURTHER", 0)
+    assert (further != expectimax_2048.action_values(s, 0.8, 2)).any()
+
+
+def test_a_slide_that_moves_nothing_is_worth_minus_infinity() -> None:
+    for text in (EARLY, LATE, BIG, DEAD):
+        values = expectimax_2048.action_values(board(text), 0.8, 2)[0]
+        assert ((values > -np.inf) == GAME.legal(board(text))[0, 0]).all()
+
+
+def test_a_merge_of_the_two_largest_tiles_is_taken() -> None:
+    s = board("1024 1024 . ./4 . . ./. . . ./. . . 2")
+    agent = dmplay.agent(GAME, 0, "expectimax")
+    assert GAME.actions[0][int(agent.choose(agent.begin(s), None, np.zeros((1, 0)))[0])] in (
+        "left",
+        "right",
+    )
+
+
+def test_a_time_limit_is_kept_and_said() -> None:
+    agent = dmplay.agent(GAME, 0, "expectimax:milliseconds=100")
+    assert getattr(agent, "timed") is True  # noqa: B009 - any Policy
+    assert getattr(dmplay.agent(GAME, 0, "expectimax"), "timed") is False  # noqa: B009
+    began = time.perf_counter()
+    values = agent.values(agent.begin(board(EARLY)))
+    assert time.perf_counter() - began < 5.0  # a slice ends before the search does
+    assert values is not None
+    assert np.isfinite(values).all()
+
+
+def test_time_for_two_plies_there_always_is() -> None:
+    in_no_time = expectimax_2048.deepened(board(EARLY), 0.8, 20, 0.0)
+    assert (in_no_time == expectimax_2048.action_values(board(EARLY), 0.8, 2)).all()
+
+
+@pytest.mark.parametrize("given", ["depth=0", "depth=21", "milliseconds=-1"])
+def test_expectimax_refuses_numbers_out_of_bounds(given: str) -> None:
+    with pytest.raises(BadParameter, match=f"{given.partition('=')[0]}: got"):
+        dmplay.agent(GAME, 0, f"expectimax:{given}")
+
+
+@pytest.mark.slow
+def test_expectimax_reaches_2048_in_every_game_and_4096_in_most() -> None:
+    agent = dmplay.agent(GAME, 0, "expectimax")
+    largest = dmplay.rollout(GAME, [agent], episodes=24, seed=1).state.reshape(24, -1).max(axis=1)
+    assert (largest >= 11).all()
+    assert (largest >= 12).mean() > 0.5
