@@ -24,7 +24,7 @@ LOST = 0.0  # the worth of a board where nothing moves
 
 # What a line is worth, after nneonneo's 2048-ai: empty cells and merges are good; large tiles out
 # of order, and many tiles in place of one, are bad.
-FLOOR = 1_000_000.0  # so much that no line is worth less than none
+FLOOR = 2_000_000.0  # so much that no line is worth less than none
 EMPTY, MERGE = 270.0, 700.0
 DISORDER, DISORDER_POWER = 47.0, 4.0
 CROWD, CROWD_POWER = 11.0, 3.5
