@@ -38,3 +38,11 @@ class Dice:
         return uniforms(
             self.seed, stream, turn, reroll=reroll, first=self.episode, rows=1, count=count
         )
+
+
+def spread(u: Reals, count: int) -> Reals:
+    """Uniforms `[B, count]` that follow from one uniform a row `[B]`, whatever the batch."""
+    found = np.empty((len(u), count))
+    for row, seed in enumerate((u * 1e9).round().astype(np.int64)):
+        found[row] = np.random.Generator(np.random.PCG64(int(seed))).random(count)
+    return found

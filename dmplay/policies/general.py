@@ -7,6 +7,7 @@ import numpy as np
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Interval, Memory, Percept, Problem
 from dmplay.errors import DmplayError
+from dmplay.policies.search import Search
 
 
 class EndOfScript(DmplayError):
@@ -81,4 +82,4 @@ class Script:
         return None
 
 
-POLICIES = {"random": Random}
+POLICIES = {"random": Random, "search": Search}

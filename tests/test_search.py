@@ -1,0 +1,142 @@
+"""Tree search: it beats random play, plays any problem, and knows no more than its seat."""
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay.chance import Array, Chance, Normal, Pick
+from dmplay.core import Continuous, Labels, Outcome, Problem
+from dmplay.dice import spread
+from dmplay.errors import BadParameter, BadPolicy
+
+
+@dataclass(frozen=True)
+class Walk(Problem):
+    """A step to the right pays at the end of a corridor of seven."""
+
+    actions = (Labels(("left", "right")),)
+    states = 7
+    discount = 0.9
+
+    def opening(self, rows: int) -> tuple[Chance, ...]:
+        return ()
+
+    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
+        return np.full(rows, 3)
+
+    def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
+        return (Pick(np.full(len(s), 5), 5),)
+
+    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+        ahead = np.where((events[0] > 0) == (a[:, 0] == 1), 1, -1)  # one step in five goes astray
+        moved = np.where(self.terminal(s), s, np.clip(s + ahead, 0, 6))
+        pays = ((moved == 6) & (s < 6)).astype(float)
+        return Outcome(moved, pays[:, None], moved)
+
+    def terminal(self, s: Array) -> Array:
+        return np.asarray(s == 6)
+
+    def notation(self, s: Array) -> str:
+        return str(int(s))
+
+    def parse(self, text: str) -> Array:
+        return np.array(int(text))
+
+
+class Foggy(Walk):
+    """The same where nothing is seen, and the corridor is real: there is no list of states."""
+
+    observations = (Labels(("fog",)),)
+    states = Continuous(1)  # type: ignore[assignment] # of a Walk they could be listed
+
+    def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
+        return (Normal(s, s),)
+
+
+def played(problem: Problem, agent: str, episodes: int, turns: int | None) -> np.ndarray:
+    policy = dmplay.agent(problem, 0, agent)
+    found = dmplay.rollout(problem, [policy], episodes=episodes, turns=turns, seed=1)
+    return np.asarray(found.returns[:, 0])
+
+
+@pytest.mark.parametrize(
+    ("name", "agent", "episodes", "turns", "margin"),
+    [
+        ("hexworld", "search:simulations=80", 40, 50, 3.0),
+        ("crying-baby", "search:simulations=60,depth=10", 40, 20, 10.0),
+        ("catch", "search:simulations=100", 60, 10, 20.0),
+        ("machine-replacement", "search:simulations=60", 40, 20, 8.0),
+        ("cart-pole", "search:simulations=40", 10, 60, 25.0),
+        ("mountain-car", "search:simulations=60,depth=60", 40, 150, 10.0),
+    ],
+)
+def test_search_beats_random_play(
+    name: str, agent: str, episodes: int, turns: int, margin: float
+) -> None:
+    problem = dmplay.load(name)
+    search = played(problem, agent, episodes, turns).mean()
+    assert search > played(problem, "random", episodes, turns).mean() + margin
+
+
+def test_search_plays_a_problem_that_it_was_not_written_for() -> None:
+    found = played(Walk(), "search:simulations=60", 40, 30)
+    assert (found > 0).all()
+    assert found.mean() > played(Walk(), "random", 40, 30).mean() + 0.1
+
+
+def test_search_finds_a_reply_to_random_play() -> None:
+    problem = dmplay.load("prisoners-dilemma")
+    search = dmplay.agent(problem, 1, "search:depth=2")
+    chosen = search.choose(search.begin(np.zeros(8, int)), None, np.linspace(0, 0.9, 8)[:, None])
+    assert {problem.action_name(1, a) for a in chosen} == {"defect"}
+
+
+def test_search_takes_an_action_of_the_grid_where_actions_are_numbers() -> None:
+    problem = dmplay.load("simple-regulator")
+    search = dmplay.agent(problem, 0, "search:depth=2")
+    s = np.array([[4.9], [-3.2]])
+    chosen = search.choose(search.begin(s), None, np.array([[0.1], [0.2]]))
+    assert np.abs(s[:, 0] + chosen).max() < 2.0
+    assert set(chosen) <= set(range(-10, 11))
+
+
+def test_search_gives_no_values() -> None:
+    search = dmplay.agent(Walk(), 0, "search")
+    assert search.values(search.begin(np.array([3]))) is None
+
+
+def test_search_needs_a_belief_where_states_are_hidden() -> None:
+    with pytest.raises(BadPolicy, match="search needs a belief, as states are hidden: Foggy"):
+        dmplay.agent(Foggy(), 0, "search")
+
+
+@pytest.mark.parametrize("given", ["simulations=0", "depth=0", "exploration=-1"])
+def test_search_refuses_numbers_out_of_bounds(given: str) -> None:
+    with pytest.raises(BadParameter, match=f"{given.partition('=')[0]}: got"):
+        dmplay.agent(Walk(), 0, f"search:{given}")
+
+
+def test_the_luck_of_a_search_follows_from_its_uniform() -> None:
+    u = np.array([0.25, 0.5, 0.999999999])
+    many = spread(u, 5)
+    assert many.shape == (3, 5)
+    assert len(np.unique(many)) == 15
+    assert (spread(u[1:2], 5) == many[1]).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["hexworld", "crying-baby", "catch"])
+def test_a_choice_takes_less_than_a_blink(name: str) -> None:
+    problem = dmplay.load(name)
+    search = dmplay.agent(problem, 0, "search")
+    s = problem.start(np.full((1, problem.draws.start), 0.4))
+    memory = search.begin(s if problem.observations is None else np.array([-1]))
+    spent = []
+    for _ in range(5):
+        began = time.perf_counter()
+        search.choose(memory, None, np.array([[0.5]]))
+        spent.append(time.perf_counter() - began)
+    assert min(spent) < 0.05
