@@ -5,6 +5,7 @@ import dmplay
 from dmplay.errors import BadParameter
 from dmplay.problems._trigonometry import sine_and_cosine
 from dmplay.session import Session
+from dmplay.solvers import riccati
 from tests.truth_kinds.course import course
 
 LEFT, RIGHT = 0, 1
@@ -70,6 +71,54 @@ def test_balance_stands_500_turns_from_every_usual_start(game: dmplay.Problem) -
     for corner in corners.tolist():
         balance = dmplay.agent(game, 0, "balance")
         assert sum(pay for _, pay in course(game, balance, corner, 500)) == 500
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("game", [PROBLEM, GYM])
+@pytest.mark.parametrize("agent", ["balance", "regulate"])
+def test_the_pole_stands_10_000_turns_from_every_usual_start(
+    game: dmplay.Problem, agent: str
+) -> None:
+    played = dmplay.rollout(
+        game, [dmplay.agent(game, 0, agent)], episodes=1000, turns=10_000, seed=3
+    )
+    assert (played.turns == 10_000).all()
+    assert not played.over.any()
+
+
+@pytest.mark.parametrize("changed", [{"length": 0.2}, {"length": 4, "mass_pole": 0.5}])
+def test_the_regulator_fits_its_pole_where_fixed_weights_do_not(changed: dict[str, float]) -> None:
+    game = dmplay.load("cart-pole", **changed)
+    fixed, fitted = (
+        dmplay.rollout(game, [dmplay.agent(game, 0, name)], episodes=100, turns=1000)
+        for name in ("balance", "regulate")
+    )
+    assert fixed.over.mean() > 0.9
+    assert not fitted.over.any()
+
+
+def test_the_regulator_solves_the_riccati_equation() -> None:
+    system = riccati.linearised(PROBLEM, LEFT, RIGHT, 4)
+    a, b = system
+    half, total = 0.5, 1.1
+    angular = 9.8 / (half * (4 / 3 - 0.1 / total))  # of theta, with no push (F.1)
+    assert a[3] == pytest.approx([0, 0, 0.02 * angular, 1], rel=1e-6)
+    assert b[1, 0] > 0
+    assert b[3, 0] < 0
+    cost, k = np.eye(4), riccati.gain(system, np.eye(4), 1.0)
+    closed = a - b @ k[None]
+    for _ in range(20_000):  # the cost of following k, by its definition
+        cost = np.eye(4) + np.outer(k, k) + closed.T @ cost @ closed
+    assert (b.T @ cost @ a / (1.0 + b.T @ cost @ b))[0] == pytest.approx(k, rel=1e-6)
+
+
+def test_a_push_that_moves_nothing_leaves_the_regulator_without_weights() -> None:
+    still = dmplay.load("cart-pole", force=0)
+    regulate = dmplay.agent(still, 0, "regulate")
+    chosen = regulate.choose(regulate.begin(np.array([[0.0, 0, 0.1, 0]])), None, np.zeros((1, 0)))
+    assert chosen.tolist() == [LEFT]
+    with pytest.raises(BadParameter, match="push: got 0, expected a number above 0"):
+        dmplay.agent(PROBLEM, 0, "regulate:push=0")
 
 
 def test_alternate_takes_turns() -> None:

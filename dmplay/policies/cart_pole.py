@@ -1,6 +1,7 @@
 """Policies for cart-pole; 0 pushes left, 1 right."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -8,8 +9,11 @@ from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Percept, parameter
 from dmplay.errors import BadParameter
 from dmplay.policies._kinds import Always, Reactive
+from dmplay.problems.cart_pole import CartPole
+from dmplay.solvers import riccati
 
 LEFT, RIGHT = 0, 1
+TINY = 1e-3  # a limit below this counts as this
 
 
 @dataclass(frozen=True)
@@ -29,6 +33,35 @@ class Balance(Reactive):
         x, v, theta, omega = memory[0].T
         lean = self.x * x + self.v * v + self.theta * theta + self.omega * omega
         return np.where(lean > 0, RIGHT, LEFT)
+
+
+@dataclass(frozen=True)
+class Regulate(Reactive):
+    """Pushes the way of the linear quadratic regulator of this cart and pole.
+
+    Its weights follow from the problem's parameters by the Riccati equation.
+    """
+
+    problem: CartPole
+    push: float = parameter(1.0, "cost of a push beside that of being at a limit", 0.0, above=True)
+
+    def __post_init__(self) -> None:
+        """Refuses a push that costs nothing."""
+        if not self.push > 0:
+            raise BadParameter(f"push: got {self.push:g}, expected a number above 0")
+
+    @cached_property
+    def _gain(self) -> Reals:
+        problem = self.problem
+        limits = np.array([problem.x_limit, np.inf, np.radians(problem.theta_limit), np.inf])
+        limits = np.maximum(limits, TINY)
+        system = riccati.linearised(problem, LEFT, RIGHT, len(limits))
+        return riccati.gain(system, np.diag(1 / limits**2), self.push)
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Right where the regulator would push right, however little."""
+        (x, v, theta, omega), k = memory[0].T, self._gain
+        return np.where(k[0] * x + k[1] * v + k[2] * theta + k[3] * omega < 0, RIGHT, LEFT)
 
 
 @dataclass(frozen=True)
@@ -71,8 +104,9 @@ class Alternate(Reactive):
 
 POLICIES = {
     "balance": Balance,
+    "regulate": Regulate,
     "always-left": AlwaysLeft,
     "always-right": AlwaysRight,
     "alternate": Alternate,
 }
-HINT = "balance"
+HINT = "regulate"
