@@ -1,6 +1,7 @@
 """Policies for the mountain car; 0 drives left, 1 coasts, 2 drives right."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -8,8 +9,12 @@ from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, parameter
 from dmplay.errors import BadParameter
 from dmplay.policies._kinds import Always, Reactive
+from dmplay.problems.mountain_car import LEFT_WALL, RIGHT_WALL, TOP_SPEED
+from dmplay.solvers import grid_iteration
+from dmplay.solvers.value_iteration import best
 
 LEFT, COAST, RIGHT = range(3)
+GRID = grid_iteration.Grid((LEFT_WALL, -TOP_SPEED), (RIGHT_WALL, TOP_SPEED), (181, 141))
 NAMES = {"left": LEFT, "coast": COAST, "right": RIGHT}
 
 
@@ -28,6 +33,23 @@ class Pump(Reactive):
         """By the sign of the speed."""
         v = memory[0][:, 1]
         return np.where(v > 0, RIGHT, np.where(v < 0, LEFT, NAMES[self.still]))
+
+
+@dataclass(frozen=True)
+class Optimal(Reactive):
+    """The best action by value iteration on a grid, between whose points it interpolates."""
+
+    @cached_property
+    def _values(self) -> Reals:
+        return grid_iteration.optimal(self.problem, GRID)
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """The first of the best actions."""
+        return np.asarray(np.argmax(best(self.values(memory)), axis=1))
+
+    def values(self, memory: Memory) -> Reals:
+        """Q of each action: about as many turns as it takes, negative."""
+        return grid_iteration.action_values(self.problem, GRID, self._values, memory[0])
 
 
 @dataclass(frozen=True)
@@ -52,9 +74,10 @@ class AlwaysRight(Always):
 
 
 POLICIES = {
+    "optimal": Optimal,
     "pump": Pump,
     "always-left": AlwaysLeft,
     "always-coast": AlwaysCoast,
     "always-right": AlwaysRight,
 }
-HINT = "pump"
+HINT = "optimal"

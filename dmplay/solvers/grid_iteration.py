@@ -1,0 +1,81 @@
+"""Value iteration between the points of a grid, for a deterministic problem of two real numbers."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dmplay.chance import Array, Ints, Reals
+from dmplay.core import Problem
+from dmplay.tabular import joint_actions
+
+SETTLED = 1e-3  # a sweep that changes no value by more is the last
+MOST_SWEEPS = 2000
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A box of the plane with evenly spaced points, its edges among them."""
+
+    low: tuple[float, float]
+    high: tuple[float, float]
+    points: tuple[int, int]
+
+    def states(self) -> Reals:
+        """Every point `[N, 2]`, the first number slowest."""
+        lines = [np.linspace(*one) for one in zip(self.low, self.high, self.points, strict=True)]
+        return np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 2)
+
+    def corners(self, s: Reals) -> tuple[Ints, Reals]:
+        """The four points around each state `[B, 2]`, clamped to the box, and their weights."""
+        places, parts = [], []
+        for low, high, points, at in zip(self.low, self.high, self.points, s.T, strict=True):
+            place = (np.clip(at, low, high) - low) / (high - low) * (points - 1)
+            before = np.minimum(place.astype(np.int64), points - 2)
+            places.append(before)
+            parts.append(place - before)
+        (i, j), (x, y) = places, parts
+        first = i * self.points[1] + j
+        corners = np.stack([first, first + 1, first + self.points[1], first + self.points[1] + 1])
+        return corners, np.stack([(1 - x) * (1 - y), (1 - x) * y, x * (1 - y), x * y])
+
+
+def interpolated(values: Reals, corners: Ints, weights: Reals) -> Reals:
+    """The values `[B]` between points, always summed in the same order."""
+    each = weights * values[corners]
+    return np.asarray(each[0] + each[1] + each[2] + each[3])
+
+
+def optimal(problem: Problem, grid: Grid) -> Reals:
+    """U `[N]` at the points; it converges where every point has a way to an end, or discounted."""
+    states, choices = grid.states(), joint_actions(problem)
+    moves = [moved(problem, states, a) for a in choices]
+    around = [(*grid.corners(after), rewards, going) for after, rewards, going in moves]
+    over = problem.terminal(states)
+    values: Reals = np.zeros(len(states))
+    for _ in range(MOST_SWEEPS):
+        each = [
+            rewards + problem.discount * going * interpolated(values, corners, weights)
+            for corners, weights, rewards, going in around
+        ]
+        swept = np.where(over, 0.0, np.max(each, axis=0))
+        change = np.abs(swept - values).max()
+        values = swept
+        if change <= SETTLED:
+            break
+    return values
+
+
+def action_values(problem: Problem, grid: Grid, values: Reals, s: Reals) -> Reals:
+    """Q `[B, A]` of a step, and the values between the points after it."""
+    columns = []
+    for a in joint_actions(problem):
+        after, rewards, going = moved(problem, s, a)
+        then = interpolated(values, *grid.corners(after))
+        columns.append(rewards + problem.discount * going * then)
+    return np.stack(columns, axis=1)
+
+
+def moved(problem: Problem, s: Array, a: Array) -> tuple[Array, Reals, Reals]:
+    """Where one action leads from each state, what it pays, and 1 where the game goes on."""
+    outcome = problem.step(s, np.repeat(a[None], len(s), axis=0), np.zeros((len(s), 0)))
+    return outcome.state, outcome.rewards[:, 0], np.asarray(~problem.terminal(outcome.state), float)
