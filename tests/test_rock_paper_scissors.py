@@ -3,7 +3,7 @@ import pytest
 
 import dmplay
 from dmplay import catalog
-from dmplay.policies.rock_paper_scissors import Frequency
+from dmplay.policies._matrix_agents import BestResponse
 from dmplay.problems.rock_paper_scissors import RockPaperScissors
 from dmplay.session import Session
 
@@ -38,7 +38,7 @@ def test_beating_the_last_of_one_who_does_the_same_goes_round() -> None:
 
 
 def test_frequency_answers_the_commonest_action_and_breaks_ties_by_order() -> None:
-    frequency = Frequency(GAME, 1)
+    frequency = BestResponse(GAME, 1)
     memory = (np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [2, 2, 2], [0, 3, 0]]),)
     worth = [[0, 0, 0], [0, 1, -1], [-0.5, 0.5, 0], [0, 0, 0], [-1, 0, 1]]
     assert frequency.values(memory).tolist() == worth

@@ -4,7 +4,8 @@ import pytest
 import dmplay
 from dmplay import catalog
 from dmplay.errors import BadParameter
-from dmplay.policies.travelers_dilemma import Claim, LevelK, Nash
+from dmplay.policies._matrix_agents import Softmax
+from dmplay.policies.travelers_dilemma import Claim, Nash
 from dmplay.problems.travelers_dilemma import CLAIMS, TravelersDilemma
 from dmplay.solvers import matrix_game
 from dmplay.solvers.matrix_game import Profile
@@ -66,16 +67,16 @@ def test_nash_claims_two_and_the_plain_claim_is_a_hundred() -> None:
 
 def test_level_0_claims_anything_and_level_2_most_often_96() -> None:
     u = np.arange(99)[:, None] / 99 + 1e-6
-    anything = LevelK(GAME, 0, level=0).choose((np.zeros(99),), None, u)
+    anything = Softmax(GAME, 0, level=0).choose((np.zeros(99),), None, u)
     assert anything.tolist() == list(range(99))
     u = np.arange(10_000)[:, None] / 10_000
-    claims = CLAIMS[LevelK(GAME, 1).choose((np.zeros(10_000),), None, u)]
+    claims = CLAIMS[Softmax(GAME, 1).choose((np.zeros(10_000),), None, u)]
     assert np.bincount(claims.astype(int)).argmax() == 96
     assert (claims >= 97).mean() == pytest.approx(0.314, abs=1e-3)
 
 
 def test_a_hint_of_level_k_is_against_one_level_lower() -> None:
-    values = LevelK(GAME, 0, level=1).values((np.zeros(3),))
+    values = Softmax(GAME, 0, level=1).values((np.zeros(3),))
     assert values.shape == (3, 99)
     assert values[0].max() == pytest.approx(values[0, 94])
     assert values[0, 94] == pytest.approx(values[0, 95])  # 96 and 97

@@ -4,8 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.chance import Array, Ints
+from dmplay.chance import Array, Bools, Ints, Reals
+from dmplay.core import Memory, Percept, parameter
 from dmplay.policies._kinds import Rule
+from dmplay.policies._matrix_agents import BestResponse, GradientAscent, Nash, Softmax
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,75 @@ class AlwaysDefect(Rule):
         return np.ones_like(own)
 
 
+@dataclass(frozen=True)
+class GenerousTitForTat(TitForTat):
+    """Does what the other did last, but now and then forgives a defection."""
+
+    forgiveness: float = parameter(1 / 3, "probability of forgiving", 0.0, 1.0)
+
+    @property
+    def draws(self) -> int:
+        """One, for forgiving."""
+        return 1
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Defect after a defection that is not forgiven."""
+        return np.asarray(memory[0] * (u[:, 0] >= self.forgiveness), np.int64)
+
+
+@dataclass(frozen=True)
+class _Counting(Rule):
+    """A rule that counts something about the other, and acts on the count."""
+
+    def begin(self, observation: Array) -> Memory:
+        """Nothing counted."""
+        return (np.zeros(len(observation), np.int64),)
+
+    def update(self, memory: Memory, percept: Percept) -> Memory:
+        """What the other did is counted."""
+        assert percept.actions is not None
+        return (self.reply(memory[0], percept.actions[:, 1 - self.seat]),)
+
+
+@dataclass(frozen=True)
+class TitForTwoTats(_Counting):
+    """Defects once the other has defected twice running."""
+
+    def reply(self, own: Ints, other: Ints) -> Array:
+        """How often running the other has defected."""
+        return np.where(other == 1, own + 1, 0)
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Defect after two."""
+        return np.asarray(memory[0] >= 2, np.int64)
+
+
+@dataclass(frozen=True)
+class TwoTitsForTat(_Counting):
+    """Defects twice after each defection."""
+
+    def reply(self, own: Ints, other: Ints) -> Array:
+        """How many defections are due."""
+        return np.where(other == 1, 2, np.maximum(own - 1, 0))
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Defect while one is due."""
+        return np.asarray(memory[0] > 0, np.int64)
+
+
+@dataclass(frozen=True)
+class Majority(_Counting):
+    """Cooperates while the other has cooperated at least as often as not."""
+
+    def reply(self, own: Ints, other: Ints) -> Array:
+        """By how many the other's defections outnumber the rest."""
+        return own + 2 * other - 1
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Defect when they do."""
+        return np.asarray(memory[0] > 0, np.int64)
+
+
 POLICIES = {
     "tit-for-tat": TitForTat,
     "suspicious-tit-for-tat": SuspiciousTitForTat,
@@ -69,5 +140,13 @@ POLICIES = {
     "win-stay-lose-shift": WinStayLoseShift,
     "always-cooperate": AlwaysCooperate,
     "always-defect": AlwaysDefect,
+    "generous-tit-for-tat": GenerousTitForTat,
+    "tit-for-two-tats": TitForTwoTats,
+    "two-tits-for-tat": TwoTitsForTat,
+    "majority": Majority,
+    "nash": Nash,
+    "best-response": BestResponse,
+    "softmax": Softmax,
+    "gradient-ascent": GradientAscent,
 }
 PARTNER = "tit-for-tat"

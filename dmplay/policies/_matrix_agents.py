@@ -1,0 +1,145 @@
+"""Agents for any game of two with one state and a payoff table (chapter 24)."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from dmplay.chance import Array, Bools, Categorical, Reals
+from dmplay.core import Memory, Percept, parameter
+from dmplay.errors import BadParameter
+from dmplay.policies._kinds import Reactive
+from dmplay.problems._matrix_game import MatrixGame
+from dmplay.solvers import matrix_game
+from dmplay.solvers.value_iteration import best
+
+
+@dataclass(frozen=True)
+class _Mixed(Reactive):
+    """A policy of a payoff table that draws its action."""
+
+    problem: MatrixGame
+
+    @property
+    def draws(self) -> int:
+        """One, for the action."""
+        return 1
+
+    @property
+    def _own(self) -> Reals:
+        """The seat's rewards `[A of the other, A]`."""
+        return np.moveaxis(self.problem.payoffs[:, :, self.seat], 1 - self.seat, 0)
+
+
+@dataclass(frozen=True)
+class Nash(_Mixed):
+    """A Nash equilibrium, the first that support enumeration finds."""
+
+    @cached_property
+    def _mix(self) -> Categorical:
+        equilibrium = matrix_game.nash(self.problem.payoffs)[0]
+        return Categorical.of(equilibrium[self.seat][None])
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """An action drawn from the equilibrium."""
+        return self._mix.sample(u)
+
+
+@dataclass(frozen=True)
+class Softmax(_Mixed):
+    """A softmax response to one who is a level lower; level 0 does anything (section 24.7)."""
+
+    precision: float = parameter(0.5, "how much better replies are preferred", 0.0)
+    level: int = parameter(2, "levels of reasoning", 0)
+
+    def __post_init__(self) -> None:
+        """Refuses negative numbers."""
+        if not (self.precision >= 0 and self.level >= 0):
+            got = f"precision {self.precision:g}, level {self.level}"
+            raise BadParameter(f"level-k: got {got}, expected numbers of at least 0")
+
+    @cached_property
+    def _mix(self) -> Categorical:
+        payoffs = self.problem.payoffs
+        profile = matrix_game.softmax_level(payoffs, self.precision, self.level)
+        return Categorical.of(profile[self.seat][None])
+
+    @cached_property
+    def _replies(self) -> Reals:
+        payoffs = self.problem.payoffs
+        lower = matrix_game.softmax_level(payoffs, self.precision, max(self.level - 1, 0))
+        return matrix_game.responses(payoffs, lower)[self.seat]
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """An action drawn at random."""
+        return self._mix.sample(u)
+
+    def values(self, memory: Memory) -> Reals:
+        """The reward expected of each action against one who is a level lower."""
+        return np.repeat(self._replies[None], len(memory[0]), axis=0)
+
+
+@dataclass(frozen=True)
+class BestResponse(_Mixed):
+    """The best reply to how often the other has done each thing so far (fictitious play)."""
+
+    @property
+    def draws(self) -> int:
+        """None."""
+        return 0
+
+    def begin(self, observation: Array) -> Memory:
+        """No action counted yet."""
+        return (np.zeros((len(observation), len(self._own)), np.int64),)
+
+    def update(self, memory: Memory, percept: Percept) -> Memory:
+        """One more."""
+        assert percept.actions is not None
+        other = percept.actions[:, 1 - self.seat]
+        return (memory[0] + (other[:, None] == np.arange(len(self._own))),)
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """The first of the best replies."""
+        return np.asarray(np.argmax(best(self.values(memory)), axis=1))
+
+    def values(self, memory: Memory) -> Reals:
+        """The reward expected against these frequencies; at first, against anything."""
+        (counts,) = memory
+        rounds = np.cumsum(counts, axis=1)[:, -1:]
+        known = np.where(rounds > 0, counts, 1)
+        total = known[:, :1] * self._own[0]
+        for action in range(1, len(self._own)):
+            total = total + known[:, action, None] * self._own[action]
+        return np.asarray(total / np.where(rounds > 0, rounds, len(self._own)))
+
+
+@dataclass(frozen=True)
+class GradientAscent(_Mixed):
+    """Moves its mixed strategy up the gradient of what it would have been paid (section 24.8)."""
+
+    rate: float = parameter(1.0, "length of the first step; the t-th is shorter by sqrt(t)", 0.0)
+
+    def begin(self, observation: Array) -> Memory:
+        """Every action as likely, and no round played."""
+        rows, many = len(observation), self._own.shape[1]
+        return (np.full((rows, many), 1.0 / many), np.zeros(rows, np.int64))
+
+    def update(self, memory: Memory, percept: Percept) -> Memory:
+        """A step, and back to the nearest strategy."""
+        assert percept.actions is not None
+        mix, rounds = memory[0], memory[1] + 1
+        gradient = self._own[percept.actions[:, 1 - self.seat]]
+        return (_nearest(mix + (self.rate / np.sqrt(rounds))[:, None] * gradient), rounds)
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """An action drawn from the strategy."""
+        return Categorical.of(memory[0]).sample(u)
+
+
+def _nearest(points: Reals) -> Reals:
+    """The probabilities `[B, A]` nearest to each point."""
+    falling = -np.sort(-points, axis=1)
+    rank = np.arange(1, points.shape[1] + 1)
+    excess = (np.cumsum(falling, axis=1) - 1.0) / rank
+    last = np.count_nonzero(falling > excess, axis=1) - 1
+    return np.asarray(np.maximum(points - excess[np.arange(len(points)), last][:, None], 0.0))
