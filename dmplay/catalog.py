@@ -159,6 +159,8 @@ def _settings(make: MakePolicy, given: str, name: str) -> dict[str, object]:
     settings = {}
     for pair in filter(None, given.split(",")):
         key, equals, value = pair.partition("=")
+        if not equals and hasattr(make, "by_default"):  # the parameter that needs no name
+            key, equals, value = make.by_default, "=", pair
         plain = key.strip().replace("-", "_")
         if plain not in known:
             raise UnknownName("parameter", key, known, where=f"agent {name}")

@@ -6,6 +6,7 @@ import numpy as np
 
 from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import Memory, Percept, parameter
+from dmplay.policies._axelrod import Axelrod
 from dmplay.policies._kinds import Rule
 from dmplay.policies._matrix_agents import BestResponse, GradientAscent, Nash, Softmax
 
@@ -148,5 +149,6 @@ POLICIES = {
     "best-response": BestResponse,
     "softmax": Softmax,
     "gradient-ascent": GradientAscent,
+    "axelrod": Axelrod,
 }
 PARTNER = "tit-for-tat"
