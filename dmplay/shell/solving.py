@@ -2,10 +2,10 @@
 
 import hashlib
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from json import dumps, loads
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -46,21 +46,22 @@ class Solution(NamedTuple):
 
 def solve(problem: Problem) -> Solution:
     """The solution of a problem by the method that fits it; a simulation where none does."""
-    if isinstance(problem, MatrixGame):
-        return _equilibria(problem)
-    if isinstance(problem, CollisionAvoidance):
-        return _encounter(problem)
-    if isinstance(problem, SimpleRegulator):
-        return _regulator(problem)
-    finite = isinstance(problem.states, int)
-    alone = len(problem.agents) == 1
-    if finite and alone and problem.observations is None:
-        return _sweeps(problem)
-    if finite and alone:
-        return _vectors(problem) if len(problem.enumerated()) <= DRAWN else _first(problem)
-    if finite and problem.shared_reward:
-        return _planner(problem)
-    return _simulation(problem)
+    return _method(problem)(problem)
+
+
+def _method(problem: Problem) -> Callable[[Any], Solution]:
+    hidden = problem.observations is not None
+    small = isinstance(problem.states, int) and len(problem.agents) == 1
+    methods: list[tuple[bool, Callable[[Any], Solution]]] = [
+        (isinstance(problem, MatrixGame), _equilibria),
+        (isinstance(problem, CollisionAvoidance), _encounter),
+        (isinstance(problem, SimpleRegulator), _regulator),
+        (small and not hidden, _sweeps),
+        (small and len(problem.enumerated()) <= DRAWN, _vectors),
+        (small, _first),
+        (isinstance(problem.states, int) and problem.shared_reward, _planner),
+    ]
+    return next((method for fits, method in methods if fits), _simulation)
 
 
 def _names(problem: Problem, able: Bools) -> str:

@@ -1,4 +1,5 @@
-"""How fast it is: `python -m tests.benchmarks [start] [keys] [batch] [--runs N]`.
+"""How fast it is: `python -m tests.benchmarks [start] [keys] [batch] [--runs N]`; how well agents
+play: `python -m tests.benchmarks league [--problem NAME] [--agent NAME] [--games N]`.
 
 Every number is a median of runs that take turns with one another, so that a busy moment of the
 machine hits all of them alike. Nothing here passes or fails.
@@ -9,7 +10,7 @@ import compileall
 from pathlib import Path
 
 import dmplay
-from tests.benchmarks import batch, keys, start
+from tests.benchmarks import batch, keys, league, start
 
 PARTS = {"start": start.report, "keys": keys.report, "batch": batch.report}
 RUNS = {"start": 15, "keys": 60, "batch": 7}
@@ -17,9 +18,17 @@ RUNS = {"start": 15, "keys": 60, "batch": 7}
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.benchmarks", description=__doc__)
-    parser.add_argument("part", nargs="*", help=f"{', '.join(PARTS)}; all if not given")
+    parser.add_argument("part", nargs="*", help=f"league, or {', '.join(PARTS)}; all these")
     parser.add_argument("--runs", type=int, help=f"runs, or keys, of each kind; now {RUNS}")
+    parser.add_argument("--problem", action="append", default=[], help="of the league")
+    parser.add_argument("--agent", action="append", default=[], help="of the league")
+    parser.add_argument(
+        "--games", type=int, default=league.GAMES, help="of each agent of the league"
+    )
     wanted = parser.parse_args()
+    if wanted.part == ["league"]:
+        league.report(wanted.games, wanted.problem, wanted.agent)
+        return
     unknown = set(wanted.part) - set(PARTS)
     if unknown:
         parser.error(f"unknown part {unknown.pop()}, expected {', '.join(PARTS)}")
