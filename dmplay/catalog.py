@@ -133,6 +133,11 @@ def partner(problem: Problem, seat: int) -> str:
     return _named(problem, seat, "PARTNER") or "random"
 
 
+def quick(problem: Problem, seat: int) -> str:
+    """The agent for many games at once: the adviser, or a faster one where it searches."""
+    return _named(problem, seat, "QUICK") or hint(problem, seat) or partner(problem, seat)
+
+
 def _named(problem: Problem, seat: int, constant: str) -> str | None:
     module = _policies(problem)
     named = getattr(module, constant, None)

@@ -87,3 +87,4 @@ class Expectimax(Reactive):
 
 POLICIES = {"corner": Corner, "expectimax": Expectimax}
 HINT = "expectimax"
+QUICK = "corner"

@@ -83,14 +83,16 @@ def _script(problem: Problem, seat: int, rest: str) -> tuple[float, ...]:
 def asked_again(
     problem: Problem, seats: Mapping[str, str], *, trusted: bool
 ) -> list[Policy | None]:
-    """The agents of a transcript that can be asked what they would do."""
-    known = catalog.agents(problem)
-    return [
-        catalog.agent(problem, seat, who)
-        if who.partition(":")[0] in known or (trusted and who.partition(":")[0] not in UNASKED)
-        else None
-        for seat, who in enumerate(seats.values())
-    ]
+    """The agents of a transcript that can be asked what they would do; None for the others."""
+    return [_asked(problem, seat, who, trusted) for seat, who in enumerate(seats.values())]
+
+
+def _asked(problem: Problem, seat: int, who: str, trusted: bool) -> Policy | None:
+    name = who.partition(":")[0]
+    if name in UNASKED or not (trusted or name in catalog.agents(problem)):
+        return None
+    policy = catalog.agent(problem, seat, who)
+    return None if getattr(policy, "timed", False) else policy  # it may do otherwise next time
 
 
 def header(loaded: catalog.Loaded, seats: Sequence[str], dice: Dice, turns: int | None) -> Header:

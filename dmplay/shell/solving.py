@@ -199,16 +199,15 @@ def _planner(problem: Problem) -> Solution:
 def _simulation(problem: Problem) -> Solution:
     rows: list[Row] = []
     seats = range(len(problem.agents))
-    names = [catalog.hint(problem, seat) or catalog.partner(problem, seat) for seat in seats]
+    names = [catalog.quick(problem, seat) for seat in seats]
     policies = [catalog.agent(problem, seat, name) for seat, name in enumerate(names)]
-    games = GAMES if not any(getattr(policy, "slow", False) for policy in policies) else 2
-    played = rollout(problem, policies, episodes=games, seed=1, turns=problem.horizon)
+    played = rollout(problem, policies, episodes=GAMES, seed=1, turns=problem.horizon)
     for seat, (agent, name) in enumerate(zip(problem.agents, names, strict=True)):
         sample = played.returns[:, seat]
         error = sample.std(ddof=1) / np.sqrt(len(sample))
         rows.append({"seat": agent, "agent": name, "mean return": float(sample.mean())}
                     | {"standard error": float(error)})  # fmt: skip
-    told = f"{games} games of seed 1, {played.turns.mean():.4g} turns each"
+    told = f"{GAMES} games of seed 1, {played.turns.mean():.4g} turns each"
     return Solution("simulation of its agents: no exact solution is known here", told, rows)
 
 
