@@ -13,7 +13,6 @@ from dmplay.chance import Reals
 from dmplay.core import Interval
 from dmplay.session import Follower, Session
 from dmplay.shell.seats import HUMAN
-from dmplay.shell.start import Playback
 from dmplay.solvers.value_iteration import best
 
 MARK = "# review "
@@ -92,6 +91,8 @@ def in_time(session: Session, people: list[int], seconds: float) -> list[Move] |
 
 def print_review(path: Path, *, write: bool, json: bool, trusted: bool) -> None:
     """Prints the review of a transcript; keeps it as notes after the end where asked to."""
+    from dmplay.shell.start import Playback
+
     game = Playback(path, trusted=trusted)
     seats = list(game.transcript.header.seats.values())
     while game.unattended():

@@ -9,7 +9,7 @@ from rich.text import Text
 
 from dmplay.core import Interval
 from dmplay.errors import DmplayError
-from dmplay.shell import frame
+from dmplay.shell import frame, review
 from dmplay.shell.commands import COMMANDS, typed
 from dmplay.shell.frame import Room, Shown
 from dmplay.shell.game import Game
@@ -17,6 +17,7 @@ from dmplay.shell.paint import ansi
 from dmplay.shell.terminal import Terminal
 
 ENTER_SCREEN, LEAVE_SCREEN = "\x1b[?1049h\x1b[H\x1b[2J", "\x1b[?1049l"
+REVIEW_TIME = 0.3  # seconds that a review may take before the last frame
 OVERLAYS = ("", "values", "policy", "states")
 
 
@@ -37,6 +38,7 @@ class Screen:
         self.overlay = 0
         self.help = False
         self.prefix = ""  # the first arrow of a diagonal
+        self.reviewed = False
         self.auto = False
         self.typing = False  # whether the command row is open
 
@@ -208,6 +210,11 @@ class Screen:
         elif now < before:
             self.log.append(self.message)
             self.message = ""
+        if self.game.session.over and self.game.people and not self.reviewed:
+            self.reviewed = True
+            found = review.in_time(self.game.session, self.game.people, REVIEW_TIME)
+            if found:
+                self.log.append(review.summary(found))
         recorder = self.game.recorder
         if recorder and recorder.fault:
             self.message = f"cannot write {recorder.path}: {recorder.fault.strerror}"
