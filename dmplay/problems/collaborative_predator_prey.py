@@ -28,7 +28,7 @@ STAYS = 6  # where no direction is free
 class CollaborativePredatorPrey(Hunt):
     """A hunt with one reward for all; the prey is nature's, the last of the walkers."""
 
-    predators: int = parameter(2, "how many predators", 1)
+    predators: int = parameter(2, "how many predators", 1, 26)
     sighted: bool = parameter(False, "whether a predator sees its own hex")
 
     shared_reward = True

@@ -25,8 +25,8 @@ DEVOURED, MOVED = -100.0, -1.0
 class PredatorPrey(Hunt):
     """A hunt in which everyone sees everyone."""
 
-    predators: int = parameter(1, "how many predators", 1)
-    prey: int = parameter(1, "how many prey", 1)
+    predators: int = parameter(1, "how many predators", 1, 26)
+    prey: int = parameter(1, "how many prey", 1, 26)
 
     @property
     def agents(self) -> tuple[str, ...]:

@@ -1,6 +1,7 @@
 """The play screen on prompt-toolkit: the event loop, keys, signals and the command row."""
 
 import asyncio
+import signal
 
 from prompt_toolkit.application import Application
 from prompt_toolkit.buffer import Buffer
@@ -83,14 +84,14 @@ def run(screen: Screen, input_: Input | None = None, output: Output | None = Non
 
     def ready() -> None:
         loop = asyncio.get_running_loop()
-        for number, code in ENDS.items():
+        for number, code in (ENDS | {signal.SIGINT: INTERRUPTED}).items():
             loop.add_signal_handler(number, _leave, app, code)
         app.create_background_task(_autoplay(app, screen))
         if screen.rate:
             app.create_background_task(_clock(app, screen, screen.rate))
 
     try:
-        return app.run(pre_run=ready)
+        return app.run(pre_run=ready, handle_sigint=False)  # one way for every signal
     except EOFError:  # the terminal is gone
         return GONE
 
@@ -188,7 +189,6 @@ def _bindings(screen: Screen, board: FormattedTextControl, line: Buffer) -> KeyB
         focus(event, False)
 
     @bindings.add("c-c")
-    @bindings.add("<sigint>")
     def _interrupt(event: KeyPressEvent) -> None:
         _leave(event.app, INTERRUPTED)
 
