@@ -20,6 +20,7 @@ from dmplay.errors import BadParameter, BadPolicy, UnknownName
 from dmplay.names import problem_names, stem_of
 
 GROUP = "dmplay.problems"
+LARGEST = 1e300  # a parameter; more is a slip of the keyboard
 MakePolicy = Callable[..., Policy]
 
 
@@ -190,7 +191,8 @@ def _typed(name: str, value: object, default: object) -> object:
     if isinstance(default, bool):
         good = isinstance(parsed, bool)
     elif isinstance(default, float):
-        good = isinstance(parsed, float | int) and not isinstance(parsed, bool)
+        number = isinstance(parsed, float | int) and not isinstance(parsed, bool)
+        good = number and -LARGEST <= parsed <= LARGEST  # type: ignore[operator]
         parsed = float(parsed) if good else parsed  # type: ignore[arg-type]
     elif isinstance(default, tuple):
         good = isinstance(parsed, list | tuple)

@@ -29,7 +29,14 @@ class Commands(TyperGroup):
             if commands and not get_close_matches(word, problem_names(), cutoff=0.75):
                 raise UnknownName("command", word, self.commands)
             args = ["play", *args]
+        if "--rate" in args and not _numeric(args[args.index("--rate") + 1 :]):
+            args = [*args[: args.index("--rate") + 1], "50", *args[args.index("--rate") + 1 :]]
         return list(super().parse_args(ctx, args))
+
+
+def _numeric(rest: list[str]) -> bool:
+    """Whether the next word is a number."""
+    return bool(rest) and rest[0].lstrip("-+")[:1].isdecimal()
 
 
 app = typer.Typer(
@@ -101,10 +108,10 @@ def play(
     quiet: Quiet = False,
     color: Color = "auto",
     ascii_: Ascii = False,
-    width: Annotated[int | None, typer.Option("--width", help="columns")] = None,
     speed: Speed = 2.0,
     rate: Annotated[
-        float | None, typer.Option("--rate", help="real time: turns a second, such as 50")
+        float | None,
+        typer.Option("--rate", min=0.1, max=1000, help="real time: turns a second, 50 if bare"),
     ] = None,
 ) -> int:
     """Play a problem, or watch agents play it.
@@ -118,7 +125,7 @@ def play(
     from dmplay.shell.start import Request, new, run
     from dmplay.shell.terminal import Wishes, here
 
-    terminal = here(Wishes(plain, json, color, ascii_, width))
+    terminal = here(Wishes(plain, json, color, ascii_))
     request = Request(
         problem, variant, set_, seed, episode, agent, vs, seat, turns, record, frames, force,
         strict, reveal,

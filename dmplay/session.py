@@ -309,8 +309,8 @@ class Follower:
         """The action the policy takes now."""
         session = self.session
         turn = len(session.turns) + 1
-        reroll = session.rerolls.get(turn, 0)
-        u = session.source.draw(1 + self.seat, turn, reroll, self.policy.draws)
+        # A reroll is nature's alone: the seats act again as they did.
+        u = session.source.draw(1 + self.seat, turn, 0, self.policy.draws)
         legal = session.legal(self.seat)
         chosen = self.policy.choose(self.memory(), None if legal is None else legal[None], u)
         if np.shape(chosen) != (1,):

@@ -45,7 +45,7 @@ def seated(name: str, seat: int, session: Session) -> Game:
     who = ["random"] * len(session.problem.agents)
     who[seat] = HUMAN
     game = Game(name, session, who)
-    game.again = "dmplay"
+    game.tells_seed = False
     return game
 
 
@@ -93,7 +93,7 @@ def test_a_choice_stays_hidden_until_all_are_in(name: str) -> None:
     for chosen in (0, 1):
         nature = [draws(count, 0, 1)[0].tolist() for count in problem.draws]
         game = Game(name, Session(problem, Scripted(*nature)), [HUMAN] * agents)
-        game.again = "dmplay"
+        game.tells_seed = False
         assert not game.choose(chosen)
         assert game.watcher == 1
         shown.append(everything(game, []))

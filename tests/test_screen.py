@@ -340,7 +340,7 @@ def test_the_screen_of_a_person_is_the_same_bytes_whatever_the_hidden_state(
     told: list[tuple[list[int], list[int], Played, dict[str, object], str]] = []
     for nature in (Nature(0.25, 0.5), Nature(0.75, 0.95)):
         played = game("crying-baby", source=nature)
-        played.again = "dmplay crying-baby"  # the seed is not the player's own
+        played.tells_seed = False  # the seed is not the player's own
         shown = play(played, *keys, size=size)
         states = [int(turn.state) for turn in played.session.turns]
         seen = [int(turn.observations[0]) for turn in played.session.turns]

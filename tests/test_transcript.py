@@ -13,7 +13,7 @@ import dmplay
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter, BadTranscript
 from dmplay.shell.checking import check, update
-from dmplay.shell.start import Request, new, resumed
+from dmplay.shell.start import Request, branched, new, resumed
 from dmplay.transcript.format import number
 from dmplay.transcript.reading import parse, read
 from tests.games import altered, recorded
@@ -392,3 +392,40 @@ def test_a_second_episode_is_another_game_of_the_same_seed(tmp_path: Path) -> No
         game.advance()
     assert played.returns[0].tolist() == game.returns().tolist()
     assert json.loads(text.splitlines()[-1][5:])["total"]["agent"] == played.totals[0, 0]
+
+
+def test_a_game_that_nothing_ends_stops_at_ten_thousand_turns_and_verifies(tmp_path: Path) -> None:
+    path = tmp_path / "game.dmt"
+    still = ("rewards=[]", "hexes=[[0,0]]", "bump_cost=0")
+    text = recorded(path, "hexworld", "random", settings=still)
+    assert '"reason": "turn limit", "turns": 10000' in text
+    assert check(path).ok
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_reroll_beside_an_agent_that_draws_verifies(tmp_path: Path, seed: int) -> None:
+    path = tmp_path / "game.dmt"
+    game = new(Request("predator-prey", others="random", seed=seed, record=path))
+    for _ in range(3):
+        game.choose(0)
+    game.undo(2)
+    game.reroll()
+    with pytest.raises(BadParameter, match="nothing was taken back"):
+        game.redo()
+    game.choose(1)
+    game.finish()
+    assert check(path).ok
+
+
+@pytest.mark.parametrize("who", ["./evil.py:X", "os.path:join"])
+def test_no_agent_that_a_file_names_is_imported_without_trust(tmp_path: Path, who: str) -> None:
+    (tmp_path / "evil.py").write_text("raise SystemExit('imported')")
+    path = tmp_path / "game.dmt"
+    game = new(Request("hexworld", seed=7, record=path))
+    game.choose(0)
+    game.finish()
+    altered(path, '"agent": "human"', f'"agent": "{who.replace("./", f"{tmp_path}/")}"')
+    with pytest.raises(BadParameter, match="is not built in; if it is yours, add --trust"):
+        resumed(path)
+    with pytest.raises(BadParameter, match="is not built in; if it is yours, add --trust"):
+        branched(path, 1, tmp_path / "other.dmt")

@@ -58,7 +58,8 @@ def check(path: Path, *, trusted: bool = False) -> Report:
     except OSError as error:
         raise BadParameter(f"{path}: {error.strerror}") from None
     except DmplayError as error:
-        return Report(str(path), [Finding("facts", str(path), 1, "header", str(error))])
+        line = transcript.header_block.entries["seats"].line
+        return Report(str(path), [Finding("facts", str(path), line, "seats", str(error))])
     return verify(transcript, problem, policies, frame)
 
 
@@ -76,14 +77,14 @@ def update(path: Path, *, trusted: bool = False) -> str:
     after = rewritten(transcript, problem, policies, frame)
     if after == before:
         return ""
-    _replace(path, after)
+    replace(path, after)
     rows = difflib.unified_diff(
         before.splitlines(), after.splitlines(), f"{path}", f"{path} (rewritten)", lineterm="", n=1
     )
     return "\n".join(rows)
 
 
-def _replace(path: Path, content: str) -> None:
+def replace(path: Path, content: str) -> None:
     """The new content in one step: a reader sees the old file or the new one."""
     handle, name = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
     try:

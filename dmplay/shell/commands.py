@@ -30,7 +30,7 @@ class Command(NamedTuple):
 def _count(argument: str, command: str) -> int:
     if not argument:
         return 1
-    if not argument.isdigit() or int(argument) < 1:
+    if not argument.isascii() or not argument.isdecimal() or int(argument) < 1:
         raise BadParameter(f"{command}: got {argument!r}, expected a number of turns, as 2")
     return int(argument)
 
@@ -67,6 +67,8 @@ def _legal(game: Game, argument: str) -> str:
 def _belief(game: Game, argument: str) -> str:
     view = game.view()
     if view.beliefs is None:
+        if game.problem.observations is not None:
+            return "belief: too many states to tell."
         return "belief: every agent sees the state here."
     belief, states = view.beliefs[-1], game.problem.enumerated()
     order = np.argsort(-belief, kind="stable")[:LIKELIEST]

@@ -11,9 +11,9 @@ from dmplay.core import Continuous, Interval, Problem
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter
 from dmplay.policies.general import EndOfScript
-from dmplay.rollouts import MOST_TURNS
 from dmplay.session import Follower, Session, View
 from dmplay.shell.seats import DIGITS, HUMAN, action_by_key, action_of
+from dmplay.shell.signals import whole
 from dmplay.transcript.format import number, turn_facts
 from dmplay.transcript.recorder import Recorder
 from dmplay.views._canvas import Look, Overlay, fit
@@ -41,10 +41,12 @@ class Game:
         self.recorder = recorder
         self.style = style_of(session.problem)
         self.people = [seat for seat, who in enumerate(seats) if who == HUMAN]
+        self.tells_seed = True  # whether the player gave it
         self.again = ""  # the command that plays this game once more
         self.strict = False
         self.reveal = False
         self._chosen: dict[int, float] = {}
+        self._told: tuple[object, list[dict[str, object]]] = (None, [])
         self._undone: list[list[float]] = []
         self._adviser: dict[int, Follower | None] = {}
         self._seen: tuple[tuple[object, ...], View] | None = None
@@ -57,7 +59,7 @@ class Game:
     @property
     def shows_seed(self) -> bool:
         """Whether the player knows the seed: a fresh one is told after the game."""
-        return not self.again or self.session.over
+        return self.tells_seed or self.session.over
 
     @property
     def seed(self) -> int:
@@ -99,8 +101,10 @@ class Game:
         Plays the turn once everybody's is in.
         """
         waiting = self.waiting if seat is None else seat
-        if waiting is None or self.session.over:
+        if self.session.over:
             raise BadParameter(f"the game is over ({self.session.ending})")
+        if waiting is None:
+            raise BadParameter("no person plays here")
         self.session.check(waiting, action)
         self._chosen[waiting] = action
         return self.waiting is None and self.play()
@@ -109,48 +113,60 @@ class Game:
         """Plays a turn with the choices that are in."""
         chosen, self._chosen = self._chosen, {}
         actions = [chosen.get(seat) for seat in range(len(self.seats))]
-        try:
-            self.session.advance(actions)
-        except EndOfScript:
-            self.session.end("quit")
-            return False
-        self._undone.clear()
-        self._record()
+        with whole():
+            try:
+                self.session.advance(actions)
+            except EndOfScript:
+                self.session.end("quit")
+                return False
+            self._undone.clear()
+            self._record()
         return True
 
     def unattended(self) -> bool:
         """Plays a turn of a game without people; False once it is over."""
-        if not self.session.over and len(self.session.turns) >= MOST_TURNS:
-            self.session.end("turn limit")
         return not self.session.over and self.play()
 
     def undo(self, turns: int = 1) -> None:
         """Takes back turns; the transcript keeps that it was done."""
-        if self.strict:
-            raise BadParameter("undo: this game is strict")
+        self._may("undo")
         if self._chosen:  # a first choice of two is taken back before any turn is
             self._chosen.clear()
             return
-        taken = self.session.undo(turns)
-        self._undone += [list(turn.actions) for turn in reversed(taken)]
-        if self.recorder:
-            self.recorder.event("undo", turns)
+        with whole():
+            taken = self.session.undo(turns)
+            self._undone += [list(turn.actions) for turn in reversed(taken)]
+            if self.recorder:
+                self.recorder.event("undo", turns)
 
     def redo(self) -> None:
         """Plays the turn last taken back again."""
         if not self._undone:
             raise BadParameter("redo: nothing was taken back")
-        self.session.advance(self._undone.pop())
-        self._record()
+        self._chosen.clear()
+        with whole():
+            self.session.advance(self._undone[-1])
+            self._undone.pop()
+            self._record()
 
     def reroll(self) -> None:
         """Plays the last turn again under other dice; the transcript says so."""
+        self._may("reroll")
+        self._chosen.clear()
+        self._undone.clear()
+        with whole():
+            self.session.reroll()
+            if self.recorder:
+                self.recorder.event("reroll", self.session.rerolls[len(self.session.turns)])
+            self._record()
+
+    def _may(self, command: str) -> None:
+        """Refuses to take back where that is not fair."""
         if self.strict:
-            raise BadParameter("reroll: this game is strict")
-        self.session.reroll()
-        if self.recorder:
-            self.recorder.event("reroll", self.session.rerolls[len(self.session.turns)])
-        self._record()
+            raise BadParameter(f"{command}: this game is strict")
+        shown = self.session.over and self.problem.observations is not None
+        if shown and self.people and not self.reveal:
+            raise BadParameter(f"{command}: the game is over and what was hidden is shown")
 
     def _record(self) -> None:
         if self.recorder:
@@ -158,9 +174,10 @@ class Game:
 
     def finish(self, reason: str = "quit") -> None:
         """Ends the game and its transcript."""
-        self.session.end(reason)
-        if self.recorder:
-            self.recorder.end()
+        with whole():
+            self.session.end(reason)
+            if self.recorder:
+                self.recorder.end()
 
     # What is said
 
@@ -280,6 +297,9 @@ class Game:
         session = self.session
         if self.problem.observations is None or not session.over:
             return []
+        key = (len(session.turns), session.ending)
+        if self._told[0] == key:
+            return self._told[1]
         rows = []
         past = Session(self.problem, session.source, limit=session.limit, opening=session.opening)
         for turn in [None, *session.turns]:
@@ -288,6 +308,7 @@ class Game:
             facts = turn_facts(past)
             facts.pop("draws", None)
             rows.append(facts)
+        self._told = (key, rows)
         return rows
 
     def public(self) -> dict[str, object]:

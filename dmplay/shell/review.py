@@ -11,7 +11,9 @@ import numpy as np
 from dmplay import catalog
 from dmplay.chance import Reals
 from dmplay.core import Interval
+from dmplay.errors import BadParameter
 from dmplay.session import Follower, Session
+from dmplay.shell.checking import replace
 from dmplay.shell.seats import HUMAN
 from dmplay.solvers.value_iteration import best
 
@@ -102,6 +104,8 @@ def print_review(path: Path, *, write: bool, json: bool, trusted: bool) -> None:
         print(dumps([move._asdict() for move in reviewed]))
     else:
         print(*reviewed, summary(reviewed), sep="\n")
+    if write and game.transcript.end is None:
+        raise BadParameter(f"{path}: the game is unfinished; a review is kept after its end")
     if write:
         _keep(path, [*map(str, reviewed), summary(reviewed)])
 
@@ -111,4 +115,4 @@ def _keep(path: Path, told: list[str]) -> None:
     rows = path.read_text(encoding="utf-8").splitlines(keepends=True)
     kept = [row for row in rows if not row.startswith(MARK)]
     notes = [f"{MARK}{line.removeprefix('review: ')}\n" for line in told]
-    path.write_text("".join([*kept, *notes]), encoding="utf-8", newline="\n")
+    replace(path, "".join([*kept, *notes]))

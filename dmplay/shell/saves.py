@@ -35,6 +35,7 @@ def new(problem: str) -> Path | None:
 def latest_unfinished() -> Path:
     """The last game that has no end, or that its player left."""
     from dmplay.transcript.reading import read
+    from dmplay.transcript.verify import CHOSEN, reason
 
     place = folder(os.environ)
     for path in sorted(place.glob("*.dmt"), key=_age, reverse=True):
@@ -42,7 +43,7 @@ def latest_unfinished() -> Path:
             transcript = read(path)
         except (DmplayError, OSError):
             continue
-        if transcript.end is None:
+        if transcript.end is None or reason(transcript.end) in CHOSEN:
             return path
     raise BadParameter(f"no unfinished game in {place}; name a file: dmplay resume FILE")
 

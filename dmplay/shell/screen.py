@@ -107,7 +107,8 @@ class Screen:
             return True
         else:
             return False
-        self.message = f"{self.entry}   Enter plays it" if self.entry else ""
+        shown = self.entry if len(game.people) == 1 else "*" * len(self.entry)
+        self.message = f"{shown}   Enter plays it" if self.entry else ""
         return True
 
     def _nudged(self, step: float) -> str:

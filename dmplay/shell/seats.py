@@ -9,13 +9,15 @@ from dmplay.dice import Dice
 from dmplay.errors import BadParameter, DmplayError, UnknownName
 from dmplay.policies.general import Script
 from dmplay.shell.terminal import clean
-from dmplay.transcript.format import Header
-from dmplay.transcript.reading import read
+from dmplay.transcript.format import PERSON, Header
+from dmplay.transcript.reading import Transcript, read
+from dmplay.transcript.verify import replay
 from dmplay.views._style_of import style_of
 
-HUMAN = "human"
+HUMAN = PERSON
 UNASKED = (HUMAN, "script", "replay")  # seats whose actions only the file can tell
 DIGITS = 10  # keys that are the number of an action
+DIGIT_KEYS = "0123456789"
 
 
 def action_of(problem: Problem, seat: int, word: str) -> float:
@@ -37,7 +39,7 @@ def action_by_key(problem: Problem, seat: int, key: str) -> float | None:
     known = style_of(problem).KEYS
     if key in known:
         return labels.index(known[key])
-    if len(key) == 1 and key.isdigit() and len(labels) <= DIGITS:
+    if len(key) == 1 and key in DIGIT_KEYS and len(labels) <= DIGITS:
         number_ = (int(key) - 1) % DIGITS
         return number_ if number_ < len(labels) else None
     return None
@@ -51,19 +53,25 @@ def seat_policy(problem: Problem, seat: int, who: str) -> Policy | None:
     if kind == "script":
         return Script(problem, seat, _script(problem, seat, rest))
     if kind == "replay":
-        transcript = read(Path(rest))
-        name = problem.agents[seat]
-        told = [block["actions"] for block in transcript.blocks if "actions" in block.entries]
-        texts = [str(actions.get(name, "")) for actions in told if isinstance(actions, dict)]
-        return Script(problem, seat, tuple(problem.action(seat, text) for text in texts))
+        played = replay(_readable(rest), problem).turns
+        return Script(problem, seat, tuple(turn.actions[seat].item() for turn in played))
     return catalog.agent(problem, seat, who)
+
+
+def _readable(path: str) -> Transcript:
+    try:
+        return read(path)
+    except OSError as error:
+        raise BadParameter(f"{path}: {error.strerror}") from None
 
 
 def _script(problem: Problem, seat: int, rest: str) -> tuple[float, ...]:
     """Actions from `a,b,c`, or from a file with one action or several to a line."""
-    file = Path(rest)
-    if file.is_file():
-        rows = file.read_text().splitlines()
+    if _is_file(rest):
+        try:
+            rows = Path(rest).read_text(encoding="utf-8").splitlines()
+        except (OSError, UnicodeDecodeError) as error:
+            raise BadParameter(f"{rest}: {error}") from None
         words = [
             (f"{rest}:{number_}", word)
             for number_, row in enumerate(rows, 1)
@@ -80,11 +88,37 @@ def _script(problem: Problem, seat: int, rest: str) -> tuple[float, ...]:
     return tuple(actions)
 
 
+def _is_file(path: str) -> bool:
+    try:
+        return Path(path).is_file()
+    except OSError:  # too long to be a name
+        return False
+
+
 def asked_again(
     problem: Problem, seats: Mapping[str, str], *, trusted: bool
 ) -> list[Policy | None]:
     """The agents of a transcript that can be asked what they would do; None for the others."""
     return [_asked(problem, seat, who, trusted) for seat, who in enumerate(seats.values())]
+
+
+def sitting(
+    problem: Problem, seats: Mapping[str, str], *, trusted: bool
+) -> tuple[list[str], list[Policy | None]]:
+    """Who plays on where a transcript leaves off: its agents, people for all other seats.
+
+    What a file names is imported only where it is trusted; raises BadParameter otherwise.
+    """
+    names = [HUMAN if who.partition(":")[0] in UNASKED else who for who in seats.values()]
+    for name in names:
+        base = name.partition(":")[0]
+        if name != HUMAN and base not in catalog.agents(problem) and not trusted:
+            raise BadParameter(f"seats: {name!r} is not built in; if it is yours, add --trust")
+    policies = [
+        None if name == HUMAN else catalog.agent(problem, seat, name)
+        for seat, name in enumerate(names)
+    ]
+    return names, policies
 
 
 def _asked(problem: Problem, seat: int, who: str, trusted: bool) -> Policy | None:

@@ -22,5 +22,18 @@ def leaving() -> Iterator[None]:
             signal.signal(number, handler)
 
 
+@contextlib.contextmanager
+def whole() -> Iterator[None]:
+    """Holds every ending signal until a turn is both played and written."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {*ENDS, signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _stop(number: int, where: FrameType | None) -> None:
     raise SystemExit(ENDS[signal.Signals(number)])

@@ -17,10 +17,10 @@ from dmplay.shell.game import Game, frame
 from dmplay.shell.plain import Objects, Reporter, Sentences, Silence, play
 from dmplay.shell.screen import Screen
 from dmplay.shell.screen import run as run_screen
-from dmplay.shell.seats import HUMAN, header, seat_policy
+from dmplay.shell.seats import HUMAN, header, seat_policy, sitting
 from dmplay.shell.signals import leaving
 from dmplay.shell.terminal import Terminal
-from dmplay.transcript.format import Frame
+from dmplay.transcript.format import Frame, turn_limit
 from dmplay.transcript.reading import Block, Transcript, read
 from dmplay.transcript.recorder import Recorder
 from dmplay.transcript.verify import CHOSEN, replay
@@ -65,7 +65,8 @@ def new(request: Request) -> Game:
     if request.turns is not None and request.turns < 1:
         raise BadParameter(f"--turns: got {request.turns}, expected at least 1")
     dice = Dice(seed, request.episode)
-    session = Session(problem, dice, policies, limit=request.turns)
+    limit = turn_limit(problem, seats, request.turns)
+    session = Session(problem, dice, policies, limit=limit)
     path = request.record
     if path is None and HUMAN in seats:
         path = saves.new(found.name)
@@ -80,6 +81,7 @@ def new(request: Request) -> Game:
         )
     game = Game(found.name, session, seats, recorder)
     if request.seed is None:
+        game.tells_seed = False
         game.again = _again(request, found.name, seed)
     game.strict, game.reveal = request.strict, request.reveal
     return game
@@ -96,6 +98,10 @@ def _again(request: Request, name: str, seed: int) -> str:
         words += ["--vs", request.others]
     if request.turns is not None:
         words += ["--turns", str(request.turns)]
+    if request.episode:
+        words += ["--episode", str(request.episode)]
+    wishes = {"--strict": request.strict, "--reveal": request.reveal, "--frames": request.frames}
+    words += [option for option, wish in wishes.items() if wish]
     return shlex.join([*words, "--seed", str(seed)])
 
 
@@ -123,22 +129,24 @@ def _seats(request: Request, found: catalog.Loaded) -> list[str]:
     return seats
 
 
-def resumed(path: Path, turns: int | None = None, *, trusted: bool = False) -> Game:
+def resumed(path: Path, *, trusted: bool = False) -> Game:
     """The game of a transcript, to go on with: cut to its last whole turn, replayed from inputs."""
     transcript = _read(path)
     found = loaded(transcript, trusted=trusted)
-    seats = list(transcript.header.seats.values())
-    for who in seats:
-        if who in ("script", "replay"):
+    for who in transcript.header.seats.values():
+        kind = who.partition(":")[0]
+        if kind in ("script", "replay"):
             raise BadParameter(
-                f"{path}: a seat was played by a {who}, which the file does not hold"
+                f"{path}: a seat was played by a {kind}, which the file does not hold"
             )
-    policies = [seat_policy(found.problem, seat, who) for seat, who in enumerate(seats)]
+    seats, policies = sitting(found.problem, transcript.header.seats, trusted=trusted)
     session = replay(transcript, found.problem, policies)
     if session.over and transcript.end:
         raise BadParameter(f"{path}: the game is over ({session.ending}); nothing to resume")
     recorder = Recorder.resume(path, transcript.content, session, _framing(transcript))
-    return Game(found.name, session, seats, recorder)
+    game = Game(found.name, session, seats, recorder)
+    game.tells_seed = False
+    return game
 
 
 def branched(
@@ -151,11 +159,10 @@ def branched(
     told = replay(transcript, found.problem)
     if turn > len(told.turns):
         raise BadParameter(f"--at: got {turn}, {path} has {len(told.turns)} turns")
-    seats = list(header.seats.values())
-    seats = [HUMAN if who in ("script", "replay") else who for who in seats]
-    policies = [seat_policy(found.problem, seat, who) for seat, who in enumerate(seats)]
+    seats, policies = sitting(found.problem, header.seats, trusted=trusted)
     dice = Dice(header.seed, header.episode)
-    session = Session(found.problem, dice, policies, limit=header.turns, opening=told.opening)
+    limit = turn_limit(found.problem, seats, header.turns)
+    session = Session(found.problem, dice, policies, limit=limit, opening=told.opening)
     framed = _framing(transcript)
     names = dict(zip(found.problem.agents, seats, strict=True))
     recorder = Recorder.create(
@@ -164,7 +171,9 @@ def branched(
     for played in told.turns[:turn]:
         session.advance(list(played.actions), played.draws)
         recorder.turn()
-    return Game(found.name, session, seats, recorder)
+    game = Game(found.name, session, seats, recorder)
+    game.tells_seed = False
+    return game
 
 
 def _framing(transcript: Transcript) -> Frame | None:
@@ -213,11 +222,19 @@ class Playback(Game):
         self._place += 1
         return True
 
+    def redo(self) -> None:
+        """A recording is only looked at."""
+        raise BadParameter("a recording is only looked at; dmplay branch plays on")
+
+    def reroll(self) -> None:
+        """A recording is only looked at."""
+        self.redo()
+
     def undo(self, turns: int = 1) -> None:
-        """Shows the place one turn or event back."""
-        if self._place == 0:
+        """Shows the place so many turns or events back."""
+        if self._place < turns:
             raise BadParameter("this is the beginning")
-        self._place -= 1
+        self._place -= turns
         self.session = self._session(self._place)
         self._adviser.clear()
 

@@ -84,7 +84,7 @@ def _unicode(stdout: TextIO) -> bool:
 
 def _width(wish: int | None, env: Mapping[str, str]) -> int:
     columns = env.get("COLUMNS", "")
-    if wish is None and columns.isdigit() and int(columns) > 0:
+    if wish is None and columns.isascii() and columns.isdecimal() and int(columns) > 0:
         return int(columns)
     return wish or shutil.get_terminal_size((80, 24)).columns
 

@@ -20,7 +20,11 @@ from prompt_toolkit.layout import (
     Layout,
     Window,
 )
-from prompt_toolkit.layout.processors import BeforeInput
+from prompt_toolkit.layout.processors import (
+    BeforeInput,
+    ConditionalProcessor,
+    PasswordProcessor,
+)
 from prompt_toolkit.output import ColorDepth, Output
 from prompt_toolkit.styles import Style
 
@@ -133,12 +137,14 @@ def _layout(
     row: FormattedTextControl,
 ) -> Layout:
     typing = Condition(lambda: screen.typing)
+    several = Condition(lambda: len(screen.game.people) > 1)
+    shown = [ConditionalProcessor(PasswordProcessor(), several), BeforeInput(" :")]
     return Layout(
         HSplit(
             [
                 Window(board),
                 ConditionalContainer(
-                    Window(BufferControl(line, input_processors=[BeforeInput(" :")]), height=1),
+                    Window(BufferControl(line, input_processors=shown), height=1),
                     typing,
                 ),
                 ConditionalContainer(Window(answer, height=1), ~typing),
@@ -177,7 +183,8 @@ def _bindings(screen: Screen, board: FormattedTextControl, line: Buffer) -> KeyB
     @bindings.add("enter", filter=~playing)
     def _enter(event: KeyPressEvent) -> None:
         text = line.text
-        line.append_to_history()
+        if len(screen.game.people) == 1:  # nobody reads another's choice
+            line.append_to_history()
         focus(event, False)
         try:
             screen.type(text)

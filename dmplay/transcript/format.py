@@ -23,16 +23,18 @@ Lines that begin with `# ` are notes: anybody may add them, nothing checks them.
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from dmplay.chance import Array
 from dmplay.core import Interval, Problem
+from dmplay.rollouts import MOST_TURNS
 from dmplay.session import LONGEST_LIST, Session, believed
 
 VERSION = 1
+PERSON = "human"
 DIGITS = 10  # significant, of a fact that is a real number
 TOLERANCE = 1e-6  # of its scale
 
@@ -49,6 +51,13 @@ class Header:
     parameters: Mapping[str, object] = field(default_factory=dict)  # that differ from the default
     episode: int = 0
     turns: int | None = None  # a turn limit other than the problem's horizon
+
+
+def turn_limit(problem: Problem, seats: Collection[str], turns: int | None) -> int | None:
+    """The limit of a game: what was asked for; without it 10,000 where no person sits."""
+    if turns is not None or problem.horizon is not None or PERSON in seats:
+        return turns
+    return MOST_TURNS
 
 
 def number(value: float) -> float:

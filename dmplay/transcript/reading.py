@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +18,7 @@ HEADER = ("dmplay", "problem", "set", "seats", "seed", "episode", "turns")
 TURN = ("turn", "actions", "draws", "state", "observations", "rewards", "belief")
 BLOCKS = {keys[0]: keys for keys in (HEADER, TURN, ("undo",), ("reroll",), ("end",))}
 KEY = re.compile(r"([a-z0-9]+): ")
+SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")  # we write characters, never their halves
 END = re.compile(r"(#.*\n)*end: .*\n(#.*\n)*\Z")
 NOTES = re.compile(r"(#.*\n)+\Z")
 
@@ -149,6 +151,8 @@ def _entry(row: str, where: str) -> tuple[str, object]:
     if not found:
         raise BadTranscript(f"{where}:1: expected 'key: value', '| frame', '# note' or nothing")
     at = found.end()
+    if SURROGATE.search(row):
+        raise BadTranscript(f"{where}: half a character")
     try:
         return found[1], json.loads(
             row[at:], parse_constant=_no_constant, parse_float=_finite, object_pairs_hook=_unique
@@ -173,11 +177,11 @@ def _finite(digits: str) -> float:
 
 
 def _unique(pairs: list[tuple[str, object]]) -> dict[str, object]:
-    names = [name for name, _ in pairs]
-    for name in names:
-        if names.count(name) > 1:
-            raise ValueError(f"{name!r} stands twice")
-    return dict(pairs)
+    unique = dict(pairs)
+    if len(unique) < len(pairs):
+        name = Counter(name for name, _ in pairs).most_common(1)[0][0]
+        raise ValueError(f"{name!r} stands twice")
+    return unique
 
 
 def _header(block: Block, path: str) -> Header:

@@ -22,6 +22,7 @@ from dmplay.transcript.format import (
     lines,
     text,
     turn_facts,
+    turn_limit,
 )
 from dmplay.transcript.reading import Block, Entry, Transcript
 
@@ -93,7 +94,8 @@ def start(
             f"{', '.join(problem.agents)}"
         )
     opening = _draws(transcript, transcript.blocks[0], problem.draws.start)
-    return Session(problem, source, policies, limit=header.turns, opening=opening)
+    limit = turn_limit(problem, header.seats.values(), header.turns)
+    return Session(problem, source, policies, limit=limit, opening=opening)
 
 
 def play(transcript: Transcript, block: Block, session: Session) -> None:
@@ -194,7 +196,9 @@ class _Check:
         told = end["end"] if end else None
         if not isinstance(told, dict) or told.get("reason") != "turn limit":
             return False
-        entry = header.entries.get("turns", Entry(header.line, None))
+        entry = header.entries.get("turns")
+        if entry is None:
+            return False
         last = self.transcript.blocks[-1].entries.get("turn", Entry(0, None))
         if entry.value == last.value or told.get("turns") != last.value:
             return False
@@ -319,7 +323,10 @@ def rewritten(
     What people did stays as the file has it, as long as it can be done; notes stay in their block.
     """
     header = transcript.header
-    session = Session(problem, Dice(header.seed, header.episode), policies, limit=header.turns)
+    dice = Dice(header.seed, header.episode)
+    start(transcript, problem, dice)  # the seats must be this problem's
+    limit = turn_limit(problem, header.seats.values(), header.turns)
+    session = Session(problem, dice, policies, limit=limit)
     content = text(_with_notes(transcript.header_block, lines(header_facts(header))))
 
     def drawn(block: Block | None) -> str:
@@ -339,11 +346,11 @@ def rewritten(
             content += drawn(block)
     if transcript.end is None:
         return content
-    reason = _reason(transcript.end)
-    while reason in NATURAL and all(session.followers) and not session.over:
+    why = reason(transcript.end)
+    while why in NATURAL and all(session.followers) and not session.over:
         session.advance()
         content += drawn(None)
-    session.end(reason if reason in CHOSEN else "quit")
+    session.end(why if why in CHOSEN else "quit")
     facts = end_facts(session) | {"sha256": checksum(content)}
     return content + "\n".join([*_with_notes(transcript.end, lines({"end": facts})), ""])
 
@@ -356,7 +363,8 @@ def _with_notes(block: Block, rows: list[str]) -> list[str]:
     return out
 
 
-def _reason(end: Block) -> str:
+def reason(end: Block) -> str:
+    """The reason that an end line gives."""
     told = end["end"]
     return str(told.get("reason")) if isinstance(told, dict) else ""
 
