@@ -121,3 +121,19 @@ def test_the_same_seed_gives_the_same_bytes_in_every_process(
     assert files[0] == files[1] == files[2]
     report = check(tmp_path / "0.dmt")
     assert report.ok, str(report)
+
+
+@pytest.mark.parametrize("moment", range(9))
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
+def test_a_game_that_a_signal_ends_is_whole_and_verifies(
+    number: int, moment: int, tmp_path: Path
+) -> None:
+    words = ("cart-pole", "--agent", "balance", "--turns", "9000", "--quiet", "-o", "game.dmt")
+    file = tmp_path / "game.dmt"
+    with start(*words, folder=tmp_path) as game:
+        while not (file.exists() and file.stat().st_size > 2000):
+            time.sleep(0.002)
+        time.sleep(0.03 * moment)
+        game.send_signal(number)
+        assert game.wait(30) in (128 + number, 0)
+    assert check(file).ok

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 from rich.text import Text
 
+from dmplay.rollouts import MOST_TURNS
 from dmplay.shell.commands import COMMANDS, named
 from dmplay.shell.game import Game, sentence
 from dmplay.shell.terminal import clean
@@ -68,7 +69,7 @@ def _fitted(row: Text, room: Room) -> Text:
 
 def _title(game: Game, room: Room) -> Text:
     view = game.view()
-    limit = f"/{view.limit}" if view.limit is not None else ""
+    limit = f"/{view.limit}" if view.limit not in (None, MOST_TURNS) else ""
     facts = [f"turn {view.turn}{limit}"]
     if game.shows_seed:
         facts.insert(0, f"seed {game.seed}")

@@ -11,29 +11,49 @@ ENDS = {
 }
 
 
+class Gate:
+    """A handler that lets a signal through at once, or after the turn that is under way."""
+
+    def __init__(self) -> None:
+        self._depth = 0
+        self._waiting: int | None = None
+
+    def __call__(self, number: int, where: FrameType | None) -> None:
+        """Ends the program, by the exception that Python has for it."""
+        if self._depth:
+            self._waiting = number
+        else:
+            _end(number)
+
+    @contextlib.contextmanager
+    def closed(self) -> Iterator[None]:
+        """Holds signals back; one that came is let through at the end."""
+        self._depth += 1
+        try:
+            yield
+        finally:
+            self._depth -= 1
+            if not self._depth and self._waiting is not None:
+                number, self._waiting = self._waiting, None
+                _end(number)
+
+
+def _end(number: int) -> None:
+    if number == signal.SIGINT:
+        raise KeyboardInterrupt
+    raise SystemExit(128 + number)
+
+
+GATE = Gate()
+whole = GATE.closed  # around a turn: it is both played and written, or neither
+
+
 @contextlib.contextmanager
 def leaving() -> Iterator[None]:
-    """Turns these signals into SystemExit with the exit code that a shell knows them by."""
-    previous = {number: signal.signal(number, _stop) for number in ENDS}
+    """Turns these signals into SystemExit and KeyboardInterrupt, never in the middle of a turn."""
+    previous = {number: signal.signal(number, GATE) for number in [*ENDS, signal.SIGINT]}
     try:
         yield
     finally:
         for number, handler in previous.items():
             signal.signal(number, handler)
-
-
-@contextlib.contextmanager
-def whole() -> Iterator[None]:
-    """Holds every ending signal until a turn is both played and written."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {*ENDS, signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _stop(number: int, where: FrameType | None) -> None:
-    raise SystemExit(ENDS[signal.Signals(number)])

@@ -87,7 +87,9 @@ class Recorder:
         self._write(text(lines({key: value})))
 
     def end(self) -> None:
-        """Writes the end line and closes the file."""
+        """Writes the end line and closes the file; a second end is none."""
+        if self._file < 0:
+            return
         facts = end_facts(self.session) | {"sha256": self._digest.hexdigest()[:16]}
         self._write("\n".join([*lines({"end": facts}), ""]))
         self.close()
