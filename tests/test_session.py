@@ -6,7 +6,7 @@ import pytest
 import dmplay
 from dmplay.dice import Dice
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
-from dmplay.policies.general import Script
+from dmplay.policies.script import Script
 from dmplay.session import Follower
 from tests.games import session
 

@@ -6,12 +6,7 @@ import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Interval, Memory, Percept, Problem
-from dmplay.errors import DmplayError
 from dmplay.policies.search import Search
-
-
-class EndOfScript(DmplayError):
-    """A script has no more actions: the game ends as if its player had left."""
 
 
 @dataclass(frozen=True)
@@ -47,38 +42,6 @@ class Random:
 
     def values(self, memory: Memory) -> Reals | None:
         """None: it does not care."""
-        return None
-
-
-@dataclass(frozen=True)
-class Script:
-    """Actions written down beforehand, one a turn."""
-
-    problem: Problem
-    seat: int
-    actions: tuple[float, ...]
-
-    @property
-    def draws(self) -> int:
-        """None."""
-        return 0
-
-    def begin(self, observation: Array) -> Memory:
-        """The place in the script."""
-        return (np.zeros(len(observation), np.int64),)
-
-    def update(self, memory: Memory, percept: Percept) -> Memory:
-        """The next place."""
-        return (memory[0] + 1,)
-
-    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """The action at this place."""
-        if memory[0].max(initial=-1) >= len(self.actions):
-            raise EndOfScript(f"the script of {len(self.actions)} actions is over")
-        return np.array(self.actions)[memory[0]]
-
-    def values(self, memory: Memory) -> Reals | None:
-        """None."""
         return None
 
 

@@ -1,9 +1,7 @@
 """Verifying files and folders of transcripts, and rewriting them."""
 
-import difflib
 import os
 import sys
-import tempfile
 from collections.abc import Iterator, Sequence
 from json import dumps
 from pathlib import Path
@@ -70,6 +68,8 @@ def _fault(path: Path, error: BadTranscript) -> Finding:
 
 def update(path: Path, *, trusted: bool = False) -> str:
     """Rewrites one file as it would be written today; returns the diff, '' where none is."""
+    import difflib
+
     transcript = read(path)
     problem = loaded(transcript, trusted=trusted).problem
     policies = asked_again(problem, dict(transcript.header.seats), trusted=trusted)
@@ -86,6 +86,8 @@ def update(path: Path, *, trusted: bool = False) -> str:
 
 def replace(path: Path, content: str) -> None:
     """The new content in one step: a reader sees the old file or the new one."""
+    import tempfile
+
     handle, name = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
     try:
         with open(handle, "w", encoding="utf-8", newline="\n") as file:

@@ -10,7 +10,7 @@ from dmplay import catalog
 from dmplay.core import Continuous, Interval, Problem
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter
-from dmplay.policies.general import EndOfScript
+from dmplay.policies.script import EndOfScript
 from dmplay.session import Follower, Session, View
 from dmplay.shell.seats import DIGITS, HUMAN, action_by_key, action_of
 from dmplay.shell.signals import whole
@@ -275,11 +275,13 @@ class Game:
     def overlay(self, kind: str) -> Overlay | None:
         """Values, policy or states of every state, where the adviser knows them."""
         problem = self.problem
-        adviser = self._advice(self.watcher)
+        if not kind:
+            return None
         finite = isinstance(problem.states, int) and problem.states > 1
         if isinstance(problem.states, Continuous) or not finite or problem.observations:
             return None
-        if not kind or adviser is None:
+        adviser = self._advice(self.watcher)
+        if adviser is None:
             return None
         values = adviser.policy.values(adviser.policy.begin(problem.enumerated()))
         return None if values is None else Overlay(kind, values)

@@ -9,7 +9,7 @@ from rich.text import Text
 
 from dmplay.core import Interval
 from dmplay.errors import DmplayError
-from dmplay.shell import frame, review
+from dmplay.shell import frame
 from dmplay.shell.commands import COMMANDS, typed
 from dmplay.shell.frame import Room, Shown
 from dmplay.shell.game import Game
@@ -212,6 +212,8 @@ class Screen:
             self.log.append(self.message)
             self.message = ""
         if self.game.session.over and self.game.people and not self.reviewed:
+            from dmplay.shell import review  # not needed before
+
             self.reviewed = True
             found = review.in_time(self.game.session, self.game.people, REVIEW_TIME)
             if found:

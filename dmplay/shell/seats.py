@@ -7,7 +7,7 @@ from dmplay import catalog
 from dmplay.core import Interval, Policy, Problem
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter, DmplayError, UnknownName
-from dmplay.policies.general import Script
+from dmplay.policies.script import Script
 from dmplay.shell.terminal import clean
 from dmplay.transcript.format import PERSON, Header
 from dmplay.transcript.reading import Transcript, read

@@ -1,6 +1,6 @@
 """Setting up games: new ones, resumed ones, and played ones to look at again."""
 
-import secrets
+import os
 import shlex
 import sys
 from collections.abc import Mapping, Sequence
@@ -59,7 +59,9 @@ def new(request: Request) -> Game:
     problem = found.problem
     seats = _seats(request, found)
     policies = [seat_policy(problem, seat, who) for seat, who in enumerate(seats)]
-    seed = secrets.randbelow(NEW_SEEDS) if request.seed is None else request.seed
+    seed = (
+        int.from_bytes(os.urandom(8), "big") % NEW_SEEDS if request.seed is None else request.seed
+    )
     if not 0 <= seed <= LARGEST_SEED:
         raise BadParameter(f"--seed: got {seed}, expected 0 to {LARGEST_SEED}")
     if request.turns is not None and request.turns < 1:

@@ -4,7 +4,7 @@ import numpy as np
 
 import dmplay
 from dmplay.core import Problem
-from dmplay.policies.general import Script
+from dmplay.policies.script import Script
 from dmplay.problems.mountain_car import LEFT_WALL, RIGHT_WALL, TOP_SPEED
 from dmplay.solvers import grid_search
 from tests.truth_kinds.case import Case
