@@ -11,6 +11,7 @@ from dmplay.core import Interval, Problem
 from dmplay.names import problem_names
 
 ROWS = (1, 100, 10_000)
+PEER_ROWS = 8192
 TURNS = 12  # of play, whose states, actions and draws are the sample
 LEAST = 0.05  # seconds that one run takes
 
@@ -66,3 +67,25 @@ def report(runs: int) -> None:
         told = "".join(f"{median(rates[name, rows]):14,.0f}" for rows in ROWS)
         mask = "" if problem.legal(cases[name, 1][0][0]) is None else "  with the legal mask"
         print(f"  {name:<{wide}} {told}{mask}")
+    _beside_gymnasium(problems["cart-pole"], runs)
+
+
+def _beside_gymnasium(problem: Problem, runs: int) -> None:
+    """Prints cart-pole beside Gymnasium's own vector environment, in turn, at 8,192 rows."""
+    from gymnasium.envs.classic_control.cartpole import CartPoleVectorEnv
+
+    peer = CartPoleVectorEnv(num_envs=PEER_ROWS)
+    peer.reset(seed=7)
+    pushes = np.random.default_rng(7).integers(0, 2, PEER_ROWS)
+    cases = _cases(problem, PEER_ROWS)
+    ours, theirs = [], []
+    for _ in range(runs):
+        ours.append(_rate(problem, cases))
+        steps, began = 0, time.perf_counter()
+        while (spent := time.perf_counter() - began) < LEAST:
+            peer.step(pushes)
+            steps += PEER_ROWS
+        theirs.append(steps / spent)
+    ratio = median(ours) / median(theirs)
+    print(f"  cart-pole at {PEER_ROWS} rows: {median(ours) / 1e6:.1f} M, Gymnasium's vector "
+          f"environment {median(theirs) / 1e6:.1f} M, ratio {ratio:.1f}")  # fmt: skip
