@@ -6,17 +6,17 @@ from typing import Any, NamedTuple
 
 import pyte
 from prompt_toolkit.application import get_app
-from prompt_toolkit.data_structures import Size
 from prompt_toolkit.input import PipeInput, create_pipe_input
-from prompt_toolkit.output.vt100 import Vt100_Output
 from rich.text import Text
 
 from dmplay import catalog
 from dmplay.dice import Dice
 from dmplay.session import Session, Source
 from dmplay.shell import toolkit
+from dmplay.shell.commands import Leave
 from dmplay.shell.frame import Room
 from dmplay.shell.game import Game
+from dmplay.shell.painter import Painter
 from dmplay.shell.screen import Screen
 from dmplay.shell.seats import HUMAN, seat_policy
 from dmplay.shell.terminal import Terminal
@@ -59,43 +59,20 @@ class Played(NamedTuple):
         return self.frames[-1]
 
 
-class Watched(Screen):
-    """A screen that is looked at after each frame, and then given its next key."""
-
-    def __init__(self, played: Game, keys: Sequence[str], pipe: PipeInput, paper: "Paper") -> None:
-        super().__init__(played, Terminal(True, "", True, True, False, paper.size.columns))
-        self.keys = [*keys]
-        self.pipe = pipe
-        self.paper = paper
-        self.frames: list[str] = []
-
-    def upper(self, room: Room) -> Text:
-        """The screen's own; the first time, asks to be told of finished frames."""
-        if self._look not in get_app().after_render._handlers:
-            get_app().after_render += self._look
-        return super().upper(room)
-
-    def _look(self, app: Any) -> None:
-        if app.is_done:
-            return
-        self.frames.append(self.paper.text)
-        if self.keys:
-            words = self.keys.pop(0).split()
-            self.pipe.send_text("".join(SEQUENCES.get(word, word) for word in words))
-        else:
-            app.exit(result=0)
-
-
 class Paper(io.StringIO):
     """What is written lands on an emulated screen too."""
 
     encoding = "utf-8"
 
-    def __init__(self, columns: int, rows: int) -> None:
+    def __init__(self) -> None:
         super().__init__()
-        self.size = Size(rows, columns)
-        self._screen: Any = pyte.Screen(columns, rows)
-        self._stream: Any = pyte.Stream(self._screen)
+        self.screen: Any = None
+        self._stream: Any = None
+
+    def resize(self, columns: int, rows: int) -> None:
+        """Makes the emulated screen of another size, and empty."""
+        self.screen = pyte.Screen(columns, rows)
+        self._stream = pyte.Stream(self.screen)
 
     def write(self, text: str) -> int:
         """Writes to both."""
@@ -105,14 +82,66 @@ class Paper(io.StringIO):
     @property
     def text(self) -> str:
         """The screen's rows without trailing blanks."""
-        return "\n".join(row.rstrip() for row in self._screen.display)
+        return "\n".join(row.rstrip() for row in self.screen.display)
+
+
+class Easel(Painter):
+    """A painter on paper."""
+
+    def __init__(self, paper: Paper, columns: int, rows: int) -> None:
+        super().__init__(paper, color=True)
+        self.paper = paper
+        self.resize(columns, rows)
+
+    def resize(self, columns: int, rows: int) -> None:
+        """Takes paper of another size."""
+        self.dimensions = columns, rows
+        self.paper.resize(columns, rows)
+
+    def size(self) -> tuple[int, int]:
+        """The paper's."""
+        return self.dimensions
+
+
+class Watched(Screen):
+    """A screen that is looked at after each frame, and then given its next key."""
+
+    def __init__(self, played: Game, keys: Sequence[str], pipe: PipeInput, paper: Paper) -> None:
+        super().__init__(played, Terminal(True, "", True, True, False, 80))
+        self.keys = [*keys]
+        self.pipe = pipe
+        self.paper = paper
+        self.frames: list[str] = []
+
+    def paint(self, painter: Painter) -> None:
+        """Paints, and looks."""
+        super().paint(painter)
+        self._look(None)
+
+    def upper(self, room: Room) -> Text:
+        """The screen's own, for the command row; the first time, asks to be told of its frames."""
+        if self._look not in get_app().after_render._handlers:
+            get_app().after_render += self._look
+        return super().upper(room)
+
+    def _look(self, app: Any) -> None:
+        if app is not None and app.is_done:
+            return
+        self.frames.append(self.paper.text)
+        if self.keys:
+            words = self.keys.pop(0).split()
+            self.pipe.send_text("".join(SEQUENCES.get(word, word) for word in words))
+        elif app is not None:
+            app.exit(exception=Leave(0))
+        else:
+            self.pipe.send_text(SEQUENCES["c-d"])
 
 
 def play(played: Game, *keys: str, size: tuple[int, int] = (80, 24)) -> Played:
     """Presses keys, each after the frame of the one before; `up right` are two, `:undo` many."""
-    paper = Paper(*size)
-    output = Vt100_Output(paper, lambda: paper.size, term="xterm-256color", enable_cpr=False)
+    paper = Paper()
+    easel = Easel(paper, *size)
     with create_pipe_input() as pipe:
         screen = Watched(played, keys, pipe, paper)
-        code = toolkit.run(screen, pipe, output)
+        code = toolkit.run(screen, easel, pipe)
     return Played(screen.frames, paper.getvalue(), code)

@@ -56,11 +56,11 @@ heard  quiet
 
 sated   ████████████████████ 1.000
 hungry  ···················· 0.000
-history of hungry ▅▁
-feed:quiet
+history of hungry ▅▁··················
 
  turn 1. quiet. chose feed. belief: sated 1.000,
    hungry 0.000.
+
 
 
 
@@ -334,8 +334,9 @@ def test_the_screen_of_a_person_is_the_same_bytes_whatever_the_hidden_state(
     size: tuple[int, int],
 ) -> None:
     keys = (
-        "i", "s", "tab", "L", "V", "V", "?", "x", "i", "backspace", "c-r", ":", "state enter",
-        ":", "belief enter", ":", "legal enter", ":", "reroll enter", ":", "keys enter", "i",
+        "i", "s", "tab", "L", "V", "V", "?", "x", "i", "backspace", "c-r", ":", "state", "enter",
+        ":", "belief", "enter", ":", "legal", "enter", ":", "reroll", "enter", ":", "keys", "enter",
+        "i",
     )  # fmt: skip
     told: list[tuple[list[int], list[int], Played, dict[str, object], str]] = []
     for nature in (Nature(0.25, 0.5), Nature(0.75, 0.95)):

@@ -1,6 +1,7 @@
 """Whole games by real keys in a real terminal; what signals, sizes and full disks do to them."""
 
 import json
+import os
 import re
 import resource
 import signal
@@ -331,12 +332,20 @@ def test_a_signal_before_the_first_key_leaves_the_terminal_as_it_was(
         assert '/dmplay/__main__.py"' not in terminal.printed  # nothing of ours is traced back
 
 
-def test_ctrl_z_gives_the_terminal_back_and_fg_goes_on(tmp_path: Path) -> None:
+@pytest.mark.parametrize("outside", [False, True])
+def test_a_stopped_game_gives_the_terminal_back_and_fg_goes_on(
+    outside: bool, tmp_path: Path
+) -> None:
     bash = ("bash", "--norc", "--noprofile", "-i")
     with Terminal(command=bash, folder=tmp_path, env={"PS1": "ready> "}) as terminal:
         terminal.until("ready>").press("stty -a > before\r").calm()
         terminal.press(f"{sys.executable} -m dmplay hexworld --seed 7 -o game.dmt\r").ready()
-        terminal.press("h", "turn 1 ").press(CTRL_Z, "Stopped").calm()
+        terminal.press("h", "turn 1 ")
+        if outside:
+            os.kill(os.tcgetpgrp(terminal.child.child_fd), signal.SIGTSTP)
+        else:
+            terminal.press(CTRL_Z)
+        terminal.until("Stopped").calm()
         assert terminal.raw.rfind(b"\x1b[?1049l") > terminal.raw.rfind(b"\x1b[?1049h")
         assert terminal.raw.rfind(b"\x1b[?25h") > terminal.raw.rfind(b"\x1b[?25l")
         terminal.press("stty -a > after\r").calm().press("fg\r", "turn 1 ").calm()
@@ -344,6 +353,17 @@ def test_ctrl_z_gives_the_terminal_back_and_fg_goes_on(tmp_path: Path) -> None:
         terminal.press("echo code=$?\r", "code=0").press("exit\r")
         assert terminal.ended() == 0
     assert (tmp_path / "before").read_text() == (tmp_path / "after").read_text()
+    verified(tmp_path / "game.dmt")
+
+
+def test_keys_typed_before_the_toolkit_is_there_are_played_and_never_echoed(
+    tmp_path: Path,
+) -> None:
+    with Terminal("hexworld", "--seed", "7", "-o", "game.dmt", folder=tmp_path) as terminal:
+        terminal.until("q quit")
+        terminal.press("hh", "turn 2 ").calm()
+        assert "hh" not in terminal.text
+        assert terminal.press("q").ended() == 0
     verified(tmp_path / "game.dmt")
 
 

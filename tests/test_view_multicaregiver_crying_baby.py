@@ -18,8 +18,7 @@ heard  quiet
 
 sated   ████████████████████ 1.000
 hungry  ···················· 0.000
-history of hungry ▅█▁
-ignore:crying feed:quiet
+history of hungry ▅█▁·················
 caregiver1 is unseen: believed to act at random"""
     )
 
@@ -34,7 +33,6 @@ heard  quiet
 sated   ##################.. 0.909
 hungry  ##.................. 0.091
 history of hungry =_
-ignore:quiet
 caregiver2: believed to act at random"""
     )
 

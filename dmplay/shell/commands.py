@@ -13,7 +13,11 @@ LIKELIEST = 8  # states that the belief is told of
 
 
 class Leave(Exception):
-    """The player leaves the game."""
+    """The player leaves the game, with an exit code."""
+
+    def __init__(self, code: int = 0) -> None:
+        super().__init__(code)
+        self.code = code
 
 
 class Command(NamedTuple):

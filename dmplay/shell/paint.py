@@ -1,4 +1,4 @@
-"""From rich text to what terminals take: prompt-toolkit fragments, and ANSI for the first frame."""
+"""From rich text to what terminals take: rows of SGR codes, ANSI, prompt-toolkit fragments."""
 
 from collections import defaultdict
 from functools import cache
@@ -7,6 +7,7 @@ from itertools import pairwise
 from rich.text import Text
 
 Fragments = list[tuple[str, str]]
+Row = tuple[tuple[str, str], ...]  # pieces of a row, each with its SGR codes
 
 SGR = {"bold": "1", "dim": "2", "italic": "3", "underline": "4", "reverse": "7"}
 COLORS = ("black", "red", "green", "yellow", "blue", "magenta", "cyan", "white")
@@ -63,11 +64,27 @@ def _style(words: frozenset[str], color: bool) -> str:
 
 def ansi(text: Text, color: bool) -> str:
     """The text with escape sequences, lines ended for a terminal in raw mode."""
-    out = []
+    return "\r\n".join(
+        "".join(f"\x1b[{codes}m{piece}\x1b[0m" if codes else piece for piece, codes in row)
+        for row in rows(text, color)
+    )
+
+
+def rows(text: Text, color: bool) -> list[Row]:
+    """The text a row at a time."""
+    found: list[list[tuple[str, str]]] = [[]]
     for words, piece in runs(text):
-        codes = sorted(SGR[word] for word in _shown(words, color))
-        out.append(f"\x1b[{';'.join(codes)}m{piece}\x1b[0m" if codes else piece)
-    return "".join(out).replace("\n", "\r\n")
+        codes = _codes(words, color)
+        first, *more = piece.split("\n")
+        if first:
+            found[-1].append((first, codes))
+        found += [[(part, codes)] if part else [] for part in more]
+    return [tuple(row) for row in found]
+
+
+@cache
+def _codes(words: frozenset[str], color: bool) -> str:
+    return ";".join(sorted(SGR[word] for word in _shown(words, color)))
 
 
 def _shown(words: frozenset[str], color: bool) -> list[str]:

@@ -1,7 +1,6 @@
 """Play by single keys on a full screen."""
 
 import contextlib
-import shutil
 import sys
 from collections.abc import Iterator
 
@@ -13,10 +12,9 @@ from dmplay.shell import frame
 from dmplay.shell.commands import COMMANDS, typed
 from dmplay.shell.frame import Room, Shown
 from dmplay.shell.game import Game
-from dmplay.shell.paint import ansi
-from dmplay.shell.terminal import Terminal
+from dmplay.shell.painter import Painter, Place
+from dmplay.shell.terminal import Terminal, silent
 
-ENTER_SCREEN, LEAVE_SCREEN = "\x1b[?1049h\x1b[H\x1b[2J", "\x1b[?1049l"
 REVIEW_TIME = 0.3  # seconds that a review may take before the last frame
 OVERLAYS = ("", "values", "policy", "states")
 
@@ -40,12 +38,17 @@ class Screen:
         self.prefix = ""  # the first arrow of a diagonal
         self.reviewed = False
         self.auto = False
-        self.typing = False  # whether the command row is open
+        self._room = Room(80, 24)
 
     def room(self) -> Room:
-        """The terminal's present size."""
-        columns, lines = shutil.get_terminal_size((80, 24))
-        return Room(columns, lines, self.terminal.ascii)
+        """The terminal's size, as it was last painted."""
+        return self._room
+
+    def paint(self, painter: Painter) -> None:
+        """Brings the screen as it is now onto the terminal."""
+        self._room = Room(*painter.size(), self.terminal.ascii)
+        drawn = frame.compose(self.game, self._room, self.shown, self.log)
+        painter.paint(drawn, _player(drawn.plain))
 
     @property
     def shown(self) -> Shown:
@@ -141,15 +144,14 @@ class Screen:
             if len(self.game.session.turns) == before:
                 self.message = f"{name} chooses; the other choice stays hidden until both are in"
 
-    def tick(self) -> bool:
+    def tick(self) -> None:
         """A beat of the clock in real time: the last push repeats, from the first key on."""
         if self.held is None or self.game.waiting is None:
-            return False
+            return
         before = len(self.game.session.turns)
         with self.told():
             self.game.choose(self.held)
             self.note(before)
-        return True
 
     def command(self, key: str) -> None:
         """Does what a key of the shell says."""
@@ -223,17 +225,24 @@ class Screen:
             self.message = f"cannot write {recorder.path}: {recorder.fault.strerror}"
 
 
+def _player(plain: str) -> Place | None:
+    """Where the player stands: screen readers and magnifiers follow the real cursor."""
+    _, *below = plain.split("\n")
+    rows = ((number, row.find("@")) for number, row in enumerate(below, 1))
+    return next((Place(column, number) for number, column in rows if column >= 0), None)
+
+
 def run(screen: Screen) -> int:
     """Shows the screen until the player leaves; returns the exit code."""
+    painter = Painter(sys.stdout, color=screen.terminal.color)
     try:
-        first = frame.compose(screen.game, screen.room(), screen.shown, screen.log)
-        # The first frame stands before the toolkit, a tenth of a second, is imported.
-        sys.stdout.write(ENTER_SCREEN + ansi(first, screen.terminal.color))
-        sys.stdout.flush()
-        from dmplay.shell import toolkit
+        with silent(sys.stdin):
+            # The first frame stands before the toolkit, a tenth of a second, is imported.
+            painter.enter()
+            screen.paint(painter)
+            from dmplay.shell import toolkit
 
-        return toolkit.run(screen)
+            return toolkit.run(screen, painter)
     finally:
         with contextlib.suppress(OSError):  # the terminal itself may be gone
-            sys.stdout.write(LEAVE_SCREEN)
-            sys.stdout.flush()
+            painter.leave()

@@ -1,12 +1,14 @@
 """One place that decides how to talk: which front end, colour, ASCII, how wide."""
 
+import contextlib
 import os
 import shutil
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple, TextIO
 
 from dmplay.errors import BadParameter
 
+INPUT, LOCAL = 0, 3  # of a terminal's attributes, the flags
 COLORS = ("auto", "always", "never")
 
 
@@ -87,6 +89,28 @@ def _width(wish: int | None, env: Mapping[str, str]) -> int:
     if wish is None and columns.isascii() and columns.isdecimal() and int(columns) > 0:
         return int(columns)
     return wish or shutil.get_terminal_size((80, 24)).columns
+
+
+@contextlib.contextmanager
+def silent(stdin: TextIO) -> Iterator[None]:
+    """Keys typed meanwhile wait: they are not shown, and are no signals."""
+    import termios
+
+    fd = stdin.fileno()
+    try:
+        before = termios.tcgetattr(fd)
+    except termios.error:
+        yield
+        return
+    quiet = termios.tcgetattr(fd)
+    quiet[INPUT] &= ~termios.ICRNL
+    quiet[LOCAL] &= ~(termios.ECHO | termios.ICANON | termios.ISIG | termios.IEXTEN)
+    termios.tcsetattr(fd, termios.TCSANOW, quiet)
+    try:
+        yield
+    finally:
+        with contextlib.suppress(termios.error):  # the terminal itself may be gone
+            termios.tcsetattr(fd, termios.TCSANOW, before)
 
 
 def clean(text: str) -> str:

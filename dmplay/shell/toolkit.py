@@ -1,214 +1,181 @@
-"""The play screen on prompt-toolkit: the event loop, keys, signals and the command row."""
+"""The play screen at work: keys read by prompt-toolkit, the clock, signals, the command row."""
 
 import asyncio
+import contextlib
+import os
 import signal
+from collections.abc import Awaitable, Callable, Iterator
+from functools import partial
 
-from prompt_toolkit.application import Application
-from prompt_toolkit.buffer import Buffer
-from prompt_toolkit.completion import WordCompleter
-from prompt_toolkit.filters import Condition, has_focus
-from prompt_toolkit.formatted_text import StyleAndTextTuples
 from prompt_toolkit.history import InMemoryHistory
-from prompt_toolkit.input import Input
-from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
+from prompt_toolkit.input import Input, create_input
+from prompt_toolkit.input.typeahead import get_typeahead, store_typeahead
+from prompt_toolkit.key_binding import KeyPress
 from prompt_toolkit.keys import Keys
-from prompt_toolkit.layout import (
-    BufferControl,
-    ConditionalContainer,
-    FormattedTextControl,
-    HSplit,
-    Layout,
-    Window,
-)
-from prompt_toolkit.layout.processors import (
-    BeforeInput,
-    ConditionalProcessor,
-    PasswordProcessor,
-)
-from prompt_toolkit.output import ColorDepth, Output
-from prompt_toolkit.styles import Style
 
-from dmplay.core import Interval
-from dmplay.shell.commands import COMMANDS, Leave
-from dmplay.shell.frame import Room, keys, message
-from dmplay.shell.paint import fragments
+from dmplay.shell import line
+from dmplay.shell.commands import Leave
+from dmplay.shell.painter import Painter
 from dmplay.shell.screen import Screen
 from dmplay.shell.signals import ENDS
 
-ESCAPE_WAIT = 0.05  # seconds until a lone Esc counts; the library's default is half a second
+ESCAPE_WAIT = 0.05  # seconds until a lone Esc counts
 INTERRUPTED, GONE = 130, 129
 NAMES: dict[str, str] = {  # the library's names of keys, as the views name them
     " ": "space",
-    Keys.ControlH: "backspace", Keys.ControlI: "tab", Keys.ControlM: "enter",
-    Keys.ControlUnderscore: "backspace", Keys.F1: "?", Keys.F2: "N",
+    Keys.ControlH: "backspace", Keys.ControlUnderscore: "backspace", Keys.ControlI: "tab",
+    Keys.ControlM: "enter", Keys.ControlJ: "enter", Keys.F1: "?", Keys.F2: "N",
 }  # fmt: skip
+DEAF = {Keys.CPRResponse, Keys.Vt100MouseEvent, Keys.Ignore, Keys.BracketedPaste}
+
+Event = Callable[[], Awaitable[None]]
 
 
-def run(screen: Screen, input_: Input | None = None, output: Output | None = None) -> int:
-    """Runs the screen until the player leaves or a signal comes; returns the exit code."""
-    line = Buffer(
-        completer=WordCompleter(_words(screen), ignore_case=True),
-        history=InMemoryHistory(),
-        multiline=False,
-    )
-    board = FormattedTextControl(focusable=True)
-    answer, row = FormattedTextControl(), FormattedTextControl()
-    app: Application[int] = Application(
-        layout=_layout(screen, line, board, answer, row),
-        key_bindings=_bindings(screen, board, line),
-        style=Style([]),
-        full_screen=True,
-        color_depth=ColorDepth.DEPTH_4_BIT if screen.terminal.color else ColorDepth.DEPTH_1_BIT,
-        include_default_pygments_style=False,
-        input=input_,
-        output=output,
-    )
-    app.ttimeoutlen = app.timeoutlen = ESCAPE_WAIT
-
-    def room() -> Room:
-        size = app.output.get_size()
-        return Room(size.columns, size.rows, screen.terminal.ascii)
-
-    def below() -> StyleAndTextTuples:
-        return [*fragments(keys(screen.game, room()), screen.terminal.color)]
-
-    def shown() -> StyleAndTextTuples:
-        drawn = fragments(screen.upper(room()), screen.terminal.color)
-        at = next((n for n, (_, piece) in enumerate(drawn) if "@" in piece), None)
-        board.show_cursor = at is not None  # the cursor stands where the player does
-        if at is None:
-            return [*drawn]
-        style, piece = drawn[at]
-        before, you, after = piece.partition("@")
-        cell = [(style, before), ("[SetCursorPosition]", ""), (style, you + after)]
-        return [*drawn[:at], *cell, *drawn[at + 1 :]]
-
-    board.text, row.text = shown, below
-    answer.text = lambda: [*fragments(message(room(), screen.shown), screen.terminal.color)]
-
-    def ready() -> None:
-        loop = asyncio.get_running_loop()
-        for number, code in (ENDS | {signal.SIGINT: INTERRUPTED}).items():
-            loop.add_signal_handler(number, _leave, app, code)
-        app.create_background_task(_autoplay(app, screen))
-        if screen.rate:
-            app.create_background_task(_clock(app, screen, screen.rate))
-
+def run(screen: Screen, painter: Painter, input_: Input | None = None) -> int:
+    """Plays on the screen until the player leaves or a signal comes; returns the exit code."""
+    stage = Stage(screen, painter, input_ or create_input())
     try:
-        return app.run(pre_run=ready, handle_sigint=False)  # one way for every signal
-    except EOFError:  # the terminal is gone
+        return asyncio.run(stage.play())
+    except asyncio.CancelledError:
+        return stage.code
+    except (EOFError, OSError):  # the terminal is gone
         return GONE
 
 
-def _leave(app: Application[int], code: int) -> None:
-    if not app.is_done:
-        app.exit(result=code)
+class Stage:
+    """What happens on the screen, one event after the other, a frame after each."""
 
+    def __init__(self, screen: Screen, painter: Painter, input_: Input) -> None:
+        self.screen = screen
+        self.painter = painter
+        self.input = input_
+        self.code = 0  # of a signal that ends the game
+        self._events: asyncio.Queue[Event] = asyncio.Queue()
+        self._history = InMemoryHistory()
+        self._escape: asyncio.TimerHandle | None = None
+        self._keys: dict[str, Event] = {
+            Keys.ControlZ: self._suspend, Keys.ControlL: self._repaint,
+            Keys.ControlC: partial(self._leave, INTERRUPTED),
+            Keys.ControlD: partial(self._leave, 0),
+        }  # fmt: skip
 
-async def _autoplay(app: Application[int], screen: Screen) -> None:
-    while True:
-        await asyncio.sleep(1 / screen.speed)
-        if screen.auto and not screen.game.session.over:
-            screen.autoplay()
-            app.invalidate()
+    async def play(self) -> int:
+        """Takes events until the player leaves; returns the exit code."""
+        with self.input.raw_mode(), self.input.attach(self._read), self._signals():
+            self.painter.listen()
+            clocks = [asyncio.ensure_future(clock) for clock in self._clocks()]
+            try:
+                while True:
+                    self.screen.paint(self.painter)
+                    await (await self._events.get())()
+                    while not self._events.empty():  # a burst of keys has one frame
+                        await self._events.get_nowait()()
+            except Leave as leave:
+                return leave.code
+            finally:
+                for clock in clocks:
+                    clock.cancel()
 
+    # Where events come from
 
-async def _clock(app: Application[int], screen: Screen, rate: float) -> None:
-    loop = asyncio.get_running_loop()
-    due = loop.time()
-    while True:
-        due += 1 / rate
-        await asyncio.sleep(max(due - loop.time(), 0.0))
-        if screen.tick():
-            app.invalidate()
+    def _read(self) -> None:
+        self._take(self.input.read_keys())
+        if self.input.closed:
+            self._events.put_nowait(partial(self._leave, GONE))
+        loop = asyncio.get_running_loop()
+        self._wait_no_more()
+        self._escape = loop.call_later(ESCAPE_WAIT, lambda: self._take(self.input.flush_keys()))
 
+    def _wait_no_more(self) -> None:
+        """Leaves what may be a lone Esc to who reads the keys next."""
+        if self._escape:
+            self._escape.cancel()
 
-def _words(screen: Screen) -> list[str]:
-    labels = screen.game.problem.actions[screen.game.watcher]
-    actions = () if isinstance(labels, Interval) else labels
-    return [*actions, *(command.name for command in COMMANDS)]
+    def _take(self, presses: list[KeyPress]) -> None:
+        for place, press in enumerate(presses):
+            if press.key == ":":
+                self._events.put_nowait(partial(self._command, presses[place + 1 :]))
+                return
+            if press.key not in DEAF:
+                event = self._keys.get(press.key, partial(self._press, press.key))
+                self._events.put_nowait(event)
 
+    def _clocks(self) -> Iterator[Awaitable[None]]:
+        screen = self.screen
+        yield self._clock(screen.speed, screen.autoplay, lambda: screen.auto)
+        if screen.rate:
+            yield self._clock(screen.rate, screen.tick, lambda: screen.held is not None)
 
-def _layout(
-    screen: Screen,
-    line: Buffer,
-    board: FormattedTextControl,
-    answer: FormattedTextControl,
-    row: FormattedTextControl,
-) -> Layout:
-    typing = Condition(lambda: screen.typing)
-    several = Condition(lambda: len(screen.game.people) > 1)
-    shown = [ConditionalProcessor(PasswordProcessor(), several), BeforeInput(" :")]
-    return Layout(
-        HSplit(
-            [
-                Window(board),
-                ConditionalContainer(
-                    Window(BufferControl(line, input_processors=shown), height=1),
-                    typing,
-                ),
-                ConditionalContainer(Window(answer, height=1), ~typing),
-                Window(row, height=1),
-            ]
-        ),
-        focused_element=board,
-    )
+    async def _clock(
+        self, rate: float, beat: Callable[[], None], running: Callable[[], bool]
+    ) -> None:
+        """Beats so many times a second; a beat that finds the last one waiting is left out."""
+        loop = asyncio.get_running_loop()
+        due = loop.time()
+        while True:
+            due = max(due + 1 / rate, loop.time())
+            await asyncio.sleep(due - loop.time())
+            if running() and self._events.empty():
+                self._events.put_nowait(partial(self._beat, beat))
 
+    @contextlib.contextmanager
+    def _signals(self) -> Iterator[None]:
+        """Signals that end the game, stop it or tell of another size."""
+        loop, play = asyncio.get_running_loop(), asyncio.current_task()
+        ends = ENDS | {signal.SIGINT: INTERRUPTED}
+        before = {number: signal.getsignal(number) for number in ends}
 
-def _bindings(screen: Screen, board: FormattedTextControl, line: Buffer) -> KeyBindings:
-    bindings = KeyBindings()
-    playing = has_focus(board)
+        def end(code: int) -> None:
+            self.code = code
+            assert play is not None
+            play.cancel()
 
-    def focus(event: KeyPressEvent, typing: bool) -> None:
-        screen.typing = typing
-        line.reset()
-        event.app.layout.focus(line if typing else board)
+        for number, code in ends.items():
+            loop.add_signal_handler(number, end, code)
+        for number, event in ((signal.SIGWINCH, self._repaint), (signal.SIGTSTP, self._suspend)):
+            loop.add_signal_handler(number, self._events.put_nowait, event)
+        try:
+            yield
+        finally:
+            for number in (signal.SIGWINCH, signal.SIGTSTP):
+                loop.remove_signal_handler(number)
+            for number, handler in before.items():
+                loop.remove_signal_handler(number)
+                signal.signal(number, handler)
 
-    @bindings.add("<any>", filter=playing)
-    @bindings.add("tab", filter=playing)
-    @bindings.add("backspace", filter=playing)
-    @bindings.add("enter", filter=playing)
-    @bindings.add("escape", filter=playing)
-    def _press(event: KeyPressEvent) -> None:
-        key = event.key_sequence[0].key
+    # What they do
+
+    async def _press(self, key: str) -> None:
         name = NAMES.get(key, key)
-        if name == ":":
-            focus(event, True)
-            return
-        try:
-            screen.press(str(getattr(name, "value", name)))
-        except Leave:
-            _leave(event.app, 0)
+        self.screen.press(str(getattr(name, "value", name)))
 
-    @bindings.add("enter", filter=~playing)
-    def _enter(event: KeyPressEvent) -> None:
-        text = line.text
-        if len(screen.game.people) == 1:  # nobody reads another's choice
-            line.append_to_history()
-        focus(event, False)
-        try:
-            screen.type(text)
-        except Leave:
-            _leave(event.app, 0)
+    async def _beat(self, beat: Callable[[], None]) -> None:
+        beat()
 
-    @bindings.add("escape", filter=~playing)
-    def _escape(event: KeyPressEvent) -> None:
-        focus(event, False)
+    async def _leave(self, code: int) -> None:
+        raise Leave(code)
 
-    @bindings.add("c-c")
-    def _interrupt(event: KeyPressEvent) -> None:
-        _leave(event.app, INTERRUPTED)
+    async def _repaint(self) -> None:
+        self.painter.forget()
 
-    @bindings.add("c-d", filter=playing)
-    def _end(event: KeyPressEvent) -> None:
-        _leave(event.app, 0)
+    async def _command(self, ahead: list[KeyPress]) -> None:
+        """Opens the command row, with what was typed ahead, and does what it says."""
+        self._wait_no_more()
+        store_typeahead(self.input, ahead)
+        with self.input.detach():
+            typed = await line.ask(self.screen, self.painter, self.input, self._history)
+        self.painter.forget()
+        if typed is not None:
+            self.screen.type(typed)
+        self._take(get_typeahead(self.input))
 
-    @bindings.add("c-z")
-    def _suspend(event: KeyPressEvent) -> None:
-        event.app.suspend_to_background()
-
-    @bindings.add("c-l")
-    def _repaint(event: KeyPressEvent) -> None:
-        event.app.renderer.clear()
-
-    return bindings
+    async def _suspend(self) -> None:
+        """Stops as other programs do on Ctrl-Z, the terminal as it was meanwhile."""
+        loop = asyncio.get_running_loop()
+        self.painter.leave()
+        loop.remove_signal_handler(signal.SIGTSTP)
+        with self.input.cooked_mode():
+            os.kill(0, signal.SIGTSTP)
+        loop.add_signal_handler(signal.SIGTSTP, self._events.put_nowait, self._suspend)
+        self.painter.enter()
+        self.painter.listen()

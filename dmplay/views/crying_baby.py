@@ -9,6 +9,7 @@ from dmplay.tabular import Tabular
 from dmplay.views._belief import bars, spark, words
 from dmplay.views._canvas import Canvas, Look
 
+HISTORY = 20  # turns of it that are drawn
 KEYS = {"f": "feed", "s": "sing", "i": "ignore"}
 
 
@@ -37,21 +38,14 @@ def boards(view: View, look: Look) -> Iterator[Text]:
         if history:
             worst = [float(b[-1]) for b in view.beliefs]
             title = f"history of {names(view)[-1]} "
-            shown = spark(worst, look.ascii)[-max(look.width - len(title), 1) :]
+            room = max(min(HISTORY, look.width - len(title)), 1)
             canvas.put(0, y, title, "dim")
+            shown = spark(worst, look.ascii)[-room:].ljust(room, " " if look.ascii else "·")
             canvas.put(len(title), y, shown, "cyan")
-            log = " ".join(_turn(view, turn) for turn in range(max(view.turn - 5, 0), view.turn))
-            if len(log) <= look.width:
-                canvas.put(0, y + 1, log, "dim")
-            y += 2
+            y += 1
         if look.state is not None:
             canvas.put(0, y, f"truly {names(view)[int(look.state)]}", "bold magenta")
         yield canvas.text()
-
-
-def _turn(view: View, turn: int) -> str:
-    action = view.problem.action_name(view.seat, view.actions[turn])
-    return f"{action}:{heard(view, turn + 1)}"
 
 
 def panel(view: View) -> list[tuple[str, str]]:

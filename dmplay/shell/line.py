@@ -1,0 +1,106 @@
+"""The command row of the play screen, with history and completion, as prompt-toolkit edits it."""
+
+from prompt_toolkit.application import Application
+from prompt_toolkit.buffer import Buffer
+from prompt_toolkit.completion import WordCompleter
+from prompt_toolkit.data_structures import Size
+from prompt_toolkit.formatted_text import StyleAndTextTuples
+from prompt_toolkit.history import DummyHistory, History
+from prompt_toolkit.input import Input
+from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
+from prompt_toolkit.layout import BufferControl, FormattedTextControl, HSplit, Layout, Window
+from prompt_toolkit.layout.processors import BeforeInput, PasswordProcessor, Processor
+from prompt_toolkit.output import ColorDepth
+from prompt_toolkit.output.vt100 import Vt100_Output
+from prompt_toolkit.styles import Style
+
+from dmplay.core import Interval
+from dmplay.shell.commands import COMMANDS, Leave
+from dmplay.shell.frame import keys
+from dmplay.shell.paint import fragments
+from dmplay.shell.painter import Painter
+from dmplay.shell.screen import Screen
+
+ESCAPE_WAIT = 0.05  # seconds until a lone Esc counts; the library's default is half a second
+INTERRUPTED = 130
+
+
+class _Inside(Vt100_Output):
+    """A terminal whose alternate screen is taken already."""
+
+    def enter_alternate_screen(self) -> None:
+        """To its beginning, where the toolkit expects to be."""
+        self.write_raw("\x1b[m\x1b[H")
+
+    def quit_alternate_screen(self) -> None:
+        """Not yet."""
+
+
+async def ask(screen: Screen, painter: Painter, input_: Input, history: History) -> str | None:
+    """The line that was typed; None where Esc closed the row. Raises Leave on Ctrl-C."""
+    several = len(screen.game.people) > 1  # nobody reads another's choice, nor finds it later
+    line = Buffer(
+        completer=WordCompleter(_words(screen), ignore_case=True),
+        history=DummyHistory() if several else history,
+        multiline=False,
+    )
+
+    def size() -> Size:
+        columns, rows = painter.size()
+        return Size(rows, columns)
+
+    color = screen.terminal.color
+    app: Application[str | None] = Application(
+        layout=_layout(screen, line, several),
+        key_bindings=_bindings(line),
+        style=Style([]),
+        full_screen=True,
+        color_depth=ColorDepth.DEPTH_4_BIT if color else ColorDepth.DEPTH_1_BIT,
+        include_default_pygments_style=False,
+        input=input_,
+        output=_Inside(painter.stream, size, enable_cpr=False),
+    )
+    app.ttimeoutlen = app.timeoutlen = ESCAPE_WAIT
+    return await app.run_async(handle_sigint=False)
+
+
+def _words(screen: Screen) -> list[str]:
+    labels = screen.game.problem.actions[screen.game.watcher]
+    actions = () if isinstance(labels, Interval) else labels
+    return [*actions, *(command.name for command in COMMANDS)]
+
+
+def _layout(screen: Screen, line: Buffer, several: bool) -> Layout:
+    def upper() -> StyleAndTextTuples:
+        return [*fragments(screen.upper(screen.room()), screen.terminal.color)]
+
+    def row() -> StyleAndTextTuples:
+        return [*fragments(keys(screen.game, screen.room()), screen.terminal.color)]
+
+    hidden: list[Processor] = [PasswordProcessor()] if several else []
+    typed = BufferControl(line, input_processors=[*hidden, BeforeInput(" :")])
+    rows = [
+        Window(FormattedTextControl(upper)),
+        Window(typed, height=1),
+        Window(FormattedTextControl(row), height=1),
+    ]
+    return Layout(HSplit(rows), focused_element=typed)
+
+
+def _bindings(line: Buffer) -> KeyBindings:
+    bindings = KeyBindings()
+
+    @bindings.add("enter")
+    def _enter(event: KeyPressEvent) -> None:
+        line.append_to_history()
+        event.app.exit(result=line.text)
+
+    @bindings.add("escape")
+    def _escape(event: KeyPressEvent) -> None:
+        event.app.exit(result=None)
+
+    @bindings.add("c-c")
+    def _interrupt(event: KeyPressEvent) -> None:
+        event.app.exit(exception=Leave(INTERRUPTED))
+
+    return bindings
