@@ -86,6 +86,11 @@ def configured(problem: Problem, parameters: Mapping[str, object]) -> Problem:
     return replace(problem, **values)  # type: ignore[arg-type] # typed by _typed
 
 
+def parameters(problem: Problem) -> dict[str, object]:
+    """The parameters of a problem with their values."""
+    return {one.name: getattr(problem, one.name) for one in fields(problem)}
+
+
 def stem(problem: Problem) -> str:
     """The module stem of a problem's view and policies; '' where it is not built in."""
     package, _, last = type(problem).__module__.rpartition(".")

@@ -1,10 +1,13 @@
 """The command line: parse, call, print."""
 
+import contextlib
+import io
 import os
 import sys
+from collections.abc import Sequence
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 os.environ.setdefault("TYPER_USE_RICH", "0")  # its help costs more than the rest of the start
 
@@ -15,6 +18,7 @@ from dmplay.errors import BadParameter, DmplayError, UnknownName
 from dmplay.names import problem_names
 
 USAGE: type[Exception] = typer.BadParameter.__mro__[1]  # click's, wherever typer keeps it
+COMPLETING = "_DMPLAY_COMPLETE"  # set by a shell that asks what can follow
 USAGE_CODE, MISMATCH_CODE, INTERRUPT_CODE = 2, 3, 130
 
 
@@ -22,7 +26,9 @@ class Commands(TyperGroup):
     """The commands; a first word that is none of them is a problem to play."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Reads `dmplay hexworld` as `dmplay play hexworld`."""
+        """Reads `dmplay hexworld` as `dmplay play hexworld`, `dmplay -e` as `dmplay shell -e`."""
+        if args and args[0] in ("-e", "--execute"):
+            args = ["shell", *args]
         if args and not args[0].startswith("-") and args[0] not in self.commands:
             word = args[0].partition(":")[0]
             commands = get_close_matches(word, self.commands, cutoff=0.75)
@@ -79,6 +85,7 @@ Speed = Annotated[float, typer.Option("--speed", min=0.1, help="turns a second w
 
 @app.command()
 def play(
+    ctx: typer.Context,
     problem: Name,
     variant: Annotated[str, typer.Option("--variant", "-V", help="a named variant")] = "",
     set_: Annotated[
@@ -122,19 +129,24 @@ def play(
       dmplay play crying-baby --agent feed-when-crying -o game.dmt
       printf 'e\\nne\\nquit\\n' | dmplay play hexworld
     """
-    from dmplay.shell.start import Request, new, run
+    from dmplay.shell.front import sit
+    from dmplay.shell.request import Request
+    from dmplay.shell.start import new
     from dmplay.shell.terminal import Wishes, here
 
     terminal = here(Wishes(plain, json, color, ascii_))
     request = Request(
         problem, variant, set_, seed, episode, agent, vs, seat, turns, record, frames, force,
-        strict, reveal,
+        strict, reveal, keep=ctx.obj is not None,
     )  # fmt: skip
-    return run(new(request), terminal, json=json, quiet=quiet, speed=speed, rate=rate)
+    return sit(
+        ctx.obj, new(request), terminal, program, json=json, quiet=quiet, speed=speed, rate=rate
+    )
 
 
 @app.command()
 def resume(
+    ctx: typer.Context,
     file: Annotated[
         Path | None, typer.Argument(help="a transcript; the last game if not given")
     ] = None,
@@ -152,16 +164,18 @@ def resume(
       dmplay resume game.dmt
     """
     from dmplay.shell import saves
-    from dmplay.shell.start import resumed, run
+    from dmplay.shell.front import sit
+    from dmplay.shell.start import resumed
     from dmplay.shell.terminal import Wishes, here
 
     terminal = here(Wishes(plain, json, color, ascii_))
     game = resumed(file or saves.latest_unfinished(), trusted=trust)
-    return run(game, terminal, json=json, quiet=quiet)
+    return sit(ctx.obj, game, terminal, program, json=json, quiet=quiet)
 
 
 @app.command()
 def replay(
+    ctx: typer.Context,
     file: Annotated[Path, typer.Argument(help="a transcript")],
     trust: Trust = False,
     plain: Plain = False,
@@ -176,11 +190,36 @@ def replay(
       dmplay replay game.dmt
       dmplay replay game.dmt --plain
     """
-    from dmplay.shell.start import Playback, run
+    from dmplay.shell.front import sit
+    from dmplay.shell.start import Playback
     from dmplay.shell.terminal import Wishes, here
 
     terminal = here(Wishes(plain, json, color, ascii_))
-    return run(Playback(file, trusted=trust), terminal, json=json, speed=speed)
+    return sit(ctx.obj, Playback(file, trusted=trust), terminal, program, json=json, speed=speed)
+
+
+@app.command()
+def shell(
+    execute: Annotated[
+        list[str], typer.Option("--execute", "-e", metavar="COMMAND", help="do this and leave")
+    ] = [],  # noqa: B006
+    plain: Plain = False,
+    color: Color = "auto",
+    ascii_: Ascii = False,
+) -> int:
+    """Play in words, one game after another; piped, a script whose first bad line ends it.
+
+    \b
+      dmplay
+      dmplay shell < game.dm
+      dmplay -e 'play hexworld --seed 7' -e ne -e 'hint; quit'
+    """
+    from dmplay.shell.front import converse
+    from dmplay.shell.table import Table
+    from dmplay.shell.terminal import Wishes, here
+
+    terminal = here(Wishes(plain, color=color, ascii=ascii_))
+    return converse(Table(program=program), terminal, execute)
 
 
 @app.command()
@@ -261,6 +300,7 @@ def review(
 
 @app.command()
 def branch(
+    ctx: typer.Context,
     file: Annotated[Path, typer.Argument(help="a transcript")],
     at: Annotated[int, typer.Option("--at", min=0, help="the turn to go on from")],
     record: Annotated[Path, typer.Option("--record", "-o", help="the new transcript")],
@@ -277,25 +317,29 @@ def branch(
     \b
       dmplay branch game.dmt --at 7 -o other.dmt
     """
-    from dmplay.shell.start import branched, run
+    from dmplay.shell.front import sit
+    from dmplay.shell.start import branched
     from dmplay.shell.terminal import Wishes, here
 
     terminal = here(Wishes(plain, json, color, ascii_))
     game = branched(file, at, record, force=force, trusted=trust)
-    return run(game, terminal, json=json, quiet=quiet)
+    return sit(ctx.obj, game, terminal, program, json=json, quiet=quiet)
 
 
 @app.command("list")
-def list_(json: Json = False) -> None:
+def list_(
+    kind: Annotated[str, typer.Argument(metavar="KIND", help="only these, as POMDP")] = "",
+    json: Json = False,
+) -> None:
     """List the problems: table F.1 of the book.
 
     \b
       dmplay list
-      dmplay list --json
+      dmplay list pomdp --json
     """
     from dmplay.shell import reports
 
-    reports.print_list(json=json)
+    reports.print_list(kind, json=json)
 
 
 @app.command()
@@ -314,7 +358,7 @@ def solve(
       dmplay solve rock-paper-scissors --json
     """
     from dmplay.shell import solving
-    from dmplay.shell.start import pairs
+    from dmplay.shell.request import pairs
 
     name = f"{problem}:{variant}" if variant else problem
     solving.print_solution(name, pairs(set_, "--set"), json=json)
@@ -376,10 +420,22 @@ def info(problem: Name, json: Json = False) -> None:
     reports.print_info(problem, json=json)
 
 
+def program(words: Sequence[str], table: object) -> str:
+    """What these words print; a game that they set up is put on the table."""
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        try:
+            app([*words], standalone_mode=False, prog_name="dmplay", obj=table)
+        except USAGE as error:
+            raise BadParameter(_sentence(error)) from None
+    return printed.getvalue().rstrip("\n")
+
+
 def run() -> int:
     """Runs the command line; errors become one line and an exit code."""
-    if len(sys.argv) == 1:
-        return _no_words()
+    if len(sys.argv) == 1 and COMPLETING not in os.environ:
+        if not _spoken_to():
+            return _no_words()
+        sys.argv.append("shell")
     try:
         code = app(standalone_mode=False, prog_name="dmplay")
     except (DmplayError, USAGE) as error:
@@ -389,13 +445,19 @@ def run() -> int:
     return code if isinstance(code, int) else 0
 
 
+def _spoken_to() -> bool:
+    """Whether somebody types, or a script waits on the standard input."""
+    if sys.stdin.isatty():
+        return sys.stdout.isatty()
+    return bool(cast(io.BufferedReader, sys.stdin.buffer).peek(1))
+
+
 def _no_words() -> int:
-    """Help: on a terminal as asked for, in a pipe as an error."""
+    """Help, as an error."""
     sys.argv.append("--help")
-    if not sys.stdout.isatty():
-        sys.stdout = sys.stderr
-    app(standalone_mode=False, prog_name="dmplay")
-    return 0 if sys.stdout.isatty() else USAGE_CODE
+    with contextlib.redirect_stdout(sys.stderr):
+        app(standalone_mode=False, prog_name="dmplay")
+    return USAGE_CODE
 
 
 def _fail(message: str, code: int) -> int:

@@ -9,7 +9,8 @@ import dmplay
 from dmplay.chance import Reals
 from dmplay.core import Problem
 from dmplay.session import View
-from dmplay.shell.start import Request, new
+from dmplay.shell.request import Request
+from dmplay.shell.start import new
 from dmplay.transcript.reading import read
 
 

@@ -19,13 +19,14 @@ from dmplay.shell.game import Game
 from dmplay.shell.painter import Painter
 from dmplay.shell.screen import Screen
 from dmplay.shell.seats import HUMAN, seat_policy
+from dmplay.shell.table import Table
 from dmplay.shell.terminal import Terminal
 
 SEQUENCES = {
     "left": "\x1b[D", "right": "\x1b[C", "up": "\x1b[A", "down": "\x1b[B",
     "home": "\x1b[H", "end": "\x1b[F", "pageup": "\x1b[5~", "pagedown": "\x1b[6~",
     "tab": "\t", "backspace": "\x7f", "enter": "\r", "escape": "\x1b", "space": " ",
-    "f1": "\x1bOP", "c-c": "\x03", "c-d": "\x04", "c-l": "\x0c", "c-r": "\x12", "c-_": "\x1f",
+    "f1": "\x1bOP", "f2": "\x1bOQ", "c-c": "\x03", "c-d": "\x04", "c-l": "\x0c", "c-r": "\x12", "c-_": "\x1f",
 }  # fmt: skip
 NOTHING: Mapping[str, object] = {}
 
@@ -107,7 +108,7 @@ class Watched(Screen):
     """A screen that is looked at after each frame, and then given its next key."""
 
     def __init__(self, played: Game, keys: Sequence[str], pipe: PipeInput, paper: Paper) -> None:
-        super().__init__(played, Terminal(True, "", True, True, False, 80))
+        super().__init__(Table(played), Terminal(True, "", True, True, False, 80))
         self.keys = [*keys]
         self.pipe = pipe
         self.paper = paper

@@ -11,6 +11,7 @@ from dmplay.problems import _hex
 from dmplay.problems._hunt import STANDARD
 from dmplay.shell.commands import typed
 from dmplay.shell.game import Game
+from dmplay.shell.table import Table
 from dmplay.transcript.format import turn_facts
 
 E, NE, NW, W, SW, SE = range(6)
@@ -182,7 +183,7 @@ def test_a_long_belief_is_shown_but_not_recorded() -> None:
         belief.update(PROBLEM, belief.prior(PROBLEM), [E, None], [NOTHING, None]).belief
     )
     assert "belief" not in game.public()
-    words = typed(game, "belief")
+    words = typed(Table(game), "belief")
     assert words.count("(") == 8 * 3
     assert "1720 other states" in words
     small = dmplay.Session(dmplay.load(f"{NAME}:triangle"), dmplay.Dice(5))

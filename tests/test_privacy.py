@@ -11,6 +11,7 @@ from dmplay.shell.commands import COMMANDS, typed
 from dmplay.shell.frame import Room, Shown, compose
 from dmplay.shell.game import Game
 from dmplay.shell.seats import HUMAN
+from dmplay.shell.table import Table
 from tests.games import Scripted
 from tests.test_conformance import CASES, Told, draws, load, twins
 
@@ -33,7 +34,7 @@ def test_the_audit_is_of_the_hidden_and_the_simultaneous_problems() -> None:
 def everything(game: Game, log: list[str]) -> list[str]:
     """All that one person can see or ask for: screens, words, data and advice."""
     shown = [str(compose(game, room, Shown(), log).markup) for room in ROOMS]
-    shown += [typed(game, command) for command in ASKED]
+    shown += [typed(Table(game), command) for command in ASKED]
     shown += [game.situation(), game.hint(), json.dumps(game.public())]
     for overlay in ("values", "policy", "states"):
         shown.append(compose(game, ROOMS[0], Shown(overlay=overlay), log).plain)
@@ -107,12 +108,12 @@ def test_no_command_tells_the_state_before_the_end(name: str) -> None:
         return
     told = twins(name, 0)[0].one
     game = seated(name, 0, Session(problem, Told(told, 0, 10, 11), limit=99))
-    assert "hidden" in typed(game, "state")
+    assert "hidden" in typed(Table(game), "state")
     for command in COMMANDS:
         if command.name in ("quit", "reroll"):
             continue
         try:
-            words = typed(game, command.name)
+            words = typed(Table(game), command.name)
         except DmplayError as error:
             words = str(error)
         assert "truly" not in words

@@ -10,7 +10,9 @@ import pytest
 
 from dmplay.shell import frame
 from dmplay.shell.screen import Screen
-from dmplay.shell.start import Request, new
+from dmplay.shell.request import Request
+from dmplay.shell.start import new
+from dmplay.shell.table import Table
 from dmplay.shell.terminal import Terminal
 
 README = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
@@ -52,7 +54,7 @@ def test_the_problem_of_the_readme_is_played(tmp_path: Path) -> None:
 
 def test_the_frame_of_the_readme_is_what_the_screen_shows(tmp_path: Path) -> None:
     game = new(Request("hexworld", seed=7, record=tmp_path / "g.dmt"))
-    screen = Screen(game, Terminal(True, "", True, False, False, 80))
+    screen = Screen(Table(game), Terminal(True, "", True, False, False, 80))
     for key in "hbhh":
         screen.press(key)
     shown = frame.compose(game, frame.Room(80, 16), screen.shown, screen.log).plain

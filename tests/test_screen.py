@@ -14,6 +14,7 @@ from dmplay.shell.commands import COMMANDS, typed
 from dmplay.shell.frame import Room, Shown, compose
 from dmplay.shell.game import Game
 from dmplay.shell.seats import HUMAN
+from dmplay.shell.table import Table
 from tests.screens import SEQUENCES, Played, game, play
 
 PROBLEMS = ("2048", "crying-baby", "hexworld", "prisoners-dilemma")
@@ -254,7 +255,7 @@ def situations(problem: str) -> tuple[tuple[Game, Shown, tuple[str, ...]], ...]:
                 pass
             log.append(played.said())
     over.finish("quit")
-    long = Shown(typed(game(problem), "keys"), "values")
+    long = Shown(typed(Table(game(problem)), "keys"), "values")
     return (
         (begun, Shown(), ()),
         (going, Shown(), tuple(log)),

@@ -13,7 +13,8 @@ import dmplay
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter, BadTranscript
 from dmplay.shell.checking import check, update
-from dmplay.shell.start import Request, branched, new, resumed
+from dmplay.shell.request import Request
+from dmplay.shell.start import branched, new, resumed
 from dmplay.transcript.format import number
 from dmplay.transcript.reading import parse, read
 from tests.games import altered, recorded

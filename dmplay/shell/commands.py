@@ -1,15 +1,20 @@
-"""The commands of a game: one table that typed words, keys, help and the key row all read."""
+"""The commands: one table that typed words, keys, help, completion and the key row all read."""
 
 from collections.abc import Callable
+from difflib import get_close_matches
 from typing import NamedTuple
 
-import numpy as np
-
 from dmplay.core import Interval
-from dmplay.errors import BadParameter, UnknownName
+from dmplay.errors import UnknownName
+from dmplay.names import problem_names
+from dmplay.shell import game_commands as of_game
+from dmplay.shell import table_commands as of_table
 from dmplay.shell.game import Game
+from dmplay.shell.request import words_of
+from dmplay.shell.table import Table
 
-LIKELIEST = 8  # states that the belief is told of
+Run = Callable[[Table, str], str]
+SYNONYMS = {"value": "values", "exit": "quit", "resume": "load"}
 
 
 class Leave(Exception):
@@ -26,139 +31,32 @@ class Command(NamedTuple):
     name: str
     argument: str
     help: str
-    key: str  # as prompt-toolkit names it; '' for none
-    shown: str  # as the key row names it
-    run: Callable[[Game, str], str]
+    run: Run
+    key: str = ""  # as prompt-toolkit names it
+    shown: str = ""  # as the key row names it
 
 
-def _count(argument: str, command: str) -> int:
-    if not argument:
-        return 1
-    if not argument.isascii() or not argument.isdecimal() or int(argument) < 1:
-        raise BadParameter(f"{command}: got {argument!r}, expected a number of turns, as 2")
-    return int(argument)
+def _game(run: Callable[[Game, str], str]) -> Run:
+    """A command of the game that is played."""
+    return lambda table, argument: run(table.game, argument)
 
 
-def _undo(game: Game, argument: str) -> str:
-    before = len(game.session.turns)
-    game.undo(_count(argument, "undo"))
-    now = len(game.session.turns)
-    return f"undone. turn {now}." if now < before else "your choice is taken back."
+def _outer(name: str) -> Run:
+    """A command of the command line."""
+    return lambda table, argument: table.ask([name, *words_of(argument)])
 
 
-def _redo(game: Game, argument: str) -> str:
-    for _ in range(_count(argument, "redo")):
-        game.redo()
-    return game.said()
-
-
-def _reroll(game: Game, argument: str) -> str:
-    game.reroll()
-    return game.said()
-
-
-def _legal(game: Game, argument: str) -> str:
-    seat = game.watcher
-    known = game.problem.actions[seat]
-    if isinstance(known, Interval):
-        return f"legal: a number from {known.low:g} to {known.high:g}."
-    if game.types_numbers:
-        return f"legal: a number from {known[0]} to {known[-1]}."
-    able = [f"{label} ({key})" for key, label, able in game.legal(seat) if able]
-    return f"legal: {', '.join(able) or 'none'}."
-
-
-def _belief(game: Game, argument: str) -> str:
-    view = game.view()
-    if view.beliefs is None:
-        if game.problem.observations is not None:
-            return "belief: too many states to tell."
-        return "belief: every agent sees the state here."
-    belief, states = view.beliefs[-1], game.problem.enumerated()
-    order = np.argsort(-belief, kind="stable")[:LIKELIEST]
-    told = [f"{game.problem.notation(states[i])} {belief[i]:.3f}" for i in order]
-    rest = len(states) - len(order)
-    if rest:
-        others = f"{rest} other state{'s' * (rest > 1)}"
-        told.append(f"{others} {max(1.0 - belief[order].sum(), 0.0):.3f}")
-    return f"belief: {', '.join(told)}."
-
-
-def _state(game: Game, argument: str) -> str:
-    hidden = game.problem.observations is not None
-    if hidden and not (game.reveal or game.session.over):
-        return "state: hidden until the game is over, or with --reveal."
-    return f"state: {game.problem.notation(game.session.state)}"
-
-
-def _keys(game: Game, argument: str) -> str:
-    actions = ", ".join(f"{label} {key}" for key, label, _ in game.legal(game.watcher))
-    commands = ", ".join(f"{c.name} {c.shown}" for c in COMMANDS if c.key)
-    return f"keys: {actions}. {commands}."
-
-
-def _quit(game: Game, argument: str) -> str:
-    raise Leave
-
-
-def _help(game: Game, argument: str) -> str:
-    if argument:
-        command = named(argument)
-        return f"{command.name} {command.argument}".strip() + f": {command.help}"
-    return (
-        "commands: "
-        + ", ".join(command.name for command in COMMANDS)
-        + (". help COMMAND tells more. an action is played by its name.")
-    )
-
-
-COMMANDS = (
-    Command("hint", "", "what a good player would do here", "tab", "Tab", lambda g, a: g.hint()),
-    Command("undo", "[N]", "take back the last turn, or N", "backspace", "Bksp", _undo),
-    Command("redo", "[N]", "play again what was taken back", "c-r", "Ctrl-R", _redo),
-    Command(
-        "reroll", "", "the last turn again under other dice; recorded as such", "", "", _reroll
-    ),
-    Command("look", "", "the situation in sentences", "L", "L", lambda g, a: g.situation()),
-    Command("legal", "", "the actions that can be played", "", "", _legal),
-    Command("belief", "", "the probability of each hidden state", "", "", _belief),
-    Command("state", "", "the state in one line", "", "", _state),
-    Command("keys", "", "which key does what", "", "", _keys),
-    Command("help", "[COMMAND]", "the commands", "?", "?", _help),
-    Command("quit", "", "leave; the transcript is kept", "q", "q", _quit),
-)
-
-
-def named(name: str) -> Command:
-    """The command of this name."""
-    for command in COMMANDS:
-        if command.name == name.lower():
-            return command
-    raise UnknownName("command", name, [command.name for command in COMMANDS])
-
-
-def is_command(word: str) -> bool:
-    """Whether a word is the name of a command."""
-    return any(command.name == word.lower() for command in COMMANDS)
-
-
-def typed(game: Game, line: str) -> str:
-    """Does what one typed line says, an action or a command, and tells what came of it.
-
-    An action's name wins over a command and over a key; `act NAME` always plays.
-    """
-    word, _, argument = line.strip().partition(" ")
-    if word.lower() == "act":
-        word, argument = argument.strip(), ""
-    elif is_command(word) and not _names_action(game, word):
-        return named(word).run(game, argument.strip())
-    seat = game.watcher
+def _act(table: Table, argument: str) -> str:
+    """Plays an action."""
+    game = table.game
     try:
-        action = game.read(f"{word} {argument}".strip())
+        action = game.read(argument)
     except UnknownName:
-        labels = game.problem.actions[seat]
-        known = () if isinstance(labels, Interval) else labels
-        names = [*known, *(command.name for command in COMMANDS)]
+        labels = game.problem.actions[game.watcher]
+        known = [] if isinstance(labels, Interval) else [*labels]
+        word = argument.partition(" ")[0]
+        near = get_close_matches(word.lower(), known, cutoff=0.5)  # an action before a command
+        names = known if near else [*known, *(command.name for command in COMMANDS)]
         raise UnknownName("action", word, names) from None
     if game.choose(action):
         return game.said()
@@ -168,6 +66,106 @@ def typed(game: Game, line: str) -> str:
     return f"chosen. {game.problem.agents[game.waiting]} is next."
 
 
-def _names_action(game: Game, word: str) -> bool:
-    labels = game.problem.actions[game.watcher]
+def _keys(table: Table, argument: str) -> str:
+    actions = ", ".join(f"{label} {key}" for key, label, _ in table.game.legal(table.game.watcher))
+    commands = ", ".join(f"{c.name} {c.shown}" for c in COMMANDS if c.key)
+    return f"keys: {actions}. {commands}."
+
+
+def _quit(table: Table, argument: str) -> str:
+    raise Leave
+
+
+def _help(table: Table, argument: str) -> str:
+    if argument:
+        return _line(named(argument))
+    rows = ["an action is played by its name. commands:", *map(_line, COMMANDS)]
+    return "\n".join(rows)
+
+
+def _line(command: Command) -> str:
+    return f"{f'{command.name} {command.argument}'.strip()}: {command.help}"
+
+
+COMMANDS = (
+    Command("act", "ACTION", "play an action; its name alone does too", _act),
+    Command("hint", "", "what a good player would do here", _game(of_game.hint), "tab", "Tab"),
+    Command(
+        "undo", "[N]", "take back the last turn, or N", _game(of_game.undo), "backspace", "Bksp"
+    ),
+    Command("redo", "[N]", "play again what was taken back", _game(of_game.redo), "c-r", "Ctrl-R"),
+    Command(
+        "reroll",
+        "",
+        "the last turn under other dice; recorded so",
+        _game(of_game.reroll),
+    ),
+    Command("look", "", "the situation in sentences", _game(of_game.look), "L", "L"),
+    Command("legal", "", "the actions that can be played", _game(of_game.legal)),
+    Command("belief", "", "the probability of each hidden state", _game(of_game.belief)),
+    Command("state", "", "the state in one line", _game(of_game.state)),
+    Command("values", "", "what each action is worth", _game(of_game.values)),
+    Command("policy", "", "the action of a good player", _game(of_game.policy)),
+    Command("step", "[N]", "a turn of agents, or N", _game(of_game.step)),
+    Command("auto", "[N]", "all turns of agents, or N", _game(of_game.auto)),
+    Command("new", "", "the same game with fresh dice", of_table.new, "N", "N"),
+    Command("restart", "", "the same game under the same dice", of_table.restart, "R", "R"),
+    Command("seed", "[N]", "the same game under these dice", of_table.seed),
+    Command("agent", "[SEAT] [NAME]", "the same game with NAME in a seat", of_table.agent),
+    Command("set", "[NAME] [VALUE]", "the same game with another parameter", of_table.set_),
+    Command("save", "[FILE]", "copy the transcript so far", of_table.save, "S", "S"),
+    Command(
+        "transcript", "", "where it is, and its last turn", _game(of_game.transcript), "T", "T"
+    ),
+    Command("play", "PROBLEM ...", "begin a game, with the options of dmplay play", of_table.play),
+    Command("load", "[FILE]", "go on with a recorded game", of_table.load),
+    Command("replay", "FILE", "look at a recorded game", of_table.replay),
+    Command("export", "[FILE] --svg ...", "write a game in another form", of_table.export),
+    Command("list", "[KIND]", "the problems", _outer("list")),
+    Command("info", "PROBLEM", "all about a problem", _outer("info")),
+    Command("agents", "PROBLEM", "who can play it", _outer("agents")),
+    Command("solve", "PROBLEM", "its values or equilibria", _outer("solve")),
+    Command("figure", "[NAME]", "a figure of the book", _outer("figure")),
+    Command("screen", "", "the game on the full screen", of_table.screen),
+    Command("keys", "", "which key does what", _keys),
+    Command("help", "[COMMAND]", "the commands", _help, "?", "?"),
+    Command("quit", "", "leave; the transcript is kept", _quit, "q", "q"),
+)
+
+
+def named(name: str) -> Command:
+    """The command of this name."""
+    wanted = SYNONYMS.get(name.lower(), name.lower())
+    for command in COMMANDS:
+        if command.name == wanted:
+            return command
+    raise UnknownName("command", name, [command.name for command in COMMANDS])
+
+
+def is_command(word: str) -> bool:
+    """Whether a word is the name of a command."""
+    wanted = SYNONYMS.get(word.lower(), word.lower())
+    return any(command.name == wanted for command in COMMANDS)
+
+
+def typed(table: Table, line: str) -> str:
+    """Does what one typed line says, an action or a command, and tells what came of it.
+
+    An action's name wins over a command and over a key, a problem's name begins it where no game
+    is played; `act NAME` always plays.
+    """
+    word, _, argument = line.strip().partition(" ")
+    if is_command(word) and not _names_action(table, word):
+        return named(word).run(table, argument.strip())
+    if not table.playing:
+        if word.partition(":")[0] not in problem_names():
+            raise UnknownName("command", word, [*(c.name for c in COMMANDS), *problem_names()])
+        return of_table.play(table, line)
+    return _act(table, line.strip())
+
+
+def _names_action(table: Table, word: str) -> bool:
+    if not table.playing:
+        return False
+    labels = table.game.problem.actions[table.game.watcher]
     return not isinstance(labels, Interval) and word.lower() in labels

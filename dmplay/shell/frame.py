@@ -1,5 +1,6 @@
 """The play screen as text: title, board and side panel, log, message and keys, to the column."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from rich.text import Text
@@ -27,11 +28,12 @@ class Room(NamedTuple):
 
 
 class Shown(NamedTuple):
-    """What the front end adds to the game: a message, the overlay, whether help is open."""
+    """What the front end adds: a message, the overlay, whether help is open, or another page."""
 
     message: str = ""
     overlay: str = ""
     help: bool = False
+    page: Sequence[str] = ()
 
 
 def compose(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
@@ -51,7 +53,10 @@ def upper(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
     smaller forms, at last to one line of text.
     """
     body = room.height - 3
-    parts = _help(game, room)[:body] if shown.help else _body(game, room, shown, log, body)
+    if shown.help or shown.page:
+        parts = (_help(game, room) if shown.help else _page([*map(clean, shown.page)], room))[:body]
+    else:
+        parts = _body(game, room, shown, log, body)
     parts += [Text("")] * (body - len(parts))
     return _rows([_fitted(row, room) for row in [_title(game, room), *parts][: room.height - 2]])
 
@@ -124,8 +129,13 @@ def _log(game: Game, room: Room, long: list[str], log: list[str], rows: int) -> 
     if game.session.over:
         lines.append(f"over: {game.result()}")
     lines += map(clean, long)
+    return _page(lines[-rows:], room)[-rows:] if rows else []
+
+
+def _page(lines: Sequence[str], room: Room) -> list[Text]:
+    """Lines of text, wrapped."""
     out: list[Text] = []
-    for line in lines[-rows:] if rows else []:
+    for line in lines:
         words = Text(" ")
         for word in line.split(" "):
             if len(words.plain) + len(word) + 1 > room.width and words.plain.strip():
@@ -133,7 +143,7 @@ def _log(game: Game, room: Room, long: list[str], log: list[str], rows: int) -> 
                 words = Text("   ")
             words.append(word + " ")
         out.append(words)
-    return out[-rows:] if rows else []
+    return out
 
 
 def _help(game: Game, room: Room) -> list[Text]:
@@ -141,9 +151,11 @@ def _help(game: Game, room: Room) -> list[Text]:
     rows += [Text(f"   {key:<9} {label}") for key, label, _ in game.legal(game.watcher)[:10]]
     rows += [Text(" commands, typed after ':' or by key", style="bold")]
     rows += [
-        Text(f"   {c.shown:<9} {f'{c.name} {c.argument}'.strip():<14} {c.help}") for c in COMMANDS
+        Text(f"   {c.shown:<9} {f'{c.name} {c.argument}'.strip():<14} {c.help}")
+        for c in COMMANDS
+        if c.key
     ]
-    return rows
+    return rows + _page(["  " + " ".join(c.name for c in COMMANDS if not c.key)], room)
 
 
 def keys(game: Game, room: Room) -> Text:

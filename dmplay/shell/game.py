@@ -12,6 +12,7 @@ from dmplay.dice import Dice
 from dmplay.errors import BadParameter
 from dmplay.policies.script import EndOfScript
 from dmplay.session import Follower, Session, View
+from dmplay.shell.request import Request
 from dmplay.shell.seats import DIGITS, HUMAN, action_by_key, action_of
 from dmplay.shell.signals import whole
 from dmplay.transcript.format import number, turn_facts
@@ -33,12 +34,18 @@ class Game:
     """A session with people, agents and a transcript; what a front end drives."""
 
     def __init__(
-        self, name: str, session: Session, seats: Sequence[str], recorder: Recorder | None = None
+        self,
+        name: str,
+        session: Session,
+        seats: Sequence[str],
+        recorder: Recorder | None = None,
+        asked: Request | None = None,
     ) -> None:
         self.name = name
         self.session = session
         self.seats = tuple(seats)
         self.recorder = recorder
+        self.asked = asked  # None for a recording
         self.style = style_of(session.problem)
         self.people = [seat for seat, who in enumerate(seats) if who == HUMAN]
         self.tells_seed = True  # whether the player gave it
@@ -254,23 +261,36 @@ class Game:
 
     def hint(self) -> str:
         """What the problem's adviser would do here, with the value of each legal action."""
-        seat = self.watcher
-        adviser = self._advice(seat)
-        if adviser is None:
-            return "no hint: no agent here knows values; dmplay info lists the agents"
+        why = self.unadvised()
+        if why:
+            return f"no hint: {why}"
+        return ". ".join(filter(None, (f"hint {self.advised()}", self.valued())))
+
+    def unadvised(self) -> str:
+        """Why nobody gives advice here; '' where somebody does."""
         if self.session.over:
-            return "no hint: the game is over"
-        name = catalog.hint(self.problem, seat)
-        best = self.problem.action_name(seat, adviser.choose())
-        values = adviser.values()
+            return "the game is over"
+        known = self._advice(self.watcher)
+        return "" if known else "no agent here knows values; dmplay info lists the agents"
+
+    def advised(self) -> str:
+        """The adviser's name, and what it would do here."""
+        adviser = self._advice(self.watcher)
+        assert adviser
+        best = self.problem.action_name(self.watcher, adviser.choose())
+        return f"({catalog.hint(self.problem, self.watcher)}): {best}"
+
+    def valued(self) -> str:
+        """The adviser's value of each legal action; '' where it knows none."""
+        adviser = self._advice(self.watcher)
+        values = adviser.values() if adviser else None
         if values is None:
-            return f"hint ({name}): {best}"
-        each = zip(self.legal(seat), values, strict=True)
+            return ""
+        each = zip(self.legal(self.watcher), values, strict=True)
         known = [(label, float(value)) for (_, label, able), value in each if able]
         if len(known) > DIGITS:
             known = sorted(known, key=lambda pair: -pair[1])[:DIGITS]
-        told = ", ".join(f"{label} {value:.2f}" for label, value in known)
-        return f"hint ({name}): {best}. values: {told}"
+        return "values: " + ", ".join(f"{label} {value:.2f}" for label, value in known)
 
     def overlay(self, kind: str) -> Overlay | None:
         """Values, policy or states of every state, where the adviser knows them."""

@@ -9,6 +9,7 @@ from typing import Protocol, TextIO
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.shell.commands import Leave, typed
 from dmplay.shell.game import Game, sentence
+from dmplay.shell.table import Table
 from dmplay.shell.terminal import Terminal, clean
 from dmplay.transcript.format import end_facts
 
@@ -117,56 +118,69 @@ class Silence:
         """Nothing."""
 
 
-def play(game: Game, terminal: Terminal, stdin: TextIO, reporter: Reporter) -> None:
-    """Plays a game in lines until it is over, its input ends or its player leaves.
+def play(table: Table, terminal: Terminal, stdin: TextIO, reporter: Reporter) -> None:
+    """Plays at a table in lines until the game is over, the input ends or the player leaves.
 
     A line that cannot be done is told and asked again where a person types; piped, it ends the
     game and raises BadParameter with the line's number.
     """
-    reporter.start(game, terminal)
-    if game.people:
-        for number, line in _lines(game, terminal, stdin, reporter):
+    reporter.start(table.game, terminal)
+    if table.game.people:
+        for number, line in _lines(table, terminal, stdin, reporter):
             try:
-                for part in filter(None, map(str.strip, line.split(";"))):
-                    _do(game, part, reporter)
+                for part in parts(line):
+                    _do(table, part, terminal, reporter)
             except Leave:
                 break
             except DmplayError as error:
                 if not terminal.typed:
-                    game.finish("illegal")
+                    table.end("illegal")
                     raise BadParameter(f"line {number}: {error}") from None
                 reporter.words(f"error: {error}")
     else:
-        before = 0
-        while game.unattended():
-            now = len(game.session.turns)
-            if now > before:
-                reporter.turn(game)
-            else:  # a recording may take turns back
-                reporter.words(f"undone. turn {now}.")
-            before = now
-    game.finish("quit")
-    reporter.end(game)
+        _watch(table.game, reporter)
+    table.end()
+    reporter.end(table.game)
 
 
-def _do(game: Game, line: str, reporter: Reporter) -> None:
-    before = len(game.session.turns)
-    words = typed(game, line)
-    if len(game.session.turns) > before:
+def _watch(game: Game, reporter: Reporter) -> None:
+    """Plays a game without people to its end."""
+    before = 0
+    while game.unattended():
+        now = len(game.session.turns)
+        if now > before:
+            reporter.turn(game)
+        else:  # a recording may take turns back
+            reporter.words(f"undone. turn {now}.")
+        before = now
+
+
+def _do(table: Table, line: str, terminal: Terminal, reporter: Reporter) -> None:
+    game, before = table.game, len(table.game.session.turns)
+    words = typed(table, line)
+    if table.game is not game:
+        reporter.end(game)
+        reporter.start(table.game, terminal)
+    elif len(game.session.turns) > before and "\n" not in words:
         reporter.turn(game)
     elif words:
         reporter.words(words)
 
 
+def parts(line: str) -> list[str]:
+    """The commands of a line: `;` stands between them, `#` begins a comment."""
+    return [part for part in map(str.strip, line.partition("#")[0].split(";")) if part]
+
+
 def _lines(
-    game: Game, terminal: Terminal, stdin: TextIO, reporter: Reporter
+    table: Table, terminal: Terminal, stdin: TextIO, reporter: Reporter
 ) -> Iterator[tuple[int, str]]:
     """The lines typed or piped, with their numbers; `#` begins a comment."""
     number = 0
-    while not game.session.over:
-        prompt = reporter.prompt(game)
+    while not table.game.session.over:
+        prompt = reporter.prompt(table.game)
         number += 1
-        if terminal.typed and len(game.people) > 1:  # nobody reads the other's choice
+        if terminal.typed and len(table.game.people) > 1:  # nobody reads the other's choice
             try:
                 line = getpass.getpass(prompt) + "\n"
             except EOFError:

@@ -9,6 +9,7 @@ from rich.table import Table
 from dmplay import catalog
 from dmplay.core import Interval, Problem
 from dmplay.describe import summary
+from dmplay.errors import UnknownName
 from dmplay.names import problem_names
 from dmplay.views._style_of import style_of
 
@@ -22,10 +23,18 @@ def facts() -> list[dict[str, str]]:
     return rows
 
 
-def table() -> Table:
+def of_kind(kind: str) -> list[dict[str, str]]:
+    """Table F.1, or its problems of one kind: the beginning of its name, as MDP or simple."""
+    known = facts()
+    chosen = [one for one in known if one["kind"].lower().startswith(kind.lower())]
+    if not chosen:
+        raise UnknownName("kind", kind, dict.fromkeys(one["kind"] for one in known))
+    return chosen
+
+
+def table(known: list[dict[str, str]]) -> Table:
     """Table F.1 for people."""
     drawn = Table(box=None, header_style="bold", pad_edge=False)
-    known = facts()
     for heading in known[0]:
         drawn.add_column(heading, no_wrap=True)
     for one in known:
@@ -141,12 +150,13 @@ def print_agents(name: str, *, json: bool) -> None:
         print(f"{one['agent']}{given}{note}\n    {one['does']}")
 
 
-def print_list(*, json: bool) -> None:
-    """Prints table F.1."""
+def print_list(kind: str, *, json: bool) -> None:
+    """Prints table F.1, or its problems of one kind."""
+    known = of_kind(kind)
     if json:
-        print(dumps(facts()))
+        print(dumps(known))
         return
-    Console(width=max(Console().width, 100), highlight=False).print(table())
+    Console(width=max(Console().width, 100), highlight=False).print(table(known))
 
 
 def print_info(name: str, *, json: bool) -> None:

@@ -13,6 +13,7 @@ from dmplay.shell.commands import COMMANDS, typed
 from dmplay.shell.frame import Room, Shown
 from dmplay.shell.game import Game
 from dmplay.shell.painter import Painter, Place
+from dmplay.shell.table import Table
 from dmplay.shell.terminal import Terminal, silent
 
 REVIEW_TIME = 0.3  # seconds that a review may take before the last frame
@@ -23,9 +24,10 @@ class Screen:
     """The state of the play screen beside the game's own."""
 
     def __init__(
-        self, game: Game, terminal: Terminal, speed: float = 2.0, rate: float | None = None
+        self, table: Table, terminal: Terminal, speed: float = 2.0, rate: float | None = None
     ) -> None:
-        self.game = game
+        self.table = table
+        self.noted = table.game  # the game that the log is of
         self.terminal = terminal
         self.speed = speed  # turns a second in autoplay
         self.rate = rate  # turns a second in real time; None where each turn waits for a key
@@ -35,10 +37,16 @@ class Screen:
         self.message = ""
         self.overlay = 0
         self.help = False
+        self.page: list[str] = []  # an answer of several lines
         self.prefix = ""  # the first arrow of a diagonal
         self.reviewed = False
         self.auto = False
         self._room = Room(80, 24)
+
+    @property
+    def game(self) -> Game:
+        """The game that is played now."""
+        return self.table.game
 
     def room(self) -> Room:
         """The terminal's size, as it was last painted."""
@@ -53,7 +61,7 @@ class Screen:
     @property
     def shown(self) -> Shown:
         """What the screen adds to the game."""
-        return Shown(self.message, OVERLAYS[self.overlay], self.help)
+        return Shown(self.message, OVERLAYS[self.overlay], self.help, self.page)
 
     def upper(self, room: Room) -> Text:
         """The screen above its command row."""
@@ -64,8 +72,8 @@ class Screen:
     def press(self, key: str) -> None:
         """Does what a key says; raises Leave."""
         self.message = ""
-        if self.help:
-            self.help = False
+        if self.help or self.page:
+            self.help, self.page = False, []
             return
         with self.told():
             waiting = self.game.waiting is not None
@@ -170,7 +178,7 @@ class Screen:
                 self.message = f"{key}: no such key; ? shows them" if key.isprintable() else ""
                 return
             before = len(self.game.session.turns)
-            self.message = command.run(self.game, "")
+            self.say(command.run(self.table, ""))
             self.note(before)
 
     def step(self) -> None:
@@ -193,7 +201,7 @@ class Screen:
         """Does what a line of the command row says; raises Leave."""
         with self.told():
             before = len(self.game.session.turns)
-            self.message = typed(self.game, line)
+            self.say(typed(self.table, line))
             self.note(before)
 
     @contextlib.contextmanager
@@ -204,10 +212,21 @@ class Screen:
         except DmplayError as error:
             self.message = str(error)
 
+    def say(self, words: str) -> None:
+        """Shows an answer: in its row, or on a page that any key closes where it has several."""
+        self.message, self.page = ("", words.split("\n")) if "\n" in words else (words, [])
+
+    def fresh(self) -> None:
+        """Forgets the game before this one."""
+        self.noted, self.log, self.entry, self.prefix = self.game, [], "", ""
+        self.held, self.auto, self.reviewed = None, False, False
+
     def note(self, before: int) -> None:
         """Logs what happened since there were `before` turns."""
         now = len(self.game.session.turns)
-        if now > before:
+        if self.noted is not self.game:
+            self.fresh()
+        elif now > before:
             self.log.append(self.game.said())
             self.message = "" if self.message == self.log[-1] else self.message
         elif now < before:

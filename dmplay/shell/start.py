@@ -1,10 +1,7 @@
 """Setting up games: new ones, resumed ones, and played ones to look at again."""
 
 import os
-import shlex
-import sys
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 
 from dmplay import catalog
@@ -14,12 +11,8 @@ from dmplay.session import Session
 from dmplay.shell import saves
 from dmplay.shell.checking import loaded
 from dmplay.shell.game import Game, frame
-from dmplay.shell.plain import Objects, Reporter, Sentences, Silence, play
-from dmplay.shell.screen import Screen
-from dmplay.shell.screen import run as run_screen
+from dmplay.shell.request import Request, pairs, repeated
 from dmplay.shell.seats import HUMAN, header, seat_policy, sitting
-from dmplay.shell.signals import leaving
-from dmplay.shell.terminal import Terminal
 from dmplay.transcript.format import Frame, turn_limit
 from dmplay.transcript.reading import Block, Transcript, read
 from dmplay.transcript.recorder import Recorder
@@ -31,31 +24,9 @@ LARGEST_SEED = 2**63 - 1
 NEW_SEEDS = 10**9  # few enough to type
 
 
-@dataclass(frozen=True)
-class Request:
-    """What the command line asked for."""
-
-    problem: str
-    variant: str = ""
-    settings: Sequence[str] = ()
-    seed: int | None = None
-    episode: int = 0
-    agent: str = HUMAN
-    others: str = ""
-    seats: Sequence[str] = ()
-    turns: int | None = None
-    record: Path | None = None
-    frames: bool = False
-    force: bool = False
-    strict: bool = False
-    reveal: bool = False
-    parameters: Mapping[str, object] = field(default_factory=dict)
-
-
 def new(request: Request) -> Game:
     """A new game: its problem, who sits where, its dice and its transcript."""
-    name = f"{request.problem}:{request.variant}" if request.variant else request.problem
-    found = catalog.resolve(name, pairs(request.settings, "--set"))
+    found = catalog.resolve(request.name, request.configured())
     problem = found.problem
     seats = _seats(request, found)
     policies = [seat_policy(problem, seat, who) for seat, who in enumerate(seats)]
@@ -70,7 +41,7 @@ def new(request: Request) -> Game:
     limit = turn_limit(problem, seats, request.turns)
     session = Session(problem, dice, policies, limit=limit)
     path = request.record
-    if path is None and HUMAN in seats:
+    if path is None and (request.keep or HUMAN in seats):
         path = saves.new(found.name)
     recorder = None
     if path:
@@ -81,41 +52,12 @@ def new(request: Request) -> Game:
             frame=frame if request.frames else None,
             force=request.force,
         )
-    game = Game(found.name, session, seats, recorder)
+    game = Game(found.name, session, seats, recorder, request)
     if request.seed is None:
         game.tells_seed = False
-        game.again = _again(request, found.name, seed)
+        game.again = request.command(found.name, seed)
     game.strict, game.reveal = request.strict, request.reveal
     return game
-
-
-def _again(request: Request, name: str, seed: int) -> str:
-    """The command that plays the same game with the same dice."""
-    words = ["dmplay", name]
-    for option, values in (("--set", request.settings), ("--seat", request.seats)):
-        words += [word for value in values for word in (option, value)]
-    if request.agent != HUMAN:
-        words += ["--agent", request.agent]
-    if request.others:
-        words += ["--vs", request.others]
-    if request.turns is not None:
-        words += ["--turns", str(request.turns)]
-    if request.episode:
-        words += ["--episode", str(request.episode)]
-    wishes = {"--strict": request.strict, "--reveal": request.reveal, "--frames": request.frames}
-    words += [option for option, wish in wishes.items() if wish]
-    return shlex.join([*words, "--seed", str(seed)])
-
-
-def pairs(settings: Sequence[str], option: str) -> dict[str, object]:
-    """The settings `NAME=VALUE` of an option."""
-    found: dict[str, object] = {}
-    for setting in settings:
-        key, equals, value = setting.partition("=")
-        if not equals:
-            raise BadParameter(f"{option}: got {setting!r}, expected NAME=VALUE")
-        found[key.strip()] = value.strip()
-    return found
 
 
 def _seats(request: Request, found: catalog.Loaded) -> list[str]:
@@ -146,7 +88,7 @@ def resumed(path: Path, *, trusted: bool = False) -> Game:
     if session.over and transcript.end:
         raise BadParameter(f"{path}: the game is over ({session.ending}); nothing to resume")
     recorder = Recorder.resume(path, transcript.content, session, _framing(transcript))
-    game = Game(found.name, session, seats, recorder)
+    game = Game(found.name, session, seats, recorder, repeated(transcript.header, seats, path))
     game.tells_seed = False
     return game
 
@@ -173,7 +115,7 @@ def branched(
     for played in told.turns[:turn]:
         session.advance(list(played.actions), played.draws)
         recorder.turn()
-    game = Game(found.name, session, seats, recorder)
+    game = Game(found.name, session, seats, recorder, repeated(header, seats, record))
     game.tells_seed = False
     return game
 
@@ -239,55 +181,3 @@ class Playback(Game):
         self._place -= turns
         self.session = self._session(self._place)
         self._adviser.clear()
-
-
-def run(  # noqa: PLR0913 - a game, how to talk, and what is wanted beside it
-    game: Game,
-    terminal: Terminal,
-    *,
-    json: bool = False,
-    quiet: bool = False,
-    speed: float = 2.0,
-    rate: float | None = None,
-) -> int:
-    """Plays a game with the front end that the terminal allows; returns the exit code."""
-    code = 0
-    try:
-        with leaving():
-            if terminal.screen and not quiet:
-                screen = Screen(game, terminal, speed, rate)
-                code = run_screen(screen)
-                game.finish("interrupted" if code else "quit")
-                print(game.result())
-            else:
-                reporter: Reporter = Silence() if quiet else Objects() if json else Sentences()
-                play(game, terminal, sys.stdin, reporter)
-    except (KeyboardInterrupt, BrokenPipeError, SystemExit):
-        game.finish("interrupted")
-        raise
-    finally:
-        _epilogue(game, quiet)
-    return code or _kept(game)
-
-
-def _epilogue(game: Game, quiet: bool) -> None:
-    """Where the transcript is, how to see it again, how to play it again."""
-    recorder = game.recorder
-    if quiet:
-        return
-    rows = []
-    if recorder and not recorder.fault:
-        rows += [f"transcript: {recorder.path}", f"replay: dmplay replay {recorder.path}"]
-    if game.again:
-        rows.append(f"again: {game.again}")
-    for row in rows:
-        print(row, file=sys.stderr)
-
-
-def _kept(game: Game) -> int:
-    """Exit code 1, and a line, where turns could not be written."""
-    recorder = game.recorder
-    if recorder is None or recorder.fault is None:
-        return 0
-    print(f"error: cannot write {recorder.path}: {recorder.fault.strerror}", file=sys.stderr)
-    return 1

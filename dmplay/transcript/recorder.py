@@ -94,6 +94,11 @@ class Recorder:
         self._write("\n".join([*lines({"end": facts}), ""]))
         self.close()
 
+    @property
+    def open(self) -> bool:
+        """Whether there is more to come."""
+        return self._file >= 0
+
     def close(self) -> None:
         """Closes the file as it is: without an end line it stays unfinished."""
         if self._file >= 0:

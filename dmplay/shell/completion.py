@@ -1,0 +1,90 @@
+"""What can be typed next: for the shell's completer and for the shells that dmplay is called from.
+
+Names of problems cost no import of one; variants, agents and parameters do.
+"""
+
+import os
+from pathlib import Path
+
+from dmplay.errors import DmplayError
+from dmplay.names import problem_names
+
+KINDS = ("MDP", "POMDP", "simple", "Markov", "POMG", "Dec-POMDP")
+SEATS = ("human", "script:", "replay:")
+SEEDS = 20  # of games played before
+
+
+def problems(word: str = "") -> list[str]:
+    """The problems; once a name stands before a colon, its variants."""
+    base, colon, _ = word.partition(":")
+    if not colon or base not in problem_names():
+        return problem_names()
+    from dmplay import catalog
+
+    return [f"{base}:{variant}" for variant in catalog.variants(base) if variant]
+
+
+def agents(problem: str) -> list[str]:
+    """Who can play a problem."""
+    from dmplay import catalog
+
+    try:
+        found = catalog.load(problem)
+    except DmplayError:
+        return [*SEATS]
+    return ["human", *catalog.agents(found), *SEATS[1:]]
+
+
+def seats(problem: str) -> list[str]:
+    """The seats of a problem with those who can play there, `NAME=AGENT`."""
+    from dmplay import catalog
+
+    try:
+        found = catalog.load(problem).agents
+    except DmplayError:
+        return []
+    return [f"{seat}={agent}" for seat in found for agent in agents(problem)]
+
+
+def parameters(problem: str) -> list[str]:
+    """The parameters of a problem, `NAME=`."""
+    from dmplay import catalog
+
+    try:
+        return [f"{name}=" for name in catalog.parameters(catalog.load(problem))]
+    except DmplayError:
+        return []
+
+
+def figures() -> list[str]:
+    """The figures and tables of the book."""
+    from dmplay.shell import drawing
+
+    return [*drawing.figures()]
+
+
+def transcripts(word: str = "") -> list[str]:
+    """The transcripts and folders that a path can go on to."""
+    folder = Path(word).parent if word and not word.endswith("/") else Path(word or ".")
+    try:
+        found = sorted(folder.iterdir())
+    except OSError:
+        return []
+    names = [f"{path}/" if path.is_dir() else str(path) for path in found]
+    return [name for name in names if name.endswith((".dmt", "/")) and not name.startswith(".")]
+
+
+def seeds() -> list[str]:
+    """The seeds of the games that are kept, the last first."""
+    from dmplay.shell.saves import folder
+
+    found: dict[str, None] = {}
+    for path in sorted(folder(os.environ).glob("*.dmt"), reverse=True)[:SEEDS]:
+        with path.open(encoding="utf-8", errors="replace") as file:
+            for line in file:
+                key, _, value = line.partition(": ")
+                if key == "seed":
+                    found[value.strip()] = None
+                if not line.strip():  # the header ends
+                    break
+    return [*found]

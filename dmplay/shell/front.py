@@ -1,0 +1,105 @@
+"""The front end that plays a game: screen, lines, data or nothing, as the terminal allows."""
+
+import sys
+from collections.abc import Sequence
+
+from dmplay import __version__
+from dmplay.shell.game import Game
+from dmplay.shell.plain import Objects, Reporter, Sentences, Silence, play
+from dmplay.shell.screen import Screen
+from dmplay.shell.screen import run as run_screen
+from dmplay.shell.script import Shell, ask
+from dmplay.shell.script import play as play_script
+from dmplay.shell.signals import leaving
+from dmplay.shell.table import Program, Table
+from dmplay.shell.terminal import Terminal
+
+BANNER = f"""\
+dmplay {__version__}: the problems of Algorithms for Decision Making, in words.
+'list' names them, 'play hexworld' begins one, 'help' helps, Ctrl-D leaves."""
+
+
+def sit(  # noqa: PLR0913 - a game, how to talk, and what is wanted beside it
+    asking: Table | None,
+    game: Game,
+    terminal: Terminal,
+    program: Program,
+    *,
+    json: bool = False,
+    quiet: bool = False,
+    speed: float = 2.0,
+    rate: float | None = None,
+) -> int:
+    """Plays a game with the front end that the terminal allows; returns the exit code.
+
+    Where a shell asks for the game, it only comes to its table.
+    """
+    if asking is not None:
+        asking.put(game)
+        return 0
+    table = Table(game, program)
+    code = 0
+    try:
+        with leaving():
+            if terminal.screen and not quiet:
+                code = run_screen(Screen(table, terminal, speed, rate))
+                table.end("interrupted" if code else "quit")
+                print(table.game.result())
+            else:
+                reporter: Reporter = Silence() if quiet else Objects() if json else Sentences()
+                play(table, terminal, sys.stdin, reporter)
+    except (KeyboardInterrupt, BrokenPipeError, SystemExit):
+        table.end("interrupted")
+        raise
+    finally:
+        if not quiet:
+            epilogue(table)
+    return code or faults(table)
+
+
+def epilogue(table: Table) -> None:
+    """Where the transcripts are, how to see the last again, how to play it again."""
+    whole = [recorder.path for recorder in table.ended if not recorder.fault]
+    rows = [f"transcript: {path}" for path in whole]
+    if whole:
+        rows.append(f"replay: dmplay replay {whole[-1]}")
+    if table.playing and table.game.again:
+        rows.append(f"again: {table.game.again}")
+    for row in rows:
+        print(row, file=sys.stderr)
+
+
+def faults(table: Table) -> int:
+    """Exit code 1, and a line each, where turns could not be written."""
+    bad = [recorder for recorder in table.ended if recorder.fault]
+    for recorder in bad:
+        assert recorder.fault
+        print(f"error: cannot write {recorder.path}: {recorder.fault.strerror}", file=sys.stderr)
+    return 1 if bad else 0
+
+
+def converse(table: Table, terminal: Terminal, commands: Sequence[str]) -> int:
+    """Plays at a table in words, typed, piped or given; returns the exit code."""
+    shell = Shell(table, terminal, {})
+    code = 0
+    try:
+        with leaving():
+            if commands:
+                play_script(shell, commands, "command", echo=False)
+            elif terminal.screen:
+                from dmplay.shell import prompt
+
+                print(BANNER)
+                code = prompt.run(shell)
+            elif terminal.typed:
+                print(BANNER)
+                ask(shell)
+            else:
+                play_script(shell, sys.stdin)
+            table.end("interrupted" if code else "quit")
+    except (KeyboardInterrupt, BrokenPipeError, SystemExit):
+        table.end("interrupted")
+        raise
+    finally:
+        epilogue(table)
+    return code or faults(table)

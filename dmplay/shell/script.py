@@ -1,0 +1,110 @@
+"""The shell in words: what a line does, what it prints, and a whole script of lines."""
+
+import getpass
+import shutil
+import sys
+from collections.abc import Iterable, Iterator, Mapping
+
+from dmplay.errors import BadParameter, DmplayError
+from dmplay.shell.commands import Leave, typed
+from dmplay.shell.game import Game, sentence
+from dmplay.shell.paint import ansi
+from dmplay.shell.plain import parts
+from dmplay.shell.table import Table
+from dmplay.shell.terminal import Terminal, clean
+from dmplay.views._canvas import Look
+
+BELOW = 6  # rows that a board leaves to the words around it
+
+
+class Shell:
+    """A table with a typewriter."""
+
+    def __init__(self, table: Table, terminal: Terminal, aliases: Mapping[str, str]) -> None:
+        self.table = table
+        self.terminal = terminal
+        self.aliases = aliases
+        self._over: Game | None = None  # the game whose end was told
+
+    @property
+    def game(self) -> Game | None:
+        """The game that is played now."""
+        return self.table.game if self.table.playing else None
+
+    @property
+    def secret(self) -> bool:
+        """Whether what is typed is not for all eyes: several people choose."""
+        return self.game is not None and len(self.game.people) > 1
+
+    @property
+    def prompt(self) -> str:
+        """Problem and turn, and who is to choose where several are."""
+        game = self.game
+        if game is None:
+            return "dmplay> "
+        over = " over" if game.session.over else ""
+        who = f" {game.problem.agents[game.watcher]}" if self.secret and not over else ""
+        return f"dmplay [{clean(game.name)} t{len(game.session.turns)}{who}{over}]> "
+
+    def do(self, line: str) -> None:
+        """Does what a line says and prints what comes of it; raises Leave and DmplayError."""
+        game, before = self.game, self._turns()
+        try:
+            for part in self._parts(line):
+                words = typed(self.table, part)
+                print(*map(clean, words.split("\n")), sep="\n", end="\n" if words else "")
+        finally:  # what was done before a fault is seen too
+            if self.game is not game or self._turns() != before:
+                self._show(fresh=self.game is not game)
+            sys.stdout.flush()
+
+    def _parts(self, line: str) -> Iterator[str]:
+        """The commands of a line, aliases spelled out."""
+        for part in parts(line):
+            word, _, rest = part.partition(" ")
+            yield from parts(f"{self.aliases[word]} {rest}") if word in self.aliases else [part]
+
+    def _turns(self) -> int:
+        return len(self.game.session.turns) if self.game else 0
+
+    def _show(self, *, fresh: bool) -> None:
+        """The board, on a terminal; the situation of a game that begins; how it ended."""
+        game = self.table.game
+        if self.terminal.screen:
+            size = shutil.get_terminal_size((80, 24))
+            room = Look(size.columns, max(size.lines - BELOW, 1), self.terminal.ascii)
+            drawn = game.draw(room._replace(keys=game.waiting is not None))
+            print(ansi(drawn, self.terminal.color).replace("\r\n", "\n"))
+        elif fresh:
+            print(game.situation())
+        if game.session.over and game is not self._over:
+            self._over = game
+            for row in [f"over: {game.result()}", *map(sentence, game.debrief())]:
+                print(row)
+
+
+def play(shell: Shell, lines: Iterable[str], what: str = "line", *, echo: bool = True) -> None:
+    """Does a script, each line after its prompt; raises BadParameter that names a bad one."""
+    for number, line in enumerate(lines, 1):
+        if not parts(line):
+            continue
+        if echo:
+            print(shell.prompt + clean(line.strip()), flush=True)
+        try:
+            shell.do(line)
+        except Leave:
+            return
+        except DmplayError as error:
+            shell.table.end("illegal")
+            raise BadParameter(f"{what} {number}: {error}") from None
+
+
+def ask(shell: Shell) -> None:
+    """Asks for lines where nothing can be drawn, until the input ends or the player leaves."""
+    while True:
+        try:
+            shell.do(getpass.getpass(shell.prompt) if shell.secret else input(shell.prompt))
+        except (EOFError, Leave):
+            return
+        except DmplayError as error:
+            print(f"error: {error}", flush=True)
