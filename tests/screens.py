@@ -26,7 +26,8 @@ SEQUENCES = {
     "left": "\x1b[D", "right": "\x1b[C", "up": "\x1b[A", "down": "\x1b[B",
     "home": "\x1b[H", "end": "\x1b[F", "pageup": "\x1b[5~", "pagedown": "\x1b[6~",
     "tab": "\t", "backspace": "\x7f", "enter": "\r", "escape": "\x1b", "space": " ",
-    "f1": "\x1bOP", "f2": "\x1bOQ", "c-c": "\x03", "c-d": "\x04", "c-l": "\x0c", "c-r": "\x12", "c-_": "\x1f",
+    "f1": "\x1bOP", "f2": "\x1bOQ", "c-c": "\x03", "c-d": "\x04", "c-l": "\x0c", "c-r": "\x12",
+    "c-_": "\x1f",
 }  # fmt: skip
 NOTHING: Mapping[str, object] = {}
 

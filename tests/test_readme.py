@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from dmplay.shell import frame
-from dmplay.shell.screen import Screen
 from dmplay.shell.request import Request
+from dmplay.shell.screen import Screen
 from dmplay.shell.start import new
 from dmplay.shell.table import Table
 from dmplay.shell.terminal import Terminal

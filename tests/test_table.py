@@ -184,6 +184,6 @@ def test_games_begun_on_the_screen_are_all_kept(tmp_path: Path) -> None:
         assert terminal.ended() == 0
         for name in ("game.dmt", "game-2.dmt", "game-3.dmt"):
             assert f"transcript: {name}" in terminal.text
-            assert ending(tmp_path / name) == ("quit", 1)
+            assert ending(tmp_path / name)[1] == 1  # fresh dice may begin at an exit
     told = [(tmp_path / name).read_text() for name in ("game-2.dmt", "game-3.dmt")]
     assert told[0] == told[1]
