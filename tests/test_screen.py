@@ -99,7 +99,7 @@ def test_what_the_terminal_shows_is_what_was_composed(problem: str, size: tuple[
     untouched = compose(game(problem), Room(*size), Shown(), [])
     assert shown.frames[0].split("\n") == [row.rstrip() for row in untouched.plain.split("\n")]
     assert len(shown.frames) == 4
-    assert "commands, typed after ':'" in shown.last
+    assert "keys\n" in shown.last
 
 
 # Keys
@@ -154,10 +154,22 @@ def test_help_names_every_action_and_every_command(key: str) -> None:
     for command in COMMANDS:
         assert command.name in shown.frames[1]
         assert command.shown in shown.frames[1]
-    for label in ("e", "ne", "nw", "w", "sw", "se"):
-        assert f"         {label}\n" in shown.frames[1]
+    assert "actions: l e,  u ne,  y nw,  h w,  b sw,  n se" in shown.frames[1]
+    for shown_key in "VP+-":
+        assert f"   {shown_key} " in shown.frames[1]
     assert "turn 0 " in shown.last
-    assert "commands, typed" not in shown.last
+    assert "actions:" not in shown.last
+
+
+def test_help_that_is_longer_than_the_screen_comes_in_parts() -> None:
+    shown = play(game("hexworld"), "?", *["space"] * 4, "h", size=(50, 14))
+    for number in (1, 2, 3, 4):
+        goes_on = "Space goes on" if number < 4 else "any key goes back"
+        assert f"part {number} of 4. {goes_on}" in shown.frames[number]
+    parts = "".join(shown.frames[1:5])
+    assert all(command.name in parts for command in COMMANDS)
+    assert "part" not in shown.frames[5]
+    assert "turn 1 " in shown.last
 
 
 def test_look_tells_the_whole_situation_though_its_row_cuts_it() -> None:
@@ -226,6 +238,33 @@ def test_agents_are_stepped_and_a_person_is_not() -> None:
     assert "turn 0/20" in play(game("crying-baby"), "space").last
 
 
+def test_agents_play_and_stop_by_one_key_faster_or_slower() -> None:
+    shown = play(game("hexworld", "optimal"), "+", "+", "-", "P", "P")
+    assert "3 turns a second" in shown.frames[1]
+    assert "4.5 turns a second" in shown.frames[2]
+    assert "3 turns a second" in shown.frames[3]
+    assert "paused; P goes on" in shown.last
+    assert "there is nothing to pause" in play(game("hexworld"), "P").last
+
+
+def test_a_long_game_that_is_not_kept_is_not_left_by_one_key() -> None:
+    played = game("hexworld", parameters={"rewards": []})
+    shown = play(played, *"hl" * 11, "q", "h", "q", "q", "h")
+    assert "22 turns are not kept; q once more leaves" in shown.frames[23]
+    assert "23 turns are not kept; q once more leaves" in shown.frames[25]
+    assert len(shown.frames) == 26
+
+
+def test_a_screen_without_room_for_a_board_is_played_in_text() -> None:
+    shown = play(game("hexworld"), "h", size=(20, 6))
+    assert shown.frames[0].split("\n")[1:4] == [
+        "need 19x9",
+        " at (7,2). E (8,2)",
+        "   floor. NE wall.",
+    ]
+    assert "return 0." in shown.last
+
+
 def test_a_game_that_is_over_takes_no_more_actions() -> None:
     played = game("crying-baby", turns=1)
     shown = play(played, "f", "f", "tab")
@@ -238,6 +277,49 @@ def test_the_second_of_two_people_does_not_see_the_first_choice() -> None:
     first, second = (play(game("prisoners-dilemma"), key) for key in "cd")
     assert first.frames == second.frames
     assert first.written == second.written
+
+
+# Several people
+
+
+def test_a_curtain_hides_the_board_between_people_who_see_different_things() -> None:
+    played = game("collaborative-predator-prey", "human", "human")
+    shown = play(played, "h", "l", "L", "enter", "l", "enter", "h", "enter")
+    first, hidden, *_ = shown.frames
+    assert "you: predator1" in first
+    assert shown.frames[1:4] == [hidden] * 3  # neither a move nor a look comes through
+    assert "predator2 is next: nobody else should look now. Enter shows the board." in hidden
+    assert "│" not in hidden
+    assert "saw" not in hidden
+    assert "you: predator2" in shown.frames[4]
+    assert "predator1 is next" in shown.frames[5]
+    assert "turn 1. " in shown.frames[6]
+    assert "you: predator1" in shown.frames[6]
+    assert "predator2 is next" in shown.frames[7]
+    assert "turn 1. " in shown.last
+    assert "you: predator2" in shown.last
+
+
+def test_each_of_two_people_has_a_log_of_what_it_may_know() -> None:
+    played = game("multicaregiver-crying-baby")
+    shown = play(played, "f", "enter", "s", "enter", "i", "enter")
+    first, second = shown.frames[4], shown.last
+    assert "chose feed" in first
+    assert "chose sing" not in first
+    assert "chose sing" in second
+    assert "chose feed" not in second
+
+
+def test_behind_the_curtain_only_leaving_is_possible() -> None:
+    played = game("multicaregiver-crying-baby")
+    shown = play(played, "f", ":", "V", "?", "backspace")
+    assert shown.frames[1:] == [shown.frames[1]] * 5
+    assert play(game("multicaregiver-crying-baby"), "f", "q", "f").code == 0
+    assert len(played.session.turns) == 0
+
+
+def test_people_who_see_the_same_have_no_curtain() -> None:
+    assert "is next" not in play(game("prisoners-dilemma"), "c").last
 
 
 # Composition

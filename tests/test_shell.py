@@ -352,7 +352,9 @@ def test_a_session_on_a_terminal(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129)])
 def test_a_signal_ends_a_session_in_good_order(number: int, code: int, tmp_path: Path) -> None:
     with Terminal(folder=tmp_path) as terminal:
-        terminal.ready().press("play hexworld --seed 7" + ENTER, "t0]>").press("e" + ENTER, "t1]>").calm()
+        terminal.ready().press("play hexworld --seed 7" + ENTER, "t0]>").press(
+            "e" + ENTER, "t1]>"
+        ).calm()
         terminal.signal(number)
         assert terminal.ended() == code
         assert terminal.left_clean()

@@ -9,7 +9,7 @@ from dmplay.rollouts import MOST_TURNS
 from dmplay.shell.commands import COMMANDS, named
 from dmplay.shell.game import Game, sentence
 from dmplay.shell.terminal import clean
-from dmplay.views._canvas import ASCII, Look, size
+from dmplay.views._canvas import ASCII, Look, Needed, size
 
 PANEL = 17  # columns of the side panel at least
 LOG = 2  # rows of the log at least
@@ -27,18 +27,38 @@ class Room(NamedTuple):
     ascii: bool = False
 
 
+class Key(NamedTuple):
+    """A key that only the screen has: how it is shown, its name, what it does."""
+
+    shown: str
+    name: str
+    help: str
+
+
 class Shown(NamedTuple):
-    """What the front end adds: a message, the overlay, whether help is open, or another page."""
+    """What the front end adds: a message, the overlay, a page in place of the board."""
 
     message: str = ""
     overlay: str = ""
     help: bool = False
-    page: Sequence[str] = ()
+    page: Sequence[str] = ()  # an answer of several lines
+    part: int = 0  # which part of help or page, where they are longer than the screen
+    curtain: str = ""  # the agent before whose turn nothing is shown
+
+
+NOTHING = Shown()
+KEYS = (
+    Key("V", "overlay", "values, policy, state names or nothing on the board"),
+    Key("P", "pause", "let agents or the clock play, or stop them"),
+    Key("Space", "step", "one turn of agents"),
+    Key("+", "faster", "agents play faster"),
+    Key("-", "slower", "agents play slower"),
+)
 
 
 def compose(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
     """The whole screen: exactly `height` rows, none wider than the room."""
-    return _rows([upper(game, room, shown, log), message(room, shown), keys(game, room)])
+    return _rows([upper(game, room, shown, log), message(room, shown), keys(game, room, shown)])
 
 
 def message(room: Room, shown: Shown) -> Text:
@@ -53,12 +73,37 @@ def upper(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
     smaller forms, at last to one line of text.
     """
     body = room.height - 3
-    if shown.help or shown.page:
-        parts = (_help(game, room) if shown.help else _page([*map(clean, shown.page)], room))[:body]
+    if shown.curtain:
+        title, parts = _name(game), _curtain(shown.curtain, room)
+    elif shown.help or shown.page:
+        title, parts = _title(game, room), pages(game, room, shown)[shown.part]
     else:
-        parts = _body(game, room, shown, log, body)
+        title, parts = _title(game, room), _body(game, room, shown, log, body)
     parts += [Text("")] * (body - len(parts))
-    return _rows([_fitted(row, room) for row in [_title(game, room), *parts][: room.height - 2]])
+    return _rows([_fitted(row, room) for row in [title, *parts][: room.height - 2]])
+
+
+def pages(game: Game, room: Room, shown: Shown) -> list[list[Text]]:
+    """Help, or an answer of several lines, in parts that the screen holds."""
+    rows = _help(game, room) if shown.help else _page([*map(clean, shown.page)], room)
+    body = max(room.height - 3, 1)
+    if len(rows) <= body:
+        return [rows]
+    held = max(body - 1, 1)
+    many = -(-len(rows) // held)
+    parts = []
+    for number in range(1, many + 1):
+        part = rows[(number - 1) * held : number * held]
+        does = "Space goes on" if number < many else "any key goes back"
+        last = Text(f" part {number} of {many}. {does}", style="dim")
+        parts.append([*part, *[Text("")] * (held - len(part)), last])
+    return parts
+
+
+def _curtain(agent: str, room: Room) -> list[Text]:
+    """What hides one person's board from the other while they change places."""
+    told = f"{clean(agent)} is next: nobody else should look now. Enter shows the board."
+    return [Text(""), *_page([told], room)]
 
 
 def _rows(rows: list[Text]) -> Text:
@@ -87,11 +132,15 @@ def _title(game: Game, room: Room) -> Text:
     ]
     if game.people:
         facts.append(f"you: {game.problem.agents[game.watcher]}")
-    text = Text(f" dmplay {clean(game.name)}  ", style="bold")
+    text = _name(game)
     text.append("  " + "   ".join([*facts, *others]), style="not bold")
     if game.session.over:
         text.append(f"   {game.session.ending}", style="bold")
     return text
+
+
+def _name(game: Game) -> Text:
+    return Text(f" dmplay {clean(game.name)}  ", style="bold")
 
 
 def _body(game: Game, room: Room, shown: Shown, log: list[str], body: int) -> list[Text]:
@@ -102,8 +151,14 @@ def _body(game: Game, room: Room, shown: Shown, log: list[str], body: int) -> li
         room.ascii,
         game.overlay(shown.overlay),
         keys=game.waiting is not None and view.turn < KEYS_SHOWN,
+        around=room.height - body + LOG + 1,
     )
     board = game.draw(look)
+    long = [shown.message] if len(shown.message) >= room.width else []  # its row cuts it
+    if isinstance(board, Needed):
+        left = max(body - 1, 0)
+        words = _log(game, room, long, log, left) if log else _page([game.situation()], room)
+        return [board, *words[:left]]
     wide, _ = size(board)
     panel = game.style.panel(view)
     if not game.session.over and game.people:
@@ -119,7 +174,6 @@ def _body(game: Game, room: Room, shown: Shown, log: list[str], body: int) -> li
             row.pad_right(wide + 2 - len(row.plain))
             row.append(f"{label:<{longest}} ", style="dim").append(value, style="bold")
     left = body - len(drawn) - 1
-    long = [shown.message] if len(shown.message) >= room.width else []  # its row cuts it
     return [*drawn, Text(""), *_log(game, room, long, log, max(left, 0))]
 
 
@@ -147,28 +201,36 @@ def _page(lines: Sequence[str], room: Room) -> list[Text]:
 
 
 def _help(game: Game, room: Room) -> list[Text]:
-    rows = [Text(" actions", style="bold")]
-    rows += [Text(f"   {key:<9} {label}") for key, label, _ in game.legal(game.watcher)[:10]]
-    rows += [Text(" commands, typed after ':' or by key", style="bold")]
-    rows += [
-        Text(f"   {c.shown:<9} {f'{c.name} {c.argument}'.strip():<14} {c.help}")
-        for c in COMMANDS
-        if c.key
-    ]
-    return rows + _page(["  " + " ".join(c.name for c in COMMANDS if not c.key)], room)
+    """The keys of the game, of the screen and of the commands; commands without one; wrapped."""
+    actions = [f"{key} {label}" for key, label, _ in game.legal(game.watcher)[:10]]
+    keyed = [(c.shown, f"{c.name} {c.argument}".strip(), c.help) for c in COMMANDS if c.key]
+    others = [command.name for command in COMMANDS if not command.key]
+    return _page(
+        [
+            f"actions: {',  '.join(actions) or 'a number, and Enter'}",
+            "keys",
+            *(f"  {shown:<7} {name:<14} {help_}" for shown, name, help_ in [*KEYS, *keyed]),
+            f"commands, typed after ':'  {' '.join(others)}",
+        ],
+        room,
+    )
 
 
-def keys(game: Game, room: Room) -> Text:
+def keys(game: Game, room: Room, shown: Shown = NOTHING) -> Text:
     """The keys that count now, the game's before the shell's; illegal ones in brackets and dim."""
     row = Text(" ")
+    if shown.curtain:
+        return _fitted(row.append("Enter shows the board  q quit"), room)
     if game.waiting is not None and game.types_numbers:
         nudges = " ".join(NUDGES.get(key, key) for key in game.nudges)
-        row.append(f"type a number, Enter plays it  {nudges} nudge it  ")
+        told = f"type a number, Enter plays it  {nudges} nudge it  "
+        least = len(" ".join(map(_shown, ROW_KEYS[-2])))
+        row.append(told if len(told) + least < room.width else "a number, Enter  ")
     elif game.waiting is not None:
         for key, label, able in game.legal(game.watcher):
             words = label if key == label else f"{key} {label}"
             row.append(words if able else f"[{words}]", style="" if able else "dim").append("  ")
-    watch = [] if game.people else ["Space step", "A play"]
+    watch = [] if game.people else ["Space step", "P play"]
     tails = ["  ".join([*watch, *map(_shown, names), COLON]) for names in ROW_KEYS[:-1]]
     tails += ["  ".join(map(_shown, names)) for names in ROW_KEYS[-2:]]
     left = room.width - len(row.plain)

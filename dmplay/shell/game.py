@@ -74,6 +74,11 @@ class Game:
         return cast(Dice, self.session.source).seed
 
     @property
+    def private(self) -> bool:
+        """Whether several people play of whom each may know something else."""
+        return len(self.people) > 1 and self.problem.observations is not None
+
+    @property
     def watcher(self) -> int:
         """The seat whose view is shown: the person to choose, else the first."""
         waiting = self.waiting
@@ -232,9 +237,12 @@ class Game:
             )
         ]
 
-    def said(self) -> str:
-        """The last turn in one line: number, what happened, reward and return where seen."""
-        view = self.view()
+    def said(self, seat: int | None = None) -> str:
+        """The last turn in one line: number, what happened, reward and return where seen.
+
+        As the watcher may know it, unless `seat` says who.
+        """
+        view = self.view() if seat is None else self.session.view(seat)
         parts = [f"turn {view.turn}.", self.style.told(view)]
         if view.rewards is not None:
             parts.append(f"reward {view.rewards[-1]:.6g}. return {self.returned(view):.6g}.")

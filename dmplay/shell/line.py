@@ -75,7 +75,7 @@ def _layout(screen: Screen, line: Buffer, several: bool) -> Layout:
         return [*fragments(screen.upper(screen.room()), screen.terminal.color)]
 
     def row() -> StyleAndTextTuples:
-        return [*fragments(keys(screen.game, screen.room()), screen.terminal.color)]
+        return [*fragments(keys(screen.game, screen.room(), screen.shown), screen.terminal.color)]
 
     hidden: list[Processor] = [PasswordProcessor()] if several else []
     typed = BufferControl(line, input_processors=[*hidden, BeforeInput(" :")])

@@ -2,7 +2,8 @@
 
 import contextlib
 import sys
-from collections.abc import Iterator
+from collections import defaultdict
+from collections.abc import Callable, Iterator
 
 from rich.text import Text
 
@@ -17,6 +18,10 @@ from dmplay.shell.table import Table
 from dmplay.shell.terminal import Terminal, silent
 
 REVIEW_TIME = 0.3  # seconds that a review may take before the last frame
+FASTER = {"+": 1.5, "-": 1 / 1.5}  # the speed times this
+SLOWEST, FASTEST = 0.1, 50.0  # turns a second
+MORE = ("space", "down", "pagedown", "enter")
+MANY = 20  # turns that nobody wants to lose by one key
 OVERLAYS = ("", "values", "policy", "states")
 
 
@@ -33,14 +38,18 @@ class Screen:
         self.rate = rate  # turns a second in real time; None where each turn waits for a key
         self.held: float | None = None  # the action that repeats in real time
         self.entry = ""  # the number being typed
-        self.log: list[str] = []
+        self.logs: defaultdict[int, list[str]] = defaultdict(list)  # of each who may know other
         self.message = ""
         self.overlay = 0
         self.help = False
         self.page: list[str] = []  # an answer of several lines
+        self.part = 0  # of the help or the page
+        self.before = table.game.watcher  # who sits before the screen
         self.prefix = ""  # the first arrow of a diagonal
         self.reviewed = False
         self.auto = False
+        self.leaving = False  # whether q was warned of
+        self.paused = False  # whether the clock of real time stands
         self._room = Room(80, 24)
 
     @property
@@ -61,7 +70,20 @@ class Screen:
     @property
     def shown(self) -> Shown:
         """What the screen adds to the game."""
-        return Shown(self.message, OVERLAYS[self.overlay], self.help, self.page)
+        curtain = self.game.problem.agents[self.game.watcher] if self.curtained else ""
+        kind = OVERLAYS[self.overlay]
+        return Shown(self.message, kind, self.help, self.page, self.part, curtain)
+
+    @property
+    def log(self) -> list[str]:
+        """What happened, as the one before the screen may know it."""
+        return self.logs[self.game.watcher if self.game.private else 0]
+
+    @property
+    def curtained(self) -> bool:
+        """Whether somebody else is to choose, who alone may see what comes."""
+        game = self.game
+        return game.private and game.waiting is not None and game.watcher != self.before
 
     def upper(self, room: Room) -> Text:
         """The screen above its command row."""
@@ -72,14 +94,26 @@ class Screen:
     def press(self, key: str) -> None:
         """Does what a key says; raises Leave."""
         self.message = ""
+        self.leaving = self.leaving and key == "q"
+        if self.curtained and key != "q":
+            if key in ("enter", "space"):
+                self.before = self.game.watcher
+            return
         if self.help or self.page:
-            self.help, self.page = False, []
+            self._turn_page(key)
             return
         with self.told():
             waiting = self.game.waiting is not None
             if waiting and (self._left(key) or self._number(key) or self._action(key)):
                 return
             self.command(key)
+
+    def _turn_page(self, key: str) -> None:
+        parts = frame.pages(self.game, self._room, self.shown)
+        if key in MORE and self.part + 1 < len(parts):
+            self.part += 1
+        else:
+            self.help, self.page, self.part = False, [], 0
 
     def _action(self, key: str) -> bool:
         """Plays the action of a key, or of two arrows for a diagonal."""
@@ -147,14 +181,15 @@ class Screen:
         before = len(self.game.session.turns)
         self.game.choose(action, seat)
         self.note(before)
-        if self.game.waiting is not None and len(self.game.people) > 1:
+        several = len(self.game.people) > 1 and not self.game.private  # whom a curtain tells
+        if self.game.waiting is not None and several:
             name = self.game.problem.agents[self.game.waiting]
             if len(self.game.session.turns) == before:
                 self.message = f"{name} chooses; the other choice stays hidden until both are in"
 
     def tick(self) -> None:
         """A beat of the clock in real time: the last push repeats, from the first key on."""
-        if self.held is None or self.game.waiting is None:
+        if self.held is None or self.paused or self.game.waiting is None:
             return
         before = len(self.game.session.turns)
         with self.told():
@@ -168,10 +203,16 @@ class Screen:
         elif key == "V":
             self.overlay = (self.overlay + 1) % len(OVERLAYS)
             self.message = f"overlay: {OVERLAYS[self.overlay] or 'none'}"
-        elif key == "A" and not self.game.people:
-            self.auto = not self.auto
+        elif key in ("P", "A"):
+            self.pause()
         elif key in ("space", "right") and not self.game.people:
             self.step()
+        elif key in FASTER:
+            self.speed = min(max(self.speed * FASTER[key], SLOWEST), FASTEST)
+            self.message = f"{self.speed:.3g} turns a second"
+        elif key == "q" and self.unsaved > MANY and not self.leaving:
+            self.leaving = True
+            self.message = f"{self.unsaved} turns are not kept; q once more leaves"
         else:
             command = next((c for c in COMMANDS if c.key == key), None)
             if command is None:
@@ -180,6 +221,23 @@ class Screen:
             before = len(self.game.session.turns)
             self.say(command.run(self.table, ""))
             self.note(before)
+
+    def pause(self) -> None:
+        """Lets agents play or stops them; stops the clock of real time or lets it go on."""
+        if not self.game.people:
+            self.auto = not self.auto
+            self.message = "" if self.auto else "paused; P goes on"
+        elif self.rate:
+            self.paused = not self.paused
+            self.message = "paused; P goes on" if self.paused else ""
+        else:
+            self.message = "the game waits for you; there is nothing to pause"
+
+    @property
+    def unsaved(self) -> int:
+        """The turns that no transcript holds."""
+        recorder = self.game.recorder
+        return 0 if recorder and not recorder.fault else len(self.game.session.turns)
 
     def step(self) -> None:
         """A turn of a game without people."""
@@ -199,6 +257,8 @@ class Screen:
 
     def type(self, line: str) -> None:
         """Does what a line of the command row says; raises Leave."""
+        if self.curtained:
+            return
         with self.told():
             before = len(self.game.session.turns)
             self.say(typed(self.table, line))
@@ -218,8 +278,9 @@ class Screen:
 
     def fresh(self) -> None:
         """Forgets the game before this one."""
-        self.noted, self.log, self.entry, self.prefix = self.game, [], "", ""
-        self.held, self.auto, self.reviewed = None, False, False
+        self.noted, self.entry, self.prefix, self.before = self.game, "", "", self.game.watcher
+        self.held, self.auto, self.paused, self.reviewed = None, False, False, False
+        self.logs.clear()
 
     def note(self, before: int) -> None:
         """Logs what happened since there were `before` turns."""
@@ -227,10 +288,11 @@ class Screen:
         if self.noted is not self.game:
             self.fresh()
         elif now > before:
-            self.log.append(self.game.said())
+            self._tell(self.game.said)
             self.message = "" if self.message == self.log[-1] else self.message
         elif now < before:
-            self.log.append(self.message)
+            undone = self.message
+            self._tell(lambda seat: undone)
             self.message = ""
         if self.game.session.over and self.game.people and not self.reviewed:
             from dmplay.shell import review  # not needed before
@@ -242,6 +304,14 @@ class Screen:
         recorder = self.game.recorder
         if recorder and recorder.fault:
             self.message = f"cannot write {recorder.path}: {recorder.fault.strerror}"
+
+    def _tell(self, words: Callable[[int], str]) -> None:
+        """Logs what each who may know other things is told, else what the watcher is."""
+        if self.game.private:
+            for seat in self.game.people:
+                self.logs[seat].append(words(seat))
+        else:
+            self.log.append(words(self.game.watcher))
 
 
 def _player(plain: str) -> Place | None:

@@ -102,18 +102,19 @@ class Stage:
 
     def _clocks(self) -> Iterator[Awaitable[None]]:
         screen = self.screen
-        yield self._clock(screen.speed, screen.autoplay, lambda: screen.auto)
+        yield self._clock(lambda: screen.speed, screen.autoplay, lambda: screen.auto)
         if screen.rate:
-            yield self._clock(screen.rate, screen.tick, lambda: screen.held is not None)
+            rate = screen.rate
+            yield self._clock(lambda: rate, screen.tick, lambda: screen.held is not None)
 
     async def _clock(
-        self, rate: float, beat: Callable[[], None], running: Callable[[], bool]
+        self, rate: Callable[[], float], beat: Callable[[], None], running: Callable[[], bool]
     ) -> None:
         """Beats so many times a second; a beat that finds the last one waiting is left out."""
         loop = asyncio.get_running_loop()
         due = loop.time()
         while True:
-            due = max(due + 1 / rate, loop.time())
+            due = max(due + 1 / rate(), loop.time())
             await asyncio.sleep(due - loop.time())
             if running() and self._events.empty():
                 self._events.put_nowait(partial(self._beat, beat))
@@ -160,6 +161,8 @@ class Stage:
 
     async def _command(self, ahead: list[KeyPress]) -> None:
         """Opens the command row, with what was typed ahead, and does what it says."""
+        if self.screen.curtained:
+            return
         self._wait_no_more()
         store_typeahead(self.input, ahead)
         with self.input.detach():

@@ -33,6 +33,7 @@ class Look(NamedTuple):
     overlay: Overlay | None = None
     keys: bool = False  # whether to write keys into the board
     state: Array | None = None  # the true state, where it is to be revealed
+    around: int = 0  # rows that the screen needs beside the drawing's
 
 
 class Style(Protocol):
@@ -100,6 +101,10 @@ def size(text: Text) -> tuple[int, int]:
     return max(map(len, rows)), len(rows)
 
 
+class Needed(Text):
+    """What room the smallest drawing needs, in place of a drawing."""
+
+
 def fit(style: Style, view: View, look: Look) -> Text:
     """The largest drawing that the room holds; else one line that says what is needed."""
     smallest = (0, 0)
@@ -107,8 +112,9 @@ def fit(style: Style, view: View, look: Look) -> Text:
         smallest = size(drawn)
         if smallest[0] <= look.width and smallest[1] <= look.height:
             return plainly(drawn) if look.ascii else drawn
-    needed = f"need {smallest[0]}x{smallest[1]}; playing in text"
-    return Text(needed[: look.width], no_wrap=True)
+    needed = f"need {smallest[0]}x{smallest[1] + look.around}"
+    told = f"{needed}; playing in text"
+    return Needed(told if len(told) <= look.width else needed[: look.width], no_wrap=True)
 
 
 def plainly(text: Text) -> Text:
