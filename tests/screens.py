@@ -1,7 +1,7 @@
 """The play screen without a terminal: keys from a pipe, frames into an emulator, one at a time."""
 
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 import pyte
@@ -108,9 +108,9 @@ class Easel(Painter):
 class Watched(Screen):
     """A screen that is looked at after each frame, and then given its next key."""
 
-    def __init__(self, played: Game, keys: Sequence[str], pipe: PipeInput, paper: Paper) -> None:
+    def __init__(self, played: Game, keys: Iterable[str], pipe: PipeInput, paper: Paper) -> None:
         super().__init__(Table(played), Terminal(True, "", True, True, False, 80))
-        self.keys = [*keys]
+        self.keys = iter(keys)
         self.pipe = pipe
         self.paper = paper
         self.frames: list[str] = []
@@ -130,8 +130,9 @@ class Watched(Screen):
         if app is not None and app.is_done:
             return
         self.frames.append(self.paper.text)
-        if self.keys:
-            words = self.keys.pop(0).split()
+        key = next(self.keys, None)
+        if key is not None:
+            words = key.split()
             self.pipe.send_text("".join(SEQUENCES.get(word, word) for word in words))
         elif app is not None:
             app.exit(exception=Leave(0))
@@ -141,6 +142,11 @@ class Watched(Screen):
 
 def play(played: Game, *keys: str, size: tuple[int, int] = (80, 24)) -> Played:
     """Presses keys, each after the frame of the one before; `up right` are two, `:undo` many."""
+    return press(played, keys, size)
+
+
+def press(played: Game, keys: Iterable[str], size: tuple[int, int] = (80, 24)) -> Played:
+    """Presses keys that may depend on how the game stands."""
     paper = Paper()
     easel = Easel(paper, *size)
     with create_pipe_input() as pipe:

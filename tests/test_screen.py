@@ -3,19 +3,26 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
+from itertools import count
+from pathlib import Path
 
 import numpy as np
 import pytest
 from rich.cells import cell_len
 
+from dmplay import catalog
 from dmplay.chance import Reals
+from dmplay.names import problem_names
 from dmplay.shell import frame
+from dmplay.shell.checking import check
 from dmplay.shell.commands import COMMANDS, typed
 from dmplay.shell.frame import Room, Shown, compose
 from dmplay.shell.game import Game
+from dmplay.shell.request import Request
 from dmplay.shell.seats import HUMAN
+from dmplay.shell.start import new
 from dmplay.shell.table import Table
-from tests.screens import SEQUENCES, Played, game, play
+from tests.screens import SEQUENCES, Played, game, play, press
 
 PROBLEMS = ("2048", "crying-baby", "hexworld", "prisoners-dilemma")
 SIZES = ((80, 24), (60, 20), (50, 14), (200, 60), (20, 5), (9, 3))
@@ -277,6 +284,41 @@ def test_the_second_of_two_people_does_not_see_the_first_choice() -> None:
     first, second = (play(game("prisoners-dilemma"), key) for key in "cd")
     assert first.frames == second.frames
     assert first.written == second.written
+
+
+# Whole games
+
+
+def presses(played: Game) -> Iterator[str]:
+    """Keys that play a game to its end: now this action, now that, whoever is to choose."""
+    for number in count():
+        if played.session.over:
+            return
+        if played.types_numbers:
+            yield from "2" if number % 2 else "37"
+            yield "enter"
+        else:
+            able = [key for key, _, able in played.legal(played.watcher) if able]
+            yield able[number * 5 // 3 % len(able)]
+        if played.private and played.waiting is not None:
+            yield "enter"
+
+
+@pytest.mark.parametrize("people", ["one person", "people only"])
+@pytest.mark.parametrize("name", problem_names())
+def test_every_problem_is_played_to_its_end_by_keys_and_its_transcript_verifies(
+    name: str, people: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "game.dmt"
+    others = HUMAN if people == "people only" and len(catalog.load(name).agents) > 1 else ""
+    played = new(Request(name, seed=7, turns=12, others=others, record=path))
+    shown = press(played, presses(played))
+    assert played.session.ending in ("terminal", "horizon", "turn limit")
+    assert f"over: {played.session.ending} after {len(played.session.turns)} turns. " in shown.last
+    played.finish()
+    report = check(path)
+    assert report.ok, str(report)
+    assert report.turns == len(played.session.turns) > 0
 
 
 # Several people
