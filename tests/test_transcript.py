@@ -119,6 +119,14 @@ def test_notes_may_be_added_anywhere(file: Path) -> None:
     assert file.read_text() == noted
 
 
+@pytest.mark.parametrize("row", ["#unspaced", "#", "# a note"])
+def test_a_note_stands_after_a_space(file: Path, row: str) -> None:
+    file.write_text(f"{row}\n{file.read_text()}")
+    expected = "expected 'key: value', '| frame', '# note' or nothing"
+    told = [f"game.dmt:1: form: 1: {expected}"] if row == "#unspaced" else []
+    assert findings(file) == told
+
+
 def test_a_frame_is_compared_after_the_facts(tmp_path: Path) -> None:
     path = tmp_path / "game.dmt"
     recorded(path, "hexworld", "optimal", frames=True, turns=1)
@@ -189,6 +197,42 @@ def test_a_quit_game_is_played_on(tmp_path: Path) -> None:
     unbroken.choose(1)
     unbroken.finish("quit")
     assert path.read_bytes() == (tmp_path / "other.dmt").read_bytes()
+
+
+def test_strictness_and_what_was_revealed_are_kept_and_hold_after_a_resumption(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "game.dmt"
+    game = new(Request("crying-baby", seed=7, record=path, strict=True, reveal=True))
+    game.choose(0)
+    game.finish("quit")
+    assert path.read_text().startswith(
+        'dmplay: 1\nproblem: "crying-baby"\nseats: {"agent": "human"}\nseed: 7\n'
+        "strict: true\nreveal: true\n\n"
+    )
+    assert check(path).ok
+    again = resumed(path)
+    assert again.reveal
+    with pytest.raises(BadParameter, match="undo: this game is strict"):
+        again.undo()
+    again.finish("quit")
+    altered(path, "end: ", "undo: 1\n\nend: ")
+    assert findings(path) == ["game.dmt:21: form: got undo, but the game is strict"]
+
+
+def test_a_game_is_written_by_one_program_at_a_time(tmp_path: Path) -> None:
+    path = tmp_path / "game.dmt"
+    game = new(Request("hexworld", seed=7, record=path))
+    game.choose(0)
+    before = path.read_bytes()
+    with pytest.raises(BadParameter, match=r"game\.dmt: somebody plays this game now"):
+        resumed(path)
+    with pytest.raises(BadParameter, match="somebody plays this game now"):
+        new(Request("hexworld", seed=7, record=path, force=True))
+    assert path.read_bytes() == before
+    game.finish("quit")
+    resumed(path).finish("quit")
+    assert check(path).ok
 
 
 def test_undo_and_reroll_are_kept_and_verified(tmp_path: Path) -> None:

@@ -50,8 +50,8 @@ class Game:
         self.people = [seat for seat, who in enumerate(seats) if who == HUMAN]
         self.tells_seed = True  # whether the player gave it
         self.again = ""  # the command that plays this game once more
-        self.strict = False
-        self.reveal = False
+        self.strict = asked is not None and asked.strict
+        self.reveal = asked is not None and asked.reveal
         self._chosen: dict[int, float] = {}
         self._told: tuple[object, list[dict[str, object]]] = (None, [])
         self._undone: list[list[float]] = []

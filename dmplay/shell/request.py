@@ -88,5 +88,7 @@ def repeated(header: Header, seats: Sequence[str], record: Path) -> Request:
         seats=[f"{name}={who}" for name, who in zip(header.seats, seats, strict=True)],
         turns=header.turns,
         record=record,
+        strict=header.strict,
+        reveal=header.reveal,
         parameters=header.parameters,
     )

@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 
 from dmplay.errors import BadParameter, DmplayError
-from dmplay.transcript.recorder import Recorder
+from dmplay.transcript.recorder import Recorder, played
 
 KEPT = 20
 
@@ -89,9 +89,14 @@ def latest_unfinished() -> Path:
             transcript = read(path)
         except (DmplayError, OSError):
             continue
-        if transcript.end is None or reason(transcript.end) in CHOSEN:
+        if (transcript.end is None or reason(transcript.end) in CHOSEN) and not _played(path):
             return path
     raise BadParameter(f"no unfinished game in {place}; name a file: dmplay resume FILE")
+
+
+def _played(path: Path) -> bool:
+    with path.open("rb") as file:
+        return played(file.fileno())
 
 
 def _age(path: Path) -> tuple[float, str]:

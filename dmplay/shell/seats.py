@@ -8,6 +8,7 @@ from dmplay.core import Interval, Policy, Problem
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter, DmplayError, UnknownName
 from dmplay.policies.script import Script
+from dmplay.shell.request import Request
 from dmplay.shell.terminal import clean
 from dmplay.transcript.format import PERSON, Header
 from dmplay.transcript.reading import Transcript, read
@@ -129,10 +130,13 @@ def _asked(problem: Problem, seat: int, who: str, trusted: bool) -> Policy | Non
     return None if getattr(policy, "timed", False) else policy  # it may do otherwise next time
 
 
-def header(loaded: catalog.Loaded, seats: Sequence[str], dice: Dice, turns: int | None) -> Header:
+def header(loaded: catalog.Loaded, seats: Sequence[str], dice: Dice, request: Request) -> Header:
     """The transcript header of a game; scripts are named without their place."""
     names = [
         who.partition(":")[0] if who.startswith(("script:", "replay:")) else who for who in seats
     ]
     told = dict(zip(loaded.problem.agents, map(clean, names), strict=True))
-    return Header(loaded.name, told, dice.seed, loaded.parameters, dice.episode, turns)
+    return Header(
+        loaded.name, told, dice.seed, loaded.parameters, dice.episode, request.turns,
+        request.strict, request.reveal,
+    )  # fmt: skip

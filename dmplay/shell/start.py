@@ -47,7 +47,7 @@ def new(request: Request) -> Game:
     if path:
         recorder = Recorder.create(
             path,
-            header(found, seats, dice, request.turns),
+            header(found, seats, dice, request),
             session,
             frame=frame if request.frames else None,
             force=request.force,
@@ -56,7 +56,6 @@ def new(request: Request) -> Game:
     if request.seed is None:
         game.tells_seed = False
         game.again = request.command(found.name, seed)
-    game.strict, game.reveal = request.strict, request.reveal
     return game
 
 

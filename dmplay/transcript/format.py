@@ -51,6 +51,8 @@ class Header:
     parameters: Mapping[str, object] = field(default_factory=dict)  # that differ from the default
     episode: int = 0
     turns: int | None = None  # a turn limit other than the problem's horizon
+    strict: bool = False  # nothing is taken back
+    reveal: bool = False  # the players saw what is hidden
 
 
 def turn_limit(problem: Problem, seats: Collection[str], turns: int | None) -> int | None:
@@ -86,7 +88,8 @@ def header_facts(header: Header) -> dict[str, object]:
         facts["episode"] = header.episode
     if header.turns is not None:
         facts["turns"] = header.turns
-    return facts
+    rules = {"strict": header.strict, "reveal": header.reveal}
+    return facts | {rule: True for rule, holds in rules.items() if holds}
 
 
 def turn_facts(session: Session) -> dict[str, object]:

@@ -14,7 +14,7 @@ from dmplay.transcript.format import VERSION, Header
 
 LONGEST_LINE = 1_000_000
 
-HEADER = ("dmplay", "problem", "set", "seats", "seed", "episode", "turns")
+HEADER = ("dmplay", "problem", "set", "seats", "seed", "episode", "turns", "strict", "reveal")
 TURN = ("turn", "actions", "draws", "state", "observations", "rewards", "belief")
 BLOCKS = {keys[0]: keys for keys in (HEADER, TURN, ("undo",), ("reroll",), ("end",))}
 KEY = re.compile(r"([a-z0-9]+): ")
@@ -78,7 +78,11 @@ def parse(raw: bytes, path: str = "transcript") -> Transcript:
         if block.kind in ("dmplay", "end") or opening != (place == 0):
             expected = "a turn, an undo or a reroll" if place else "the opening, 'turn: 0'"
             raise BadTranscript(f"{path}:{block.line}: got {block.kind}, expected {expected}")
-    return Transcript(path, _header(header, path), header, rest, end, content, last, torn)
+    told = _header(header, path)
+    back = next((block for block in rest if block.kind in ("undo", "reroll")), None)
+    if told.strict and back:
+        raise BadTranscript(f"{path}:{back.line}: got {back.kind}, but the game is strict")
+    return Transcript(path, told, header, rest, end, content, last, torn)
 
 
 def _decoded(raw: bytes, path: str) -> str:
@@ -110,7 +114,7 @@ def _blocks(content: str, path: str, first: int) -> Iterator[Block]:
         where = f"{path}:{line}"
         if len(row) > LONGEST_LINE:
             raise BadTranscript(f"{where}:{LONGEST_LINE + 1}: a line of over a million characters")
-        if row.startswith("#"):
+        if row == "#" or row.startswith("# "):
             notes.append((len(entries) + len(frame), row))
         elif row.startswith("|"):
             frame.append(Entry(line, row[2:]))
@@ -201,6 +205,12 @@ def _header(block: Block, path: str) -> Header:
             raise fault(key, "a whole number, such as 7")
         return found
 
+    def flag(key: str) -> bool:
+        found = value(key, default=False)
+        if type(found) is not bool:
+            raise fault(key, "true or false")
+        return found
+
     if whole("dmplay") != VERSION:
         raise fault("dmplay", f"format {VERSION}")
     problem, seats, parameters = value("problem"), value("seats"), value("set", {})
@@ -211,4 +221,7 @@ def _header(block: Block, path: str) -> Header:
     if not isinstance(parameters, dict):
         raise fault("set", 'values, such as {"slip": 0.2}')
     turns = whole("turns") if "turns" in block.entries else None
-    return Header(problem, seats, whole("seed"), parameters, whole("episode", 0), turns)
+    return Header(
+        problem, seats, whole("seed"), parameters, whole("episode", 0), turns, flag("strict"),
+        flag("reveal"),
+    )  # fmt: skip

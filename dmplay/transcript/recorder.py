@@ -51,7 +51,10 @@ class Recorder:
         recorder = cls(path, session, frame)
         exclusive = 0 if force or _is_device(path) else os.O_EXCL
         try:
-            recorder._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | exclusive, 0o644)
+            recorder._file = os.open(path, os.O_WRONLY | os.O_CREAT | exclusive, 0o644)
+            recorder._take()
+            with contextlib.suppress(OSError):  # a device has no length
+                os.ftruncate(recorder._file, 0)
         except FileExistsError:
             raise BadParameter(f"{path} exists; give another name, or --force") from None
         except OSError as error:
@@ -68,6 +71,7 @@ class Recorder:
         recorder = cls(path, session, frame)
         try:
             recorder._file = os.open(path, os.O_WRONLY)
+            recorder._take()
             raw = content.encode()
             os.ftruncate(recorder._file, len(raw))
             os.lseek(recorder._file, 0, os.SEEK_END)
@@ -76,6 +80,12 @@ class Recorder:
         recorder._size = len(raw)
         recorder._digest.update(without_notes(content).encode())
         return recorder
+
+    def _take(self) -> None:
+        """Keeps other programs from writing the same file, where the system can."""
+        if not _is_device(self.path) and played(self._file):
+            self.close()
+            raise BadParameter(f"{self.path}: somebody plays this game now")
 
     def turn(self) -> None:
         """Writes the last turn."""
@@ -121,6 +131,21 @@ class Recorder:
             self.fault = None
             self._size += len(raw)
             self._pending = ""
+
+
+def played(file: int) -> bool:
+    """Whether another program writes this open file; if not, nobody else can until it is closed."""
+    try:
+        import fcntl
+    except ImportError:  # not on every system
+        return False
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError:  # a file system without locks
+        return False
+    return False
 
 
 def _is_device(path: Path) -> bool:
