@@ -3,6 +3,7 @@
 import contextlib
 import io
 import os
+import shlex
 import sys
 from collections.abc import Sequence
 from difflib import get_close_matches
@@ -14,6 +15,7 @@ os.environ.setdefault("TYPER_USE_RICH", "0")  # its help costs more than the res
 import typer
 from typer.core import TyperGroup
 
+from dmplay import config
 from dmplay.errors import BadParameter, DmplayError, UnknownName
 from dmplay.names import problem_names
 
@@ -29,6 +31,8 @@ class Commands(TyperGroup):
         """Reads `dmplay hexworld` as `dmplay play hexworld`, `dmplay -e` as `dmplay shell -e`."""
         if args and args[0] in ("-e", "--execute"):
             args = ["shell", *args]
+        if args[:2] != ["config", "path"]:  # which helps to mend a file
+            args = self._configured(ctx, args)
         if args and not args[0].startswith("-") and args[0] not in self.commands:
             word = args[0].partition(":")[0]
             commands = get_close_matches(word, self.commands, cutoff=0.75)
@@ -38,6 +42,22 @@ class Commands(TyperGroup):
         if "--rate" in args and not _numeric(args[args.index("--rate") + 1 :]):
             args = [*args[: args.index("--rate") + 1], "50", *args[args.index("--rate") + 1 :]]
         return list(super().parse_args(ctx, args))
+
+    def _configured(self, ctx: Any, args: list[str]) -> list[str]:
+        """Takes the settings of files as defaults, and their aliases for what they stand for."""
+        if config.files():
+            from dmplay.settings import defaults
+
+            ctx.default_map = defaults(self.commands)
+        words = config.aliases().get(args[0]) if args else None
+        return args if words is None else [*shlex.split(words), *args[1:]]
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """A command; its help leaves out the variables that set its options."""
+        command = super().get_command(ctx, cmd_name)
+        for one in command.params if command else ():
+            one.show_envvar = False  # type: ignore[attr-defined] # of an option
+        return command
 
 
 def _numeric(rest: list[str]) -> bool:
@@ -49,7 +69,7 @@ app = typer.Typer(
     cls=Commands,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
+    context_settings={"help_option_names": ["-h", "--help"], "auto_envvar_prefix": "DMPLAY"},
     help="""Play the decision problems of Algorithms for Decision Making in a terminal.
 
 \b
@@ -61,6 +81,17 @@ app = typer.Typer(
 
 'dmplay PROBLEM' is short for 'dmplay play PROBLEM'.""",
 )
+
+
+configuration = typer.Typer(
+    rich_markup_mode=None,
+    help="""Settings: flags over DMPLAY_... variables over ./dmplay.toml over your config.toml.
+
+\b
+  dmplay config show
+  dmplay config path""",
+)
+app.add_typer(configuration, name="config")
 
 
 def _problems(incomplete: str) -> list[str]:
@@ -75,12 +106,45 @@ Name = Annotated[
 ]
 Paths = Annotated[list[Path], typer.Argument(metavar="PATH...", help="files and folders")]
 Json = Annotated[bool, typer.Option("--json", help="one JSON object a line")]
-Plain = Annotated[bool, typer.Option("--plain", help="lines instead of the full screen")]
+Plain = Annotated[
+    bool,
+    typer.Option("--plain/--no-plain", envvar="DMPLAY_PLAIN", help="lines, not the full screen"),
+]
 Trust = Annotated[bool, typer.Option("--trust", help="import what a transcript names")]
-Color = Annotated[str, typer.Option("--color", help="auto, always or never")]
-Ascii = Annotated[bool, typer.Option("--ascii", help="draw in ASCII")]
+Color = Annotated[str, typer.Option("--color", envvar="DMPLAY_COLOR", help="auto, always or never")]
+Ascii = Annotated[
+    bool, typer.Option("--ascii/--no-ascii", envvar="DMPLAY_ASCII", help="draw in ASCII")
+]
+Theme = Annotated[
+    str, typer.Option("--theme", envvar="DMPLAY_THEME", help="default, mono or high-contrast")
+]
+Keys = Annotated[
+    str,
+    typer.Option("--keys", envvar="DMPLAY_KEYS", help="vi, left, arrows or digits first"),
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but errors")]
-Speed = Annotated[float, typer.Option("--speed", min=0.1, help="turns a second when agents play")]
+Speed = Annotated[
+    float,
+    typer.Option("--speed", envvar="DMPLAY_SPEED", min=0.1, help="turns a second when agents play"),
+]
+
+
+def _sit(ctx: typer.Context, game: Any, terminal: Any, **how: Any) -> int:
+    """Plays a game: at the table of the shell that asks for it, else at one of its own."""
+    from dmplay.shell.front import run
+    from dmplay.shell.table import Table
+
+    if ctx.obj is not None:
+        ctx.obj.put(game)
+        return 0
+    return run(Table(game, program), terminal, **how)
+
+
+def _keys(preset: str) -> Any:
+    """The keys that are wanted: a preset, and those of the files."""
+    from dmplay.shell.keymap import Keys
+
+    return Keys(preset, config.keys())
 
 
 @app.command()
@@ -89,7 +153,10 @@ def play(
     problem: Name,
     variant: Annotated[str, typer.Option("--variant", "-V", help="a named variant")] = "",
     set_: Annotated[
-        list[str], typer.Option("--set", metavar="K=V", help="a parameter; may be repeated")
+        list[str],
+        typer.Option(
+            "--set", envvar="DMPLAY_PLAY_SET", metavar="K=V", help="a parameter; may be repeated"
+        ),
     ] = [],  # noqa: B006 - typer reads it once
     seed: Annotated[
         int | None, typer.Option("--seed", help="the dice; new ones if not given")
@@ -115,6 +182,8 @@ def play(
     quiet: Quiet = False,
     color: Color = "auto",
     ascii_: Ascii = False,
+    keys: Keys = "",
+    theme: Theme = "default",
     speed: Speed = 2.0,
     rate: Annotated[
         float | None,
@@ -129,19 +198,16 @@ def play(
       dmplay play crying-baby --agent feed-when-crying -o game.dmt
       printf 'e\\nne\\nquit\\n' | dmplay play hexworld
     """
-    from dmplay.shell.front import sit
     from dmplay.shell.request import Request
     from dmplay.shell.start import new
     from dmplay.shell.terminal import Wishes, here
 
-    terminal = here(Wishes(plain, json, color, ascii_))
+    terminal = here(Wishes(plain, json, color, ascii_, theme))
     request = Request(
         problem, variant, set_, seed, episode, agent, vs, seat, turns, record, frames, force,
-        strict, reveal, keep=ctx.obj is not None,
+        strict, reveal, keep=ctx.obj is not None, keys=_keys(keys),
     )  # fmt: skip
-    return sit(
-        ctx.obj, new(request), terminal, program, json=json, quiet=quiet, speed=speed, rate=rate
-    )
+    return _sit(ctx, new(request), terminal, json=json, quiet=quiet, speed=speed, rate=rate)
 
 
 @app.command()
@@ -156,6 +222,8 @@ def resume(
     quiet: Quiet = False,
     color: Color = "auto",
     ascii_: Ascii = False,
+    keys: Keys = "",
+    theme: Theme = "default",
 ) -> int:
     """Go on with a game that was left or killed.
 
@@ -164,13 +232,12 @@ def resume(
       dmplay resume game.dmt
     """
     from dmplay.shell import saves
-    from dmplay.shell.front import sit
     from dmplay.shell.start import resumed
     from dmplay.shell.terminal import Wishes, here
 
-    terminal = here(Wishes(plain, json, color, ascii_))
-    game = resumed(file or saves.latest_unfinished(), trusted=trust)
-    return sit(ctx.obj, game, terminal, program, json=json, quiet=quiet)
+    terminal = here(Wishes(plain, json, color, ascii_, theme))
+    game = resumed(file or saves.latest_unfinished(), trusted=trust, keys=_keys(keys))
+    return _sit(ctx, game, terminal, json=json, quiet=quiet)
 
 
 @app.command()
@@ -182,6 +249,7 @@ def replay(
     json: Json = False,
     color: Color = "auto",
     ascii_: Ascii = False,
+    theme: Theme = "default",
     speed: Speed = 2.0,
 ) -> int:
     """Watch a recorded game: Space or right steps on, Backspace back, A plays at --speed.
@@ -190,12 +258,11 @@ def replay(
       dmplay replay game.dmt
       dmplay replay game.dmt --plain
     """
-    from dmplay.shell.front import sit
     from dmplay.shell.start import Playback
     from dmplay.shell.terminal import Wishes, here
 
-    terminal = here(Wishes(plain, json, color, ascii_))
-    return sit(ctx.obj, Playback(file, trusted=trust), terminal, program, json=json, speed=speed)
+    terminal = here(Wishes(plain, json, color, ascii_, theme))
+    return _sit(ctx, Playback(file, trusted=trust), terminal, json=json, speed=speed)
 
 
 @app.command()
@@ -206,6 +273,7 @@ def shell(
     plain: Plain = False,
     color: Color = "auto",
     ascii_: Ascii = False,
+    theme: Theme = "default",
 ) -> int:
     """Play in words, one game after another; piped, a script whose first bad line ends it.
 
@@ -218,8 +286,8 @@ def shell(
     from dmplay.shell.table import Table
     from dmplay.shell.terminal import Wishes, here
 
-    terminal = here(Wishes(plain, color=color, ascii=ascii_))
-    return converse(Table(program=program), terminal, execute)
+    terminal = here(Wishes(plain, color=color, ascii=ascii_, theme=theme))
+    return converse(Table(program=program), terminal, execute, config.aliases())
 
 
 @app.command()
@@ -311,19 +379,20 @@ def branch(
     quiet: Quiet = False,
     color: Color = "auto",
     ascii_: Ascii = False,
+    keys: Keys = "",
+    theme: Theme = "default",
 ) -> int:
     """Play on from any turn of a recorded game, into a transcript of its own.
 
     \b
       dmplay branch game.dmt --at 7 -o other.dmt
     """
-    from dmplay.shell.front import sit
     from dmplay.shell.start import branched
     from dmplay.shell.terminal import Wishes, here
 
-    terminal = here(Wishes(plain, json, color, ascii_))
-    game = branched(file, at, record, force=force, trusted=trust)
-    return sit(ctx.obj, game, terminal, program, json=json, quiet=quiet)
+    terminal = here(Wishes(plain, json, color, ascii_, theme))
+    game = branched(file, at, record, force=force, trusted=trust, keys=_keys(keys))
+    return _sit(ctx, game, terminal, json=json, quiet=quiet)
 
 
 @app.command("list")
@@ -371,6 +440,7 @@ def figure(
     output: Annotated[Path | None, typer.Option("--output", "-o", help="a file")] = None,
     color: Color = "auto",
     ascii_: Ascii = False,
+    theme: Theme = "default",
 ) -> None:
     """Draw a figure or table of the book's appendix F from the problems themselves.
 
@@ -383,7 +453,7 @@ def figure(
     from dmplay.shell.export import write
     from dmplay.shell.terminal import Wishes, here
 
-    terminal = here(Wishes(color=color, ascii=ascii_))
+    terminal = here(Wishes(color=color, ascii=ascii_, theme=theme))
     if not name:
         print(*(f"{key:<5} {title}" for key, (title, _) in drawing.figures().items()), sep="\n")
         return
@@ -408,7 +478,7 @@ def agents(problem: Name, json: Json = False) -> None:
 
 
 @app.command()
-def info(problem: Name, json: Json = False) -> None:
+def info(problem: Name, json: Json = False, keys: Keys = "") -> None:
     """Tell all about a problem: spaces, parameters, variants, agents, keys, decisions, source.
 
     \b
@@ -417,7 +487,31 @@ def info(problem: Name, json: Json = False) -> None:
     """
     from dmplay.shell import reports
 
-    reports.print_info(problem, json=json)
+    reports.print_info(problem, _keys(keys), json=json)
+
+
+@configuration.command("show")
+def config_show(ctx: typer.Context, json: Json = False) -> None:
+    """Show every setting with its value and where it comes from.
+
+    \b
+      dmplay config show
+      DMPLAY_COLOR=never dmplay config show --json
+    """
+    from dmplay.settings import in_force, shown
+
+    print(shown(in_force(ctx.find_root()), as_json=json))
+
+
+@configuration.command("path")
+def config_path() -> None:
+    """Tell where the files of settings are looked for.
+
+    \b
+      dmplay config path
+    """
+    user, project = config.paths(os.environ, Path())
+    print(user, project, sep="\n")
 
 
 def program(words: Sequence[str], table: object) -> str:

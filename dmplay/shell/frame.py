@@ -8,6 +8,7 @@ from rich.text import Text
 from dmplay.rollouts import MOST_TURNS
 from dmplay.shell.commands import COMMANDS, named
 from dmplay.shell.game import Game, sentence
+from dmplay.shell.keymap import SHOWN
 from dmplay.shell.terminal import clean
 from dmplay.views._canvas import ASCII, Look, Needed, size
 
@@ -15,7 +16,6 @@ PANEL = 17  # columns of the side panel at least
 LOG = 2  # rows of the log at least
 KEYS_SHOWN = 5  # turns for which the board names the keys
 COLON = ": command"
-NUDGES = {"left": "←", "right": "→", "up": "↑", "down": "↓", "pageup": "PgUp", "pagedown": "PgDn"}
 ROW_KEYS = (("hint", "undo", "help", "quit"), ("hint", "help", "quit"), ("help", "quit"), ("help",))
 
 
@@ -222,13 +222,13 @@ def keys(game: Game, room: Room, shown: Shown = NOTHING) -> Text:
     if shown.curtain:
         return _fitted(row.append("Enter shows the board  q quit"), room)
     if game.waiting is not None and game.types_numbers:
-        nudges = " ".join(NUDGES.get(key, key) for key in game.nudges)
+        nudges = " ".join(SHOWN.get(key, key) for key in game.nudges)
         told = f"type a number, Enter plays it  {nudges} nudge it  "
         least = len(" ".join(map(_shown, ROW_KEYS[-2])))
         row.append(told if len(told) + least < room.width else "a number, Enter  ")
     elif game.waiting is not None:
         for key, label, able in game.legal(game.watcher):
-            words = label if key == label else f"{key} {label}"
+            words = label if key == label else f"{SHOWN.get(key, key)} {label}"
             row.append(words if able else f"[{words}]", style="" if able else "dim").append("  ")
     watch = [] if game.people else ["Space step", "P play"]
     tails = ["  ".join([*watch, *map(_shown, names), COLON]) for names in ROW_KEYS[:-1]]

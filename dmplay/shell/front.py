@@ -1,17 +1,16 @@
 """The front end that plays a game: screen, lines, data or nothing, as the terminal allows."""
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from dmplay import __version__
-from dmplay.shell.game import Game
 from dmplay.shell.plain import Objects, Reporter, Sentences, Silence, play
 from dmplay.shell.screen import Screen
 from dmplay.shell.screen import run as run_screen
 from dmplay.shell.script import Shell, ask
 from dmplay.shell.script import play as play_script
 from dmplay.shell.signals import leaving
-from dmplay.shell.table import Program, Table
+from dmplay.shell.table import Table
 from dmplay.shell.terminal import Terminal
 
 BANNER = f"""\
@@ -19,25 +18,16 @@ dmplay {__version__}: the problems of Algorithms for Decision Making, in words.
 'list' names them, 'play hexworld' begins one, 'help' helps, Ctrl-D leaves."""
 
 
-def sit(  # noqa: PLR0913 - a game, how to talk, and what is wanted beside it
-    asking: Table | None,
-    game: Game,
+def run(  # noqa: PLR0913 - a table, how to talk, and what is wanted beside it
+    table: Table,
     terminal: Terminal,
-    program: Program,
     *,
     json: bool = False,
     quiet: bool = False,
     speed: float = 2.0,
     rate: float | None = None,
 ) -> int:
-    """Plays a game with the front end that the terminal allows; returns the exit code.
-
-    Where a shell asks for the game, it only comes to its table.
-    """
-    if asking is not None:
-        asking.put(game)
-        return 0
-    table = Table(game, program)
+    """Plays at a table with the front end that the terminal allows; returns the exit code."""
     code = 0
     try:
         with leaving():
@@ -78,9 +68,11 @@ def faults(table: Table) -> int:
     return 1 if bad else 0
 
 
-def converse(table: Table, terminal: Terminal, commands: Sequence[str]) -> int:
+def converse(
+    table: Table, terminal: Terminal, commands: Sequence[str], aliases: Mapping[str, str]
+) -> int:
     """Plays at a table in words, typed, piped or given; returns the exit code."""
-    shell = Shell(table, terminal, {})
+    shell = Shell(table, terminal, aliases)
     code = 0
     try:
         with leaving():

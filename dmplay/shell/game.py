@@ -12,6 +12,7 @@ from dmplay.dice import Dice
 from dmplay.errors import BadParameter
 from dmplay.policies.script import EndOfScript
 from dmplay.session import Follower, Session, View
+from dmplay.shell.keymap import AS_DRAWN, hands, names
 from dmplay.shell.request import Request
 from dmplay.shell.seats import DIGITS, HUMAN, action_by_key, action_of
 from dmplay.shell.signals import whole
@@ -47,6 +48,7 @@ class Game:
         self.recorder = recorder
         self.asked = asked  # None for a recording
         self.style = style_of(session.problem)
+        self.hands = hands(session.problem, AS_DRAWN)
         self.people = [seat for seat, who in enumerate(seats) if who == HUMAN]
         self.tells_seed = True  # whether the player gave it
         self.again = ""  # the command that plays this game once more
@@ -103,6 +105,9 @@ class Game:
         """The board in the room there is; the state too where it is revealed."""
         if self.reveal or (self.session.over and self.problem.observations is not None):
             look = look._replace(state=self.session.state)
+        labels = self.problem.actions[self.watcher]
+        if not isinstance(labels, Interval):
+            look = look._replace(names=names(self.hands.keys, labels))
         return fit(self.style, self.view(), look)
 
     # What is done
@@ -195,19 +200,18 @@ class Game:
 
     def read(self, word: str) -> float:
         """The action that a person typed: its name, an alias, its number or a key."""
-        return action_of(self.problem, self.watcher, word)
+        return action_of(self.problem, self.watcher, word, self.hands.keys)
 
     def key(self, key: str) -> float | None:
         """The action that a key plays."""
-        return action_by_key(self.problem, self.watcher, key)
+        return action_by_key(self.problem, self.watcher, key, self.hands.keys)
 
     def other_hand(self, key: str) -> tuple[int, float] | None:
         """The seat and action of a key of the second cluster, where two people share a keyboard."""
-        cluster: Mapping[str, str] = getattr(self.style, "LEFT", {})
-        if len(self.people) != PAIR or key not in cluster:
+        if len(self.people) != PAIR or key not in self.hands.other:
             return None
         seat = self.people[1]
-        return seat, self.problem.action(seat, cluster[key])
+        return seat, self.problem.action(seat, self.hands.other[key])
 
     @property
     def nudges(self) -> Mapping[str, float]:
@@ -226,7 +230,7 @@ class Game:
         if isinstance(labels, Interval):
             return []
         keys: dict[str, str] = {}
-        for key, label in self.style.KEYS.items():
+        for key, label in self.hands.keys.items():
             keys.setdefault(label, key)
         able = self.session.legal(seat)
         digits = [str(n % DIGITS) for n in range(1, DIGITS + 1)] if len(labels) <= DIGITS else []

@@ -11,7 +11,7 @@ from dmplay.core import Interval, Problem
 from dmplay.describe import summary
 from dmplay.errors import UnknownName
 from dmplay.names import problem_names
-from dmplay.views._style_of import style_of
+from dmplay.shell.keymap import AS_DRAWN, Keys, hands
 
 
 def facts() -> list[dict[str, str]]:
@@ -42,11 +42,10 @@ def table(known: list[dict[str, str]]) -> Table:
     return drawn
 
 
-def about(name: str) -> dict[str, object]:
+def about(name: str, keys: Keys = AS_DRAWN) -> dict[str, object]:
     """Everything about a problem: what it is, its spaces, parameters, agents, keys and source."""
     problem = catalog.load(name)
     base = name.partition(":")[0]
-    style = style_of(problem)
     return {
         "problem": name,
         "kind": problem.kind,
@@ -68,7 +67,7 @@ def about(name: str) -> dict[str, object]:
             name: (make.__doc__ or "").partition("\n")[0]
             for name, make in catalog.agents(problem).items()
         },
-        "keys": dict(style.KEYS),
+        "keys": dict(hands(problem, keys).keys),
     }
 
 
@@ -159,7 +158,7 @@ def print_list(kind: str, *, json: bool) -> None:
     Console(width=max(Console().width, 100), highlight=False).print(table(known))
 
 
-def print_info(name: str, *, json: bool) -> None:
-    """Prints all about a problem."""
-    found = about(name)
+def print_info(name: str, keys: Keys, *, json: bool) -> None:
+    """Prints all about a problem, with the keys in force."""
+    found = about(name, keys)
     print(dumps(found) if json else told(found))

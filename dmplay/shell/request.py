@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from dmplay.errors import BadParameter
+from dmplay.shell.keymap import AS_DRAWN, Keys
 from dmplay.transcript.format import PERSON, Header
 
 
@@ -30,6 +31,7 @@ class Request:
     reveal: bool = False
     parameters: Mapping[str, object] = field(default_factory=dict)
     keep: bool = False  # in the state folder, though nobody plays
+    keys: Keys = AS_DRAWN
 
     @property
     def name(self) -> str:
@@ -78,7 +80,7 @@ def pairs(settings: Sequence[str], option: str) -> dict[str, object]:
     return found
 
 
-def repeated(header: Header, seats: Sequence[str], record: Path) -> Request:
+def repeated(header: Header, seats: Sequence[str], record: Path, keys: Keys) -> Request:
     """The game of a transcript, with those who sit there now."""
     return Request(
         header.problem,
@@ -91,4 +93,5 @@ def repeated(header: Header, seats: Sequence[str], record: Path) -> Request:
         strict=header.strict,
         reveal=header.reveal,
         parameters=header.parameters,
+        keys=keys,
     )

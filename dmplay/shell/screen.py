@@ -122,7 +122,7 @@ class Screen:
         action = self.game.key(combination)
         if action is not None:
             self.act(action)
-        elif key in ("up", "down") and any(" " in one for one in self.game.style.KEYS):
+        elif key in ("up", "down") and any(" " in one for one in self.game.hands.keys):
             self.prefix = key
             self.message = f"{key}, then left or right: a diagonal"
         else:

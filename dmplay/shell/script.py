@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping
 
 from dmplay.errors import BadParameter, DmplayError
-from dmplay.shell.commands import Leave, typed
+from dmplay.shell.commands import Leave, is_command, typed
 from dmplay.shell.game import Game, sentence
 from dmplay.shell.paint import ansi
 from dmplay.shell.plain import parts
@@ -21,6 +21,9 @@ class Shell:
     """A table with a typewriter."""
 
     def __init__(self, table: Table, terminal: Terminal, aliases: Mapping[str, str]) -> None:
+        for name in aliases:
+            if is_command(name):
+                raise BadParameter(f"aliases.{name}: {name} is a command; give another name")
         self.table = table
         self.terminal = terminal
         self.aliases = aliases

@@ -21,23 +21,30 @@ DIGITS = 10  # keys that are the number of an action
 DIGIT_KEYS = "0123456789"
 
 
-def action_of(problem: Problem, seat: int, word: str) -> float:
+def action_of(
+    problem: Problem, seat: int, word: str, keys: Mapping[str, str] | None = None
+) -> float:
     """The action that a person wrote: its name, an alias, its number or a key."""
     try:
         return problem.action(seat, word)
     except UnknownName:
-        by_key = action_by_key(problem, seat, word)
+        by_key = action_by_key(problem, seat, word, keys)
         if by_key is None:
             raise
         return by_key
 
 
-def action_by_key(problem: Problem, seat: int, key: str) -> float | None:
-    """The action that a key plays: a digit is its number, 0 the tenth."""
+def action_by_key(
+    problem: Problem, seat: int, key: str, keys: Mapping[str, str] | None = None
+) -> float | None:
+    """The action that a key plays, of a view's keys if no others are in force.
+
+    A digit is the action's number, 0 the tenth.
+    """
     labels = problem.actions[seat]
     if isinstance(labels, Interval):
         return None
-    known = style_of(problem).KEYS
+    known = style_of(problem).KEYS if keys is None else keys
     if key in known:
         return labels.index(known[key])
     if len(key) == 1 and key in DIGIT_KEYS and len(labels) <= DIGITS:

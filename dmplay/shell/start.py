@@ -11,6 +11,7 @@ from dmplay.session import Session
 from dmplay.shell import saves
 from dmplay.shell.checking import loaded
 from dmplay.shell.game import Game, frame
+from dmplay.shell.keymap import AS_DRAWN, Keys, hands
 from dmplay.shell.request import Request, pairs, repeated
 from dmplay.shell.seats import HUMAN, header, seat_policy, sitting
 from dmplay.transcript.format import Frame, turn_limit
@@ -28,6 +29,7 @@ def new(request: Request) -> Game:
     """A new game: its problem, who sits where, its dice and its transcript."""
     found = catalog.resolve(request.name, request.configured())
     problem = found.problem
+    keys = hands(problem, request.keys)
     seats = _seats(request, found)
     policies = [seat_policy(problem, seat, who) for seat, who in enumerate(seats)]
     seed = (
@@ -53,6 +55,7 @@ def new(request: Request) -> Game:
             force=request.force,
         )
     game = Game(found.name, session, seats, recorder, request)
+    game.hands = keys
     if request.seed is None:
         game.tells_seed = False
         game.again = request.command(found.name, seed)
@@ -72,10 +75,11 @@ def _seats(request: Request, found: catalog.Loaded) -> list[str]:
     return seats
 
 
-def resumed(path: Path, *, trusted: bool = False) -> Game:
+def resumed(path: Path, *, trusted: bool = False, keys: Keys = AS_DRAWN) -> Game:
     """The game of a transcript, to go on with: cut to its last whole turn, replayed from inputs."""
     transcript = _read(path)
     found = loaded(transcript, trusted=trusted)
+    held = hands(found.problem, keys)
     for who in transcript.header.seats.values():
         kind = who.partition(":")[0]
         if kind in ("script", "replay"):
@@ -87,18 +91,26 @@ def resumed(path: Path, *, trusted: bool = False) -> Game:
     if session.over and transcript.end:
         raise BadParameter(f"{path}: the game is over ({session.ending}); nothing to resume")
     recorder = Recorder.resume(path, transcript.content, session, _framing(transcript))
-    game = Game(found.name, session, seats, recorder, repeated(transcript.header, seats, path))
+    asked = repeated(transcript.header, seats, path, keys)
+    game = Game(found.name, session, seats, recorder, asked)
+    game.hands = held
     game.tells_seed = False
     return game
 
 
-def branched(
-    path: Path, turn: int, record: Path, *, force: bool = False, trusted: bool = False
+def branched(  # noqa: PLR0913 - a place in a file, another file, and what is wanted of both
+    path: Path,
+    turn: int,
+    record: Path,
+    *,
+    force: bool = False,
+    trusted: bool = False,
+    keys: Keys = AS_DRAWN,
 ) -> Game:
     """A new game whose first turns are those of a transcript; the rest is played."""
     transcript = _read(path)
     found = loaded(transcript, trusted=trusted)
-    header = transcript.header
+    header, held = transcript.header, hands(found.problem, keys)
     told = replay(transcript, found.problem)
     if turn > len(told.turns):
         raise BadParameter(f"--at: got {turn}, {path} has {len(told.turns)} turns")
@@ -114,7 +126,9 @@ def branched(
     for played in told.turns[:turn]:
         session.advance(list(played.actions), played.draws)
         recorder.turn()
-    game = Game(found.name, session, seats, recorder, repeated(header, seats, record))
+    asked = repeated(header, seats, record, keys)
+    game = Game(found.name, session, seats, recorder, asked)
+    game.hands = held
     game.tells_seed = False
     return game
 

@@ -10,6 +10,7 @@ from dmplay.errors import BadParameter
 
 INPUT, LOCAL = 0, 3  # of a terminal's attributes, the flags
 COLORS = ("auto", "always", "never")
+THEMES = ("default", "mono", "high-contrast")
 
 
 class Wishes(NamedTuple):
@@ -19,6 +20,7 @@ class Wishes(NamedTuple):
     json: bool = False
     color: str = "auto"
     ascii: bool = False
+    theme: str = "default"
     width: int | None = None
 
 
@@ -31,12 +33,14 @@ class Terminal(NamedTuple):
     color: bool
     ascii: bool
     width: int
+    theme: str = "default"
 
 
 def decide(wishes: Wishes, env: Mapping[str, str], stdin: TextIO, stdout: TextIO) -> Terminal:
     """Reads the wishes, the environment and the streams, in this order of strength."""
-    if wishes.color not in COLORS:
-        raise BadParameter(f"--color: got {wishes.color!r}, expected one of {', '.join(COLORS)}")
+    for option, wish, known in (("color", wishes.color, COLORS), ("theme", wishes.theme, THEMES)):
+        if wish not in known:
+            raise BadParameter(f"--{option}: got {wish!r}, expected one of {', '.join(known)}")
     dumb = env.get("TERM", "") in ("", "dumb")
     reasons = {
         "--plain": wishes.plain,
@@ -52,8 +56,9 @@ def decide(wishes: Wishes, env: Mapping[str, str], stdin: TextIO, stdout: TextIO
         why=why,
         typed=stdin.isatty(),
         color=_color(wishes.color, env, stdout.isatty() and not dumb),
-        ascii=wishes.ascii or env.get("DMPLAY_ASCII") == "1" or not _unicode(stdout),
+        ascii=wishes.ascii or not _unicode(stdout),
         width=_width(wishes.width, env),
+        theme=wishes.theme,
     )
 
 

@@ -17,6 +17,9 @@ ASCII = str.maketrans(
 DIAGONALS = {"↗": "NE", "↖": "NW", "↙": "SW", "↘": "SE"}
 
 
+NOTHING: Mapping[str, str] = {}
+
+
 class Overlay(NamedTuple):
     """What else to write into the board: values, policy or states."""
 
@@ -32,6 +35,7 @@ class Look(NamedTuple):
     ascii: bool = False
     overlay: Overlay | None = None
     keys: bool = False  # whether to write keys into the board
+    names: Mapping[str, str] = NOTHING  # the key of an action, where it is not the view's own
     state: Array | None = None  # the true state, where it is to be revealed
     around: int = 0  # rows that the screen needs beside the drawing's
 

@@ -13,7 +13,7 @@ from rich.text import Text
 
 from dmplay.problems import _hex
 from dmplay.problems._hex import DIRECTIONS, Hex, neighbours
-from dmplay.views._canvas import Canvas
+from dmplay.views._canvas import Canvas, Look
 
 ARROWS = ("→", "↗", "↖", "←", "↙", "↘")
 COMPASS = ("E", "NE", "NW", "W", "SW", "SE")
@@ -21,9 +21,10 @@ EDGE = "dim"
 
 KEYS = {
     "l": "e", "u": "ne", "y": "nw", "h": "w", "b": "sw", "n": "se",
-    "right": "e", "pageup": "ne", "home": "nw", "left": "w", "end": "sw", "pagedown": "se",
-    "up right": "ne", "up left": "nw", "down left": "sw", "down right": "se",
+    "right": "e", "up right": "ne", "up left": "nw", "left": "w", "down left": "sw",
+    "down right": "se", "pageup": "ne", "home": "nw", "end": "sw", "pagedown": "se",
 }  # fmt: skip
+FAMILY = "hex"  # under which a player sets keys of these problems
 LETTERS = ("l", "u", "y", "h", "b", "n")  # in action order
 LEFT = {"w": "nw", "e": "ne", "a": "w", "d": "e", "z": "sw", "x": "se"}  # for a second person
 
@@ -88,6 +89,11 @@ def _fill(canvas: Canvas, x: int, y: int, content: Cell, size: Size) -> None:
     canvas.put(x + 1, y + 1, content.mark[:room].center(room), content.style)
     if size.lines > 1:
         canvas.put(x + 1, y + 2, content.note[:room].center(room), content.style)
+
+
+def key_of(look: Look, way: int) -> str:
+    """The key that leads on in a direction."""
+    return look.names.get(DIRECTIONS[way], LETTERS[way])
 
 
 def ways(hexes: Sequence[Hex], here: Hex, kind: Callable[[Hex], str]) -> list[str]:

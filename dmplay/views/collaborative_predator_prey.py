@@ -13,7 +13,7 @@ from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPre
 from dmplay.session import View
 from dmplay.views._belief import spark
 from dmplay.views._canvas import Look
-from dmplay.views._hexgrid import FINE, KEYS, LEFT, LETTERS, Cell, Size, grids, ways
+from dmplay.views._hexgrid import FAMILY, FINE, KEYS, LEFT, Cell, Size, grids, key_of, ways
 
 TOLD = 4  # likeliest hexes that are told in words
 
@@ -68,7 +68,8 @@ def boards(view: View, look: Look) -> Iterator[Text]:
     """The map, the largest first, each hex with both probabilities and a row that says how."""
     problem, known = _problem(view), marginals(view)
     here = _here(view, known)
-    keys = dict(zip(neighbours(here), LETTERS, strict=True)) if look.keys and here else {}
+    around = neighbours(here) if look.keys and here else []
+    keys = {hex_: key_of(look, way) for way, hex_ in enumerate(around)}
     true = set() if look.state is None else {problem.hexes[int(place)] for place in look.state}
 
     def cell(hex_: Hex, size: Size) -> Cell:
@@ -179,4 +180,4 @@ def situation(view: View) -> str:
     return " ".join(sentences) + _partners(view)
 
 
-__all__ = ["KEYS", "LEFT", "boards", "panel", "situation", "told"]
+__all__ = ["FAMILY", "KEYS", "LEFT", "boards", "panel", "situation", "told"]

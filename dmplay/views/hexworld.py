@@ -14,11 +14,13 @@ from dmplay.views._canvas import Look, short, signed
 from dmplay.views._hexgrid import (
     ARROWS,
     COMPASS,
+    FAMILY,
     KEYS,
-    LETTERS,
+    LEFT,
     Cell,
     Size,
     grids,
+    key_of,
     steps,
     walked,
     ways,
@@ -58,7 +60,7 @@ def boards(view: View, look: Look) -> Iterator[Text]:
         if hex_ == here:
             return Cell("@", note, "@", "bold reverse")
         if look.keys and not look.overlay and hex_ in around and _here(view) and pay is None:
-            mark, style = LETTERS[around.index(hex_)], style or "green"
+            mark, style = key_of(look, around.index(hex_)), style or "green"
         return Cell(mark, note, dot, style)
 
     yield from grids(problem.hexes, cell)
@@ -132,4 +134,4 @@ def _kind(hex_: Hex, exits: dict[Hex, float]) -> str:
     return f"exit {signed(exits[hex_])}" if hex_ in exits else "floor"
 
 
-__all__ = ["KEYS", "boards", "panel", "situation", "told"]
+__all__ = ["FAMILY", "KEYS", "LEFT", "boards", "panel", "situation", "told"]

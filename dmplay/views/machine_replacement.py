@@ -34,11 +34,12 @@ def _seen(view: View) -> str:
     return labels[int(view.observation)]
 
 
-def _prospects(view: View) -> list[tuple[str, str, float]]:
+def _prospects(view: View, look: Look) -> list[tuple[str, str, float]]:
     """Key, action and the reward expected of it at once, under the belief."""
     each = _belief(view) @ _problem(view).tables.rewards[:, :, 0]
     return [
-        (key, name, float(reward)) for (key, name), reward in zip(KEYS.items(), each, strict=True)
+        (look.names.get(name, key), name, float(reward))
+        for (key, name), reward in zip(KEYS.items(), each, strict=True)
     ]
 
 
@@ -54,13 +55,13 @@ def boards(view: View, look: Look) -> Iterator[Text]:
         canvas.put(0, y, title, "dim")
         canvas.put(len(title), y, spark(failed, look.ascii)[len(title) - look.width :], "cyan")
         canvas.put(0, y + 2, "reward expected at once", "dim")
-        for number, (key, name, reward) in enumerate(_prospects(view)):
+        for number, (key, name, reward) in enumerate(_prospects(view, look)):
             canvas.put(0, y + 3 + number, f"{key} {name:<11} {reward:+.3f}")
         _truth(canvas, y + 8, look)
         yield canvas.text()
     canvas = Canvas()
     y = _beliefs(view, look, canvas, 1)
-    line = "  ".join(f"{key} {reward:+.2f}" for key, _, reward in _prospects(view))
+    line = "  ".join(f"{key} {reward:+.2f}" for key, _, reward in _prospects(view, look))
     canvas.put(0, y, line)
     _truth(canvas, y + 1, look)
     yield canvas.text()
@@ -111,7 +112,7 @@ def told(view: View) -> str:
 
 def situation(view: View) -> str:
     """The product, the belief, and the reward to expect of each action."""
-    each = ", ".join(f"{name} {reward:.3f}" for _, name, reward in _prospects(view))
+    each = ", ".join(f"{name} {reward:.3f}" for _, name, reward in _prospects(view, Look()))
     return f"saw {_seen(view)}. {_believed(view)} expected reward at once: {each}."
 
 

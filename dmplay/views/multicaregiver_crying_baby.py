@@ -37,4 +37,6 @@ def situation(view: View) -> str:
     return f"{words} {partner(view)} is unseen and believed to act uniformly at random."
 
 
-__all__ = ["KEYS", "boards", "panel", "situation", "told"]
+FAMILY = "crying-baby"
+
+__all__ = ["FAMILY", "KEYS", "boards", "panel", "situation", "told"]

@@ -10,7 +10,18 @@ from dmplay.problems._hex import DIRECTIONS, Hex, neighbours
 from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.session import View
 from dmplay.views._canvas import Look
-from dmplay.views._hexgrid import KEYS, LEFT, LETTERS, Cell, Size, grids, steps, walked, ways
+from dmplay.views._hexgrid import (
+    FAMILY,
+    KEYS,
+    LEFT,
+    Cell,
+    Size,
+    grids,
+    key_of,
+    steps,
+    walked,
+    ways,
+)
 
 PREDATORS = [letter for letter in ascii_lowercase if letter != "o"]
 
@@ -52,7 +63,7 @@ def boards(view: View, look: Look) -> Iterator[Text]:
     free = look.keys and not _feeding(view)[view.seat]
 
     def cell(hex_: Hex, size: Size) -> Cell:
-        key = LETTERS[around.index(hex_)] if free and hex_ in around else ""
+        key = key_of(look, around.index(hex_)) if free and hex_ in around else ""
         marks = [mark(view, seat) for seat, place in enumerate(places) if place == hex_]
         mine = "@" in marks
         style = "bold reverse" if mine else "bold yellow"
@@ -136,4 +147,4 @@ def situation(view: View) -> str:
     return " ".join(sentences)
 
 
-__all__ = ["KEYS", "LEFT", "boards", "panel", "situation", "told"]
+__all__ = ["FAMILY", "KEYS", "LEFT", "boards", "panel", "situation", "told"]

@@ -1,0 +1,127 @@
+"""Settings from files: the user's `config.toml`, the project's `dmplay.toml` over it.
+
+color = "never"                     for every command that has the option
+[play]                              for one command
+turns = 20
+[keys]                              which keys play
+preset = "left"
+[keys.hex]
+k = "nw"
+[aliases]                           more commands
+hw = "play hexworld --seed 7"
+"""
+
+import os
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+from dmplay.errors import BadParameter, UnknownName
+from dmplay.names import problem_names
+
+PROJECT = "dmplay.toml"
+Table = dict[str, object]
+
+
+class File(NamedTuple):
+    """A file of settings."""
+
+    path: str
+    own: bool  # the user's; a project's may come from anywhere
+    options: Table  # for every command that has them
+    commands: dict[str, Table]  # for one
+    preset: str | None
+    keys: dict[str, dict[str, str]]  # family -> key -> action
+    aliases: dict[str, str]
+
+
+def paths(env: Mapping[str, str], folder: Path) -> tuple[Path, Path]:
+    """Where the user's file is, by the base directory specification, and the project's."""
+    home = env.get("XDG_CONFIG_HOME") or str(Path.home() / ".config")
+    return Path(home) / "dmplay" / "config.toml", folder / PROJECT
+
+
+@cache
+def files() -> tuple[File, ...]:
+    """The files there are, the user's first."""
+    user, project = paths(os.environ, Path.cwd())
+    found = [(user, str(user), True), (project, PROJECT, False)]
+    return tuple(read(path, name, own=own) for path, name, own in found if path.is_file())
+
+
+def aliases() -> dict[str, str]:
+    """Every alias with what it stands for."""
+    return {name: line for file in files() for name, line in file.aliases.items()}
+
+
+def keys() -> dict[str, tuple[str, dict[str, str]]]:
+    """The keys set for each family with the last file to do it; a project's replace a user's."""
+    merged: dict[str, tuple[str, dict[str, str]]] = {}
+    for file in files():
+        for family, own in file.keys.items():
+            merged[family] = file.path, {**merged.get(family, ("", {}))[1], **own}
+    return merged
+
+
+def read(path: Path, name: str, *, own: bool) -> File:
+    """A file's settings; raises BadParameter or UnknownName, which name the file."""
+    import tomllib  # only where there is a file
+
+    try:
+        told = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise BadParameter(f"{name}: {error.strerror}") from None
+    except (ValueError, RecursionError) as error:  # not TOML, or not UTF-8
+        raise BadParameter(f"{name}: {_plainly(error)}") from None
+    tables = {key: value for key, value in told.items() if isinstance(value, dict)}
+    set_keys = tables.pop("keys", {})
+    given = tables.pop("aliases", {})
+    for key in ("keys", "aliases"):
+        if key in told and not isinstance(told[key], dict):
+            raise BadParameter(f"{name}: {key}: got {told[key]!r}, expected a table, [{key}]")
+    preset = set_keys.pop("preset", None)
+    if preset is not None:
+        preset = _text(preset, f"{name}: keys.preset")
+    return File(
+        name, own, {key: value for key, value in told.items() if not isinstance(value, dict)},
+        tables, preset, _keys(set_keys, name), _aliases(given, name),
+    )  # fmt: skip
+
+
+def _plainly(error: Exception) -> str:
+    told = str(error).partition("\n")[0]
+    return f"{told[:1].lower()}{told[1:]}" if told else type(error).__name__
+
+
+def _keys(told: Table, name: str) -> dict[str, dict[str, str]]:
+    known = ["hex", *problem_names()]
+    found = {}
+    for family, own in told.items():
+        if family not in known:
+            raise UnknownName("keys", family, ["preset", *known], where=name)
+        if not isinstance(own, dict):
+            raise BadParameter(f"{name}: keys.{family}: got {own!r}, expected a table")
+        where = f"{name}: keys.{family}"
+        found[family] = {key: _text(label, f"{where}.{key}") for key, label in own.items()}
+    return found
+
+
+def _aliases(told: Table, name: str) -> dict[str, str]:
+    found = {}
+    for alias, line in told.items():
+        where = f"{name}: aliases.{alias}"
+        if not alias or not alias.isprintable() or set(alias) & set(" -;#'\"\\:./"):
+            raise BadParameter(f"{where}: got {alias!r}, expected one plain word")
+        if alias in problem_names():
+            raise BadParameter(f"{where}: {alias} is a problem; give another name")
+        found[alias] = _text(line, where)
+        if not found[alias].strip():
+            raise BadParameter(f"{where}: got {line!r}, expected a command")
+    return found
+
+
+def _text(value: object, where: str) -> str:
+    if not isinstance(value, str):
+        raise BadParameter(f"{where}: got {value!r}, expected text")
+    return value

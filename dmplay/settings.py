@@ -1,0 +1,160 @@
+"""Files and environment as the options of commands: what they may set, what is in force and why."""
+
+import json
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, NamedTuple
+
+from dmplay import config
+from dmplay.errors import BadParameter, UnknownName
+
+GENERAL = ("plain", "color", "ascii", "theme", "speed")  # set once for every command
+BY_HAND = ("execute", "force", "help", "output", "record", "trust", "update", "write")
+SEATS = ("agent", "vs", "seat")  # whose agents may be code
+KINDS: dict[str, tuple[tuple[type, ...], str]] = {  # by how click's name of a type begins
+    "bool": ((bool,), "true or false"),
+    "int": ((int,), "a whole number"),
+    "float": ((int, float), "a number"),
+    "": ((str,), "text"),
+}
+Commands = Mapping[str, Any]  # click's, by name
+
+
+class InForce(NamedTuple):
+    """The value of an option and where it comes from: a file, a variable, or the default."""
+
+    name: str
+    value: object
+    source: str
+
+
+def options(command: Any) -> dict[str, Any]:
+    """The options of a command that files may set, by their long names."""
+    named = {
+        max(one.opts, key=len).lstrip("-"): one
+        for one in command.params
+        if one.param_type_name == "option"
+    }
+    return {name: one for name, one in named.items() if name not in BY_HAND}
+
+
+def defaults(commands: Commands) -> dict[str, dict[str, object]]:
+    """What the files set, as click takes it: command -> parameter -> value."""
+    found: dict[str, dict[str, object]] = {}
+    for file in config.files():
+        _check_names(file, commands)
+        for name, command in commands.items():
+            for option, value in _given(file, name, command):
+                found.setdefault(name, {})[options(command)[option].name] = value
+    return found
+
+
+def _given(file: config.File, name: str, command: Any) -> Iterator[tuple[str, object]]:
+    """The options that a file sets for a command, checked."""
+    known = options(command)
+    general = {key: value for key, value in file.options.items() if key in known}
+    if file.preset is not None and "keys" in known:
+        general["keys"] = file.preset
+    own = file.commands.get(name, {})
+    for option, value in {**general, **own}.items():
+        where = f"{file.path}: {f'{name}.' if option in own else ''}{option}"
+        if option not in known:
+            raise UnknownName("setting", option, known, where=f"{file.path}: [{name}]")
+        _check(known[option], value, where)
+        if option in SEATS and not file.own:
+            _check_code(value, where)
+        yield option, value
+
+
+def _check_names(file: config.File, commands: Commands) -> None:
+    for name in file.options:
+        if name not in GENERAL:
+            known = [*GENERAL, "keys", "aliases", *commands]
+            raise UnknownName("setting", name, known, where=file.path)
+    for name in file.commands:
+        if name not in commands:
+            raise UnknownName("table", name, ["keys", "aliases", *commands], where=file.path)
+    for name in file.aliases:
+        if name in commands:
+            raise BadParameter(f"{file.path}: aliases.{name}: {name} is a command")
+
+
+def _check(option: Any, value: object, where: str) -> None:
+    """Refuses a value of another type, or out of bounds."""
+    fitting, kind = next(told for word, told in KINDS.items() if option.type.name.startswith(word))
+    if option.multiple and not isinstance(value, list):
+        raise BadParameter(f"{where}: got {value!r}, expected a list, as [{value!r}]")
+    for one in value if isinstance(value, list) and option.multiple else [value]:
+        if type(one) not in fitting:
+            raise BadParameter(f"{where}: got {one!r}, expected {kind}")
+        try:
+            option.type.convert(one, option, None)
+        except Exception as error:
+            message = getattr(error, "message", str(error)).rstrip(".")
+            raise BadParameter(f"{where}: {message[:1].lower()}{message[1:]}") from None
+
+
+def _check_code(value: object, where: str) -> None:
+    """A project's file may come with a download: it names no code to run."""
+    for one in value if isinstance(value, list) else [value]:
+        agent = str(one).rpartition("=")[2].partition(":")[0]
+        if "/" in agent or "." in agent or "\\" in agent:
+            raise BadParameter(f"{where}: got {one!r}; only your own file and --agent name code")
+
+
+def in_force(root: Any) -> Iterator[InForce]:
+    """Every option of every command with its value; `root` is click's context of the program."""
+    set_by = _files(root.command.commands)
+    for name, command in root.command.commands.items():
+        with command.make_context(name, [], parent=root, resilient_parsing=True) as context:
+            for option, one in options(command).items():
+                source = context.get_parameter_source(one.name).name
+                told = {
+                    "DEFAULT_MAP": set_by.get((name, option), ""),
+                    "ENVIRONMENT": _variable(one, context),
+                }.get(source, "default")
+                yield InForce(f"{name}.{option}", context.params.get(one.name), told)
+
+
+def _files(commands: Commands) -> dict[tuple[str, str], str]:
+    """The file that sets an option."""
+    return {
+        (name, option): file.path
+        for file in config.files()
+        for name, command in commands.items()
+        for option, _ in _given(file, name, command)
+    }
+
+
+def _variable(option: Any, context: Any) -> str:
+    own = [option.envvar] if isinstance(option.envvar, str) else []
+    names = [*own, f"{context.auto_envvar_prefix}_{option.name.upper()}"]
+    return next((name for name in names if os.environ.get(name)), names[-1])
+
+
+def shown(rows: Iterable[InForce], *, as_json: bool) -> str:
+    """Settings for people, those at their default only for `play`; or all of them as data."""
+    extra = [
+        *(InForce(f"keys.{family}.{key}", label, path) for family, key, label, path in _keys()),
+        *(
+            InForce(f"aliases.{a}", line, f.path)
+            for f in config.files()
+            for a, line in f.aliases.items()
+        ),
+    ]
+    told = [*rows, *extra]
+    if as_json:
+        return json.dumps([one._asdict() for one in told], default=str)
+    told = [one for one in told if one.source != "default" or one.name.startswith("play.")]
+    return "\n".join(f"{one.name:<18} {_value(one.value):<24} {one.source}" for one in told)
+
+
+def _keys() -> Iterator[tuple[str, str, str, str]]:
+    for file in config.files():
+        for family, own in file.keys.items():
+            for key, label in own.items():
+                yield family, key, label, file.path
+
+
+def _value(value: object) -> str:
+    return "-" if value is None or value == [] else json.dumps(value, default=str)
