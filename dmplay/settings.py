@@ -5,6 +5,8 @@ import os
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
+import typer
+
 from dmplay import config
 from dmplay.errors import BadParameter, UnknownName
 
@@ -89,8 +91,8 @@ def _check(option: Any, value: object, where: str) -> None:
             raise BadParameter(f"{where}: got {one!r}, expected {kind}")
         try:
             option.type.convert(one, option, None)
-        except Exception as error:
-            message = getattr(error, "message", str(error)).rstrip(".")
+        except typer.BadParameter as error:
+            message = error.message.rstrip(".")
             raise BadParameter(f"{where}: {message[:1].lower()}{message[1:]}") from None
 
 

@@ -18,6 +18,7 @@ ALLOWED = {  # what a floor may load beside the standard library and numpy
     "views": {"rich"},
     "figures": {"rich"},
     "shell": {"rich", "prompt_toolkit"},
+    "settings": {"typer"},
     "cli": {"typer"},
     "pytest_plugin": {"pytest"},
 }
