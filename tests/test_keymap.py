@@ -83,7 +83,7 @@ def test_the_board_the_key_row_help_and_info_show_the_keys_in_force(preset: str)
     shown = play(hex_, "?").frames
     assert f"  @  │  {east}  │" in shown[0]
     assert f" {east} e  " in shown[0].split("\n")[-1]
-    assert f"{hex_.legal(0)[0][0]:<9} e\n" in shown[1]
+    assert f"actions: {east} e,  " in shown[1]
     assert f"e {hex_.legal(0)[0][0]}" in typed(Table(hex_), "keys")
     told: Mapping[str, str] = about("hexworld", Keys(preset))["keys"]  # type: ignore[assignment]
     assert next(key for key, label in told.items() if label == "e") == hex_.legal(0)[0][0]

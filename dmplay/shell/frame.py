@@ -202,7 +202,7 @@ def _page(lines: Sequence[str], room: Room) -> list[Text]:
 
 def _help(game: Game, room: Room) -> list[Text]:
     """The keys of the game, of the screen and of the commands; commands without one; wrapped."""
-    actions = [f"{key} {label}" for key, label, _ in game.legal(game.watcher)[:10]]
+    actions = [f"{SHOWN.get(key, key)} {label}" for key, label, _ in game.legal(game.watcher)[:10]]
     keyed = [(c.shown, f"{c.name} {c.argument}".strip(), c.help) for c in COMMANDS if c.key]
     others = [command.name for command in COMMANDS if not command.key]
     return _page(
