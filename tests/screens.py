@@ -91,7 +91,7 @@ class Easel(Painter):
     """A painter on paper."""
 
     def __init__(self, paper: Paper, columns: int, rows: int) -> None:
-        super().__init__(paper, color=True)
+        super().__init__(paper, "default")
         self.paper = paper
         self.resize(columns, rows)
 

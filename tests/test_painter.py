@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.text import Text
 
+from dmplay.shell import paint
 from dmplay.shell.painter import Painter, Place
 from tests.screens import Easel, Paper
 
@@ -101,16 +102,27 @@ def test_another_size_is_painted_whole() -> None:
     assert easel.paper.text.startswith("before")
 
 
-def test_without_colour_only_weights_are_written() -> None:
-    paper = io.StringIO()
-    Painter(paper, color=False).paint(Text("a goal", "bold blue"))
-    assert "\x1b[0;1ma goal" in paper.getvalue()
-    assert "34" not in paper.getvalue()
+@pytest.mark.parametrize(
+    ("theme", "codes"),
+    [
+        ("default", ["1;34", "2", "96", ""]),
+        ("mono", ["1", "2", "", ""]),
+        ("high-contrast", ["1;94", "", "96", ""]),
+    ],
+)
+def test_a_theme_says_which_weights_and_colours_are_written(theme: str, codes: list[str]) -> None:
+    styles = ("bold blue", "dim", "bright_cyan", "")
+    found = [row[0][1] for row in paint.rows(frame_of(styles), theme)]
+    assert found == codes
+
+
+def frame_of(styles: tuple[str, ...]) -> Text:
+    return Text("\n").join(Text("goal", style) for style in styles)
 
 
 def test_what_leaves_the_screen_gives_it_back() -> None:
     paper = io.StringIO()
-    painter = Painter(paper, color=True)
+    painter = Painter(paper, "default")
     painter.enter()
     painter.listen()
     painter.leave()

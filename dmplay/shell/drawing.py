@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.text import Text
 
 from dmplay.errors import UnknownName
+from dmplay.shell.paint import ansi
 from dmplay.shell.terminal import Terminal
 from dmplay.views._canvas import plainly, size
 
@@ -37,17 +38,17 @@ def figure(name: str) -> Figure:
     raise UnknownName("figure", name, known)
 
 
-def console(width: int, *, color: bool) -> Console:
+def console(width: int) -> Console:
     """A console that draws a text as it is and remembers it."""
     return Console(
         width=width, record=True, file=io.StringIO(), force_terminal=True,
-        color_system="standard" if color else None, legacy_windows=False, highlight=False,
+        color_system="standard", legacy_windows=False, highlight=False,
     )  # fmt: skip
 
 
 def picture(text: Text, title: str) -> str:
     """A text as SVG."""
-    drawn = console(size(text)[0] + 1, color=True)
+    drawn = console(size(text)[0] + 1)
     drawn.print(text, soft_wrap=True)
     return drawn.export_svg(title=title, unique_id="dmplay")
 
@@ -55,6 +56,7 @@ def picture(text: Text, title: str) -> str:
 def show(text: Text, terminal: Terminal) -> None:
     """Prints a text, in colour and in Unicode where the terminal can."""
     shown = plainly(text) if terminal.ascii else text
-    drawn = console(max(size(text)[0], terminal.width), color=terminal.color)
-    drawn.print(shown, soft_wrap=True)
-    print(drawn.export_text(styles=terminal.color).rstrip())
+    if terminal.color:
+        print(ansi(shown, terminal.theme).replace("\r\n", "\n"))
+    else:
+        print("\n".join(row.rstrip() for row in shown.plain.split("\n")))

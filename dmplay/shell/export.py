@@ -46,7 +46,7 @@ def svg(game: Playback, turn: int | None) -> str:
 
 def html(game: Playback, turn: int | None) -> str:
     """A page with the screen after a turn."""
-    drawn = console(ROOM.width, color=True)
+    drawn = console(ROOM.width)
     drawn.print(_last(game, turn), soft_wrap=True)
     return drawn.export_html(inline_styles=True)
 
@@ -61,7 +61,7 @@ def cast(game: Playback, turn: int | None) -> str:
     }
     rows = [json.dumps(head)]
     for second, shown in enumerate(screens(game, ROOM)):
-        rows.append(json.dumps([float(second), "o", f"\x1b[H\x1b[2J{ansi(shown, True)}"]))
+        rows.append(json.dumps([float(second), "o", f"\x1b[H\x1b[2J{ansi(shown, 'default')}"]))
     return "\n".join([*rows, ""])
 
 

@@ -49,7 +49,7 @@ async def ask(screen: Screen, painter: Painter, input_: Input, history: History)
         columns, rows = painter.size()
         return Size(rows, columns)
 
-    color = screen.terminal.color
+    color = screen.terminal.theme != "mono"
     app: Application[str | None] = Application(
         layout=_layout(screen, line, several),
         key_bindings=_bindings(line),
@@ -72,10 +72,10 @@ def _words(screen: Screen) -> list[str]:
 
 def _layout(screen: Screen, line: Buffer, several: bool) -> Layout:
     def upper() -> StyleAndTextTuples:
-        return [*fragments(screen.upper(screen.room()), screen.terminal.color)]
+        return [*fragments(screen.upper(screen.room()), screen.terminal.theme)]
 
     def row() -> StyleAndTextTuples:
-        return [*fragments(keys(screen.game, screen.room(), screen.shown), screen.terminal.color)]
+        return [*fragments(keys(screen.game, screen.room(), screen.shown), screen.terminal.theme)]
 
     hidden: list[Processor] = [PasswordProcessor()] if several else []
     typed = BufferControl(line, input_processors=[*hidden, BeforeInput(" :")])

@@ -52,29 +52,29 @@ def _words(styles: tuple[str, ...]) -> frozenset[str]:
     return words - {"not", "bold"} if "not" in words else words  # the only negation in use
 
 
-def fragments(text: Text, color: bool) -> Fragments:
-    """Pieces for prompt-toolkit; without colour only bold, dim, underline and reverse remain."""
-    return [(_style(words, color), piece) for words, piece in runs(text)]
+def fragments(text: Text, theme: str) -> Fragments:
+    """Pieces for prompt-toolkit."""
+    return [(_style(words, theme), piece) for words, piece in runs(text)]
 
 
 @cache
-def _style(words: frozenset[str], color: bool) -> str:
-    return " ".join(sorted(TOOLKIT.get(word, word) for word in _shown(words, color)))
+def _style(words: frozenset[str], theme: str) -> str:
+    return " ".join(sorted(TOOLKIT.get(word, word) for word in _shown(words, theme)))
 
 
-def ansi(text: Text, color: bool) -> str:
+def ansi(text: Text, theme: str) -> str:
     """The text with escape sequences, lines ended for a terminal in raw mode."""
     return "\r\n".join(
         "".join(f"\x1b[{codes}m{piece}\x1b[0m" if codes else piece for piece, codes in row)
-        for row in rows(text, color)
+        for row in rows(text, theme)
     )
 
 
-def rows(text: Text, color: bool) -> list[Row]:
+def rows(text: Text, theme: str) -> list[Row]:
     """The text a row at a time."""
     found: list[list[tuple[str, str]]] = [[]]
     for words, piece in runs(text):
-        codes = _codes(words, color)
+        codes = _codes(words, theme)
         first, *more = piece.split("\n")
         if first:
             found[-1].append((first, codes))
@@ -83,9 +83,17 @@ def rows(text: Text, color: bool) -> list[Row]:
 
 
 @cache
-def _codes(words: frozenset[str], color: bool) -> str:
-    return ";".join(sorted(SGR[word] for word in _shown(words, color)))
+def _codes(words: frozenset[str], theme: str) -> str:
+    return ";".join(sorted(SGR[word] for word in _shown(words, theme)))
 
 
-def _shown(words: frozenset[str], color: bool) -> list[str]:
-    return [word for word in words if word in SGR and (color or word not in TOOLKIT)]
+def _shown(words: frozenset[str], theme: str) -> set[str]:
+    """The words that a theme keeps: weights alone in mono, nothing faint in high contrast."""
+    known = {word for word in words if word in SGR}
+    if theme == "mono":
+        return known - TOOLKIT.keys()
+    if theme == "high-contrast":
+        colors = known & {*COLORS} - {"black"}
+        bright = {f"bright_{color}" for color in colors} | ({"bold"} if colors else set())
+        return known - colors - {"dim"} | bright
+    return known

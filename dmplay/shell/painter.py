@@ -32,9 +32,9 @@ class Place(NamedTuple):
 class Painter:
     """The alternate screen of a terminal, and what stands on it."""
 
-    def __init__(self, stream: TextIO, *, color: bool) -> None:
+    def __init__(self, stream: TextIO, theme: str) -> None:
         self.stream = stream
-        self._color = color
+        self._theme = theme
         self._shown: list[Row] = []
         self._size = (0, 0)
         self._cursor: Place | None = None
@@ -67,7 +67,7 @@ class Painter:
 
     def paint(self, frame: Text, cursor: Place | None = None) -> None:
         """Brings a frame onto the screen, the real cursor to a cell of it or out of sight."""
-        new, out = rows(frame, self._color), []
+        new, out = rows(frame, self._theme), []
         if self._size != self.size():
             self._size = self.size()
             self._shown, self._cursor, self._style = [()] * len(new), None, ""

@@ -323,7 +323,7 @@ def _player(plain: str) -> Place | None:
 
 def run(screen: Screen) -> int:
     """Shows the screen until the player leaves; returns the exit code."""
-    painter = Painter(sys.stdout, color=screen.terminal.color)
+    painter = Painter(sys.stdout, screen.terminal.theme)
     try:
         with silent(sys.stdin):
             # The first frame stands before the toolkit, a tenth of a second, is imported.

@@ -77,7 +77,7 @@ class Shell:
             size = shutil.get_terminal_size((80, 24))
             room = Look(size.columns, max(size.lines - BELOW, 1), self.terminal.ascii)
             drawn = game.draw(room._replace(keys=game.waiting is not None))
-            print(ansi(drawn, self.terminal.color).replace("\r\n", "\n"))
+            print(ansi(drawn, self.terminal.theme).replace("\r\n", "\n"))
         elif fresh:
             print(game.situation())
         if game.session.over and game is not self._over:

@@ -33,7 +33,7 @@ class Terminal(NamedTuple):
     color: bool
     ascii: bool
     width: int
-    theme: str = "default"
+    theme: str = "default"  # mono where there is no colour
 
 
 def decide(wishes: Wishes, env: Mapping[str, str], stdin: TextIO, stdout: TextIO) -> Terminal:
@@ -51,14 +51,15 @@ def decide(wishes: Wishes, env: Mapping[str, str], stdin: TextIO, stdout: TextIO
         "TERM=dumb": dumb,
     }
     why = next((reason for reason, holds in reasons.items() if holds), "")
+    color = _color(wishes.color, env, stdout.isatty() and not dumb)
     return Terminal(
         screen=not why,
         why=why,
         typed=stdin.isatty(),
-        color=_color(wishes.color, env, stdout.isatty() and not dumb),
+        color=color,
         ascii=wishes.ascii or not _unicode(stdout),
         width=_width(wishes.width, env),
-        theme=wishes.theme,
+        theme=wishes.theme if color else "mono",
     )
 
 
