@@ -323,6 +323,7 @@ def verify(
 def export(
     file: Annotated[Path, typer.Argument(help="a transcript")],
     svg: Annotated[bool, typer.Option("--svg", help="a picture of the screen")] = False,
+    film: Annotated[bool, typer.Option("--film", help="an animated picture")] = False,
     html: Annotated[bool, typer.Option("--html", help="a page with the screen")] = False,
     cast: Annotated[bool, typer.Option("--cast", help="a recording, asciicast v2")] = False,
     text: Annotated[bool, typer.Option("--text", help="every screen as text")] = False,
@@ -336,12 +337,16 @@ def export(
 
     \b
       dmplay export game.dmt --svg -o game.svg
+      dmplay export game.dmt --film -o film.svg
       dmplay export game.dmt --csv
     """
     from dmplay.shell.export import FORMATS, write
     from dmplay.shell.start import Playback
 
-    wanted = {"svg": svg, "html": html, "cast": cast, "text": text, "csv": csv, "json": json}
+    wanted = {
+        "svg": svg, "film": film, "html": html, "cast": cast, "text": text, "csv": csv,
+        "json": json,
+    }  # fmt: skip
     chosen = [name for name, wish in wanted.items() if wish]
     if len(chosen) != 1:
         raise BadParameter(f"export: choose one of {', '.join(f'--{name}' for name in wanted)}")

@@ -4,6 +4,7 @@ import csv
 import io
 import json
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -30,6 +31,25 @@ def test_a_picture_is_the_same_every_time_and_of_the_turn_asked_for(file: Path) 
     assert first.startswith("<svg")
     assert first != export(file, "--svg")
     assert "turn&#160;1" in first
+
+
+def test_a_film_shows_every_screen_for_a_second_and_the_last_where_nothing_may_move(
+    file: Path,
+) -> None:
+    film = export(file, "--film")
+    assert film == export(file, "--film")
+    root = ElementTree.fromstring(film)
+    style, *screens = root
+    assert [one.get("style") for one in screens] == [f"animation-delay: {n}s" for n in range(5)]
+    assert "animation: turn 5s infinite" in (style.text or "")
+    assert "prefers-reduced-motion" in (style.text or "")
+
+
+@pytest.mark.parametrize("form", ["--svg", "--film", "--html"])
+def test_a_picture_loads_nothing_from_elsewhere(file: Path, form: str) -> None:
+    drawn = export(file, form)
+    assert "url(http" not in drawn.replace('"', "").replace("'", "")
+    assert "@font-face" not in drawn
 
 
 def test_a_page_is_html(file: Path) -> None:
@@ -66,7 +86,7 @@ def test_data_is_one_object(file: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ([], "export: choose one of --svg, --html"),
+        ([], "export: choose one of --svg, --film, --html"),
         (["--svg", "--csv"], "export: choose one of"),
         (["--svg", "--at", "9"], "--at: got 9, the game has 2 turns"),
         (["--csv", "-o", "no/g.csv"], "cannot write no/g.csv: No such file or directory"),

@@ -2,9 +2,11 @@
 
 import importlib
 import io
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from rich._export_format import CONSOLE_SVG_FORMAT
 from rich.console import Console
 from rich.text import Text
 
@@ -13,6 +15,19 @@ from dmplay.shell.paint import ansi
 from dmplay.shell.terminal import Terminal
 from dmplay.views._canvas import plainly, size
 
+# Rich's own template, but nothing is loaded from elsewhere.
+SVG = re.sub(r"@font-face {{.*?}}\n", "", CONSOLE_SVG_FORMAT, flags=re.DOTALL).replace(
+    "Fira Code, monospace", "'Fira Code', 'DejaVu Sans Mono', Menlo, Consolas, monospace"
+)
+VIEW_BOX = re.compile(r'viewBox="[^"]*"')
+FILM = """
+.film > svg {{ visibility: hidden; animation: turn {length}s infinite }}
+@keyframes turn {{ 0% {{ visibility: visible }} {share:.4f}%, 100% {{ visibility: hidden }} }}
+@media (prefers-reduced-motion: reduce) {{
+  .film > svg {{ animation: none }}
+  .film > svg:last-child {{ visibility: visible }}
+}}
+"""
 Figure = tuple[str, Callable[[], Text]]
 
 
@@ -46,11 +61,25 @@ def console(width: int) -> Console:
     )  # fmt: skip
 
 
-def picture(text: Text, title: str) -> str:
-    """A text as SVG."""
+def picture(text: Text, title: str, name: str = "dmplay") -> str:
+    """A text as SVG, with fonts of the reader's own; `name` begins all names in it."""
     drawn = console(size(text)[0] + 1)
     drawn.print(text, soft_wrap=True)
-    return drawn.export_svg(title=title, unique_id="dmplay")
+    return drawn.export_svg(title=title, unique_id=name, code_format=SVG)
+
+
+def film(texts: Sequence[Text], title: str) -> str:
+    """Texts as one animated SVG, a second each; the last alone for who wants no motion."""
+    pictures = [picture(text, title, f"t{number}") for number, text in enumerate(texts)]
+    box = VIEW_BOX.search(pictures[0])
+    assert box
+    timed = [
+        one.replace("<svg", f'<svg style="animation-delay: {second}s"', 1)
+        for second, one in enumerate(pictures)
+    ]
+    style = FILM.format(length=len(texts), share=100 / len(texts))
+    head = f'<svg class="film" {box[0]} xmlns="http://www.w3.org/2000/svg">'
+    return "\n".join([head, f"<style>{style}</style>", *timed, "</svg>", ""])
 
 
 def show(text: Text, terminal: Terminal) -> None:

@@ -10,6 +10,7 @@ from rich.text import Text
 
 from dmplay.errors import BadParameter
 from dmplay.shell.drawing import console, picture
+from dmplay.shell.drawing import film as pictures
 from dmplay.shell.frame import Room, Shown, compose
 from dmplay.shell.paint import ansi
 from dmplay.shell.start import Playback
@@ -42,6 +43,12 @@ def _last(game: Playback, turn: int | None) -> Text:
 def svg(game: Playback, turn: int | None) -> str:
     """A picture of the screen after a turn."""
     return picture(_last(game, turn), f"dmplay {game.name}")
+
+
+def film(game: Playback, turn: int | None) -> str:
+    """The screen turn by turn, as an animated picture."""
+    shown = [*screens(game, ROOM._replace(height=SHORT_ROOM_ROWS))]
+    return pictures(shown, f"dmplay {game.name}")
 
 
 def html(game: Playback, turn: int | None) -> str:
@@ -106,7 +113,7 @@ def _facts(game: Playback) -> Iterator[dict[str, object]]:
 
 
 FORMATS: dict[str, Callable[[Playback, int | None], str]] = {
-    "svg": svg, "html": html, "cast": cast, "text": text, "csv": table, "json": data,
+    "svg": svg, "film": film, "html": html, "cast": cast, "text": text, "csv": table, "json": data,
 }  # fmt: skip
 
 
