@@ -24,7 +24,7 @@ from dmplay.shell.table import Table
 from dmplay.shell.terminal import Terminal as Wished
 from dmplay.transcript.reading import read
 from tests.terminals import CTRL_C, CTRL_D, DMPLAY, ENTER, TAB, Terminal, clean_environment
-from tests.test_terminal import colours
+from tests.test_terminal import colours, values
 
 HOWEVER_WIDE = Wished(True, "", True, False, False, 80)
 
@@ -64,6 +64,42 @@ def run(
 def kept(folder: Path) -> list[Path]:
     """The transcripts kept, in the order of their names."""
     return sorted((folder / "dmplay" / "games").glob("*.dmt"))
+
+
+def test_a_game_is_played_on_from_an_earlier_turn_in_a_file_of_its_own(tmp_path: Path) -> None:
+    words = ("play hexworld --seed 7 -o g.dmt", "e", "ne", "branch 1", "w", "quit")
+    done = run(*(w for line in words for w in ("-e", line)), folder=tmp_path)
+    assert done.returncode == 0
+    assert "on from turn 1. new game of hexworld. kept: g.dmt" in done.stdout
+    told = {name: values(tmp_path / name, "actions") for name in ("g.dmt", "g-2.dmt")}
+    assert told == {
+        "g.dmt": ['{"agent": "e"}', '{"agent": "ne"}'],
+        "g-2.dmt": ['{"agent": "e"}', '{"agent": "w"}'],
+    }
+    assert all(check(tmp_path / name).ok for name in told)
+
+
+def test_a_recording_that_is_looked_at_is_played_on_from_where_it_stands(tmp_path: Path) -> None:
+    run("hexworld", "--seed", "7", "-o", "g.dmt", folder=tmp_path, stdin="e\nne\nw\n")
+    words = ("replay g.dmt", "step 2", "branch", "e", "quit")
+    done = run(*(w for line in words for w in ("-e", line)), folder=tmp_path)
+    assert "on from turn 2." in done.stdout
+    assert "turn 3. at (8,2). chose E, bumped" in done.stdout
+    (file,) = (tmp_path / "state" / "dmplay" / "games").glob("*.dmt")
+    assert check(file).ok
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("branch 9", "--at: got 9, g.dmt has 1 turn"),
+        ("branch one", "branch: got 'one', expected a turn, 0 to 1"),
+    ],
+)
+def test_a_turn_that_is_not_there_is_told(line: str, message: str, tmp_path: Path) -> None:
+    done = run("-e", "play hexworld -o g.dmt", "-e", "e", "-e", line, folder=tmp_path)
+    assert (done.returncode, done.stderr.splitlines()[0]) == (2, "transcript: g.dmt")
+    assert f"error: command 3: {message}\n" in done.stderr
 
 
 # At the prompt

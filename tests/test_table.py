@@ -45,6 +45,11 @@ def test_the_game_before_is_quit_whole_and_the_next_has_a_file_of_its_own(
     assert ending(tmp_path / "game-2.dmt") == ("quit", 0)
 
 
+def test_a_strict_game_has_no_branch(tmp_path: Path) -> None:
+    with pytest.raises(BadParameter, match="branch: this game is strict"):
+        typed(table(tmp_path, strict=True), "branch 0")
+
+
 def test_a_restart_has_the_same_dice_and_a_new_game_has_others(tmp_path: Path) -> None:
     seat = table(tmp_path)
     first = typed(seat, "e")

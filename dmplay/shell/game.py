@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from itertools import zip_longest
+from pathlib import Path
 from typing import cast
 
 from rich.text import Text
@@ -64,6 +65,11 @@ class Game:
     def problem(self) -> Problem:
         """The problem played."""
         return self.session.problem
+
+    @property
+    def source(self) -> Path | None:
+        """The file that holds the game."""
+        return self.recorder.path if self.recorder else None
 
     @property
     def shows_seed(self) -> bool:

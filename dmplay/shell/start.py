@@ -113,7 +113,9 @@ def branched(  # noqa: PLR0913 - a place in a file, another file, and what is wa
     header, held = transcript.header, hands(found.problem, keys)
     told = replay(transcript, found.problem)
     if turn > len(told.turns):
-        raise BadParameter(f"--at: got {turn}, {path} has {len(told.turns)} turns")
+        raise BadParameter(
+            f"--at: got {turn}, {path} has {len(told.turns)} turn{'s' * (len(told.turns) != 1)}"
+        )
     seats, policies = sitting(found.problem, header.seats, trusted=trusted)
     dice = Dice(header.seed, header.episode)
     limit = turn_limit(found.problem, seats, header.turns)
@@ -179,9 +181,14 @@ class Playback(Game):
         self._place += 1
         return True
 
+    @property
+    def source(self) -> Path | None:
+        """The file that is looked at."""
+        return Path(self.transcript.path)
+
     def redo(self) -> None:
         """A recording is only looked at."""
-        raise BadParameter("a recording is only looked at; dmplay branch plays on")
+        raise BadParameter("a recording is only looked at; branch plays on")
 
     def reroll(self) -> None:
         """A recording is only looked at."""

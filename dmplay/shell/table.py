@@ -73,7 +73,7 @@ class Table:
 
     def _asked(self) -> Request:
         if self.game.asked is None:
-            raise BadParameter("a recording is only looked at; dmplay branch plays on")
+            raise BadParameter("a recording is only looked at; branch plays on")
         return self.game.asked
 
     def began(self) -> str:
@@ -81,6 +81,11 @@ class Table:
         seed = f", seed {self.game.seed}" if self.game.shows_seed else ""
         last = f" kept: {self.ended[-1].path}" if self.ended else ""
         return f"new game of {self.game.name}{seed}.{last}"
+
+    def free(self, path: Path) -> Path:
+        """A name for a game that goes on from this file: beside it, or where games are kept."""
+        kept = None if self.game.recorder else saves.new(self.game.name)
+        return kept or following(path)
 
     def ask(self, words: Sequence[str]) -> str:
         """What the command line prints for these words; games that it sets up come here."""

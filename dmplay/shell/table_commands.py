@@ -83,6 +83,21 @@ def save(table: Table, argument: str) -> str:
     return f"saved {name}; dmplay resume {name} goes on"
 
 
+def branch(table: Table, argument: str) -> str:
+    """Plays on from an earlier turn, this one if none is named, in a file of its own."""
+    game, turns = table.game, len(table.game.session.turns)
+    if game.strict:
+        raise BadParameter("branch: this game is strict")
+    if argument and not (argument.isascii() and argument.isdecimal()):
+        raise BadParameter(f"branch: got {argument!r}, expected a turn, 0 to {turns}")
+    source = game.source
+    if source is None:
+        raise BadParameter("branch: no transcript is written; --record FILE writes one")
+    at = argument or str(turns)
+    table.ask(["branch", str(source), "--at", at, "-o", str(table.free(source))])
+    return f"on from turn {at}. {table.began()}"
+
+
 def export(table: Table, argument: str) -> str:
     """Writes a game, this one if no file is named, as a picture, a table or data."""
     words = words_of(argument)
