@@ -227,3 +227,15 @@ def test_a_fault_of_our_own_is_one_line_and_a_file(tmp_path: Path) -> None:
     assert "inside" in log.read_text()
     shown = run(tmp_path, "./broken.py:Game", "--debug")
     assert "Traceback" in shown.stderr
+
+
+def test_two_who_hear_different_things_are_each_told_their_own(tmp_path: Path) -> None:
+    words = ("multicaregiver-crying-baby", "--vs", "human", "--seed", "3")
+    told = run(tmp_path, *words, stdin="feed\nsing\n").stdout
+    assert "caregiver1 turn 1. quiet. chose feed. belief: sated 1.000, hungry 0.000.\n" in told
+    assert "caregiver2 turn 1. quiet. chose sing. belief: sated 0.909, hungry 0.091.\n" in told
+    events = map(
+        json.loads, run(tmp_path, *words, "--json", stdin="feed\nsing\n").stdout.split("\n")[:-1]
+    )
+    turns = [event["actions"] for event in events if event["event"] == "turn"]
+    assert turns == [{"caregiver1": "feed"}, {"caregiver2": "sing"}]

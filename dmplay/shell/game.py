@@ -351,13 +351,14 @@ class Game:
         self._told = (key, rows)
         return rows
 
-    def public(self) -> dict[str, object]:
+    def public(self, seat: int | None = None) -> dict[str, object]:
         """The last turn as data: everything if no person sits here or all is revealed,
-        else what the watcher may know.
+        else what the watcher, or another seat, may know.
         """
         if not self.people or self.reveal:
             return turn_facts(self.session)
-        view, problem = self.view(), self.problem
+        view = self.view() if seat is None else self.session.view(seat)
+        problem = self.problem
         agent = problem.agents[view.seat]
         facts: dict[str, object] = {"turn": view.turn}
         allowed = {"turn", "actions", "state", "observations", "rewards", "belief"}

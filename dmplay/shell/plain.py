@@ -1,5 +1,6 @@
 """Play in plain lines: appended, never repainted, for pipes, screen readers and dumb terminals."""
 
+import contextlib
 import getpass
 import json
 import sys
@@ -36,8 +37,12 @@ class Reporter(Protocol):
 class Sentences:
     """Tells a game in sentences."""
 
+    def __init__(self) -> None:
+        self._typed = False
+
     def start(self, game: Game, terminal: Terminal) -> None:
         """The first line names the switch that chose this mode."""
+        self._typed = terminal.typed
         seed = f", seed {game.seed}" if game.shows_seed else ""
         if not game.people:
             print(f"{clean(game.name)}{seed}. {', '.join(map(clean, game.seats))}.", flush=True)
@@ -47,8 +52,12 @@ class Sentences:
         print(game.situation(), flush=True)
 
     def turn(self, game: Game) -> None:
-        """One line."""
-        print(game.said(), flush=True)
+        """One line; one for each of several people who see different things, if none looks on."""
+        if not game.private:
+            print(game.said(), flush=True)
+        elif not self._typed:
+            for seat in game.people:
+                print(f"{game.problem.agents[seat]} {game.said(seat)}", flush=True)
 
     def words(self, text: str) -> None:
         """As they are."""
@@ -78,7 +87,8 @@ class Objects:
 
     def turn(self, game: Game) -> None:
         """What the seat may know of the turn; everything where no person sits."""
-        self._print("turn", game.public())
+        for seat in game.people if game.private else [game.watcher]:
+            self._print("turn", game.public(seat))
 
     def words(self, text: str) -> None:
         """What a command answers, under `words`."""
@@ -172,14 +182,25 @@ def parts(line: str) -> list[str]:
     return [part for part in map(str.strip, line.partition("#")[0].split(";")) if part]
 
 
+def _handed_over(game: Game) -> str:
+    """Waits for the one who is next to sit down; what this one learned."""
+    name = game.problem.agents[game.watcher]
+    with contextlib.suppress(EOFError):
+        getpass.getpass(f"{name} is next: nobody else should look now. Enter goes on.")
+    return game.said(game.watcher) if game.session.turns else game.situation()
+
+
 def _lines(
     table: Table, terminal: Terminal, stdin: TextIO, reporter: Reporter
 ) -> Iterator[tuple[int, str]]:
     """The lines typed or piped, with their numbers; `#` begins a comment."""
-    number = 0
+    number, before = 0, table.game.watcher
     while not table.game.session.over:
-        prompt = reporter.prompt(table.game)
+        game, prompt = table.game, reporter.prompt(table.game)
         number += 1
+        if terminal.typed and game.private and game.watcher != before:
+            before = game.watcher
+            reporter.words(_handed_over(game))
         if terminal.typed and len(table.game.people) > 1:  # nobody reads the other's choice
             try:
                 line = getpass.getpass(prompt) + "\n"
