@@ -3,66 +3,45 @@
 import contextlib
 import io
 import os
-import shlex
 import sys
 from collections.abc import Sequence
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any, cast
 
 os.environ.setdefault("TYPER_USE_RICH", "0")  # its help costs more than the rest of the start
 
 import typer
-from typer.core import TyperGroup
 
 from dmplay import config
-from dmplay.errors import BadParameter, DmplayError, UnknownName
-from dmplay.names import problem_names
+from dmplay.errors import BadParameter, DmplayError
+from dmplay.group import Commands, rejoined
+from dmplay.options import (
+    Agent,
+    Ascii,
+    Color,
+    Figure,
+    File,
+    Json,
+    Keys,
+    Kind,
+    LastFile,
+    Name,
+    Others,
+    Paths,
+    Plain,
+    Quiet,
+    Seats,
+    Seed,
+    Set,
+    Speed,
+    Theme,
+    Trust,
+    Variant,
+)  # fmt: skip
 
 USAGE: type[Exception] = typer.BadParameter.__mro__[1]  # click's, wherever typer keeps it
 COMPLETING = "_DMPLAY_COMPLETE"  # set by a shell that asks what can follow
 USAGE_CODE, MISMATCH_CODE, INTERRUPT_CODE = 2, 3, 130
-
-
-class Commands(TyperGroup):
-    """The commands; a first word that is none of them is a problem to play."""
-
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Reads `dmplay hexworld` as `dmplay play hexworld`, `dmplay -e` as `dmplay shell -e`."""
-        if args and args[0] in ("-e", "--execute"):
-            args = ["shell", *args]
-        if args[:2] != ["config", "path"]:  # which helps to mend a file
-            args = self._configured(ctx, args)
-        if args and not args[0].startswith("-") and args[0] not in self.commands:
-            word = args[0].partition(":")[0]
-            commands = get_close_matches(word, self.commands, cutoff=0.75)
-            if commands and not get_close_matches(word, problem_names(), cutoff=0.75):
-                raise UnknownName("command", word, self.commands)
-            args = ["play", *args]
-        if "--rate" in args and not _numeric(args[args.index("--rate") + 1 :]):
-            args = [*args[: args.index("--rate") + 1], "50", *args[args.index("--rate") + 1 :]]
-        return list(super().parse_args(ctx, args))
-
-    def _configured(self, ctx: Any, args: list[str]) -> list[str]:
-        """Takes the settings of files as defaults, and their aliases for what they stand for."""
-        if config.files():
-            from dmplay.settings import defaults
-
-            ctx.default_map = defaults(self.commands)
-        words = config.aliases().get(args[0]) if args else None
-        return args if words is None else [*shlex.split(words), *args[1:]]
-
-    def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """A command; its help leaves out the variables that set its options."""
-        command = super().get_command(ctx, cmd_name)
-        for one in command.params if command else ():
-            one.show_envvar = False  # type: ignore[attr-defined] # of an option
-        return command
-
-
-def _numeric(rest: list[str]) -> bool:
-    """Whether the next word is a number."""
-    return bool(rest) and rest[0].lstrip("-+")[:1].isdecimal()
 
 
 app = typer.Typer(
@@ -94,41 +73,6 @@ configuration = typer.Typer(
 app.add_typer(configuration, name="config")
 
 
-def _problems(incomplete: str) -> list[str]:
-    return [name for name in problem_names() if name.startswith(incomplete)]
-
-
-Name = Annotated[
-    str,
-    typer.Argument(
-        metavar="PROBLEM", help="a problem, or PROBLEM:VARIANT", autocompletion=_problems
-    ),
-]
-Paths = Annotated[list[Path], typer.Argument(metavar="PATH...", help="files and folders")]
-Json = Annotated[bool, typer.Option("--json", help="one JSON object a line")]
-Plain = Annotated[
-    bool,
-    typer.Option("--plain/--no-plain", envvar="DMPLAY_PLAIN", help="lines, not the full screen"),
-]
-Trust = Annotated[bool, typer.Option("--trust", help="import what a transcript names")]
-Color = Annotated[str, typer.Option("--color", envvar="DMPLAY_COLOR", help="auto, always or never")]
-Ascii = Annotated[
-    bool, typer.Option("--ascii/--no-ascii", envvar="DMPLAY_ASCII", help="draw in ASCII")
-]
-Theme = Annotated[
-    str, typer.Option("--theme", envvar="DMPLAY_THEME", help="default, mono or high-contrast")
-]
-Keys = Annotated[
-    str,
-    typer.Option("--keys", envvar="DMPLAY_KEYS", help="vi, left, arrows or digits first"),
-]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but errors")]
-Speed = Annotated[
-    float,
-    typer.Option("--speed", envvar="DMPLAY_SPEED", min=0.1, help="turns a second when agents play"),
-]
-
-
 def _sit(ctx: typer.Context, game: Any, terminal: Any, **how: Any) -> int:
     """Plays a game: at the table of the shell that asks for it, else at one of its own."""
     from dmplay.shell.front import run
@@ -151,22 +95,13 @@ def _keys(preset: str) -> Any:
 def play(
     ctx: typer.Context,
     problem: Name,
-    variant: Annotated[str, typer.Option("--variant", "-V", help="a named variant")] = "",
-    set_: Annotated[
-        list[str],
-        typer.Option(
-            "--set", envvar="DMPLAY_PLAY_SET", metavar="K=V", help="a parameter; may be repeated"
-        ),
-    ] = [],  # noqa: B006 - typer reads it once
-    seed: Annotated[
-        int | None, typer.Option("--seed", help="the dice; new ones if not given")
-    ] = None,
+    variant: Variant = "",
+    set_: Set = [],  # noqa: B006 - typer reads it once
+    seed: Seed = None,
     episode: Annotated[int, typer.Option("--episode", min=0, help="which game of the seed")] = 0,
-    agent: Annotated[str, typer.Option("--agent", help="who plays the first seat")] = "human",
-    vs: Annotated[str, typer.Option("--vs", help="who plays all other seats")] = "",
-    seat: Annotated[
-        list[str], typer.Option("--seat", metavar="NAME=A", help="who plays one seat")
-    ] = [],  # noqa: B006
+    agent: Agent = "human",
+    vs: Others = "",
+    seat: Seats = [],  # noqa: B006
     turns: Annotated[
         int | None, typer.Option("--turns", help="the game ends after so many")
     ] = None,
@@ -213,9 +148,7 @@ def play(
 @app.command()
 def resume(
     ctx: typer.Context,
-    file: Annotated[
-        Path | None, typer.Argument(help="a transcript; the last game if not given")
-    ] = None,
+    file: LastFile = None,
     trust: Trust = False,
     plain: Plain = False,
     json: Json = False,
@@ -243,7 +176,7 @@ def resume(
 @app.command()
 def replay(
     ctx: typer.Context,
-    file: Annotated[Path, typer.Argument(help="a transcript")],
+    file: File,
     trust: Trust = False,
     plain: Plain = False,
     json: Json = False,
@@ -321,7 +254,7 @@ def verify(
 
 @app.command()
 def export(
-    file: Annotated[Path, typer.Argument(help="a transcript")],
+    file: File,
     svg: Annotated[bool, typer.Option("--svg", help="a picture of the screen")] = False,
     film: Annotated[bool, typer.Option("--film", help="an animated picture")] = False,
     html: Annotated[bool, typer.Option("--html", help="a page with the screen")] = False,
@@ -355,7 +288,7 @@ def export(
 
 @app.command()
 def review(
-    file: Annotated[Path, typer.Argument(help="a transcript")],
+    file: File,
     write: Annotated[bool, typer.Option("--write", help="keep it in the file as notes")] = False,
     trust: Trust = False,
     json: Json = False,
@@ -374,7 +307,7 @@ def review(
 @app.command()
 def branch(
     ctx: typer.Context,
-    file: Annotated[Path, typer.Argument(help="a transcript")],
+    file: File,
     at: Annotated[int, typer.Option("--at", min=0, help="the turn to go on from")],
     record: Annotated[Path, typer.Option("--record", "-o", help="the new transcript")],
     force: Annotated[bool, typer.Option("--force", help="overwrite it")] = False,
@@ -402,7 +335,7 @@ def branch(
 
 @app.command("list")
 def list_(
-    kind: Annotated[str, typer.Argument(metavar="KIND", help="only these, as POMDP")] = "",
+    kind: Kind = "",
     json: Json = False,
 ) -> None:
     """List the problems: table F.1 of the book.
@@ -419,10 +352,8 @@ def list_(
 @app.command()
 def solve(
     problem: Name,
-    variant: Annotated[str, typer.Option("--variant", "-V", help="a named variant")] = "",
-    set_: Annotated[
-        list[str], typer.Option("--set", metavar="K=V", help="a parameter; may be repeated")
-    ] = [],  # noqa: B006 - typer reads it once
+    variant: Variant = "",
+    set_: Set = [],  # noqa: B006 - typer reads it once
     json: Json = False,
 ) -> None:
     """Solve a problem: values, best actions or equilibria, and how they were found.
@@ -440,7 +371,7 @@ def solve(
 
 @app.command()
 def figure(
-    name: Annotated[str, typer.Argument(help="F.2, F.9 ... F.16, T.1, T.2; all if not given")] = "",
+    name: Figure = "",
     svg: Annotated[bool, typer.Option("--svg", help="as a picture")] = False,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="a file")] = None,
     color: Color = "auto",
@@ -531,7 +462,9 @@ def program(words: Sequence[str], table: object) -> str:
 
 def run() -> int:
     """Runs the command line; errors become one line and an exit code."""
-    if len(sys.argv) == 1 and COMPLETING not in os.environ:
+    if COMPLETING in os.environ:
+        return _complete()
+    if len(sys.argv) == 1:
         if not _spoken_to():
             return _no_words()
         sys.argv.append("shell")
@@ -542,6 +475,20 @@ def run() -> int:
     except typer.Abort:
         return INTERRUPT_CODE
     return code if isinstance(code, int) else 0
+
+
+def _complete() -> int:
+    """Answers a shell that asks what can follow."""
+    kept = ""
+    if os.environ[COMPLETING] == "complete_bash":
+        words = os.environ.get("COMP_WORDS", "").replace(" ", "\n").split("\n")
+        whole, at, kept = rejoined(words, int(os.environ.get("COMP_CWORD", "0")))
+        os.environ |= {"COMP_WORDS": "\n".join(whole), "COMP_CWORD": str(at)}
+    with contextlib.redirect_stdout(io.StringIO()) as found, contextlib.suppress(SystemExit):
+        app(prog_name="dmplay")
+    lines = [line.removeprefix(kept) for line in found.getvalue().split("\n")]
+    print(*filter(None, lines), sep="\n")
+    return 0
 
 
 def _spoken_to() -> bool:

@@ -11,7 +11,7 @@ HOUSE = Path(__file__).parent.parent / "dmplay"
 FLOORS = (
     "errors", "names", "config", "chance", "core", "describe", "tabular", "belief", "dice",
     "session", "rollouts", "transcript", "problems", "solvers", "policies", "catalog", "views",
-    "figures", "shell", "settings", "cli", "pytest_plugin", "__main__",
+    "figures", "shell", "settings", "options", "group", "cli", "pytest_plugin", "__main__",
 )  # fmt: skip
 SCREENS = {"rich", "typer", "prompt_toolkit"}
 ALLOWED = {  # what a floor may load beside the standard library and numpy
@@ -19,6 +19,8 @@ ALLOWED = {  # what a floor may load beside the standard library and numpy
     "figures": {"rich"},
     "shell": {"rich", "prompt_toolkit"},
     "settings": {"typer"},
+    "options": {"typer"},
+    "group": {"typer"},
     "cli": {"typer"},
     "pytest_plugin": {"pytest"},
 }

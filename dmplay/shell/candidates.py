@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 from dmplay.core import Interval
 from dmplay.shell import completion
 from dmplay.shell.commands import COMMANDS
+from dmplay.shell.completion_of import agents, parameters, seats
 from dmplay.shell.table import Table
 
 OPTIONS = (
@@ -65,20 +66,24 @@ def _options(rest: list[str], last: str) -> list[str]:
     if not rest:
         return _specs()
     values = {
-        "--agent": completion.agents, "--vs": completion.agents, "--seat": completion.seats,
-        "--set": completion.parameters,
+        "--agent": agents, "--vs": agents, "--seat": _seated, "--set": parameters,
     }  # fmt: skip
     if last in values:
         return values[last](rest[0])
     return completion.seeds() if last == "--seed" else [*OPTIONS]
 
 
+def _seated(problem: str) -> list[str]:
+    """Every seat with everyone who can play there."""
+    return [seat + agent for seat in seats(problem) for agent in agents(problem)]
+
+
 def _parameters(table: Table) -> list[str]:
-    return completion.parameters(table.game.name) if table.playing else []
+    return parameters(table.game.name) if table.playing else []
 
 
 def _seats(table: Table, rest: list[str]) -> list[str]:
     if not table.playing or len(rest) > 1:
         return []
     game = table.game
-    return completion.agents(game.name) if rest else [*game.problem.agents]
+    return agents(game.name) if rest else [*game.problem.agents]

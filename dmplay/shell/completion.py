@@ -1,16 +1,11 @@
-"""What can be typed next: for the shell's completer and for the shells that dmplay is called from.
-
-Names of problems cost no import of one; variants, agents and parameters do.
-"""
+"""Names that can be typed next, those of problems without an import of one."""
 
 import os
 from pathlib import Path
 
-from dmplay.errors import DmplayError
 from dmplay.names import problem_names
 
 KINDS = ("MDP", "POMDP", "simple", "Markov", "POMG", "Dec-POMDP")
-SEATS = ("human", "script:", "replay:")
 SEEDS = 20  # of games played before
 
 
@@ -22,38 +17,6 @@ def problems(word: str = "") -> list[str]:
     from dmplay import catalog
 
     return [f"{base}:{variant}" for variant in catalog.variants(base) if variant]
-
-
-def agents(problem: str) -> list[str]:
-    """Who can play a problem."""
-    from dmplay import catalog
-
-    try:
-        found = catalog.load(problem)
-    except DmplayError:
-        return [*SEATS]
-    return ["human", *catalog.agents(found), *SEATS[1:]]
-
-
-def seats(problem: str) -> list[str]:
-    """The seats of a problem with those who can play there, `NAME=AGENT`."""
-    from dmplay import catalog
-
-    try:
-        found = catalog.load(problem).agents
-    except DmplayError:
-        return []
-    return [f"{seat}={agent}" for seat in found for agent in agents(problem)]
-
-
-def parameters(problem: str) -> list[str]:
-    """The parameters of a problem, `NAME=`."""
-    from dmplay import catalog
-
-    try:
-        return [f"{name}=" for name in catalog.parameters(catalog.load(problem))]
-    except DmplayError:
-        return []
 
 
 def figures() -> list[str]:

@@ -1,0 +1,90 @@
+"""The commands as a whole: aliases, problems as commands, files of settings, and completion."""
+
+import shlex
+from collections.abc import Sequence
+from contextlib import suppress
+from difflib import get_close_matches
+from typing import Any
+
+from typer.core import TyperGroup
+
+from dmplay import config
+from dmplay.errors import DmplayError, UnknownName
+from dmplay.names import problem_names
+from dmplay.shell import completion
+
+USUAL_RATE = "50"  # turns a second of a bare --rate
+BREAKS = ":="  # where bash takes words apart
+
+
+class Commands(TyperGroup):
+    """The commands; a first word that is none of them is a problem to play."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Reads `dmplay hexworld` as `dmplay play hexworld`, `dmplay -e` as `dmplay shell -e`."""
+        if args and args[0] in ("-e", "--execute"):
+            args = ["shell", *args]
+        if ctx.resilient_parsing:  # a file that is wrong does not stop completion
+            with suppress(DmplayError):
+                args = self._configured(ctx, args)
+        elif args[:2] != ["config", "path"]:  # which helps to mend a file
+            args = self._configured(ctx, args)
+        if args and not args[0].startswith("-") and args[0] not in self.commands:
+            word = args[0].partition(":")[0]
+            commands = get_close_matches(word, self.commands, cutoff=0.75)
+            if commands and not get_close_matches(word, problem_names(), cutoff=0.75):
+                raise UnknownName("command", word, self.commands)
+            args = ["play", *args]
+        if "--rate" in args and not _numeric(args[args.index("--rate") + 1 :]):
+            at = args.index("--rate") + 1
+            args = [*args[:at], USUAL_RATE, *args[at:]]
+        return list(super().parse_args(ctx, args))
+
+    def _configured(self, ctx: Any, args: list[str]) -> list[str]:
+        """Takes the settings of files as defaults, and their aliases for what they stand for."""
+        if config.files():
+            from dmplay.settings import defaults
+
+            ctx.default_map = defaults(self.commands)
+        words = config.aliases().get(args[0]) if args else None
+        return args if words is None else [*shlex.split(words), *args[1:]]
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """A command; its help leaves out the variables that set its options."""
+        command = super().get_command(ctx, cmd_name)
+        for one in command.params if command else ():
+            one.show_envvar = False  # type: ignore[attr-defined] # of an option
+        return command
+
+    def shell_complete(self, ctx: Any, incomplete: str) -> Any:
+        """Commands, problems and aliases; without their help, whose markup is slow to take out."""
+        items = super().shell_complete(ctx, incomplete)
+        item = type(super().shell_complete(ctx, "")[0])
+        names = completion.problems(incomplete)
+        with suppress(DmplayError):
+            names += config.aliases()
+        more = [name for name in names if name.startswith(incomplete)]
+        return [item(name) for name in [*(one.value for one in items), *more]]
+
+
+def _numeric(rest: list[str]) -> bool:
+    """Whether the next word is a number."""
+    return bool(rest) and rest[0].lstrip("-+")[:1].isdecimal()
+
+
+def rejoined(words: Sequence[str], at: int) -> tuple[list[str], int, str]:
+    """The words of a line that bash took apart at `:` and `=`; which of them is the cursor's, and
+    how that one begins, which bash keeps.
+    """
+    whole: list[str] = []
+    place, kept, goes_on = 0, "", False
+    for number, word in enumerate([*words, ""][: max(len(words), at + 1)]):
+        breaks = word != "" and not word.strip(BREAKS)
+        before = ""
+        if whole and word and (breaks or goes_on):
+            before = whole.pop()
+        whole.append(before + word)
+        goes_on = breaks
+        if number == at:
+            place, kept = len(whole) - 1, before + word if breaks else before
+    return whole, place, kept

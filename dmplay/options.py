@@ -1,0 +1,147 @@
+"""The arguments and options that commands share, and what completes each of them."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from dmplay.shell import completion
+
+
+def _agents(ctx: typer.Context, incomplete: str) -> list[str]:
+    from dmplay.shell.completion_of import agents
+
+    return agents(_problem(ctx), incomplete)
+
+
+def _seats(ctx: typer.Context, incomplete: str) -> list[str]:
+    from dmplay.shell.completion_of import seats
+
+    return seats(_problem(ctx), incomplete)
+
+
+def _parameters(ctx: typer.Context) -> list[str]:
+    from dmplay.shell.completion_of import parameters
+
+    return parameters(_problem(ctx))
+
+
+def _variants(ctx: typer.Context) -> list[str]:
+    base = _problem(ctx)
+    return [name.partition(":")[2] for name in completion.problems(f"{base}:") if ":" in name]
+
+
+def _problem(ctx: typer.Context) -> str:
+    """The problem that stands before the cursor, with its variant."""
+    # An option that still lacks its value leaves the arguments before it unread.
+    base = ctx.params.get("problem") or next((word for word in ctx.args if word[:1] != "-"), "")
+    variant = ctx.params.get("variant")
+    return f"{base}:{variant}" if variant else str(base)
+
+
+def _one_of(*words: str) -> Any:
+    """What completes an option of few words."""
+    return lambda: [*words]
+
+
+Name = Annotated[
+    str,
+    typer.Argument(
+        metavar="PROBLEM",
+        help="a problem, or PROBLEM:VARIANT",
+        autocompletion=completion.problems,
+    ),
+]
+Variant = Annotated[
+    str, typer.Option("--variant", "-V", help="a named variant", autocompletion=_variants)
+]
+Set = Annotated[
+    list[str],
+    typer.Option(
+        "--set",
+        envvar="DMPLAY_SET",
+        metavar="K=V",
+        help="a parameter; may be repeated",
+        autocompletion=_parameters,
+    ),
+]
+Seed = Annotated[
+    int | None,
+    typer.Option("--seed", help="the dice; new ones if not given", autocompletion=completion.seeds),
+]
+Agent = Annotated[
+    str, typer.Option("--agent", help="who plays the first seat", autocompletion=_agents)
+]
+Others = Annotated[
+    str, typer.Option("--vs", help="who plays all other seats", autocompletion=_agents)
+]
+Seats = Annotated[
+    list[str],
+    typer.Option("--seat", metavar="NAME=A", help="who plays one seat", autocompletion=_seats),
+]
+File = Annotated[Path, typer.Argument(help="a transcript", autocompletion=completion.transcripts)]
+LastFile = Annotated[
+    Path | None,
+    typer.Argument(
+        help="a transcript; the last game if not given", autocompletion=completion.transcripts
+    ),
+]
+Paths = Annotated[
+    list[Path],
+    typer.Argument(
+        metavar="PATH...", help="files and folders", autocompletion=completion.transcripts
+    ),
+]
+Figure = Annotated[
+    str,
+    typer.Argument(
+        help="F.2, F.9 ... F.16, T.1, T.2; all if not given", autocompletion=completion.figures
+    ),
+]
+Kind = Annotated[
+    str,
+    typer.Argument(
+        metavar="KIND", help="only these, as POMDP", autocompletion=_one_of(*completion.KINDS)
+    ),
+]
+Json = Annotated[bool, typer.Option("--json", help="one JSON object a line")]
+Plain = Annotated[
+    bool,
+    typer.Option("--plain/--no-plain", envvar="DMPLAY_PLAIN", help="lines, not the full screen"),
+]
+Trust = Annotated[bool, typer.Option("--trust", help="import what a transcript names")]
+Color = Annotated[
+    str,
+    typer.Option(
+        "--color",
+        envvar="DMPLAY_COLOR",
+        help="auto, always or never",
+        autocompletion=_one_of("auto", "always", "never"),
+    ),
+]
+Ascii = Annotated[
+    bool, typer.Option("--ascii/--no-ascii", envvar="DMPLAY_ASCII", help="draw in ASCII")
+]
+Theme = Annotated[
+    str,
+    typer.Option(
+        "--theme",
+        envvar="DMPLAY_THEME",
+        help="default, mono or high-contrast",
+        autocompletion=_one_of("default", "mono", "high-contrast"),
+    ),
+]
+Keys = Annotated[
+    str,
+    typer.Option(
+        "--keys",
+        envvar="DMPLAY_KEYS",
+        help="vi, left, arrows or digits first",
+        autocompletion=_one_of("vi", "left", "arrows", "digits"),
+    ),
+]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but errors")]
+Speed = Annotated[
+    float,
+    typer.Option("--speed", envvar="DMPLAY_SPEED", min=0.1, help="turns a second when agents play"),
+]
