@@ -14,8 +14,9 @@ from dmplay.shell.table import Table
 from dmplay.shell.terminal import Terminal
 
 BANNER = f"""\
-dmplay {__version__}: the problems of Algorithms for Decision Making, in words.
-'list' names them, 'play hexworld' begins one, 'help' helps, Ctrl-D leaves."""
+dmplay {__version__}: decision problems, in words
+list names them, play hexworld begins one,
+help tells the rest, Ctrl-D leaves"""
 
 
 def run(  # noqa: PLR0913 - a table, how to talk, and what is wanted beside it

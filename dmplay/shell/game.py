@@ -113,7 +113,7 @@ class Game:
             look = look._replace(state=self.session.state)
         labels = self.problem.actions[self.watcher]
         if not isinstance(labels, Interval):
-            look = look._replace(names=names(self.hands.keys, labels))
+            look = look._replace(names={**names(self.hands.keys, labels), **look.names})
         return fit(self.style, self.view(), look)
 
     # What is done

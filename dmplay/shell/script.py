@@ -4,7 +4,9 @@ import getpass
 import shutil
 import sys
 from collections.abc import Iterable, Iterator, Mapping
+from textwrap import wrap
 
+from dmplay.core import Interval
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.shell.commands import Leave, is_command, typed
 from dmplay.shell.game import Game, sentence
@@ -54,8 +56,7 @@ class Shell:
         game, before = self.game, self._turns()
         try:
             for part in self._parts(line):
-                words = typed(self.table, part)
-                print(*map(clean, words.split("\n")), sep="\n", end="\n" if words else "")
+                self._say(typed(self.table, part))
         finally:  # what was done before a fault is seen too
             if self.game is not game or self._turns() != before:
                 self._show(fresh=self.game is not game)
@@ -67,6 +68,17 @@ class Shell:
             word, _, rest = part.partition(" ")
             yield from parts(f"{self.aliases[word]} {rest}") if word in self.aliases else [part]
 
+    def _say(self, words: str) -> None:
+        """Prints an answer, on a terminal without a word cut in two."""
+        rows = [clean(row) for row in words.split("\n")] if words else []
+        if self.terminal.screen:
+            width = shutil.get_terminal_size((80, 24)).columns
+            rows = [
+                part for row in rows for part in wrap(row, width, subsequent_indent="  ") or [""]
+            ]
+        for row in rows:
+            print(row)
+
     def _turns(self) -> int:
         return len(self.game.session.turns) if self.game else 0
 
@@ -76,14 +88,16 @@ class Shell:
         if self.terminal.screen:
             size = shutil.get_terminal_size((80, 24))
             room = Look(size.columns, max(size.lines - BELOW, 1), self.terminal.ascii)
-            drawn = game.draw(room._replace(keys=game.waiting is not None))
+            labels = game.problem.actions[game.watcher]  # what is typed here are names, not keys
+            short = {} if isinstance(labels, Interval) else {w: w for w in labels if len(w) <= 2}
+            drawn = game.draw(room._replace(keys=game.waiting is not None, names=short))
             print(ansi(drawn, self.terminal.theme).replace("\r\n", "\n"))
         elif fresh:
             print(game.situation())
         if game.session.over and game is not self._over:
             self._over = game
             for row in [f"over: {game.result()}", *map(sentence, game.debrief())]:
-                print(row)
+                self._say(row)
 
 
 def play(shell: Shell, lines: Iterable[str], what: str = "line", *, echo: bool = True) -> None:
