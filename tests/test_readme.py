@@ -14,6 +14,7 @@ from dmplay.shell.screen import Screen
 from dmplay.shell.start import new
 from dmplay.shell.table import Table
 from dmplay.shell.terminal import Terminal
+from tests.terminals import DMPLAY, clean_environment
 
 README = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
 
@@ -38,6 +39,23 @@ def test_a_session_of_the_readme_prints_what_it_shows(tmp_path: Path, block: str
             command, shell=True, cwd=tmp_path, env=env, capture_output=True, text=True, check=True
         )
         assert done.stdout == shown
+
+
+def test_the_settings_of_the_readme_are_in_force(tmp_path: Path) -> None:
+    (settings,) = blocks("toml")
+    (tmp_path / "dmplay.toml").write_text(settings)
+
+    def run(*words: str) -> str:
+        env = clean_environment(tmp_path)
+        return subprocess.run(
+            [*DMPLAY, *words], cwd=tmp_path, env=env, capture_output=True, text=True, check=True,
+            stdin=subprocess.DEVNULL,
+        ).stdout  # fmt: skip
+
+    shown = run("config", "show")
+    for name in ("play.turns", "play.set", "keys.hex.k", "aliases.hw"):
+        assert re.search(rf"^{re.escape(name)} .* dmplay\.toml$", shown, re.MULTILINE)
+    assert "hexworld, seed 7." in run("hw")
 
 
 def test_the_problem_of_the_readme_is_played(tmp_path: Path) -> None:
