@@ -76,12 +76,22 @@ app.add_typer(configuration, name="config")
 def _sit(ctx: typer.Context, game: Any, terminal: Any, **how: Any) -> int:
     """Plays a game: at the table of the shell that asks for it, else at one of its own."""
     from dmplay.shell.front import run
-    from dmplay.shell.table import Table
 
     if ctx.obj is not None:
         ctx.obj.put(game)
         return 0
-    return run(Table(game, program), terminal, **how)
+    return run(_table(game), terminal, **how)
+
+
+def _table(game: Any = None) -> Any:
+    """A table with what the command line and the files add to it."""
+    from dmplay.shell.commands import is_command
+    from dmplay.shell.table import Table
+
+    for name in config.aliases():
+        if is_command(name):
+            raise BadParameter(f"aliases.{name}: {name} is a command; give another name")
+    return Table(game, program, config.aliases())
 
 
 def _keys(preset: str) -> Any:
@@ -207,6 +217,7 @@ def shell(
     color: Color = "auto",
     ascii_: Ascii = False,
     theme: Theme = "default",
+    speed: Speed = 2.0,
 ) -> int:
     """Play in words, one game after another; piped, a script whose first bad line ends it.
 
@@ -216,11 +227,10 @@ def shell(
       dmplay -e 'play hexworld --seed 7' -e ne -e 'hint; quit'
     """
     from dmplay.shell.front import converse
-    from dmplay.shell.table import Table
     from dmplay.shell.terminal import Wishes, here
 
     terminal = here(Wishes(plain, color=color, ascii=ascii_, theme=theme))
-    return converse(Table(program=program), terminal, execute, config.aliases())
+    return converse(_table(), terminal, execute, speed=speed)
 
 
 @app.command()
@@ -446,7 +456,7 @@ def config_path() -> None:
     \b
       dmplay config path
     """
-    user, project = config.paths(os.environ, Path())
+    user, project = config.paths(os.environ)
     print(user, project, sep="\n")
 
 

@@ -12,6 +12,7 @@ hw = "play hexworld --seed 7"
 """
 
 import os
+import shlex
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
@@ -36,18 +37,18 @@ class File(NamedTuple):
     aliases: dict[str, str]
 
 
-def paths(env: Mapping[str, str], folder: Path) -> tuple[Path, Path]:
-    """Where the user's file is, by the base directory specification, and the project's."""
+def paths(env: Mapping[str, str]) -> tuple[Path, Path]:
+    """Where the user's file is, by the base directory specification, and the project's, here."""
     home = env.get("XDG_CONFIG_HOME") or str(Path.home() / ".config")
-    return Path(home) / "dmplay" / "config.toml", folder / PROJECT
+    return Path(home) / "dmplay" / "config.toml", Path(PROJECT)
 
 
 @cache
 def files() -> tuple[File, ...]:
     """The files there are, the user's first."""
-    user, project = paths(os.environ, Path.cwd())
-    found = [(user, str(user), True), (project, PROJECT, False)]
-    return tuple(read(path, name, own=own) for path, name, own in found if path.is_file())
+    user, project = paths(os.environ)
+    found = [(user, True), (project, False)]
+    return tuple(read(path, own=own) for path, own in found if os.path.isfile(path))
 
 
 def aliases() -> dict[str, str]:
@@ -64,10 +65,11 @@ def keys() -> dict[str, tuple[str, dict[str, str]]]:
     return merged
 
 
-def read(path: Path, name: str, *, own: bool) -> File:
+def read(path: Path, *, own: bool) -> File:
     """A file's settings; raises BadParameter or UnknownName, which name the file."""
     import tomllib  # only where there is a file
 
+    name = str(path)
     try:
         told = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
@@ -116,7 +118,11 @@ def _aliases(told: Table, name: str) -> dict[str, str]:
         if alias in problem_names():
             raise BadParameter(f"{where}: {alias} is a problem; give another name")
         found[alias] = _text(line, where)
-        if not found[alias].strip():
+        try:
+            words = shlex.split(found[alias])
+        except ValueError:  # a quotation without end
+            words = []
+        if not words:
             raise BadParameter(f"{where}: got {line!r}, expected a command")
     return found
 

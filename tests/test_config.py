@@ -258,6 +258,15 @@ def test_an_alias_does_not_hide_a_command_of_the_shell(place: Path) -> None:
     assert done.stderr == "error: aliases.undo: undo is a command; give another name\n"
 
 
+def test_an_alias_leads_nowhere_but_once_and_an_action_wins_over_it(place: Path) -> None:
+    users(place, '[aliases]\ntwice = "e; twice"\ne = "quit"\n')
+    done = run("hexworld", "--seed", "7", "--turns", "1", folder=place, stdin="e\n")
+    assert "turn 1. at (8,2)." in done.stdout
+    done = run("hexworld", "--seed", "7", folder=place, stdin="twice\n")
+    assert done.returncode == 2
+    assert "error: line 1: unknown action 'twice'" in done.stderr
+
+
 def test_a_wrong_file_stops_the_program_but_not_the_command_that_finds_it(place: Path) -> None:
     projects(place, 'colour = "never"\n')
     done = run("hexworld", folder=place)

@@ -19,6 +19,7 @@ from dmplay.shell import prompt
 from dmplay.shell.candidates import candidates
 from dmplay.shell.checking import check
 from dmplay.shell.commands import COMMANDS, typed
+from dmplay.shell.completer import Words
 from dmplay.shell.script import Shell
 from dmplay.shell.table import Table
 from dmplay.shell.terminal import Terminal as Wished
@@ -38,7 +39,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def shell(*lines: str) -> Shell:
     """A shell in which these lines were done."""
-    made = Shell(Table(program=program), HOWEVER_WIDE, {"hw": "play hexworld --seed 7"})
+    made = Shell(Table(program=program, aliases={"hw": "play hexworld --seed 7"}), HOWEVER_WIDE)
     for line in lines:
         made.do(line)
     return made
@@ -242,7 +243,7 @@ def test_the_screen_opens_from_a_terminal_only(place: Path) -> None:
     ],
 )
 def test_what_can_follow_is_offered(line: str, among: str, place: Path) -> None:
-    assert set(among.split()) <= set(candidates(shell().table, line, {"hw": "play hexworld"}))
+    assert set(among.split()) <= set(candidates(shell().table, line))
 
 
 @pytest.mark.parametrize(
@@ -257,7 +258,7 @@ def test_what_can_follow_is_offered(line: str, among: str, place: Path) -> None:
     ],
 )
 def test_what_can_follow_in_a_game_is_offered(line: str, among: str, place: Path) -> None:
-    assert set(among.split()) <= set(candidates(shell("hw").table, line, {}))
+    assert set(among.split()) <= set(candidates(shell("hw").table, line))
 
 
 def test_files_are_offered(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -265,7 +266,7 @@ def test_files_are_offered(place: Path, monkeypatch: pytest.MonkeyPatch) -> None
     (place / "b.txt").touch()
     monkeypatch.chdir(place)
     for command in ("load", "replay", "export"):
-        found = candidates(shell().table, f"{command} ", {})
+        found = candidates(shell().table, f"{command} ")
         assert "a.dmt" in found
         assert "b.txt" not in found
 
@@ -282,7 +283,7 @@ def test_files_are_offered(place: Path, monkeypatch: pytest.MonkeyPatch) -> None
 def test_completion_is_fuzzy_and_takes_the_word_under_the_cursor(
     line: str, first: str, place: Path
 ) -> None:
-    completer = FuzzyCompleter(prompt.Words(shell()), WORD=True)
+    completer = FuzzyCompleter(Words(shell().table), WORD=True)
     found = [*completer.get_completions(Document(line), CompleteEvent())]
     assert found[0].text == first
     assert -found[0].start_position == len(line.rpartition(" ")[2])

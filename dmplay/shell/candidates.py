@@ -1,6 +1,6 @@
 """What can stand at the end of a line of the shell."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 from dmplay.core import Interval
 from dmplay.shell import completion
@@ -15,7 +15,7 @@ OPTIONS = (
 FORMATS = ("--svg", "--html", "--cast", "--text", "--csv", "--json", "--at", "--output")
 
 
-def candidates(table: Table, before: str, aliases: Mapping[str, str]) -> list[str]:
+def candidates(table: Table, before: str) -> list[str]:
     """The words that can follow what stands before the cursor, the one under it left out."""
     words = before.split()
     if not words:
@@ -23,7 +23,7 @@ def candidates(table: Table, before: str, aliases: Mapping[str, str]) -> list[st
         return [
             *actions(table),
             *names,
-            *aliases,
+            *table.aliases,
             *([] if table.playing else completion.problems()),
         ]
     command, *rest = words

@@ -149,12 +149,25 @@ def is_command(word: str) -> bool:
     return any(command.name == wanted for command in COMMANDS)
 
 
-def typed(table: Table, line: str) -> str:
-    """Does what one typed line says, an action or a command, and tells what came of it.
+def parts(line: str) -> list[str]:
+    """The commands of a line: `;` stands between them, `#` begins a comment."""
+    return [part for part in map(str.strip, line.partition("#")[0].split(";")) if part]
 
-    An action's name wins over a command and over a key, a problem's name begins it where no game
-    is played; `act NAME` always plays.
+
+def typed(table: Table, line: str) -> str:
+    """Does what one typed line says, an action, a command or an alias; tells what came of it.
+
+    An action's name wins over all others, a problem's name begins it where no game is played;
+    `act NAME` always plays.
     """
+    word, _, rest = line.strip().partition(" ")
+    if word not in table.aliases or _names_action(table, word):
+        return _typed(table, line)
+    told = [_typed(table, part) for part in parts(f"{table.aliases[word]} {rest}")]
+    return "\n".join(filter(None, told))
+
+
+def _typed(table: Table, line: str) -> str:
     word, _, argument = line.strip().partition(" ")
     if is_command(word) and not _names_action(table, word):
         return named(word).run(table, argument.strip())

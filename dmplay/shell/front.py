@@ -1,7 +1,7 @@
 """The front end that plays a game: screen, lines, data or nothing, as the terminal allows."""
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from dmplay import __version__
 from dmplay.shell.plain import Objects, Reporter, Sentences, Silence, play
@@ -70,10 +70,10 @@ def faults(table: Table) -> int:
 
 
 def converse(
-    table: Table, terminal: Terminal, commands: Sequence[str], aliases: Mapping[str, str]
+    table: Table, terminal: Terminal, commands: Sequence[str], *, speed: float = 2.0
 ) -> int:
     """Plays at a table in words, typed, piped or given; returns the exit code."""
-    shell = Shell(table, terminal, aliases)
+    shell = Shell(table, terminal, speed)
     code = 0
     try:
         with leaving():

@@ -2,7 +2,7 @@
 
 from prompt_toolkit.application import Application
 from prompt_toolkit.buffer import Buffer
-from prompt_toolkit.completion import WordCompleter
+from prompt_toolkit.completion import FuzzyCompleter
 from prompt_toolkit.data_structures import Size
 from prompt_toolkit.formatted_text import StyleAndTextTuples
 from prompt_toolkit.history import DummyHistory, History
@@ -14,8 +14,8 @@ from prompt_toolkit.output import ColorDepth
 from prompt_toolkit.output.vt100 import Vt100_Output
 from prompt_toolkit.styles import Style
 
-from dmplay.core import Interval
-from dmplay.shell.commands import COMMANDS, Leave
+from dmplay.shell.commands import Leave
+from dmplay.shell.completer import Words
 from dmplay.shell.frame import keys
 from dmplay.shell.paint import fragments
 from dmplay.shell.painter import Painter
@@ -40,7 +40,7 @@ async def ask(screen: Screen, painter: Painter, input_: Input, history: History)
     """The line that was typed; None where Esc closed the row. Raises Leave on Ctrl-C."""
     several = len(screen.game.people) > 1  # nobody reads another's choice, nor finds it later
     line = Buffer(
-        completer=WordCompleter(_words(screen), ignore_case=True),
+        completer=FuzzyCompleter(Words(screen.table), WORD=True),
         history=DummyHistory() if several else history,
         multiline=False,
     )
@@ -62,12 +62,6 @@ async def ask(screen: Screen, painter: Painter, input_: Input, history: History)
     )
     app.ttimeoutlen = app.timeoutlen = ESCAPE_WAIT
     return await app.run_async(handle_sigint=False)
-
-
-def _words(screen: Screen) -> list[str]:
-    labels = screen.game.problem.actions[screen.game.watcher]
-    actions = () if isinstance(labels, Interval) else labels
-    return [*actions, *(command.name for command in COMMANDS)]
 
 
 def _layout(screen: Screen, line: Buffer, several: bool) -> Layout:

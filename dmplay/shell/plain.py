@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import Protocol, TextIO
 
 from dmplay.errors import BadParameter, DmplayError
-from dmplay.shell.commands import Leave, typed
+from dmplay.shell.commands import Leave, parts, typed
 from dmplay.shell.game import Game, sentence
 from dmplay.shell.table import Table
 from dmplay.shell.terminal import Terminal, clean
@@ -175,11 +175,6 @@ def _do(table: Table, line: str, terminal: Terminal, reporter: Reporter) -> None
         reporter.turn(game)
     elif words:
         reporter.words(words)
-
-
-def parts(line: str) -> list[str]:
-    """The commands of a line: `;` stands between them, `#` begins a comment."""
-    return [part for part in map(str.strip, line.partition("#")[0].split(";")) if part]
 
 
 def _handed_over(game: Game) -> str:

@@ -9,8 +9,7 @@ from functools import partial
 from prompt_toolkit import PromptSession
 from prompt_toolkit.application import get_app
 from prompt_toolkit.auto_suggest import AutoSuggestFromHistory
-from prompt_toolkit.completion import CompleteEvent, Completer, Completion, FuzzyCompleter
-from prompt_toolkit.document import Document
+from prompt_toolkit.completion import FuzzyCompleter
 from prompt_toolkit.filters import Condition
 from prompt_toolkit.history import FileHistory, History, InMemoryHistory
 from prompt_toolkit.input import Input
@@ -19,8 +18,8 @@ from prompt_toolkit.output import ColorDepth, Output
 
 from dmplay.errors import DmplayError
 from dmplay.shell import saves
-from dmplay.shell.candidates import candidates
 from dmplay.shell.commands import Leave
+from dmplay.shell.completer import Words
 from dmplay.shell.screen import Screen
 from dmplay.shell.screen import run as run_screen
 from dmplay.shell.script import Shell
@@ -28,19 +27,6 @@ from dmplay.shell.signals import ENDS, leaving
 
 INTERRUPTED = 130
 SHORT = 24  # characters of a state that the toolbar has room for
-
-
-class Words(Completer):
-    """What can stand where the cursor is; the fuzzy completer takes away the word under it."""
-
-    def __init__(self, shell: Shell) -> None:
-        self._shell = shell
-
-    def get_completions(self, document: Document, event: CompleteEvent) -> Iterable[Completion]:
-        """All candidates: the completer around this one chooses."""
-        before = document.text_before_cursor.rpartition(";")[2]
-        for found in candidates(self._shell.table, before, self._shell.aliases):
-            yield Completion(found)
 
 
 class Typed(InMemoryHistory):
@@ -118,7 +104,7 @@ def _session(shell: Shell, input_: Input | None, output: Output | None) -> Promp
     return PromptSession(
         history=Typed(shell, FileHistory(str(file)) if file else InMemoryHistory()),
         auto_suggest=AutoSuggestFromHistory(),
-        completer=FuzzyCompleter(Words(shell), WORD=True),
+        completer=FuzzyCompleter(Words(shell.table), WORD=True),
         complete_while_typing=False,
         bottom_toolbar=lambda: toolbar(shell),
         is_password=Condition(lambda: shell.secret),
@@ -139,7 +125,7 @@ def _ready() -> None:
 
 def _screen(shell: Shell) -> str:
     """Shows the game on the full screen."""
-    code = run_screen(Screen(shell.table, shell.terminal))
+    code = run_screen(Screen(shell.table, shell.terminal, shell.speed))
     if code > 128 and code != 128 + signal.SIGINT:
         raise SystemExit(code)
     return ""

@@ -10,7 +10,7 @@ from rich.text import Text
 from dmplay.core import Interval
 from dmplay.errors import DmplayError
 from dmplay.shell import frame
-from dmplay.shell.commands import COMMANDS, typed
+from dmplay.shell.commands import COMMANDS, parts, typed
 from dmplay.shell.frame import Room, Shown
 from dmplay.shell.game import Game
 from dmplay.shell.painter import Painter, Place
@@ -260,9 +260,10 @@ class Screen:
         if self.curtained:
             return
         with self.told():
-            before = len(self.game.session.turns)
-            self.say(typed(self.table, line))
-            self.note(before)
+            for part in parts(line):
+                before = len(self.game.session.turns)
+                self.say(typed(self.table, part))
+                self.note(before)
 
     @contextlib.contextmanager
     def told(self) -> Iterator[None]:

@@ -3,15 +3,14 @@
 import getpass
 import shutil
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable
 from textwrap import wrap
 
 from dmplay.core import Interval
 from dmplay.errors import BadParameter, DmplayError
-from dmplay.shell.commands import Leave, is_command, typed
+from dmplay.shell.commands import Leave, parts, typed
 from dmplay.shell.game import Game, sentence
 from dmplay.shell.paint import ansi
-from dmplay.shell.plain import parts
 from dmplay.shell.table import Table
 from dmplay.shell.terminal import Terminal, clean
 from dmplay.views._canvas import Look
@@ -22,13 +21,10 @@ BELOW = 6  # rows that a board leaves to the words around it
 class Shell:
     """A table with a typewriter."""
 
-    def __init__(self, table: Table, terminal: Terminal, aliases: Mapping[str, str]) -> None:
-        for name in aliases:
-            if is_command(name):
-                raise BadParameter(f"aliases.{name}: {name} is a command; give another name")
+    def __init__(self, table: Table, terminal: Terminal, speed: float = 2.0) -> None:
         self.table = table
         self.terminal = terminal
-        self.aliases = aliases
+        self.speed = speed  # turns a second when agents play on the screen
         self._over: Game | None = None  # the game whose end was told
 
     @property
@@ -55,18 +51,12 @@ class Shell:
         """Does what a line says and prints what comes of it; raises Leave and DmplayError."""
         game, before = self.game, self._turns()
         try:
-            for part in self._parts(line):
+            for part in parts(line):
                 self._say(typed(self.table, part))
         finally:  # what was done before a fault is seen too
             if self.game is not game or self._turns() != before:
                 self._show(fresh=self.game is not game)
             sys.stdout.flush()
-
-    def _parts(self, line: str) -> Iterator[str]:
-        """The commands of a line, aliases spelled out."""
-        for part in parts(line):
-            word, _, rest = part.partition(" ")
-            yield from parts(f"{self.aliases[word]} {rest}") if word in self.aliases else [part]
 
     def _say(self, words: str) -> None:
         """Prints an answer, on a terminal without a word cut in two."""

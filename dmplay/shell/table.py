@@ -1,7 +1,7 @@
 """The table: the game that is played now, and how the next one begins."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,6 +12,7 @@ from dmplay.shell.request import Request
 from dmplay.shell.start import new
 from dmplay.transcript.recorder import Recorder
 
+NOTHING: Mapping[str, str] = {}
 NUMBERED = re.compile(r"(.*)-(\d+)")
 Program = Callable[[Sequence[str], "Table"], str]
 
@@ -19,9 +20,15 @@ Program = Callable[[Sequence[str], "Table"], str]
 class Table:
     """Holds one game at a time; each is ended, and its transcript with it, before the next."""
 
-    def __init__(self, game: Game | None = None, program: Program | None = None) -> None:
+    def __init__(
+        self,
+        game: Game | None = None,
+        program: Program | None = None,
+        aliases: Mapping[str, str] = NOTHING,
+    ) -> None:
         self.ended: list[Recorder] = []  # of the games so far, each once
         self.open_screen: Callable[[], str] | None = None  # where there is one to open
+        self.aliases = aliases
         self._program = program  # what the command line does with words
         self._game: Game | None = None
         if game:

@@ -13,7 +13,6 @@ from prompt_toolkit.input.typeahead import get_typeahead, store_typeahead
 from prompt_toolkit.key_binding import KeyPress
 from prompt_toolkit.keys import Keys
 
-from dmplay.shell import line
 from dmplay.shell.commands import Leave
 from dmplay.shell.painter import Painter
 from dmplay.shell.screen import Screen
@@ -163,6 +162,8 @@ class Stage:
         """Opens the command row, with what was typed ahead, and does what it says."""
         if self.screen.curtained:
             return
+        from dmplay.shell import line  # not needed before
+
         self._wait_no_more()
         store_typeahead(self.input, ahead)
         with self.input.detach():
