@@ -1,6 +1,7 @@
 """One game after another: each is ended in good order, and its file with it, before the next."""
 
 import json
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -13,7 +14,7 @@ from dmplay.shell.start import Playback, new
 from dmplay.shell.table import Table, following
 from dmplay.transcript.reading import read
 from tests.screens import play
-from tests.terminals import Terminal
+from tests.terminals import DMPLAY, Terminal, clean_environment
 
 
 def table(path: Path, **options: object) -> Table:
@@ -192,3 +193,77 @@ def test_games_begun_on_the_screen_are_all_kept(tmp_path: Path) -> None:
             assert ending(tmp_path / name)[1] == 1  # fresh dice may begin at an exit
     told = [(tmp_path / name).read_text() for name in ("game-2.dmt", "game-3.dmt")]
     assert told[0] == told[1]
+
+
+def test_words_of_several_lines_open_a_page_and_several_commands_are_done(tmp_path: Path) -> None:
+    seat = table(tmp_path)
+    shown = play(seat.game, ":", "help enter", "x", ":", "w;w enter")
+    assert "act ACTION: play an action" in shown.frames[2]
+    assert "act ACTION: play an action" not in shown.frames[3]
+    assert "turn 2 " in shown.last
+
+
+def test_the_command_row_completes_what_it_can(tmp_path: Path) -> None:
+    shown = play(table(tmp_path).game, ":", "rest", "tab")
+    assert " :restart" in shown.last
+
+
+# In lines
+
+
+def run(*words: str, stdin: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [*DMPLAY, *words], input=stdin, capture_output=True, text=True, cwd=folder,
+        env=clean_environment(folder), timeout=60, check=False,
+    )  # fmt: skip
+
+
+def test_a_game_begun_in_lines_is_told_from_its_start(tmp_path: Path) -> None:
+    words = ("hexworld", "--seed", "7", "-o", "game.dmt")
+    done = run(*words, stdin="e\nrestart\ne\nplay catch --seed 3\nquit\n", folder=tmp_path)
+    assert done.returncode == 0
+    told = [line for line in done.stdout.splitlines() if not line.startswith("action>")]
+    assert told[2:6] == [
+        "turn 1. at (8,2). chose E, moved E. reward 0. return 0.",
+        "over: quit after 1 turn. agent return 0, total 0.",
+        *told[:2],
+    ]
+    assert told[6] == told[2]
+    assert "catch, seed 3." in told[8]
+    assert "transcript: game.dmt\ntranscript: game-2.dmt\n" in done.stderr
+    assert ending(tmp_path / "game-2.dmt") == ("quit", 1)
+
+
+def test_as_data_the_end_of_one_game_stands_before_the_start_of_the_next(tmp_path: Path) -> None:
+    words = ("crying-baby", "--seed", "7", "--json")
+    done = run(*words, stdin="feed\nnew\nfeed\n", folder=tmp_path)
+    events = [json.loads(line) for line in done.stdout.splitlines()]
+    told = [one["event"] for one in events]
+    assert told == ["start", "turn", "end", "start", "turn", "end"]
+    assert "seed" in events[0]
+    assert "seed" not in events[3]
+
+
+@pytest.mark.parametrize("words", [("hexworld", "--seed", "7"), ("shell",)])
+def test_a_state_folder_that_cannot_be_had_is_one_warning_for_all_games(
+    words: tuple[str, ...], tmp_path: Path
+) -> None:
+    (tmp_path / "state").write_text("a file where the folder should be")
+    typed_ = "play hexworld --seed 7\ne\nnew\nrestart\nplay catch\n"
+    done = run(*words, stdin=typed_, folder=tmp_path)
+    assert done.returncode == 0
+    warnings = [line for line in done.stderr.splitlines() if line.startswith("warning: ")]
+    assert len(warnings) == 1
+    assert "not kept" in warnings[0]
+    assert "transcript: " not in done.stderr
+
+
+@pytest.mark.slow
+def test_without_a_state_folder_the_shell_plays_on_and_remembers_no_lines(tmp_path: Path) -> None:
+    (tmp_path / "state").write_text("a file where the folder should be")
+    with Terminal(folder=tmp_path) as terminal:
+        terminal.ready().press("play hexworld --seed 7\r", "t0]>").press("e\r", "t1]>")
+        terminal.calm().press("new\r", "new game of hexworld.").calm()
+        terminal.press("\x1b[A", lambda: terminal.text.count("]> new") == 2).press("\x15\x04")
+        assert terminal.ended() == 0
+        assert terminal.printed.count("warning: ") == 1
