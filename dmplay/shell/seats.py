@@ -45,7 +45,7 @@ def action_by_key(
     if isinstance(labels, Interval):
         return None
     known = style_of(problem).KEYS if keys is None else keys
-    if key in known:
+    if known.get(key) in labels:
         return labels.index(known[key])
     if len(key) == 1 and key in DIGIT_KEYS and len(labels) <= DIGITS:
         number_ = (int(key) - 1) % DIGITS
