@@ -1,15 +1,13 @@
 """The command row of the play screen, with history and completion, as prompt-toolkit edits it."""
 
 from prompt_toolkit.application import Application
-from prompt_toolkit.auto_suggest import AutoSuggestFromHistory
 from prompt_toolkit.buffer import Buffer
 from prompt_toolkit.completion import FuzzyCompleter
 from prompt_toolkit.data_structures import Size
 from prompt_toolkit.formatted_text import StyleAndTextTuples
 from prompt_toolkit.history import DummyHistory, History
 from prompt_toolkit.input import Input
-from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent, merge_key_bindings
-from prompt_toolkit.key_binding.bindings.auto_suggest import load_auto_suggest_bindings
+from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
 from prompt_toolkit.layout import (
     BufferControl,
     CompletionsMenu,
@@ -20,12 +18,7 @@ from prompt_toolkit.layout import (
     Layout,
     Window,
 )
-from prompt_toolkit.layout.processors import (
-    AppendAutoSuggestion,
-    BeforeInput,
-    PasswordProcessor,
-    Processor,
-)
+from prompt_toolkit.layout.processors import BeforeInput, PasswordProcessor, Processor
 from prompt_toolkit.output import ColorDepth
 from prompt_toolkit.output.vt100 import Vt100_Output
 from prompt_toolkit.styles import Style
@@ -43,11 +36,7 @@ INTERRUPTED = 130
 
 MENU = 8  # rows of completions
 STYLE = Style.from_dict(
-    {
-        "completion-menu": "reverse",
-        "completion-menu.completion.current": "noreverse bold",
-        "auto-suggestion": "ansibrightblack",
-    }
+    {"completion-menu": "reverse", "completion-menu.completion.current": "noreverse bold"}
 )
 
 
@@ -68,7 +57,6 @@ async def ask(screen: Screen, painter: Painter, input_: Input, history: History)
     line = Buffer(
         completer=FuzzyCompleter(Words(screen.table), WORD=True),
         history=DummyHistory() if several else history,
-        auto_suggest=AutoSuggestFromHistory(),
         multiline=False,
     )
 
@@ -79,7 +67,7 @@ async def ask(screen: Screen, painter: Painter, input_: Input, history: History)
     color = screen.terminal.theme != "mono"
     app: Application[str | None] = Application(
         layout=_layout(screen, line, several),
-        key_bindings=merge_key_bindings([load_auto_suggest_bindings(), _bindings(line)]),
+        key_bindings=_bindings(line),
         style=STYLE,
         full_screen=True,
         color_depth=ColorDepth.DEPTH_4_BIT if color else ColorDepth.DEPTH_1_BIT,
@@ -98,8 +86,8 @@ def _layout(screen: Screen, line: Buffer, several: bool) -> Layout:
     def row() -> StyleAndTextTuples:
         return [*fragments(keys(screen.game, screen.room(), screen.shown), screen.terminal.theme)]
 
-    kind: Processor = PasswordProcessor() if several else AppendAutoSuggestion()
-    typed = BufferControl(line, input_processors=[kind, BeforeInput(" :")])
+    hidden: list[Processor] = [PasswordProcessor()] if several else []
+    typed = BufferControl(line, input_processors=[*hidden, BeforeInput(" :")])
     rows = [
         Window(FormattedTextControl(upper)),
         Window(typed, height=1),
