@@ -8,13 +8,14 @@ import pytest
 import dmplay
 from dmplay.core import exact
 from dmplay.errors import BadParameter
-from dmplay.problems.game_2048 import BASE, Game2048, slide
-from dmplay.solvers import expectimax_2048
+from dmplay.problems.game_2048 import Game2048, slide
+from dmplay.solvers import expectimax_2048, lines_2048
 
 GAME = Game2048()
 EARLY = "2 . . 4/. 2 . ./. . 8 ./4 . . 2"
 LATE = "2 4 2 8/4 8 16 64/2 32 512 128/. 2 1024 16"
-BIG = "65536 4 2 8/4 8 16 64/2 32 512 128/4 2 . 16"
+BIG = "65536 32768 2 4/4 8 16 64/2 32 512 128/4 2 8 16"
+PAIR = "32768 32768 2 4/4 8 16 64/2 32 512 128/4 2 8 16"
 DEAD = "2 4 2 4/4 2 4 2/2 4 2 4/4 2 4 2"
 
 
@@ -24,9 +25,12 @@ def board(text: str) -> np.ndarray:
 
 def worth(s: np.ndarray) -> float:
     """The sum of what the lines of one board are worth."""
+    edge, middle = lines_2048._worth()
+    kinds = (edge, middle, middle, edge) * 2
     lines = [*s, *s.T]
-    table = expectimax_2048._tables(GAME.p_two).worth.now
-    return float(sum(table[int(line @ BASE ** np.arange(4))] for line in lines))
+    return float(
+        sum(kind[int(line @ 16 ** np.arange(4))] for kind, line in zip(kinds, lines, strict=True))
+    )
 
 
 def slide_worth(game: Game2048, s: np.ndarray, a: int, depth: int) -> float:
@@ -44,19 +48,18 @@ def slide_worth(game: Game2048, s: np.ndarray, a: int, depth: int) -> float:
 
 def best_worth(game: Game2048, s: np.ndarray, depth: int) -> float:
     found = max(slide_worth(game, s, a, depth) for a in range(4))
-    return found if found > -np.inf else expectimax_2048.LOST
+    return found if found > -np.inf else lines_2048.LOST
 
 
 @pytest.mark.parametrize("p_two", [0.8, 0.0, 1.0])
 @pytest.mark.parametrize(
     ("text", "depth"),
-    [(EARLY, 1), (EARLY, 2), (LATE, 1), (LATE, 2), (LATE, 3), (LATE, 4), (BIG, 3)],
+    [(EARLY, 1), (EARLY, 2), (LATE, 1), (LATE, 2), (LATE, 3), (LATE, 4), (LATE, 5)],
 )
 def test_the_values_are_those_of_the_plain_recursion(
     monkeypatch: pytest.MonkeyPatch, text: str, depth: int, p_two: float
 ) -> None:
-    monkeypatch.setattr(expectimax_2048, "RARE", 0.0)
-    monkeypatch.setattr(expectimax_2048, "FURTHER", 0)
+    monkeypatch.setattr(expectimax_2048, "LIKELY", 0.0)
     game = Game2048(p_two=p_two)
     s = board(text)
     found = expectimax_2048.action_values(s, p_two, depth)[0]
@@ -64,11 +67,32 @@ def test_the_values_are_those_of_the_plain_recursion(
     np.testing.assert_allclose(found, wanted, rtol=1e-9)
 
 
-def test_a_crowded_board_is_searched_further(monkeypatch: pytest.MonkeyPatch) -> None:
-    s = board(LATE)
-    further = expectimax_2048.action_values(s, 0.8, 2)
-    monkeypatch.setattr(expectimax_2048, "FURTHER", 0)
-    assert (further != expectimax_2048.action_values(s, 0.8, 2)).any()
+def test_only_a_likely_path_is_followed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(expectimax_2048, "LIKELY", 0.1)  # a 2 in one cell of EARLY: 0.8 / 10
+    near, far = (
+        expectimax_2048.action_values(np.concatenate([board(EARLY), board(LATE)]), 0.8, depth)
+        for depth in (4, 6)
+    )
+    assert (near[0] == far[0]).all()
+    assert (near[1] != far[1]).any()
+
+
+def test_two_of_the_largest_tiles_of_a_search_still_merge() -> None:
+    values = expectimax_2048.action_values(np.concatenate([board(PAIR), board(BIG)]), 0.8, 4)
+    assert np.isfinite(values).tolist() == [[True, False, True, False], [False] * 4]
+
+
+@pytest.mark.parametrize(
+    ("text", "slide"),
+    [
+        ("1024 512 256 128/. . 4 64/. . . 32/. . . 2", "left"),
+        ("2 . . ./32 . . ./64 4 . ./128 256 512 1024", "right"),
+    ],
+)
+def test_the_row_of_large_tiles_stays_at_its_wall(text: str, slide: str) -> None:
+    agent = dmplay.agent(GAME, 0, "expectimax")
+    chosen = agent.choose(agent.begin(board(text)), None, np.zeros((1, 0)))
+    assert GAME.actions[0][int(chosen[0])] == slide
 
 
 def test_a_slide_that_moves_nothing_is_worth_minus_infinity() -> None:
