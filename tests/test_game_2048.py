@@ -133,8 +133,7 @@ def test_expectimax_refuses_numbers_out_of_bounds(given: str) -> None:
 
 
 @pytest.mark.slow
-def test_expectimax_reaches_2048_in_nearly_every_game_and_4096_in_most() -> None:
+def test_expectimax_reaches_2048_in_every_game() -> None:
     agent = dmplay.agent(GAME, 0, "expectimax")
-    largest = dmplay.rollout(GAME, [agent], episodes=24, seed=1).state.reshape(24, -1).max(axis=1)
-    assert (largest >= 11).mean() > 0.9
-    assert (largest >= 12).mean() > 0.5
+    boards = dmplay.rollout(GAME, [agent], episodes=12, turns=1200, seed=1).state
+    assert (boards.reshape(12, -1).max(axis=1) >= 11).all()

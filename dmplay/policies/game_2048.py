@@ -51,13 +51,13 @@ class Corner:
 
 @dataclass(frozen=True)
 class Expectimax(Reactive):
-    """Searches as many slides and tiles ahead as are likely, further where few cells are empty.
+    """Follows slides and tiles for as long as they are likely: far where few cells are empty.
 
     With a time limit it goes as deep as the time allows, so that no two searches need agree.
     """
 
     problem: Game2048
-    depth: int = parameter(10, "plies without a time limit: slides and tiles in turn", 1, DEEPEST)
+    depth: int = parameter(12, "plies without a time limit: slides and tiles in turn", 1, DEEPEST)
     milliseconds: float = parameter(0.0, "time for one choice, 0 for as long as it takes", 0.0)
 
     def __post_init__(self) -> None:

@@ -26,9 +26,11 @@ from dmplay.solvers.lines_2048 import (
     worth_tiled,
 )
 
-LIKELY = 0.005  # a path is followed from a tile on where it is at least so likely,
-NARROWER = 0.1  # times this for every two plies more where the time is limited
+LIKELY = 0.003  # a path is followed from a tile on where it is at least so likely;
+FIRST, NEXT = 0.1, 0.3  # with a time limit at four plies, and times this for every two more
 TOGETHER = 32  # boards that are searched in one go, which bounds the memory
+
+Value = Callable[[Boards], Reals]  # of boards after the last slide
 
 
 class _OutOfTime(Exception):
@@ -40,27 +42,38 @@ def action_values(board: Board, p_two: float, depth: int) -> Reals:
 
     The plies of `depth` are slides and tiles in turn, the first a slide.
     """
-    return _searched(board, depth, p_two, LIKELY, lambda: False)
+    return _searched(board, depth, _Search(p_two, LIKELY, _value(p_two, depth)))
 
 
 def deepened(board: Board, p_two: float, depth: int, seconds: float) -> Reals:
     """The worth of each slide by the deepest search that the time allows, two plies at least."""
     end = time.perf_counter() + seconds
     found = action_values(board, p_two, min(depth, 2))
+    likely = FIRST
     try:
-        for i, plies in enumerate(range(4, depth + 1, 2)):
-            likely = 0.1 * NARROWER**i
-            found = _searched(board, plies, p_two, likely, lambda: time.perf_counter() > end)
+        for plies in range(4, depth + 1, 2):
+            search = _Search(p_two, likely, _until(end, _value(p_two, plies)))
+            found = _searched(board, plies, search)
+            likely *= NEXT
     except _OutOfTime:
         pass
     return found
 
 
-def _searched(
-    board: Board, depth: int, p_two: float, likely: float, stop: Callable[[], bool]
-) -> Reals:
-    value = worth if depth % 2 else partial(worth_tiled, p_two=p_two)
-    search = _Search(p_two, likely, value, stop)
+def _value(p_two: float, depth: int) -> Value:
+    return worth if depth % 2 else partial(worth_tiled, p_two=p_two)
+
+
+def _until(end: float, value: Value) -> Value:
+    def timely(boards: Boards) -> Reals:
+        if time.perf_counter() > end:
+            raise _OutOfTime
+        return value(boards)
+
+    return timely
+
+
+def _searched(board: Board, depth: int, search: "_Search") -> Reals:
     starts = range(0, len(board), TOGETHER)
     parts = [search.values(board[i : i + TOGETHER], depth) for i in starts]
     return np.concatenate(parts) if parts else np.zeros((0, 4))
@@ -72,8 +85,7 @@ class _Search:
 
     p_two: float
     likely: float
-    value: Callable[[Boards], Reals]  # of a board after the last slide
-    stop: Callable[[], bool]
+    value: Value
 
     def values(self, board: Board, depth: int) -> Reals:
         """The worth `[B, 4]` of each slide, -inf where it moves nothing."""
@@ -103,8 +115,6 @@ class _Search:
 
     def _tiled(self, boards: Boards, reach: Reals, root: Ints, depth: int) -> Reals:
         """The worth `[N]` of boards by their best slide."""
-        if self.stop():
-            raise _OutOfTime
         after, moved = slides(boards)
         found = np.full(moved.shape, LOST)
         origin = np.nonzero(moved)[1]
