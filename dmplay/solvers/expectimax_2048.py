@@ -28,6 +28,7 @@ from dmplay.solvers.lines_2048 import (
 
 LIKELY = 0.003  # a path is followed from a tile on where it is at least so likely;
 FIRST, NEXT = 0.1, 0.3  # with a time limit at four plies, and times this for every two more
+BEGUN = 0.2  # of the time, after which no deeper search is begun: it would not end in the rest
 TOGETHER = 32  # boards that are searched in one go, which bounds the memory
 
 Value = Callable[[Boards], Reals]  # of boards after the last slide
@@ -47,12 +48,14 @@ def action_values(board: Board, p_two: float, depth: int) -> Reals:
 
 def deepened(board: Board, p_two: float, depth: int, seconds: float) -> Reals:
     """The worth of each slide by the deepest search that the time allows, two plies at least."""
-    end = time.perf_counter() + seconds
+    began = time.perf_counter()
     found = action_values(board, p_two, min(depth, 2))
     likely = FIRST
     try:
         for plies in range(4, depth + 1, 2):
-            search = _Search(p_two, likely, _until(end, _value(p_two, plies)))
+            if time.perf_counter() > began + BEGUN * seconds:
+                break
+            search = _Search(p_two, likely, _until(began + seconds, _value(p_two, plies)))
             found = _searched(board, plies, search)
             likely *= NEXT
     except _OutOfTime:
