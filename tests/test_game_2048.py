@@ -9,7 +9,7 @@ import dmplay
 from dmplay.core import exact
 from dmplay.errors import BadParameter
 from dmplay.problems.game_2048 import Game2048, slide
-from dmplay.solvers import expectimax_2048, lines_2048
+from dmplay.solvers import expectimax_2048, worth_2048
 
 GAME = Game2048()
 EARLY = "2 . . 4/. 2 . ./. . 8 ./4 . . 2"
@@ -25,7 +25,7 @@ def board(text: str) -> np.ndarray:
 
 def worth(s: np.ndarray) -> float:
     """The sum of what the lines of one board are worth."""
-    edge, middle = lines_2048._worth()
+    edge, middle = worth_2048._worth()
     kinds = (edge, middle, middle, edge) * 2
     lines = [*s, *s.T]
     return float(
@@ -48,7 +48,7 @@ def slide_worth(game: Game2048, s: np.ndarray, a: int, depth: int) -> float:
 
 def best_worth(game: Game2048, s: np.ndarray, depth: int) -> float:
     found = max(slide_worth(game, s, a, depth) for a in range(4))
-    return found if found > -np.inf else lines_2048.LOST
+    return found if found > -np.inf else worth_2048.LOST
 
 
 @pytest.mark.parametrize("p_two", [0.8, 0.0, 1.0])

@@ -14,22 +14,14 @@ import numpy as np
 
 from dmplay.chance import Ints, Reals
 from dmplay.problems.game_2048 import Board, slide
-from dmplay.solvers.lines_2048 import (
-    LOST,
-    Boards,
-    best_slid,
-    empty,
-    packed,
-    placed,
-    slides,
-    worth,
-    worth_tiled,
-)
+from dmplay.solvers.boards_2048 import Boards, empty, packed, placed, slides
+from dmplay.solvers.worth_2048 import LOST, worth, worth_tiled
 
 LIKELY = 0.003  # a path is followed from a tile on where it is at least so likely;
 FIRST, NEXT = 0.1, 0.3  # with a time limit at four plies, and times this for every two more
 BEGUN = 0.2  # of the time, after which no deeper search is begun: it would not end in the rest
 TOGETHER = 32  # boards that are searched in one go, which bounds the memory
+SLICE = 4096  # boards whose last slides are valued in one go, few enough for the processor's cache
 
 Value = Callable[[Boards], Reals]  # of boards after the last slide
 
@@ -113,7 +105,7 @@ class _Search:
         on = reach >= (self.likely if depth > 3 else np.inf)
         found = np.empty(len(tiled))
         found[on] = self._tiled(tiled[on], reach[on], root[parent[on]], depth - 1)
-        found[~on] = best_slid(tiled[~on], self.value)
+        found[~on] = self._last(tiled[~on])
         return (np.bincount(parent, chance * found) * share)[which]
 
     def _tiled(self, boards: Boards, reach: Reals, root: Ints, depth: int) -> Reals:
@@ -123,6 +115,15 @@ class _Search:
         origin = np.nonzero(moved)[1]
         found[moved] = self._slid(after[moved], reach[origin], root[origin], depth - 1)
         return np.asarray(found.max(axis=0))
+
+    def _last(self, boards: Boards) -> Reals:
+        """The worth `[N]` of boards by their best slide where that is the last."""
+        found = np.empty(len(boards))
+        for i in range(0, len(boards), SLICE):
+            after, moved = slides(boards[i : i + SLICE])
+            values = self.value(after.reshape(-1)).reshape(moved.shape)
+            found[i : i + SLICE] = np.where(moved, values, LOST).max(axis=0)
+        return found
 
 
 def _merged(boards: Boards, reach: Reals, root: Ints) -> tuple[Boards, Reals, Ints, Ints]:
