@@ -135,5 +135,5 @@ def test_expectimax_refuses_numbers_out_of_bounds(given: str) -> None:
 @pytest.mark.slow
 def test_expectimax_reaches_2048_in_every_game() -> None:
     agent = dmplay.agent(GAME, 0, "expectimax")
-    boards = dmplay.rollout(GAME, [agent], episodes=12, turns=1200, seed=1).state
-    assert (boards.reshape(12, -1).max(axis=1) >= 11).all()
+    boards = dmplay.rollout(GAME, [agent], episodes=8, turns=1200, seed=1).state
+    assert (boards.reshape(8, -1).max(axis=1) >= 11).all()

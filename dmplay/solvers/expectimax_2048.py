@@ -17,8 +17,8 @@ from dmplay.problems.game_2048 import Board, slide
 from dmplay.solvers.boards_2048 import Boards, empty, packed, placed, slides
 from dmplay.solvers.worth_2048 import LOST, worth, worth_tiled
 
-LIKELY = 0.003  # a path is followed from a tile on where it is at least so likely;
-FIRST, NEXT = 0.1, 0.3  # with a time limit at four plies, and times this for every two more
+LIKELY = 0.003  # a path goes on from a tile only where all its tiles are together so likely;
+FIRST, NEXT = 0.1, 0.3  # with a time limit: at four plies, and times this for every two more
 BEGUN = 0.2  # of the time, after which no deeper search is begun: it would not end in the rest
 TOGETHER = 32  # boards that are searched in one go, which bounds the memory
 SLICE = 4096  # boards whose last slides are valued in one go, few enough for the processor's cache
