@@ -9,14 +9,16 @@ from pathlib import Path
 import pytest
 
 from dmplay.shell import frame
+from dmplay.shell.export import film
 from dmplay.shell.request import Request
 from dmplay.shell.screen import Screen
-from dmplay.shell.start import new
+from dmplay.shell.start import Playback, new
 from dmplay.shell.table import Table
 from dmplay.shell.terminal import Terminal
 from tests.terminals import DMPLAY, clean_environment
 
-README = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
+ROOT = Path(__file__).parent.parent
+README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
 def blocks(language: str) -> list[str]:
@@ -39,6 +41,18 @@ def test_a_session_of_the_readme_prints_what_it_shows(tmp_path: Path, block: str
             command, shell=True, cwd=tmp_path, env=env, capture_output=True, text=True, check=True
         )
         assert done.stdout == shown
+
+
+@pytest.mark.parametrize("picture", re.findall(r"\((transcripts/\S+\.svg)\)", README))
+def test_a_film_of_the_readme_is_that_of_the_transcript_beside_it(picture: str) -> None:
+    kept = ROOT / picture
+    game = Playback(kept.with_suffix(".dmt"))
+    assert kept.read_text(encoding="utf-8") == film(game, None)
+
+
+def test_the_readme_shows_a_map_a_board_and_a_belief_in_play() -> None:
+    shown = set(re.findall(r"transcripts/(\w+)/\w+\.svg", README))
+    assert shown == {"hexworld", "game_2048", "crying_baby"}
 
 
 def test_the_settings_of_the_readme_are_in_force(tmp_path: Path) -> None:

@@ -61,16 +61,16 @@ def console(width: int) -> Console:
     )  # fmt: skip
 
 
-def picture(text: Text, title: str, name: str = "dmplay") -> str:
-    """A text as SVG, with fonts of the reader's own; `name` begins all names in it."""
-    drawn = console(size(text)[0] + 1)
+def picture(text: Text, title: str, *, width: int = 0, name: str = "dmplay") -> str:
+    """A text as SVG, as wide as it is if no width is given; `name` begins all names in it."""
+    drawn = console(width or size(text)[0] + 1)
     drawn.print(text, soft_wrap=True)
     return drawn.export_svg(title=title, unique_id=name, code_format=SVG)
 
 
-def film(texts: Sequence[Text], title: str) -> str:
+def film(texts: Sequence[Text], title: str, width: int) -> str:
     """Texts as one animated SVG, a second each; the last alone for who wants no motion."""
-    pictures = [picture(text, title, f"t{number}") for number, text in enumerate(texts)]
+    pictures = [picture(text, title, width=width, name=f"t{n}") for n, text in enumerate(texts)]
     box = VIEW_BOX.search(pictures[0])
     assert box
     timed = [

@@ -42,13 +42,13 @@ def _last(game: Playback, turn: int | None) -> Text:
 
 def svg(game: Playback, turn: int | None) -> str:
     """A picture of the screen after a turn."""
-    return picture(_last(game, turn), f"dmplay {game.name}")
+    return picture(_last(game, turn), f"dmplay {game.name}", width=ROOM.width)
 
 
 def film(game: Playback, turn: int | None) -> str:
     """The screen turn by turn, as an animated picture."""
     shown = [*screens(game, ROOM._replace(height=SHORT_ROOM_ROWS))]
-    return pictures(shown, f"dmplay {game.name}")
+    return pictures(shown, f"dmplay {game.name}", ROOM.width)
 
 
 def html(game: Playback, turn: int | None) -> str:
