@@ -147,6 +147,8 @@ def play(
     from dmplay.shell.start import new
     from dmplay.shell.terminal import Wishes, here
 
+    if str(record) == "-" and not quiet:
+        raise BadParameter("-o -: only with --quiet; else the game itself is told there")
     terminal = here(Wishes(plain, json, color, ascii_, theme))
     request = Request(
         problem, variant, set_, seed, episode, agent, vs, seat, turns, record, frames, force,

@@ -239,3 +239,29 @@ def test_two_who_hear_different_things_are_each_told_their_own(tmp_path: Path) -
     )
     turns = [event["actions"] for event in events if event["event"] == "turn"]
     assert turns == [{"caregiver1": "feed"}, {"caregiver2": "sing"}]
+
+
+def test_a_dash_is_the_standard_input_or_output(tmp_path: Path) -> None:
+    game = ("hexworld", "--agent", "optimal", "--seed", "7", "--quiet", "-o")
+    piped = run(tmp_path, *game, "-").stdout
+    run(tmp_path, *game, "game.dmt")
+    assert piped == (tmp_path / "game.dmt").read_text()
+    assert not (tmp_path / "-").exists()
+    for command in ("verify", "replay"):
+        assert run(tmp_path, command, "-", stdin=piped).returncode == 0
+    torn = piped.replace("turn: 1", "turn: 2", 1)
+    assert run(tmp_path, "verify", "-", stdin=torn).returncode == 3
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["hexworld", "-o", "-"], "-o -: only with --quiet; else the game itself is told there"),
+        (["verify", "--update", "-"], "--update: the standard input cannot be rewritten"),
+    ],
+)
+def test_a_dash_that_makes_no_sense_is_refused(
+    words: list[str], message: str, tmp_path: Path
+) -> None:
+    done = run(tmp_path, *words, stdin="")
+    assert (done.returncode, done.stderr) == (2, f"error: {message}\n")

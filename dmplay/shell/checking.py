@@ -9,6 +9,7 @@ from pathlib import Path
 from dmplay import catalog
 from dmplay.errors import BadParameter, BadTranscript, DmplayError
 from dmplay.shell.game import frame
+from dmplay.shell.saves import INPUT, standard
 from dmplay.shell.seats import asked_again
 from dmplay.shell.terminal import clean
 from dmplay.transcript.reading import Transcript, read
@@ -19,7 +20,7 @@ SUFFIX = ".dmt"
 
 def files(paths: Sequence[Path]) -> Iterator[Path]:
     """The transcripts that these paths name, folders searched to the bottom, in order."""
-    for path in paths:
+    for path in (standard(path, INPUT) for path in paths):
         if path.is_dir():
             found = sorted(path.rglob(f"*{SUFFIX}"))
             if not found:
@@ -70,6 +71,8 @@ def update(path: Path, *, trusted: bool = False) -> str:
     """Rewrites one file as it would be written today; returns the diff, '' where none is."""
     import difflib
 
+    if path == INPUT:
+        raise BadParameter("--update: the standard input cannot be rewritten")
     transcript = read(path)
     problem = loaded(transcript, trusted=trusted).problem
     policies = asked_again(problem, dict(transcript.header.seats), trusted=trusted)

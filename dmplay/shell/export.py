@@ -119,7 +119,7 @@ FORMATS: dict[str, Callable[[Playback, int | None], str]] = {
 
 def write(path: Path | None, content: str) -> None:
     """Writes to a file, or to the standard output."""
-    if path is None:
+    if path is None or str(path) == "-":
         print(content, end="")
         return
     try:

@@ -13,6 +13,12 @@ from dmplay.errors import BadParameter, DmplayError
 from dmplay.transcript.recorder import Recorder, played
 
 KEPT = 20
+INPUT, OUTPUT = Path("/dev/stdin"), Path("/dev/stdout")
+
+
+def standard(path: Path, stream: Path) -> Path:
+    """The path, or for `-` the standard input or output."""
+    return stream if str(path) == "-" else path
 
 
 def folder(env: Mapping[str, str]) -> Path:

@@ -13,6 +13,7 @@ from dmplay.shell.checking import loaded
 from dmplay.shell.game import Game, frame
 from dmplay.shell.keymap import AS_DRAWN, Keys, hands
 from dmplay.shell.request import Request, pairs, repeated
+from dmplay.shell.saves import INPUT, OUTPUT, standard
 from dmplay.shell.seats import HUMAN, header, seat_policy, sitting
 from dmplay.transcript.format import Frame, turn_limit
 from dmplay.transcript.reading import Block, Transcript, read
@@ -42,7 +43,7 @@ def new(request: Request) -> Game:
     dice = Dice(seed, request.episode)
     limit = turn_limit(problem, seats, request.turns)
     session = Session(problem, dice, policies, limit=limit)
-    path = request.record
+    path = request.record and standard(request.record, OUTPUT)
     if path is None and (request.keep or HUMAN in seats):
         path = saves.new(found.name)
     recorder = None
@@ -141,7 +142,7 @@ def _framing(transcript: Transcript) -> Frame | None:
 
 def _read(path: Path) -> Transcript:
     try:
-        return read(path)
+        return read(standard(path, INPUT))
     except OSError as error:
         raise BadParameter(f"{path}: {error.strerror}") from None
 

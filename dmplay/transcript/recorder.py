@@ -49,11 +49,12 @@ class Recorder:
     ) -> "Recorder":
         """A new file with the header and the opening; refuses one that exists without `force`."""
         recorder = cls(path, session, frame)
-        exclusive = 0 if force or _is_device(path) else os.O_EXCL
+        device = _is_device(path)
+        how = os.O_APPEND if device else 0 if force else os.O_EXCL
         try:
-            recorder._file = os.open(path, os.O_WRONLY | os.O_CREAT | exclusive, 0o644)
+            recorder._file = os.open(path, os.O_WRONLY | os.O_CREAT | how, 0o644)
             recorder._take()
-            with contextlib.suppress(OSError):  # a device has no length
+            if not device:
                 os.ftruncate(recorder._file, 0)
         except FileExistsError:
             raise BadParameter(f"{path} exists; give another name, or --force") from None
@@ -149,4 +150,4 @@ def played(file: int) -> bool:
 
 
 def _is_device(path: Path) -> bool:
-    return path.exists() and not path.is_file()
+    return path.parent == Path("/dev") or (path.exists() and not path.is_file())
