@@ -57,6 +57,7 @@ app = typer.Typer(
   dmplay verify game.dmt                 check a recording to the last number
   dmplay crying-baby --agent random      watch an agent
   dmplay list                            all problems
+  dmplay                                 type commands, one game after another
 
 'dmplay PROBLEM' is short for 'dmplay play PROBLEM'.""",
 )
@@ -73,25 +74,24 @@ configuration = typer.Typer(
 app.add_typer(configuration, name="config")
 
 
-def _sit(ctx: typer.Context, game: Any, terminal: Any, **how: Any) -> int:
-    """Plays a game: at the table of the shell that asks for it, else at one of its own."""
-    from dmplay.shell.front import run
-
-    if ctx.obj is not None:
-        ctx.obj.put(game)
-        return 0
-    return run(_table(game), terminal, **how)
-
-
-def _table(game: Any = None) -> Any:
-    """A table with what the command line and the files add to it."""
+def _table(ctx: typer.Context) -> Any:
+    """The table of the shell that asks, else one with what the command line and files add to it."""
     from dmplay.shell.commands import is_command
     from dmplay.shell.table import Table
 
+    if ctx.obj is not None:
+        return ctx.obj
     for name in config.aliases():
         if is_command(name):
             raise BadParameter(f"aliases.{name}: {name} is a command; give another name")
-    return Table(game, program, config.aliases())
+    return Table(None, program, config.aliases())
+
+
+def _sit(ctx: typer.Context, table: Any, terminal: Any, **how: Any) -> int:
+    """Plays the game at a table; a shell that asks for it does that itself."""
+    from dmplay.shell.front import run
+
+    return 0 if ctx.obj is not None else run(table, terminal, **how)
 
 
 def _keys(preset: str) -> Any:
@@ -149,12 +149,13 @@ def play(
 
     if str(record) == "-" and not quiet:
         raise BadParameter("-o -: only with --quiet; else the game itself is told there")
-    terminal = here(Wishes(plain, json, color, ascii_, theme))
+    terminal, table = here(Wishes(plain, json, color, ascii_, theme)), _table(ctx)
     request = Request(
         problem, variant, set_, seed, episode, agent, vs, seat, turns, record, frames, force,
         strict, reveal, keep=ctx.obj is not None, keys=_keys(keys),
     )  # fmt: skip
-    return _sit(ctx, new(request), terminal, json=json, quiet=quiet, speed=speed, rate=rate)
+    table.put(new(request))
+    return _sit(ctx, table, terminal, json=json, quiet=quiet, speed=speed, rate=rate)
 
 
 @app.command()
@@ -180,9 +181,10 @@ def resume(
     from dmplay.shell.start import resumed
     from dmplay.shell.terminal import Wishes, here
 
-    terminal = here(Wishes(plain, json, color, ascii_, theme))
-    game = resumed(file or saves.latest_unfinished(), trusted=trust, keys=_keys(keys))
-    return _sit(ctx, game, terminal, json=json, quiet=quiet)
+    terminal, table = here(Wishes(plain, json, color, ascii_, theme)), _table(ctx)
+    file = file or saves.latest_unfinished()
+    table.put(resumed(file, trusted=trust, keys=_keys(keys)))
+    return _sit(ctx, table, terminal, json=json, quiet=quiet)
 
 
 @app.command()
@@ -206,12 +208,14 @@ def replay(
     from dmplay.shell.start import Playback
     from dmplay.shell.terminal import Wishes, here
 
-    terminal = here(Wishes(plain, json, color, ascii_, theme))
-    return _sit(ctx, Playback(file, trusted=trust), terminal, json=json, speed=speed)
+    terminal, table = here(Wishes(plain, json, color, ascii_, theme)), _table(ctx)
+    table.put(Playback(file, trusted=trust))
+    return _sit(ctx, table, terminal, json=json, speed=speed)
 
 
 @app.command()
 def shell(
+    ctx: typer.Context,
     execute: Annotated[
         list[str], typer.Option("--execute", "-e", metavar="COMMAND", help="do this and leave")
     ] = [],  # noqa: B006
@@ -232,7 +236,7 @@ def shell(
     from dmplay.shell.terminal import Wishes, here
 
     terminal = here(Wishes(plain, color=color, ascii=ascii_, theme=theme))
-    return converse(_table(), terminal, execute, speed=speed)
+    return converse(_table(ctx), terminal, execute, speed=speed)
 
 
 @app.command()
@@ -340,9 +344,9 @@ def branch(
     from dmplay.shell.start import branched
     from dmplay.shell.terminal import Wishes, here
 
-    terminal = here(Wishes(plain, json, color, ascii_, theme))
-    game = branched(file, at, record, force=force, trusted=trust, keys=_keys(keys))
-    return _sit(ctx, game, terminal, json=json, quiet=quiet)
+    terminal, table = here(Wishes(plain, json, color, ascii_, theme)), _table(ctx)
+    table.put(branched(file, at, record, force=force, trusted=trust, keys=_keys(keys)))
+    return _sit(ctx, table, terminal, json=json, quiet=quiet)
 
 
 @app.command("list")
@@ -446,9 +450,10 @@ def config_show(ctx: typer.Context, json: Json = False) -> None:
       dmplay config show
       DMPLAY_COLOR=never dmplay config show --json
     """
-    from dmplay.settings import in_force, shown
+    from dmplay.settings import in_force, named, shown
 
-    print(shown(in_force(ctx.find_root()), as_json=json))
+    told = [*in_force(ctx.find_root()), *named(config.files())]
+    print(shown(told, as_json=json))
 
 
 @configuration.command("path")

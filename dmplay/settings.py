@@ -134,28 +134,22 @@ def _variable(option: Any, context: Any) -> str:
     return next((name for name in names if os.environ.get(name)), names[-1])
 
 
-def shown(rows: Iterable[InForce], *, as_json: bool) -> str:
-    """Settings for people, those at their default only for `play`; or all of them as data."""
-    extra = [
-        *(InForce(f"keys.{family}.{key}", label, path) for family, key, label, path in _keys()),
-        *(
-            InForce(f"aliases.{a}", line, f.path)
-            for f in config.files()
-            for a, line in f.aliases.items()
-        ),
-    ]
-    told = [*rows, *extra]
-    if as_json:
-        return json.dumps([one._asdict() for one in told], default=str)
-    told = [one for one in told if one.source != "default" or one.name.startswith("play.")]
-    return "\n".join(f"{one.name:<18} {_value(one.value):<24} {one.source}" for one in told)
-
-
-def _keys() -> Iterator[tuple[str, str, str, str]]:
-    for file in config.files():
+def named(files: Iterable[config.File]) -> Iterator[InForce]:
+    """The keys and aliases that files set."""
+    for file in files:
         for family, own in file.keys.items():
             for key, label in own.items():
-                yield family, key, label, file.path
+                yield InForce(f"keys.{family}.{key}", label, file.path)
+        for alias, line in file.aliases.items():
+            yield InForce(f"aliases.{alias}", line, file.path)
+
+
+def shown(told: Iterable[InForce], *, as_json: bool) -> str:
+    """Settings for people, those at their default only for `play`; or all of them as data."""
+    if as_json:
+        return json.dumps([one._asdict() for one in told], default=str)
+    rows = [one for one in told if one.source != "default" or one.name.startswith("play.")]
+    return "\n".join(f"{one.name:<18} {_value(one.value):<24} {one.source}" for one in rows)
 
 
 def _value(value: object) -> str:

@@ -342,6 +342,15 @@ def test_commands_of_the_command_line_are_done_in_order(tmp_path: Path) -> None:
     assert bad.stderr.startswith("error: command 2: no game is played")
 
 
+def test_what_is_no_text_is_no_command(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [*DMPLAY, "shell"], input=b"play hexworld\n\xff\n", capture_output=True, cwd=tmp_path,
+        env=clean_environment(tmp_path), timeout=60, check=False,
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert b"error: line 2: unknown action '\\\\xff'" in done.stderr
+
+
 @pytest.mark.parametrize("stdin", [None, ""])
 def test_nothing_to_read_is_help_on_the_error_stream(stdin: str | None, tmp_path: Path) -> None:
     done = run(folder=tmp_path, stdin=stdin)
@@ -407,8 +416,9 @@ def test_a_shell_that_cannot_draw_asks_in_lines(env: dict[str, str], tmp_path: P
     with Terminal(folder=tmp_path, env=env) as terminal:
         terminal.until("dmplay>").press("play hexworld --seed 7\n", "[hexworld t0]>")
         terminal.press("nee\n", "error: unknown action 'nee'").press("e\n", "t1]>")
-        terminal.press(CTRL_D)
-        assert terminal.ended() == 0
+        terminal.press(CTRL_C, "once more").press("w\n", "t2]>").press(CTRL_C).calm()
+        terminal.press(CTRL_C)
+        assert terminal.ended() == 130
         assert "\x1b" not in terminal.printed
         assert "│" not in terminal.printed
 

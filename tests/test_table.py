@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from dmplay.cli import program
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.shell.checking import check
 from dmplay.shell.commands import typed
@@ -155,6 +156,22 @@ def test_commands_of_the_table_tell_nothing_hidden(command: str, tmp_path: Path)
             told.append(str(error))
         (tmp_path / "g.dmt").unlink()
     assert told[0] == told[1]
+
+
+@pytest.mark.parametrize("line", ["load", "load {}", "play catch -o {} --force"])
+def test_the_file_of_the_game_that_is_played_is_left_alone(
+    line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    seat = Table(new(Request("hexworld", seed=7)), program)
+    assert seat.game.recorder is not None
+    path = seat.game.recorder.path
+    typed(seat, "e")
+    with pytest.raises(BadParameter, match="this is the game that is played now"):
+        typed(seat, line.format(path))
+    typed(seat, "w")
+    seat.end()
+    assert ending(path) == ("quit", 2)
 
 
 # On the screen

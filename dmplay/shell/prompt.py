@@ -40,10 +40,14 @@ class Typed(InMemoryHistory):
         """The lines of all sessions, the last first."""
         return self._kept.load_history_strings()
 
-    def store_string(self, string: str) -> None:
+    def append_string(self, string: str) -> None:
         """Keeps a line."""
         if not self._shell.secret:
-            self._kept.store_string(string)
+            super().append_string(string)
+
+    def store_string(self, string: str) -> None:
+        """Writes a line down."""
+        self._kept.store_string(string)
 
 
 def toolbar(shell: Shell) -> str:

@@ -4,7 +4,7 @@ import getpass
 import shutil
 import sys
 from collections.abc import Iterable
-from textwrap import wrap
+from textwrap import TextWrapper
 
 from dmplay.core import Interval
 from dmplay.errors import BadParameter, DmplayError
@@ -63,9 +63,10 @@ class Shell:
         rows = [clean(row) for row in words.split("\n")] if words else []
         if self.terminal.screen:
             width = shutil.get_terminal_size((80, 24)).columns
-            rows = [
-                part for row in rows for part in wrap(row, width, subsequent_indent="  ") or [""]
-            ]
+            cut = TextWrapper(
+                width, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False
+            )
+            rows = [part for row in rows for part in cut.wrap(row) or [""]]
         for row in rows:
             print(row)
 
@@ -108,10 +109,18 @@ def play(shell: Shell, lines: Iterable[str], what: str = "line", *, echo: bool =
 
 def ask(shell: Shell) -> None:
     """Asks for lines where nothing can be drawn, until the input ends or the player leaves."""
+    warned = False
     while True:
         try:
-            shell.do(getpass.getpass(shell.prompt) if shell.secret else input(shell.prompt))
+            line = getpass.getpass(shell.prompt) if shell.secret else input(shell.prompt)
+            warned = False
+            shell.do(line)
         except (EOFError, Leave):
             return
+        except KeyboardInterrupt:
+            if warned:
+                raise
+            warned = True
+            print("\nCtrl-C once more leaves; so do quit and Ctrl-D.", flush=True)
         except DmplayError as error:
             print(f"error: {error}", flush=True)
