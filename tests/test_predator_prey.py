@@ -155,7 +155,13 @@ def test_each_minds_the_nearest_of_the_other_kind() -> None:
     assert chosen(problem, "flee", 3, "(0,0) (0,0) (1,2) (2,0)") == E
 
 
-def test_every_seat_is_filled_and_advised_after_its_kind() -> None:
+def test_one_against_one_is_advised_by_the_best_answer_to_the_usual_opponent() -> None:
+    for problem in (PROBLEM, dmplay.load("predator-prey:circle")):
+        assert [catalog.hint(problem, seat) for seat in range(2)] == ["best-response"] * 2
+    assert catalog.hint(dmplay.load("predator-prey", discount=1.0), 1) == "flee"
+
+
+def test_every_seat_is_filled_and_a_large_hunt_is_advised_after_its_kind() -> None:
     problem = hunt(2, 1)
     assert [catalog.partner(problem, seat) for seat in range(3)] == ["chase", "chase", "flee"]
     assert [catalog.hint(problem, seat) for seat in range(3)] == ["chase", "chase", "flee"]
@@ -213,3 +219,29 @@ def test_a_best_response_needs_known_others_and_a_discount() -> None:
         dmplay.agent(PROBLEM, 0, "best-response:to=sleep")
     with pytest.raises(BadPolicy, match="below 1"):
         dmplay.agent(dmplay.load("predator-prey", discount=1.0), 0, "best-response")
+
+
+def test_in_equilibrium_both_earn_what_the_values_say() -> None:
+    agents = [dmplay.agent(PROBLEM, seat, "equilibrium") for seat in range(2)]
+    start = PROBLEM.start(np.zeros((1, PROBLEM.draws.start)))
+    returns = dmplay.rollout(PROBLEM, agents, episodes=4000, turns=150).returns
+    for seat, wanted in enumerate((-8.801729, -59.913542)):
+        values = agents[seat].values(agents[seat].begin(start))
+        assert values is not None
+        assert values.max() == pytest.approx(wanted, abs=1e-6)
+        sample = returns[:, seat]
+        assert abs(sample.mean() - wanted) < 4 * sample.std() / np.sqrt(len(sample))
+
+
+@pytest.mark.parametrize("rival", ["chase", "random", "best-response"])
+def test_the_equilibrium_prey_is_eaten_no_more_by_any_other_predator(rival: str) -> None:
+    agents = [dmplay.agent(PROBLEM, 0, rival), dmplay.agent(PROBLEM, 1, "equilibrium")]
+    sample = dmplay.rollout(PROBLEM, agents, episodes=2000, turns=150).returns[:, 1]
+    assert sample.mean() > -59.913542 - 4 * sample.std() / np.sqrt(len(sample))
+
+
+def test_an_equilibrium_is_of_one_against_one_and_discounted() -> None:
+    with pytest.raises(BadPolicy, match="got 3 agents on 12 hexes"):
+        dmplay.agent(hunt(2, 1), 0, "equilibrium")
+    with pytest.raises(BadPolicy, match="below 1"):
+        dmplay.agent(dmplay.load("predator-prey", discount=1.0), 0, "equilibrium")

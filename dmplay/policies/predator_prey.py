@@ -6,14 +6,16 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Ints, Reals
-from dmplay.core import Memory, Problem
+from dmplay.chance import Array, Bools, Categorical, Ints, Reals
+from dmplay.core import Memory, Problem, parameter
 from dmplay.errors import BadParameter, BadPolicy
 from dmplay.policies._kinds import Reactive
 from dmplay.problems import _hex
 from dmplay.problems.predator_prey import PredatorPrey
-from dmplay.solvers import best_response, sparse
+from dmplay.solvers import best_response, markov_game, sparse
 from dmplay.solvers.value_iteration import best
+
+WAITED = 300_000  # outcomes of all states and moves that are listed in a moment
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,7 @@ class BestResponse(Reactive):
     It plans a hunt without end, by policy iteration; its values are against these others.
     """
 
-    to: str = "natural"
+    to: str = parameter("natural", "what the others play: natural, chase, flee or random")
 
     def __post_init__(self) -> None:
         """Refuses what it has no answer to."""
@@ -96,6 +98,42 @@ class BestResponse(Reactive):
         return np.asarray(self._q[self.problem.index(memory[0])])
 
 
+@dataclass(frozen=True)
+class Equilibrium(Reactive):
+    """Mixes its moves so that one against one neither gains by another policy.
+
+    What a prey loses a predator gains, to scale, so that this also secures the most against any
+    opponent. The values are against the other's part of the equilibrium.
+    """
+
+    def __post_init__(self) -> None:
+        """Refuses games whose equilibrium it does not find."""
+        hunt = _hunt(self.problem)
+        if hunt.walkers != 2 or hunt.states > markov_game.LARGEST:
+            got = f"{hunt.walkers} agents on {len(hunt.hexes)} hexes"
+            raise BadPolicy(f"equilibrium: got {got}, expected two on at most 22")
+        if hunt.discount >= 1.0:
+            raise BadPolicy("a hunt without end needs a discount below 1")
+
+    @property
+    def draws(self) -> int:
+        """One, for the move."""
+        return 1
+
+    @cached_property
+    def _found(self) -> markov_game.Equilibrium:
+        return markov_game.equilibrium(self.problem)
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """A move drawn from the mix of this state."""
+        mix = self._found.play[self.seat][self.problem.index(memory[0])]
+        return Categorical.of(mix).sample(u)
+
+    def values(self, memory: Memory) -> Reals:
+        """Q of each move against the other's part."""
+        return np.asarray(self._found.q[self.seat][self.problem.index(memory[0])])
+
+
 def _hunt(problem: Problem) -> PredatorPrey:
     if not isinstance(problem, PredatorPrey):
         raise BadPolicy(f"got {type(problem).__name__}, expected predator-prey")
@@ -107,7 +145,16 @@ def _natural(problem: Problem, seat: int) -> str:
     return "chase" if seat in _hunt(problem).hunters else "flee"
 
 
+def _adviser(problem: Problem, seat: int) -> str:
+    """The best answer to the natural play where it is found while one waits, else that play."""
+    hunt = _hunt(problem)
+    each = 3**hunt.predators * max(len(hunt.hexes), 3) ** hunt.prey
+    quick = hunt.states * len(_hex.DIRECTIONS) * each <= WAITED
+    return "best-response" if quick and hunt.discount < 1.0 else _natural(problem, seat)
+
+
 RUNNERS: dict[str, type[_Runner]] = {"chase": Chase, "flee": Flee}
 ANSWERED = ("natural", *RUNNERS, "random")
-POLICIES = {**RUNNERS, "best-response": BestResponse}
-PARTNER = HINT = _natural
+POLICIES = {**RUNNERS, "best-response": BestResponse, "equilibrium": Equilibrium}
+PARTNER = _natural
+HINT = _adviser

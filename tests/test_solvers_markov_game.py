@@ -1,0 +1,69 @@
+"""Equilibria of the hunt of one against one."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay.errors import BadParameter
+from dmplay.solvers import markov_game, zero_sum
+from dmplay.solvers.value_iteration import action_values
+from dmplay.tabular import tabulate
+
+
+@pytest.mark.parametrize(
+    ("name", "settings"),
+    [
+        ("predator-prey", {}),
+        ("predator-prey:circle", {}),
+        ("predator-prey:triangle", {}),
+        ("predator-prey", {"slip": 0.0, "discount": 0.99}),
+        ("predator-prey:circle", {"slip": 0.05, "discount": 0.999}),
+    ],
+)
+def test_neither_gains_by_another_policy(name: str, settings: dict[str, Any]) -> None:
+    problem = dmplay.load(name, **settings)
+    found = markov_game.equilibrium(problem)
+    assert found.changes[-1] < 1e-9
+    # A prey loses 100 where a predator gains 2: its gap is measured in hundreds.
+    assert found.gaps[0] < 1e-7 / (1 - problem.discount)
+    assert found.gaps[1] < 1e-5 / (1 - problem.discount)
+    for mix in found.play:
+        np.testing.assert_allclose(mix.sum(axis=1), 1)
+
+
+def test_the_values_are_those_of_endless_value_iteration() -> None:
+    """Shapley's: the only values that matrix games over themselves give back."""
+    problem = dmplay.load("predator-prey:triangle")
+    tables = tabulate(problem)
+    values = np.zeros(9)
+    for _ in range(260):
+        games = action_values(tables, problem.discount, values).reshape(9, 6, 6)
+        values = np.array([zero_sum.solved(payoffs).value for payoffs in games])
+    found = markov_game.equilibrium(problem)
+    np.testing.assert_allclose(found.values[0], values, atol=1e-9)
+    np.testing.assert_allclose(found.values[1], -50 * (values + 10), atol=1e-7)
+
+
+def test_the_iteration_tells_how_far_it_is() -> None:
+    shares: list[float] = []
+    markov_game.equilibrium(dmplay.load("predator-prey:triangle"), shares.append)
+    assert len(shares) == 4
+    assert shares[0] == 0
+    assert shares[-1] == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "settings", "message"),
+    [
+        ("predator-prey", {"predators": 2}, "got 3 agents"),
+        ("predator-prey", {"discount": 1.0}, "below 1"),
+        ("multicaregiver-crying-baby", {}, "who see the state"),
+        ("prisoners-dilemma", {"discount": 0.9}, "falling linear function"),
+        ("predator-prey", {"hexes": [[q, 0] for q in range(23)]}, "got 529 states"),
+    ],
+)
+def test_other_games_are_refused(name: str, settings: dict[str, Any], message: str) -> None:
+    with pytest.raises(BadParameter, match=message):
+        markov_game.equilibrium(dmplay.load(name, **settings))

@@ -1,0 +1,40 @@
+"""Matrix games that are solved by hand, and any other by the law of the minimax."""
+
+import numpy as np
+import pytest
+
+from dmplay.solvers import zero_sum
+
+
+@pytest.mark.parametrize(
+    ("payoffs", "value", "rows", "columns"),
+    [
+        ([[7.0]], 7, [1], [1]),
+        ([[1, -1], [-1, 1]], 0, [0.5, 0.5], [0.5, 0.5]),  # matching pennies
+        ([[0, -1, 1], [1, 0, -1], [-1, 1, 0]], 0, [1 / 3] * 3, [1 / 3] * 3),
+        ([[3, 5], [2, 9]], 3, [1, 0], [1, 0]),  # a saddle
+        ([[4, 0], [1, 3]], 2, [1 / 3, 2 / 3], [0.5, 0.5]),
+        ([[2, 2], [2, 2]], 2, None, None),
+        ([[-300, 100, 0]], -300, [1], [1, 0, 0]),
+    ],
+)
+def test_a_small_game_has_its_value_and_strategies(
+    payoffs: list[list[float]], value: float, rows: list[float], columns: list[float]
+) -> None:
+    found = zero_sum.solved(np.array(payoffs, float))
+    assert found.value == pytest.approx(value)
+    if rows is not None:
+        assert found.rows == pytest.approx(np.array(rows))
+        assert found.columns == pytest.approx(np.array(columns))
+
+
+def test_each_side_secures_the_value_against_everything() -> None:
+    draw = np.random.default_rng(4)
+    for _ in range(300):
+        payoffs = draw.integers(-3, 4, draw.integers(1, 8, 2)).astype(float)  # many ties
+        found = zero_sum.solved(payoffs)
+        for mix in (found.rows, found.columns):
+            assert (mix >= 0).all()
+            assert mix.sum() == pytest.approx(1)
+        assert (found.rows @ payoffs).min() == pytest.approx(found.value, abs=1e-9)
+        assert (payoffs @ found.columns).max() == pytest.approx(found.value, abs=1e-9)
