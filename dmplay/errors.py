@@ -28,7 +28,7 @@ class UnknownName(DmplayError, LookupError):
         known = list(names)
         close = get_close_matches(name.lower(), known, n=3, cutoff=0.5)
         shown = known if len(known) <= MOST_NAMES else [*known[: MOST_NAMES - 2], "...", known[-1]]
-        hint = f"did you mean {' or '.join(close)}?" if close else f"expected one of {_list(shown)}"
+        hint = f"did you mean {' or '.join(close)}?" if close else f"expected {_list(shown)}"
         super().__init__(f"{where}{': ' if where else ''}unknown {what} {name!r}; {hint}")
 
 
@@ -61,4 +61,4 @@ class TranscriptMismatch(DmplayError, AssertionError):
 
 
 def _list(names: list[str]) -> str:
-    return ", ".join(names) if names else "none"
+    return f"one of {', '.join(names)}" if names else "none"

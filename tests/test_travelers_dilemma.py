@@ -3,9 +3,9 @@ import pytest
 
 import dmplay
 from dmplay import catalog
-from dmplay.errors import BadParameter
+from dmplay.errors import BadParameter, UnknownName
 from dmplay.policies._matrix_agents import Softmax
-from dmplay.policies.travelers_dilemma import Claim, Nash
+from dmplay.policies.travelers_dilemma import Claim
 from dmplay.problems.travelers_dilemma import CLAIMS, TravelersDilemma
 from dmplay.solvers import matrix_game
 from dmplay.solvers.matrix_game import Profile
@@ -55,14 +55,17 @@ def test_claims_are_typed_as_their_number_and_no_others_exist() -> None:
 def test_a_claim_is_a_parameter_of_its_agent() -> None:
     claim = dmplay.agent(GAME, 0, "claim:claim=97")
     assert claim.choose((np.zeros(2),), None, np.zeros((2, 0))).tolist() == [95, 95]
-    for bad in ("claim:claim=1", "claim:claim=101", "nash:claim=0", "level-k:level=-1"):
+    for bad in ("claim:claim=1", "claim:claim=101", "level-k:level=-1"):
         with pytest.raises(BadParameter):
             dmplay.agent(GAME, 0, bad)
 
 
 def test_nash_claims_two_and_the_plain_claim_is_a_hundred() -> None:
     assert Claim(GAME, 0).claim == 100
-    assert Nash(GAME, 1).claim == 2
+    nash = dmplay.agent(GAME, 1, "nash")
+    assert CLAIMS[nash.choose((np.zeros(2),), None, np.array([[0.0], [0.999]]))].tolist() == [2, 2]
+    with pytest.raises(UnknownName, match="nash"):  # it has no claim to be told
+        dmplay.agent(GAME, 1, "nash:claim=3")
 
 
 def test_level_0_claims_anything_and_level_2_most_often_96() -> None:
@@ -84,3 +87,10 @@ def test_a_hint_of_level_k_is_against_one_level_lower() -> None:
 
 def test_a_person_meets_level_k() -> None:
     assert catalog.partner(GAME, 1) == "level-k"
+
+
+def test_a_person_is_advised_the_best_claim_not_a_likely_one() -> None:
+    assert catalog.hint(GAME, 0) == "best-response"
+    advised = dmplay.agent(GAME, 0, "best-response")
+    before = advised.begin(np.zeros(1))
+    assert CLAIMS[advised.choose(before, None, np.zeros((1, 0)))] == 96

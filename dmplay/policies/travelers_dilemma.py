@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Memory
+from dmplay.core import Memory, parameter
 from dmplay.errors import BadParameter
 from dmplay.policies._kinds import Reactive
-from dmplay.policies._matrix_agents import BestResponse, GradientAscent, Softmax
+from dmplay.policies._matrix_agents import BestResponse, GradientAscent, Nash, Softmax
 from dmplay.problems.travelers_dilemma import LEAST, MOST
 
 
@@ -16,7 +16,7 @@ from dmplay.problems.travelers_dilemma import LEAST, MOST
 class Claim(Reactive):
     """Always the same claim, the highest unless told otherwise."""
 
-    claim: int = MOST
+    claim: int = parameter(MOST, "the claim", LEAST, MOST)
 
     def __post_init__(self) -> None:
         """Refuses what nobody can claim."""
@@ -28,13 +28,6 @@ class Claim(Reactive):
         return np.full(len(u), self.claim - LEAST)
 
 
-@dataclass(frozen=True)
-class Nash(Claim):
-    """The only Nash equilibrium: the lowest claim."""
-
-    claim: int = LEAST
-
-
 POLICIES = {
     "nash": Nash,
     "level-k": Softmax,
@@ -43,4 +36,4 @@ POLICIES = {
     "claim": Claim,
 }
 PARTNER = "level-k"
-HINT = "level-k"
+HINT = "best-response"  # what level-k draws is not always its best reply

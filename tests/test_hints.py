@@ -1,0 +1,130 @@
+"""Hints, overlays, reviews and an agent's values tell the same numbers."""
+
+import re
+from collections.abc import Iterator
+from functools import cache
+
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay import catalog
+from dmplay.chance import Reals
+from dmplay.core import Interval, Policy
+from dmplay.session import Session
+from dmplay.shell.game import Game
+from dmplay.shell.review import Move, moves
+from dmplay.shell.seats import DIGITS, HUMAN
+from dmplay.solvers.value_iteration import best
+from tests.test_conformance import CASES
+
+TURNS = 3
+SEATS = [(name, seat) for name in CASES for seat in range(len(dmplay.load(name).agents))]
+every_seat = pytest.mark.parametrize(("name", "seat"), SEATS)
+
+
+def game(name: str, seat: int) -> Game:
+    """A game of one person and the usual others."""
+    problem = dmplay.load(name)
+    who = [catalog.partner(problem, i) for i in range(len(problem.agents))]
+    seated = [None if i == seat else catalog.agent(problem, i, w) for i, w in enumerate(who)]
+    who[seat] = HUMAN
+    return Game(name, Session(problem, dmplay.Dice(11), seated, limit=TURNS), who)
+
+
+@cache
+def adviser_of(name: str, seat: int) -> Policy:
+    problem = dmplay.load(name)
+    return catalog.agent(problem, seat, catalog.hint(problem, seat) or "random")
+
+
+def values(played: Game, seat: int) -> Reals | None:
+    """What an adviser's `values` says that follows these turns by itself."""
+    session, adviser = played.session, adviser_of(played.name, seat)
+    memory = adviser.begin(session.observation(seat, 0)[None])
+    for turn in range(1, len(session.turns) + 1):
+        memory = adviser.update(memory, session.percept(seat, turn))
+    known = adviser.values(memory)
+    return None if known is None else known[0]
+
+
+def situations(played: Game, seat: int) -> Iterator[int]:
+    """The turns of a game in which the person does something else each time, and their number."""
+    for turn in range(TURNS):
+        if played.session.over:
+            return
+        yield turn
+        labels = played.problem.actions[seat]
+        able = played.session.legal(seat)
+        if isinstance(labels, Interval):
+            played.choose(0.5 * turn)
+        else:
+            legal = np.arange(len(labels)) if able is None else np.flatnonzero(able)
+            played.choose(float(legal[turn % len(legal)]))
+
+
+def told(hint: str) -> tuple[str, dict[str, str]]:
+    """The advice of a hint, and each number in it."""
+    found = re.fullmatch(r"hint \((\S+)\): (\S+?)(?:\. values: (.*))?", hint)
+    assert found, hint
+    pairs = [pair.rsplit(" ", 1) for pair in (found[3] or "").split(", ") if pair]
+    return found[2], dict(pairs)
+
+
+@every_seat
+def test_a_hint_is_the_best_of_the_values_that_it_tells(name: str, seat: int) -> None:
+    played = game(name, seat)
+    if catalog.hint(played.problem, seat) is None:
+        assert played.hint().startswith("no hint")
+        return
+    for _ in situations(played, seat):
+        advice, numbers = told(played.hint())
+        known = values(played, seat)
+        if known is None:
+            assert numbers == {}
+            continue
+        able = [able for _, _, able in played.legal(seat)]
+        labels = played.problem.actions[seat]
+        legal = {str(labels[a]): known[a] for a in np.flatnonzero(able)}
+        top = best(np.array(list(legal.values())))
+        assert advice in [label for label, first in zip(legal, top, strict=True) if first]
+        assert numbers == {label: f"{legal[label]:.2f}" for label in numbers}
+        assert len(numbers) == min(len(legal), DIGITS)
+        assert min(legal[label] for label in numbers) >= sorted(legal.values())[-len(numbers)]
+
+
+@every_seat
+def test_a_review_values_each_move_as_the_hint_did(name: str, seat: int) -> None:
+    played = game(name, seat)
+    expected, advised = [], []
+    for _ in situations(played, seat):
+        expected.append(values(played, seat))
+        if expected[-1] is not None:
+            advised.append(told(played.hint())[0])
+    reviewed: list[Move] = list(moves(played.session, [seat]))
+    known = [one for one in expected if one is not None]
+    assert len(reviewed) == len(known) or catalog.hint(played.problem, seat) is None
+    for move, row, advice in zip(reviewed, known, advised, strict=True):
+        labels = played.problem.actions[seat]
+        assert not isinstance(labels, Interval)
+        assert move.values == {label: row[labels.index(label)] for label in move.values}
+        assert advice in move.best
+        assert move.regret == pytest.approx(max(move.values.values()) - move.values[move.chosen])
+
+
+@every_seat
+def test_an_overlay_draws_the_values_of_the_hint(name: str, seat: int) -> None:
+    played = game(name, seat)
+    for _ in situations(played, seat):
+        drawn = played.overlay("values")
+        if drawn is None:
+            continue
+        here = played.problem.index(played.session.state[None])[0]
+        known = values(played, seat)
+        assert known is not None
+        assert drawn.values[here].tolist() == known.tolist()
+
+
+@pytest.mark.parametrize("name", ["hexworld", "hexworld:straight-line", "predator-prey"])
+def test_every_state_of_a_small_seen_problem_has_an_overlay(name: str) -> None:
+    assert game(name, 0).overlay("values") is not None
