@@ -160,13 +160,17 @@ def _policies(problem: Problem) -> ModuleType | None:
 
 def settings(make: MakePolicy) -> dict[str, object]:
     """The parameters of an agent with their defaults."""
-    own = (one for one in _fields(make) if one.name not in ("problem", "seat"))
-    return {one.name: one.default for one in own}
+    return {one.name: one.default for one in _own(make)}
+
+
+def meanings(make: MakePolicy) -> dict[str, str]:
+    """The parameters of an agent with what they mean, '' where it does not say."""
+    return {one.name: one.metadata.get("meaning", "") for one in _own(make)}
 
 
 def _settings(make: MakePolicy, given: str, name: str) -> dict[str, object]:
     """The parameters `a=1,b=2` of an agent, typed after the defaults of its fields."""
-    known = {one.name: one for one in _fields(make) if one.name not in ("problem", "seat")}
+    known = {one.name: one for one in _own(make)}
     settings = {}
     for pair in filter(None, given.split(",")):
         key, equals, value = pair.partition("=")
@@ -183,6 +187,11 @@ def _settings(make: MakePolicy, given: str, name: str) -> dict[str, object]:
 
 def _fields(make: MakePolicy) -> tuple[Field[Any], ...]:
     return fields(make) if hasattr(make, "__dataclass_fields__") else ()  # type: ignore[arg-type]
+
+
+def _own(make: MakePolicy) -> list[Field[Any]]:
+    """The fields that are parameters."""
+    return [one for one in _fields(make) if one.name not in ("problem", "seat")]
 
 
 def _typed(name: str, value: object, default: object) -> object:

@@ -399,6 +399,13 @@ def seated(name: str) -> list[tuple[int, list[Policy]]]:
     return found
 
 
+@every_problem
+def test_an_agent_says_what_it_does_and_what_its_parameters_mean(name: str) -> None:
+    for agent, make in catalog.agents(load(name)).items():
+        assert (make.__doc__ or "").strip(), agent
+        assert all(catalog.meanings(make).values()), agent
+
+
 @cache
 def final_states(name: str) -> Array:
     """States at the end of long games: of random play or, where none ends, of the other agents."""

@@ -34,8 +34,8 @@ class Threshold(Believing):
     """
 
     problem: MachineReplacement
-    repair: float = 0.9
-    examine: float = 2.0
+    repair: float = parameter(0.9, "failed components expected from which it repairs")
+    examine: float = parameter(2.0, "failed components expected from which it examines")
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """By the number of failed components expected."""

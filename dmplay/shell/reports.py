@@ -117,7 +117,7 @@ def told(facts_: dict[str, object]) -> str:
 
 
 def players(name: str) -> list[dict[str, object]]:
-    """The agents that fit a problem: name, what each does, its parameters."""
+    """The agents that fit a problem: name, what each does, its parameters and their meanings."""
     problem = catalog.load(name)
     advises = {catalog.hint(problem, seat) for seat in range(len(problem.agents))}
     partners = {catalog.partner(problem, seat) for seat in range(1, len(problem.agents))}
@@ -128,6 +128,7 @@ def players(name: str) -> list[dict[str, object]]:
                 "agent": agent,
                 "does": (make.__doc__ or "").partition("\n")[0],
                 "parameters": catalog.settings(make),
+                "meanings": catalog.meanings(make),
                 "advises": agent in advises,
                 "partner": agent in partners,
             }
@@ -147,6 +148,9 @@ def print_agents(name: str, *, json: bool) -> None:
         marks = [word for word in ("advises", "partner") if one[word]]
         note = f" ({', '.join(marks)})" if marks else ""
         print(f"{one['agent']}{given}{note}\n    {one['does']}")
+        for key, meaning in one["meanings"].items():  # type: ignore[attr-defined]
+            if meaning:
+                print(f"    {key}: {meaning}.")
 
 
 def print_list(kind: str, *, json: bool) -> None:
