@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay import belief
-from dmplay.core import Percept, Problem
-from dmplay.errors import ImpossibleObservation
+from dmplay import belief, catalog
+from dmplay.core import Percept, Policy, Problem
+from dmplay.errors import BadPolicy, ImpossibleObservation
 from dmplay.problems import _hex
 from dmplay.problems._hunt import STANDARD
 from dmplay.shell.commands import typed
@@ -188,3 +188,73 @@ def test_a_long_belief_is_shown_but_not_recorded() -> None:
     assert "1720 other states" in words
     small = dmplay.Session(dmplay.load(f"{NAME}:triangle"), dmplay.Dice(5))
     assert "belief" in turn_facts(small)
+
+
+def test_qmdp_is_worth_what_the_planner_who_sees_all_is_until_it_acts() -> None:
+    for seat in range(2):
+        policy = dmplay.agent(PROBLEM, seat, "qmdp")
+        values = policy.values(policy.begin(np.array([-1])))
+        assert values is not None
+        assert values.max() < 21.0506  # the mean of the best over all states
+        sure = np.zeros((1, 1728))
+        sure[0, PROBLEM.index(PROBLEM.parse("(1,2) (4,0) (2,0)")[None])] = 1.0
+        assert int(policy.choose((sure,), None, np.zeros((1, 0)))[0]) == (SW if seat == 0 else W)
+
+
+@pytest.mark.slow
+def test_a_team_that_plans_for_sight_catches_more_than_one_that_chases() -> None:
+    sighted = dmplay.load(f"{NAME}:sighted")
+    planned, chased = (
+        dmplay.rollout(sighted, [dmplay.agent(sighted, i, one) for i in range(2)], episodes=150)
+        for one in ("qmdp", "chase-belief")
+    )
+    assert planned.returns[:, 0].mean() > chased.returns[:, 0].mean()
+
+
+def test_the_reactive_team_senses_nothing_at_first_and_draws_by_its_rule() -> None:
+    policy = dmplay.agent(PROBLEM, 0, "reactive")
+    u = (np.arange(1000)[:, None] + 0.5) / 1000
+    first, nothing, near = (
+        np.bincount(policy.choose((np.full(1000, o),), None, u), minlength=6)
+        for o in (-1, NOTHING, PREY)
+    )
+    assert first.tolist() == nothing.tolist()
+    assert nothing[[NE, NW]].sum() == 0  # to and fro along the rows, and now and then down
+    assert near[[E, W, SW]].sum() < 10  # near the prey across them
+
+
+def test_a_sighted_reactive_team_goes_by_the_same_sense() -> None:
+    sighted = dmplay.load(f"{NAME}:sighted")
+    u = (np.arange(100)[:, None] + 0.5) / 100
+    blind, seeing = (dmplay.agent(one, 1, "reactive") for one in (PROBLEM, sighted))
+    for sense in (PREY, NOTHING):
+        for hex_ in (0, 11):
+            told = policy_choice(seeing, 12 * sense + hex_, u)
+            assert told == policy_choice(blind, sense, u)
+
+
+def policy_choice(policy: Policy, observation: int, u: np.ndarray) -> list[int]:
+    return [int(a) for a in policy.choose((np.full(len(u), observation),), None, u)]
+
+
+def test_a_reactive_team_catches_more_than_chance() -> None:
+    for name in (NAME, f"{NAME}:circle"):
+        problem = dmplay.load(name)
+        reacted, random = (
+            dmplay.rollout(
+                problem, [dmplay.agent(problem, i, one) for i in range(2)], episodes=4000
+            )
+            for one in ("reactive", "random")
+        )
+        assert reacted.returns[:, 0].mean() > random.returns[:, 0].mean()
+
+
+def test_teams_that_cannot_be_planned_are_refused_and_advised_by_the_chase() -> None:
+    three, endless = dmplay.load(NAME, predators=3), dmplay.load(NAME, discount=1.0)
+    for problem in (three, endless):
+        assert catalog.hint(problem, 0) == "chase-belief"
+        for agent in ("qmdp", "reactive"):
+            with pytest.raises(BadPolicy):
+                dmplay.agent(problem, 0, agent)
+    assert catalog.hint(dmplay.load(NAME, predators=26), 0) == "chase-belief"
+    assert catalog.hint(PROBLEM, 0) == "qmdp"

@@ -5,12 +5,14 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Reals
+from dmplay.chance import Array, Bools, Categorical, Reals
 from dmplay.core import Memory, Percept, Problem, parameter
-from dmplay.errors import BadPolicy
-from dmplay.policies._believing import Believing
+from dmplay.errors import BadParameter, BadPolicy
+from dmplay.policies._believing import Believing, mean
+from dmplay.policies._kinds import Reactive
 from dmplay.problems import _hex
 from dmplay.problems.collaborative_predator_prey import SENSES, CollaborativePredatorPrey
+from dmplay.solvers import reactive_team, sparse
 from dmplay.solvers.value_iteration import best
 
 
@@ -64,20 +66,13 @@ class ChaseBelief(Believing):
     @cached_property
     def _far(self) -> Reals:
         """Steps `[H, 6, H]` from where a move from a hex ends to another hex."""
-        hexes = self._hunt.hexes
+        hexes = _hunt(self.problem).hexes
         return _hex.paths(hexes)[_hex.arrivals(hexes)[:, :, 0]].astype(float)
-
-    @property
-    def _hunt(self) -> CollaborativePredatorPrey:
-        if not isinstance(self.problem, CollaborativePredatorPrey):
-            raise BadPolicy(
-                f"got {type(self.problem).__name__}, expected collaborative predator-prey"
-            )
-        return self.problem
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """The move that leaves the fewest steps to it, on average over where the seat may be."""
-        size, walkers = len(self._hunt.hexes), self._hunt.walkers
+        hunt = _hunt(self.problem)
+        size, walkers = len(hunt.hexes), hunt.walkers
         joint = memory[0].reshape(len(memory[0]), *(size,) * walkers)
         partners = tuple(1 + i for i in range(walkers - 1) if i != self.seat)
         own_and_prey = joint.sum(axis=partners)  # [B, H, H]
@@ -87,6 +82,76 @@ class ChaseBelief(Believing):
         return np.asarray(np.argmax(best(-far), axis=1))
 
 
-POLICIES = {"sweep": Sweep, "chase-belief": ChaseBelief}
+@dataclass(frozen=True)
+class Qmdp(Believing):
+    """Acts as if the team were to see everything from the next turn on (section 21.1)."""
+
+    def __post_init__(self) -> None:
+        """Refuses hunts that it cannot plan."""
+        if not _planned(self.problem):
+            raise BadPolicy("qmdp: a hunt of more than two, or without discount, is not planned")
+
+    @cached_property
+    def _q(self) -> Reals:
+        """Q* `[S, A]` of each move beside the partner's best one, everything seen."""
+        q = sparse.optimal(sparse.listed(self.problem), self.problem.discount)
+        shape = [len(labels) for labels in self.problem.actions]
+        others = tuple(1 + i for i in range(len(shape)) if i != self.seat)
+        return np.asarray(q.reshape(-1, *shape).max(axis=others))
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """The first of the best moves."""
+        return np.asarray(np.argmax(best(self.values(memory)), axis=1))
+
+    def values(self, memory: Memory) -> Reals:
+        """The mean of Q* over the belief: no team that does not see can earn so much."""
+        return mean(memory[0], self._q)
+
+
+@dataclass(frozen=True)
+class ByTheSense(Reactive):
+    """Draws a direction from what it senses now, by the best rules found for two that forget."""
+
+    def __post_init__(self) -> None:
+        """Refuses teams for which it has no rules."""
+        try:
+            reactive_team.check(_hunt(self.problem))
+        except BadParameter as error:
+            raise BadPolicy(f"reactive: {error}") from None
+
+    @property
+    def draws(self) -> int:
+        """One, for the direction."""
+        return 1
+
+    @cached_property
+    def _rule(self) -> Reals:
+        return np.asarray(reactive_team.team(_hunt(self.problem)).rules[self.seat])
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """A direction drawn by the rule; before the first sense it takes it to be nothing."""
+        labels = (self.problem.observations or ())[self.seat]
+        each = len(labels) // len(SENSES)
+        sense = np.where(memory[0] < 0, SENSES.index("nothing"), memory[0] // each)
+        return np.asarray(Categorical.of(self._rule[sense]).sample(u))
+
+
+def _hunt(problem: Problem) -> CollaborativePredatorPrey:
+    if not isinstance(problem, CollaborativePredatorPrey):
+        raise BadPolicy(f"got {type(problem).__name__}, expected collaborative predator-prey")
+    return problem
+
+
+def _planned(problem: Problem) -> bool:
+    """Whether one planner who sees all is found."""
+    return problem.discount < 1.0 and sparse.size(problem) <= sparse.MOST
+
+
+def _adviser(problem: Problem, seat: int) -> str:
+    """The one that knows values, where it is found."""
+    return "qmdp" if _planned(problem) else "chase-belief"
+
+
+POLICIES = {"sweep": Sweep, "chase-belief": ChaseBelief, "qmdp": Qmdp, "reactive": ByTheSense}
 PARTNER = "sweep"
-HINT = "chase-belief"
+HINT = _adviser

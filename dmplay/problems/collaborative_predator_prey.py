@@ -124,7 +124,7 @@ class CollaborativePredatorPrey(Hunt):
         return self.observe(self.enumerated())
 
     @cached_property
-    def _walks(self) -> Reals:
+    def walks(self) -> Reals:
         """The probability `[6, H, H]` of getting from one hex to another by a direction."""
         size = len(self.hexes)
         ends = _hex.arrivals(self.hexes)
@@ -135,7 +135,7 @@ class CollaborativePredatorPrey(Hunt):
         return walks
 
     @cached_property
-    def _flights(self) -> Reals:
+    def flights(self) -> Reals:
         """The probability `[S, H]` of each next hex of the prey in every state."""
         s, size = self.enumerated(), len(self.hexes)
         still = np.zeros((len(s), self.predators), np.int64)
@@ -154,12 +154,12 @@ class CollaborativePredatorPrey(Hunt):
         """Walker by walker: each moves by itself once it is known where the prey was."""
         size = len(self.hexes)
         stays = np.eye(size)
-        told = (belief[:, None] * self._flights).reshape(-1, size, size)
+        told = (belief[:, None] * self.flights).reshape(-1, size, size)
         joint: Reals = told.transpose(1, 0, 2).reshape(
             size, -1
         )  # the prey's hex, predators, its next
         for a in actions:
-            walk = self._walks.mean(axis=0) if a is None else self._walks[a]
+            walk = self.walks.mean(axis=0) if a is None else self.walks[a]
             # By the hex of the prey: on it a predator feeds, and stays.
             from_to = np.where(np.eye(size, dtype=bool)[:, :, None], stays[None], walk[None])
             parts = joint.reshape(size, size, -1)

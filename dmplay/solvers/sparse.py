@@ -1,14 +1,17 @@
 """Values of finite problems whose dense tables would be too large: outcomes listed, not summed."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.chance import Ints, Reals
+from dmplay.chance import Finite, Ints, Reals
 from dmplay.core import Problem, exact
+from dmplay.errors import BadParameter
 from dmplay.solvers.value_iteration import SLACK, best
 from dmplay.tabular import joint_actions
 
+MOST = 20_000_000  # outcomes listed
 ROUNDS, SWEEPS = 10, 20  # of modified policy iteration, before the exact one
 
 
@@ -20,8 +23,19 @@ class Listed(NamedTuple):
     rewards: Reals  # [S, A]
 
 
+def size(problem: Problem) -> int:
+    """How many outcomes a finite problem lists."""
+    assert isinstance(problem.states, int)
+    s = problem.place(1, (np.zeros(1, np.int64),) * len(problem.opening(1)))
+    chances = problem.chance(s, np.zeros((1, len(problem.agents)), np.int64))
+    each = [one.probabilities().shape[1] for one in chances if isinstance(one, Finite)]
+    return math.prod([problem.states, *map(len, problem.actions), *each])
+
+
 def listed(problem: Problem) -> Listed:
     """The outcomes of a finite problem, joint actions row-major."""
+    if size(problem) > MOST:
+        raise BadParameter(f"got a problem of {size(problem)} outcomes, expected at most {MOST}")
     states = problem.enumerated()
     p, after, rewards = [], [], []
     for a in joint_actions(problem):
