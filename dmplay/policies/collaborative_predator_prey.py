@@ -1,7 +1,7 @@
 """Policies for collaborative predator-prey."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -14,6 +14,8 @@ from dmplay.problems import _hex
 from dmplay.problems.collaborative_predator_prey import SENSES, CollaborativePredatorPrey
 from dmplay.solvers import reactive_team, sparse
 from dmplay.solvers.value_iteration import best
+
+KEPT = 4  # problems whose solutions the seats share
 
 
 @dataclass(frozen=True)
@@ -94,10 +96,9 @@ class Qmdp(Believing):
     @cached_property
     def _q(self) -> Reals:
         """Q* `[S, A]` of each move beside the partner's best one, everything seen."""
-        q = sparse.optimal(sparse.listed(self.problem), self.problem.discount)
         shape = [len(labels) for labels in self.problem.actions]
         others = tuple(1 + i for i in range(len(shape)) if i != self.seat)
-        return np.asarray(q.reshape(-1, *shape).max(axis=others))
+        return np.asarray(_seen(self.problem).reshape(-1, *shape).max(axis=others))
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """The first of the best moves."""
@@ -126,7 +127,7 @@ class ByTheSense(Reactive):
 
     @cached_property
     def _rule(self) -> Reals:
-        return np.asarray(reactive_team.team(_hunt(self.problem)).rules[self.seat])
+        return np.asarray(_rules(_hunt(self.problem))[self.seat])
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """A direction drawn by the rule; before the first sense it takes it to be nothing."""
@@ -140,6 +141,17 @@ def _hunt(problem: Problem) -> CollaborativePredatorPrey:
     if not isinstance(problem, CollaborativePredatorPrey):
         raise BadPolicy(f"got {type(problem).__name__}, expected collaborative predator-prey")
     return problem
+
+
+@lru_cache(maxsize=KEPT)
+def _seen(problem: Problem) -> Reals:
+    """Q* `[S, A]` of one planner who sees all, the same for every seat."""
+    return sparse.optimal(sparse.listed(problem), problem.discount)
+
+
+@lru_cache(maxsize=KEPT)
+def _rules(problem: CollaborativePredatorPrey) -> Reals:
+    return reactive_team.team(problem).rules
 
 
 def _planned(problem: Problem) -> bool:
