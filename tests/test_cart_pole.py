@@ -105,7 +105,7 @@ def test_the_regulator_solves_the_riccati_equation() -> None:
     assert a[3] == pytest.approx([0, 0, 0.02 * angular, 1], rel=1e-6)
     assert b[1, 0] > 0
     assert b[3, 0] < 0
-    cost, k = np.eye(4), riccati.gain(system, np.eye(4), 1.0)
+    cost, k = np.eye(4), riccati.regulator(system, np.eye(4), 1.0).gain
     closed = a - b @ k[None]
     for _ in range(20_000):  # the cost of following k, by its definition
         cost = np.eye(4) + np.outer(k, k) + closed.T @ cost @ closed

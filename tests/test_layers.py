@@ -10,8 +10,8 @@ import pytest
 HOUSE = Path(__file__).parent.parent / "dmplay"
 FLOORS = (
     "errors", "names", "config", "chance", "core", "describe", "tabular", "belief", "dice",
-    "session", "rollouts", "transcript", "problems", "solvers", "policies", "catalog", "views",
-    "figures", "shell", "settings", "options", "group", "cli", "pytest_plugin", "__main__",
+    "session", "rollouts", "transcript", "problems", "solvers", "policies", "catalog", "solutions",
+    "views", "figures", "shell", "settings", "options", "group", "cli", "pytest_plugin", "__main__",
 )  # fmt: skip
 SCREENS = {"rich", "typer", "prompt_toolkit"}
 ALLOWED = {  # what a floor may load beside the standard library and numpy

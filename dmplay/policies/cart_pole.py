@@ -51,16 +51,17 @@ class Regulate(Reactive):
             raise BadParameter(f"push: got {self.push:g}, expected a number above 0")
 
     @cached_property
-    def _gain(self) -> Reals:
+    def regulator(self) -> riccati.Regulator:
+        """The regulator of this cart and pole near rest."""
         problem = self.problem
         limits = np.array([problem.x_limit, np.inf, np.radians(problem.theta_limit), np.inf])
         limits = np.maximum(limits, TINY)
         system = riccati.linearised(problem, LEFT, RIGHT, len(limits))
-        return riccati.gain(system, np.diag(1 / limits**2), self.push)
+        return riccati.regulator(system, np.diag(1 / limits**2), self.push)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Right where the regulator would push right, however little."""
-        (x, v, theta, omega), k = memory[0].T, self._gain
+        (x, v, theta, omega), k = memory[0].T, self.regulator.gain
         return np.where(k[0] * x + k[1] * v + k[2] * theta + k[3] * omega < 0, RIGHT, LEFT)
 
 

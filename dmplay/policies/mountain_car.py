@@ -41,7 +41,7 @@ class Optimal(Reactive):
 
     @cached_property
     def _values(self) -> Reals:
-        return grid_iteration.optimal(self.problem, GRID)
+        return grid_iteration.optimal(self.problem, GRID).values
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """The first of the best actions."""

@@ -1,6 +1,8 @@
 """Value iteration between the points of a grid, for a deterministic problem of two real numbers."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,6 +12,7 @@ from dmplay.tabular import joint_actions
 
 SETTLED = 1e-3  # a sweep that changes no value by more is the last
 MOST_SWEEPS = 2000
+USUAL = 200  # sweeps after which about half is done
 
 
 @dataclass(frozen=True)
@@ -45,24 +48,38 @@ def interpolated(values: Reals, corners: Ints, weights: Reals) -> Reals:
     return np.asarray(each[0] + each[1] + each[2] + each[3])
 
 
-def optimal(problem: Problem, grid: Grid) -> Reals:
-    """U `[N]` at the points; it converges where every point has a way to an end, or discounted."""
+class Swept(NamedTuple):
+    """Values, and how they were come by."""
+
+    values: Reals  # [N] at the points
+    sweeps: int
+    change: float  # of any value, in the last sweep
+
+
+def optimal(
+    problem: Problem, grid: Grid, tick: Callable[[float], None] = lambda share: None
+) -> Swept:
+    """U at the points; it converges where every point has a way to an end, or discounted.
+
+    `tick` is told how far it is.
+    """
     states, choices = grid.states(), joint_actions(problem)
     moves = [moved(problem, states, a) for a in choices]
     around = [(*grid.corners(after), rewards, going) for after, rewards, going in moves]
     over = problem.terminal(states)
     values: Reals = np.zeros(len(states))
-    for _ in range(MOST_SWEEPS):
+    sweeps, change = 0, np.inf
+    while change > SETTLED and sweeps < MOST_SWEEPS:
         each = [
             rewards + problem.discount * going * interpolated(values, corners, weights)
             for corners, weights, rewards, going in around
         ]
         swept = np.where(over, 0.0, np.max(each, axis=0))
-        change = np.abs(swept - values).max()
+        change = float(np.abs(swept - values).max())
         values = swept
-        if change <= SETTLED:
-            break
-    return values
+        sweeps += 1
+        tick(sweeps / (sweeps + USUAL))
+    return Swept(values, sweeps, change)
 
 
 def action_values(problem: Problem, grid: Grid, values: Reals, s: Reals) -> Reals:

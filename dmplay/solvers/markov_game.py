@@ -50,8 +50,8 @@ def equilibrium(
 
 
 def _share(changes: list[float]) -> float:
-    """How far the last change has come from the first to the one that ends it."""
-    left = max(changes[-1], SETTLED) / SETTLED
+    """How far the least change has come from the first to the one that ends it."""
+    left = max(min(changes), SETTLED) / SETTLED
     return float(1.0 - np.log(left) / max(np.log(changes[1] / SETTLED), 1.0))
 
 

@@ -1,0 +1,42 @@
+"""What every solution is, and how it names actions."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay.chance import Bools, Reals
+from dmplay.core import Labels, Problem
+
+RARE = 1e-4  # a probability that is not worth telling
+
+Row = dict[str, object]
+Tick = Callable[[float], None]  # told how far the work is, from 0 to 1
+
+
+class Solution(NamedTuple):
+    """A method, what it came to, and a row a state, vector, plan or equilibrium."""
+
+    method: str
+    result: str
+    rows: list[Row]
+
+
+def part(tick: Tick, low: float, high: float) -> Tick:
+    """What tells of a part of the work as of the whole."""
+    return lambda share: tick(low + (high - low) * share)
+
+
+def names(problem: Problem, able: Bools, seat: int = 0) -> str:
+    """The names of a seat's actions that are marked."""
+    labels = problem.actions[seat]
+    assert isinstance(labels, Labels)
+    return " ".join(labels[a] for a in np.flatnonzero(able))
+
+
+def mixed(problem: Problem, seat: int, mix: Reals) -> str:
+    """A strategy as the names of its actions, with their probabilities where they are below 1."""
+    return " ".join(
+        problem.action_name(seat, float(a)) + (f" {mix[a]:.4g}" if mix[a] < 1 - RARE else "")
+        for a in np.flatnonzero(mix > RARE)
+    )

@@ -1,0 +1,54 @@
+"""Which solution fits a problem."""
+
+from collections.abc import Callable
+from typing import Any
+
+from dmplay.core import Problem
+from dmplay.problems._matrix_game import MatrixGame
+from dmplay.problems.cart_pole import CartPole
+from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
+from dmplay.problems.collision_avoidance import CollisionAvoidance
+from dmplay.problems.mountain_car import MountainCar
+from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
+from dmplay.problems.predator_prey import PredatorPrey
+from dmplay.problems.simple_regulator import SimpleRegulator
+from dmplay.solutions import games, hidden, played, reals, seen, teams
+from dmplay.solutions._solution import Solution, Tick
+from dmplay.solvers import markov_game, sparse
+
+Solve = Callable[[Any, Tick], Solution]
+
+
+def solution(problem: Problem, tick: Tick = lambda share: None) -> Solution:
+    """The solution of a problem by the method that fits it; a simulation where none does."""
+    return next(solve for fits, solve in METHODS if fits(problem))(problem, tick)
+
+
+def _small(problem: Problem) -> bool:
+    return isinstance(problem.states, int) and len(problem.agents) == 1
+
+
+def _one_to_one(problem: Problem) -> bool:
+    one = isinstance(problem, PredatorPrey) and problem.walkers == 2
+    return one and problem.discount < 1.0 and problem.enumerated().shape[0] <= markov_game.LARGEST
+
+
+def _listed(problem: Problem) -> bool:
+    hunt = isinstance(problem, CollaborativePredatorPrey) and problem.discount < 1.0
+    return hunt and sparse.size(problem) <= sparse.MOST
+
+
+METHODS: list[tuple[Callable[[Problem], bool], Solve]] = [
+    (lambda problem: isinstance(problem, MatrixGame), games.equilibria),
+    (lambda problem: isinstance(problem, CollisionAvoidance), reals.encounter),
+    (lambda problem: isinstance(problem, SimpleRegulator), reals.regulator),
+    (lambda problem: isinstance(problem, CartPole), reals.balance),
+    (lambda problem: isinstance(problem, MountainCar), reals.drive),
+    (lambda problem: isinstance(problem, MulticaregiverCryingBaby), teams.care),
+    (_one_to_one, games.hunt),
+    (_listed, teams.hunt),
+    (lambda problem: _small(problem) and problem.observations is None, seen.sweeps),
+    (lambda problem: _small(problem) and len(problem.enumerated()) <= hidden.DRAWN, hidden.vectors),
+    (_small, hidden.first),
+    (lambda problem: True, played.simulation),
+]

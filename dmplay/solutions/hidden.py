@@ -1,0 +1,50 @@
+"""Solutions of problems of one agent whose finite state is hidden."""
+
+import numpy as np
+
+from dmplay import belief, catalog
+from dmplay.core import Problem
+from dmplay.solutions._solution import Row, Solution, Tick, names
+from dmplay.solutions.played import simulation
+from dmplay.solvers import alpha_vectors
+from dmplay.solvers.alpha_vectors import Stage
+from dmplay.solvers.value_iteration import best
+from dmplay.tabular import tabulate
+
+DRAWN = 3  # states whose every vector is worth listing
+TURNS = 20  # played by default where a problem has no end of its own
+
+
+def vectors(problem: Problem, tick: Tick) -> Solution:
+    """The alpha vectors of a game without end or, where that has no value, of some turns."""
+    tables = tabulate(problem)
+    start = belief.prior(problem)
+    if problem.discount < 1.0 and problem.horizon == TURNS:
+        stage: Stage = alpha_vectors.infinite(tables, problem.discount)
+        method = "alpha vectors, without end"
+    else:
+        stage = alpha_vectors.stages(tables, problem.discount, problem.horizon or TURNS)[-1]
+        method = f"alpha vectors, {problem.horizon or TURNS} turns"
+    states = [problem.notation(s) for s in problem.enumerated()]
+    rows: list[Row] = [
+        {f"at {name}": float(value) for name, value in zip(states, vector, strict=True)}
+        | {"first": names(problem, able)}
+        for vector, able in zip(stage.vectors, stage.actions, strict=True)
+    ]
+    value = float((stage.vectors @ start).max())
+    return Solution(method, f"{len(rows)} vectors; value {value:.6g} at the start", rows)
+
+
+def first(problem: Problem, tick: Tick) -> Solution:
+    """The value of each first action, by the agent that knows the optimum."""
+    name = catalog.hint(problem, 0)
+    agent = catalog.agent(problem, 0, name or "random")
+    q = agent.values(agent.begin(np.full(1, -1)))
+    if q is None:
+        return simulation(problem, tick)
+    rows: list[Row] = [
+        {"first": problem.action_name(0, a), "value": float(value), "best": "*" if able else ""}
+        for a, (value, able) in enumerate(zip(q[0], best(q[0]), strict=True))
+    ]
+    told = f"value {q.max():.6g} at the start, {problem.horizon} turns to go"
+    return Solution(f"the agent {name}", told, rows)

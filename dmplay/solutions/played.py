@@ -1,0 +1,57 @@
+"""What agents earn where nothing is solved."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay import catalog
+from dmplay.chance import Ints, Reals
+from dmplay.core import Policy, Problem
+from dmplay.rollouts import rollout
+from dmplay.solutions._solution import Row, Solution, Tick
+
+GAMES, SEED = 1000, 1
+AT_A_TIME = 100
+
+
+class Played(NamedTuple):
+    """The returns of some games, and how long each was."""
+
+    returns: Reals  # [E, n]
+    turns: Ints  # [E]
+
+
+def games(
+    problem: Problem, policies: Sequence[Policy], tick: Tick, *, episodes: int, turns: int | None
+) -> Played:
+    """Games of one seed, some at a time."""
+    parts = []
+    for first in range(0, episodes, AT_A_TIME):
+        many = min(AT_A_TIME, episodes - first)
+        played = rollout(
+            problem, policies, episodes=many, seed=SEED, first=first, turns=turns
+        )  # fmt: skip
+        parts.append(Played(played.returns, played.turns))
+        tick((first + many) / episodes)
+    returns, lengths = zip(*parts, strict=True)
+    return Played(np.concatenate(returns), np.concatenate(lengths))
+
+
+def mean(sample: Reals) -> dict[str, object]:
+    """A mean with its standard error."""
+    error = sample.std(ddof=1) / np.sqrt(len(sample))
+    return {"mean return": float(sample.mean()), "standard error": float(error)}
+
+
+def simulation(problem: Problem, tick: Tick) -> Solution:
+    """What the usual agents earn."""
+    names = [catalog.quick(problem, seat) for seat in range(len(problem.agents))]
+    policies = [catalog.agent(problem, seat, name) for seat, name in enumerate(names)]
+    played = games(problem, policies, tick, episodes=GAMES, turns=problem.horizon)
+    rows: list[Row] = [
+        {"seat": agent, "agent": name} | mean(played.returns[:, seat])
+        for seat, (agent, name) in enumerate(zip(problem.agents, names, strict=True))
+    ]
+    told = f"{GAMES} games of seed {SEED}, {played.turns.mean():.4g} turns each"
+    return Solution("simulation of its agents: no exact solution is known here", told, rows)

@@ -1,0 +1,94 @@
+"""Solutions of problems whose state is made of real numbers."""
+
+import numpy as np
+
+from dmplay.core import Problem
+from dmplay.policies.cart_pole import Regulate
+from dmplay.policies.mountain_car import GRID, Optimal
+from dmplay.problems.cart_pole import CartPole
+from dmplay.problems.simple_regulator import SimpleRegulator
+from dmplay.solutions._solution import Row, Solution, Tick, names
+from dmplay.solvers import collision_grid, grid_iteration, linear_regulator
+from dmplay.solvers.value_iteration import best
+
+STARTS = (-0.5, -1.2, -0.9, 0.0, 0.3)  # of the car, at rest
+LONGEST = 1000  # turns it is driven
+
+
+def encounter(problem: Problem, tick: Tick) -> Solution:
+    """Values of level flight at some times and heights."""
+    q = collision_grid.optimal(problem)
+    rows: list[Row] = []
+    for time in (40, 30, 20, 10, 5):
+        for h in (0.0, 100.0):
+            state = np.array([[h, 0.0, 0.0, float(time)]])
+            values = collision_grid.interpolate(q[time], state)[0]
+            rows.append(
+                {"seconds": time, "height": h, "value": float(values.max())}
+                | {"best": names(problem, best(values))}
+            )
+    told = "21 heights x 21 rates x 3 advisories x 41 seconds; level flight, no advisory before"
+    return Solution("backward induction on a grid", told, rows)
+
+
+def regulator(problem: SimpleRegulator, tick: Tick) -> Solution:
+    """The value function in closed form."""
+    turns = problem.horizon
+    value = (
+        linear_regulator.infinite(problem, linear_regulator.OPTIMAL)
+        if problem.discount < 1.0
+        else linear_regulator.finite(problem, linear_regulator.OPTIMAL, turns)
+    )
+    rows: list[Row] = [
+        {"state": s, "value": value.at(s), "best": -s} for s in (-1.0, -0.3, 0.0, 0.3, 1.0)
+    ]
+    span = "without end" if problem.discount < 1.0 else f"{turns} turns"
+    told = f"U(s) = -({value.curvature:.6g} s^2 + {value.constant:.6g}), a = -s"
+    return Solution(f"closed form, {span}", told, rows)
+
+
+def balance(problem: CartPole, tick: Tick) -> Solution:
+    """The gain of the pole's regulator."""
+    found = Regulate(problem, 0).regulator
+    rows: list[Row] = [
+        {"of": name, "weight": float(weight)}
+        for name, weight in zip(("x", "v", "theta", "omega"), found.gain, strict=True)
+    ]
+    told = (
+        f"residual {found.residual:.1g} after {found.sweeps} sweeps; a turn leaves at most "
+        f"{found.radius:.4g} of a deviation in the end; right where the weighted sum is below 0"
+    )
+    return Solution("Riccati equation of the cart and pole linearised at rest", told, rows)
+
+
+def drive(problem: Problem, tick: Tick) -> Solution:
+    """Turns to go by value iteration, and those that its policy takes."""
+    found = grid_iteration.optimal(problem, GRID, tick)
+    agent = Optimal(problem, 0)
+    starts = np.array([[x, 0.0] for x in STARTS])
+    q = grid_iteration.action_values(problem, GRID, found.values, starts)
+    rows: list[Row] = [
+        {
+            "start": problem.notation(s),
+            "value": float(row.max()),
+            "best": names(problem, best(row)),
+            "turns driven": driven(problem, agent, s),
+        }
+        for s, row in zip(starts, q, strict=True)
+    ]
+    told = (
+        f"{GRID.points[0]} x {GRID.points[1]} points; change {found.change:.1g} after "
+        f"{found.sweeps} sweeps"
+    )
+    return Solution("value iteration on an interpolated grid", told, rows)
+
+
+def driven(problem: Problem, agent: Optimal, start: np.ndarray) -> int | None:
+    """The turns that an agent takes from a start, None if too many."""
+    s = start[None]
+    for turn in range(LONGEST):
+        if problem.terminal(s)[0]:
+            return turn
+        a = agent.choose(agent.begin(s), None, np.zeros((1, 0)))
+        s = problem.step(s, a[:, None], np.zeros((1, 0))).state
+    return None

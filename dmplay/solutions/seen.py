@@ -1,0 +1,37 @@
+"""Solutions of problems of one agent that sees a finite state."""
+
+import numpy as np
+
+from dmplay.core import Problem
+from dmplay.solutions._solution import Row, Solution, Tick, names
+from dmplay.solvers import value_iteration
+from dmplay.solvers.value_iteration import best
+from dmplay.tabular import tabulate
+
+SWEEPS = 10_000  # at most
+STILL = 1e-10  # a change that ends them
+
+
+def sweeps(problem: Problem, tick: Tick) -> Solution:
+    """Values and best actions of every state."""
+    tables = tabulate(problem)
+    values = np.zeros(len(tables.transition))
+    done, change = 0, np.inf
+    while change >= STILL and done < SWEEPS:
+        after = value_iteration.action_values(tables, problem.discount, values).max(axis=1)
+        change = float(abs(after - values).max())
+        values = after
+        done += 1
+        tick(done / SWEEPS)
+    q = value_iteration.optimal(tables, problem.discount)
+    off = float(abs(q.max(axis=1) - values).max())
+    rows: list[Row] = [
+        {
+            "state": problem.notation(s),
+            "value": float(row.max()),
+            "best": names(problem, best(row)),
+        }
+        for s, row in zip(problem.enumerated(), q, strict=True)
+    ]
+    told = f"change below {STILL:g} after {done} sweeps; {off:.1g} from policy iteration"
+    return Solution("value iteration", told, rows)

@@ -1,0 +1,89 @@
+"""Solutions of problems of several agents whose state is hidden, beside what nobody can exceed."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay import belief, catalog
+from dmplay.chance import Reals
+from dmplay.core import Problem
+from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
+from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
+from dmplay.solutions._solution import Row, Solution, Tick, part
+from dmplay.solutions.played import games
+from dmplay.solvers import alpha_vectors, joint_plans, reactive_team, sparse, value_iteration
+from dmplay.solvers.value_iteration import best
+from dmplay.tabular import Tables, tabulate
+
+LONGEST = 4  # turns of a joint plan
+GAMES, TURNS = 200, 100  # of a team that is simulated
+SIMULATED = ("qmdp", "chase-belief", "sweep")
+
+
+class Team(NamedTuple):
+    """What a team earns, and how that is known."""
+
+    team: str
+    value: float
+    known: str
+
+
+def care(problem: MulticaregiverCryingBaby, tick: Tick) -> Solution:
+    """Joint plans of one turn and more, beside one planner for both and one who sees the baby."""
+    b, tables = belief.prior(problem), tabulate(problem)
+    team = tables._replace(rewards=tables.rewards.sum(axis=2, keepdims=True))
+    found = joint_plans.stages(problem, LONGEST)
+    heard = alpha_vectors.stages(team, problem.discount, LONGEST)
+    rows: list[Row] = []
+    for turns, (stage, planner) in enumerate(zip(found, heard, strict=True), 1):
+        worth = np.einsum("s,sij->ij", b, stage.values)
+        pair = np.unravel_index(int(np.argmax(best(worth.reshape(-1)))), worth.shape)
+        row: Row = {
+            "turns": turns,
+            "plans": " x ".join(str(len(plans.actions)) for plans in stage.plans),
+            "value": float(worth.max()),
+            "one planner": float((planner.vectors @ b).max()),
+            "one who sees": float(b @ value_iteration.sweep(team, problem.discount, turns)),
+        }
+        for seat, agent in enumerate(problem.agents):
+            plan = stage.plans[seat].actions[pair[seat]]
+            row[f"{agent} first"] = problem.action_name(seat, float(plan))
+        rows.append(row)
+        tick(turns / LONGEST)
+    told = f"value {rows[-1]['value']:.6g} of {LONGEST} turns{_endless(problem, team, b)}"
+    return Solution("joint plans by dynamic programming, for both rewards together", told, rows)
+
+
+def _endless(problem: Problem, team: Tables, b: Reals) -> str:
+    """What one planner for both earns in a game without end, where it has a value."""
+    if problem.discount >= 1.0:
+        return ""
+    vectors = alpha_vectors.infinite(team, problem.discount).vectors
+    return f"; at most {(vectors @ b).max():.6g} without end, by alpha vectors of one planner"
+
+
+def hunt(problem: CollaborativePredatorPrey, tick: Tick) -> Solution:
+    """What teams earn from anywhere, the one first that sees all and whom none exceeds."""
+    model = sparse.listed(problem)
+    q = sparse.optimal(model, problem.discount)
+    tick(0.2)
+    random = sparse.evaluate(model, problem.discount, np.full(q.shape, 1 / q.shape[1]))
+    teams = [
+        Team("one planner who sees all", float(q.max(axis=1).mean()), "exact"),
+        Team("random", float(random.mean()), "exact"),
+    ]
+    if problem.predators == 2:
+        value = reactive_team.team(problem, part(tick, 0.2, 0.3)).value
+        teams.append(Team("reactive", value, "exact, if the first state is sensed too"))
+    for place, name in enumerate(SIMULATED):
+        seated = [catalog.agent(problem, seat, name) for seat in range(problem.predators)]
+        share = 0.7 / len(SIMULATED)
+        inner = part(tick, 0.3 + share * place, 0.3 + share * (place + 1))
+        sample = games(problem, seated, inner, episodes=GAMES, turns=TURNS).returns[:, 0]
+        error = sample.std(ddof=1) / np.sqrt(GAMES)
+        teams.append(Team(name, float(sample.mean()), f"{GAMES} games, +- {error:.2g}"))
+    rows = [one._asdict() for one in sorted(teams, key=lambda one: -one.value)]
+    told = (
+        f"mean {q.max(axis=1).mean():.6g} over {len(q)} states: no team that does not see has more"
+    )
+    return Solution("policy iteration of one planner who sees all, an upper bound", told, rows)
