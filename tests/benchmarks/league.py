@@ -1,35 +1,51 @@
 """The league: what every agent earns, beside the best that is known.
 
-`python -m tests.benchmarks league [--problem NAME ...] [--games N]`. A seat that is not measured is
-held by the problem's usual partner; agents that take their time play fewer games, as is said.
+`python -m tests.benchmarks league [--problem NAME ...] [--agent NAME ...] [--games N]`. A seat that
+is not measured is held by the problem's usual partner; in a team every seat is held alike. Agents
+that take their time play fewer games, as is said.
 """
 
-import json
 import math
 import time
-from collections.abc import Callable
-from pathlib import Path
+from collections.abc import Iterator
 from typing import NamedTuple
+
+import numpy as np
 
 from dmplay import catalog
 from dmplay.core import Policy, Problem
 from dmplay.errors import DmplayError
 from dmplay.names import problem_names
 from dmplay.rollouts import rollout
+from tests.benchmarks.known import Known, best_known, best_team
 
-GAMES = 1000
-FEWER = {"expectimax": 10, "search": 5, "axelrod": 100, "chase-belief": 4}  # times fewer games
-LONG = ("2048", "cart-pole", "mountain-car")  # games in which a search plays ten times fewer still
-TURNS = {"mountain-car": 200}  # where nothing else ends a game soon
+GAMES = 10_000
+MORE = 10  # times more games of an agent whose number is known
+RARE = {"collision-avoidance": 2}  # times more still, where it takes many games to see a collision
+FEWER = {"expectimax": 100, "search": 100, "axelrod": 10, "chase-belief": 10, "qmdp": 10}
+LONG = ("2048", "cart-pole", "mountain-car")  # in which a search plays ten times fewer still
+ENDLESS = ("crying-baby", "predator-prey", "multicaregiver-crying-baby")  # solved without end
+TEAMS = ("multicaregiver-crying-baby", "collaborative-predator-prey")
+EACH = ("predator-prey", "multicaregiver-crying-baby")  # whose seats differ
+TURNS = {"mountain-car": 200} | dict.fromkeys(ENDLESS, 150)
 SEED = 1
-TRUTH = Path(__file__).parent.parent / "truth"
+NEAR = 2.0  # standard errors
 
 
-class Known(NamedTuple):
-    """The best return that is known for the game measured, and where it is from."""
+class Table(NamedTuple):
+    """A game of the league: a seat of a problem or, as a team, all of them."""
 
-    number: float
-    source: str
+    name: str
+    problem: Problem
+    seats: tuple[int, ...]
+    known: Known
+
+    def __str__(self) -> str:
+        """The problem and who is measured."""
+        agents = self.problem.agents
+        if len(agents) == 1:
+            return self.name
+        return f"{self.name}, {agents[self.seats[0]] if len(self.seats) == 1 else 'team'}"
 
 
 class Standing(NamedTuple):
@@ -41,98 +57,68 @@ class Standing(NamedTuple):
     games: int
     seconds: float
 
-
-def truth(family: str, case: str, *keys: str | int) -> float:
-    """A number of an exact case."""
-    cases = json.loads((TRUTH / f"{family}.json").read_text())["cases"]
-    found = next(one for one in cases if one["id"].startswith(case))["expect"]
-    for key in keys:
-        found = found[key]
-    return float(found)
+    def apart(self, known: Known) -> float:
+        """How many standard errors the mean is from the number that is known."""
+        off = abs(self.mean - known.number)
+        return off / self.error if self.error else math.inf if off > 1e-9 else 0.0
 
 
-def fully_observed(problem: Problem) -> float:
-    """The best mean return of one who saw the state, over the usual number of turns."""
-    from dmplay.belief import prior
-    from dmplay.solvers import value_iteration
-    from dmplay.tabular import tabulate
-
-    tables = tabulate(problem)
-    if problem.horizon is None:
-        values = value_iteration.optimal(tables, problem.discount).max(axis=1)
-    else:
-        values = value_iteration.sweep(tables, problem.discount, problem.horizon)
-    return float(prior(problem) @ values)
+def tables(names: list[str]) -> Iterator[Table]:
+    """The games of these problems, or of all."""
+    for name in names or problem_names():
+        problem = catalog.load(name)
+        for seat in range(len(problem.agents) if name in EACH else 1):
+            if name not in TEAMS or name in EACH:
+                yield Table(name, problem, (seat,), best_known(name, problem, seat))
+        if name in TEAMS:
+            everyone = tuple(range(len(problem.agents)))
+            yield Table(name, problem, everyone, best_team(name, problem))
 
 
-def best_known(name: str, problem: Problem) -> Known | None:
-    """The optimum, a bound on it, or the literature's number; None where none is at hand."""
-    found: dict[str, Callable[[], Known]] = {
-        "hexworld": lambda: Known(fully_observed(problem), "optimum, by policy iteration"),
-        "2048": lambda: Known(387_222, "literature: nneonneo/2048-ai, where p_two is 0.9"),
-        "cart-pole": lambda: Known(500, "optimum: all turns"),
-        "simple-regulator": lambda: regulator(problem),
-        "collision-avoidance": lambda: Known(
-            truth("collision", "collision/grid_value_from_start/0000", "value"),
-            "tests/truth: the optimum on the grid",
-        ),
-        "crying-baby": lambda: Known(fully_observed(problem), "bound: one who sees the state"),
-        "machine-replacement": lambda: Known(
-            truth("machine", "machine/value_grid/0014", "values", -1), "tests/truth: optimum"
-        ),
-        "catch": lambda: Known(fully_observed(problem), "bound: one who sees the state"),
-        "prisoners-dilemma": lambda: Known(-10, "both silent in all ten rounds"),
-        "rock-paper-scissors": lambda: Known(10, "every round won; the value is 0"),
-    }
-    return found[name]() if name in found else None
-
-
-def regulator(problem: Problem) -> Known:
-    """The optimum of the usual number of turns from the usual start."""
-    from dmplay.problems.simple_regulator import SimpleRegulator
-    from dmplay.solvers import linear_regulator
-
-    assert isinstance(problem, SimpleRegulator)
-    value = linear_regulator.finite(problem, linear_regulator.OPTIMAL, problem.horizon or 0)
-    return Known(value.mean(0.3, 0.1), "optimum, by the Riccati recursion (F.5)")
-
-
-def standing(name: str, problem: Problem, seat: int, agent: str, games: int) -> Standing | None:
-    """What an agent earns in a seat; None where it does not fit."""
+def standing(table: Table, agent: str, games: int) -> Standing | None:
+    """What an agent earns; None where it does not fit."""
+    name, problem, seats, known = table
     try:
         seated: list[Policy] = [
-            catalog.agent(problem, i, agent if i == seat else catalog.partner(problem, i))
+            catalog.agent(problem, i, agent if i in seats else catalog.partner(problem, i))
             for i in range(len(problem.agents))
         ]
     except DmplayError:
         return None
     fewer = FEWER.get(agent, 1) * (10 if agent == "search" and name in LONG else 1)
-    many = max(10, games // fewer)
+    more = MORE * RARE.get(name, 1) if agent == known.agent else 1
+    many = max(10, games * more // fewer)
     turns = TURNS.get(name, problem.horizon)
     began = time.perf_counter()
-    found = rollout(problem, seated, episodes=many, turns=turns, seed=SEED).returns[:, seat]
+    found = rollout(problem, seated, episodes=many, turns=turns, seed=SEED).returns
     spent = time.perf_counter() - began
-    return Standing(agent, float(found.mean()), float(found.std() / math.sqrt(many)), many, spent)
+    paid = found[:, seats[:1] if problem.shared_reward else seats].sum(axis=1)
+    error = float(paid.std(ddof=1) / math.sqrt(many))
+    return Standing(agent, float(paid.mean()), 0.0 if np.ptp(paid) == 0 else error, many, spent)
+
+
+def verdict(known: Known, rows: list[Standing]) -> str:
+    """Whether the agent that should earn the known number does."""
+    for one in rows:
+        if one.agent == known.agent:
+            apart = one.apart(known)
+            told = "reaches it" if apart <= NEAR else "MISSES IT"
+            return f"{one.agent} {told}: {apart:.1f} standard errors apart"
+    return ""
 
 
 def report(games: int, problems: list[str], agents: list[str]) -> None:
-    """Prints the table of each problem, the best agent first."""
-    for name in problems or list(problem_names()):
-        problem = catalog.load(name)
-        known = best_known(name, problem)
-        seats = range(len(problem.agents)) if name == "predator-prey" else range(1)
-        for seat in seats:
-            print(f"\n{name}, {problem.agents[seat]}")
-            if known:
-                print(f"  {'best known':<24}{known.number:>12.4g}{'':>10}  {known.source}")
-            rows = [
-                standing(name, problem, seat, agent, games)
-                for agent in catalog.agents(problem)
-                if not agents or agent in agents
-            ]
-            for one in sorted(filter(None, rows), key=lambda one: -one.mean):
-                print(
-                    f"  {one.agent:<24}{one.mean:>12.4g}{'+-':>4}{one.error:>6.2g}"
-                    f"  {one.games} games, {one.seconds:.1f} s",
-                    flush=True,
-                )
+    """Prints the standings of each game, the best agent first, and the verdict."""
+    for table in tables(problems):
+        known = table.known
+        print(f"\n{table}")
+        print(f"  {'best known':<24}{known.number:>12.4g}{'':>10}  {known.source}")
+        fit = catalog.agents(table.problem)
+        found = (standing(table, agent, games) for agent in fit if not agents or agent in agents)
+        rows = sorted(filter(None, found), key=lambda one: -one.mean)
+        for one in rows:
+            print(
+                f"  {one.agent:<24}{one.mean:>12.4g}{'+-':>4}{one.error:>6.2g}"
+                f"  {one.games} games, {one.seconds:.1f} s"
+            )
+        print(f"  {verdict(known, rows)}", flush=True)
