@@ -258,3 +258,14 @@ def test_teams_that_cannot_be_planned_are_refused_and_advised_by_the_chase() -> 
                 dmplay.agent(problem, 0, agent)
     assert catalog.hint(dmplay.load(NAME, predators=26), 0) == "chase-belief"
     assert catalog.hint(PROBLEM, 0) == "qmdp"
+
+
+def test_two_who_always_sense_the_prey_are_advised_to_sweep() -> None:
+    """Planning for sight, both would stand still for the same reason, and the prey avoids them."""
+    triangle = dmplay.load(f"{NAME}:triangle")
+    assert catalog.hint(triangle, 1) == "sweep"
+    swept, planned = (
+        dmplay.rollout(triangle, [dmplay.agent(triangle, i, one) for i in range(2)], episodes=300)
+        for one in ("sweep", "qmdp")
+    )
+    assert swept.returns[:, 0].mean() > planned.returns[:, 0].mean() + 20

@@ -160,8 +160,12 @@ def _planned(problem: Problem) -> bool:
 
 
 def _adviser(problem: Problem, seat: int) -> str:
-    """The one that knows values, where it is found."""
-    return "qmdp" if _planned(problem) else "chase-belief"
+    """The one that knows values, where it is found; a team that never senses anew does worse so."""
+    if not _planned(problem):
+        return "chase-belief"
+    hunt = _hunt(problem)
+    blind = hunt.predators > 1 and len(np.unique(hunt.observe(hunt.enumerated()))) == 1
+    return "sweep" if blind else "qmdp"
 
 
 POLICIES = {"sweep": Sweep, "chase-belief": ChaseBelief, "qmdp": Qmdp, "reactive": ByTheSense}

@@ -6,7 +6,6 @@ from typing import Any
 from dmplay.core import Problem
 from dmplay.problems._matrix_game import MatrixGame
 from dmplay.problems.cart_pole import CartPole
-from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
 from dmplay.problems.collision_avoidance import CollisionAvoidance
 from dmplay.problems.mountain_car import MountainCar
 from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
@@ -33,9 +32,9 @@ def _one_to_one(problem: Problem) -> bool:
     return one and problem.discount < 1.0 and problem.enumerated().shape[0] <= markov_game.LARGEST
 
 
-def _listed(problem: Problem) -> bool:
-    hunt = isinstance(problem, CollaborativePredatorPrey) and problem.discount < 1.0
-    return hunt and sparse.size(problem) <= sparse.MOST
+def _one_reward(problem: Problem) -> bool:
+    team = isinstance(problem.states, int) and problem.shared_reward and problem.discount < 1.0
+    return team and sparse.size(problem) <= sparse.MOST
 
 
 METHODS: list[tuple[Callable[[Problem], bool], Solve]] = [
@@ -46,7 +45,7 @@ METHODS: list[tuple[Callable[[Problem], bool], Solve]] = [
     (lambda problem: isinstance(problem, MountainCar), reals.drive),
     (lambda problem: isinstance(problem, MulticaregiverCryingBaby), teams.care),
     (_one_to_one, games.hunt),
-    (_listed, teams.hunt),
+    (_one_reward, teams.hunt),
     (lambda problem: _small(problem) and problem.observations is None, seen.sweeps),
     (lambda problem: _small(problem) and len(problem.enumerated()) <= hidden.DRAWN, hidden.vectors),
     (_small, hidden.first),

@@ -62,7 +62,7 @@ def _endless(problem: Problem, team: Tables, b: Reals) -> str:
     return f"; at most {(vectors @ b).max():.6g} without end, by alpha vectors of one planner"
 
 
-def hunt(problem: CollaborativePredatorPrey, tick: Tick) -> Solution:
+def hunt(problem: Problem, tick: Tick) -> Solution:
     """What teams earn from anywhere, the one first that sees all and whom none exceeds."""
     model = sparse.listed(problem)
     q = sparse.optimal(model, problem.discount)
@@ -72,12 +72,13 @@ def hunt(problem: CollaborativePredatorPrey, tick: Tick) -> Solution:
         Team("one planner who sees all", float(q.max(axis=1).mean()), "exact"),
         Team("random", float(random.mean()), "exact"),
     ]
-    if problem.predators == 2:
+    if isinstance(problem, CollaborativePredatorPrey) and problem.predators == 2:
         value = reactive_team.team(problem, part(tick, 0.2, 0.3)).value
         teams.append(Team("reactive", value, "exact, if the first state is sensed too"))
-    for place, name in enumerate(SIMULATED):
-        seated = [catalog.agent(problem, seat, name) for seat in range(problem.predators)]
-        share = 0.7 / len(SIMULATED)
+    known = [name for name in SIMULATED if name in catalog.agents(problem)]
+    for place, name in enumerate(known):
+        seated = [catalog.agent(problem, seat, name) for seat in range(len(problem.agents))]
+        share = 0.7 / len(known)
         inner = part(tick, 0.3 + share * place, 0.3 + share * (place + 1))
         sample = games(problem, seated, inner, episodes=GAMES, turns=TURNS).returns[:, 0]
         error = sample.std(ddof=1) / np.sqrt(GAMES)

@@ -18,6 +18,7 @@ from dmplay.solvers import (
     best_response,
     grid_iteration,
     linear_regulator,
+    markov_game,
     matrix_game,
     sparse,
     value_iteration,
@@ -71,9 +72,7 @@ def best_known(name: str, problem: Problem, seat: int) -> Known:
         "prisoners-dilemma": lambda: Known(-9, "best reply: betray in the last round"),
         "rock-paper-scissors": lambda: Known(10, "bound: every round won"),
         "travelers-dilemma": lambda: Known(_claim(problem), "best reply to level-k"),
-        "predator-prey": lambda: Known(
-            _hunt(problem, seat), "best reply to the usual opponent", "best-response"
-        ),
+        "predator-prey": lambda: _hunt(problem, seat),
         "multicaregiver-crying-baby": lambda: Known(
             _answer(problem, seat), "best reply to feed-when-crying", "best-response"
         ),
@@ -125,14 +124,17 @@ def _claim(problem: Problem) -> float:
     return 10 * float(matrix_game.responses(payoffs, level)[0].max())
 
 
-def _hunt(problem: Problem, seat: int) -> float:
+def _hunt(problem: Problem, seat: int) -> Known:
     states = problem.enumerated()
     play = []
     for other in range(len(problem.agents)):
         policy = catalog.agent(problem, other, catalog.partner(problem, other))
         play.append(np.eye(6)[policy.choose(policy.begin(states), None, np.zeros((1, 0)))])
     q = sparse.optimal(best_response.faced(problem, seat, play), problem.discount)
-    return float(belief.prior(problem) @ q.max(axis=1))
+    start = belief.prior(problem)
+    equal = start @ markov_game.equilibrium(problem).values[seat]
+    source = f"best reply to the usual opponent; the equilibrium is worth {equal:.4g}"
+    return Known(float(start @ q.max(axis=1)), source, "best-response")
 
 
 def _answer(problem: Problem, seat: int) -> float:
