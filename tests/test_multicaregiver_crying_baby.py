@@ -6,7 +6,7 @@ import pytest
 import dmplay
 from dmplay import belief, catalog
 from dmplay.core import Percept
-from dmplay.errors import BadPolicy
+from dmplay.errors import BadParameter, BadPolicy
 from dmplay.policies.multicaregiver_crying_baby import BestResponse
 from dmplay.problems.multicaregiver_crying_baby import (
     FEED,
@@ -116,6 +116,58 @@ def test_the_best_response_of_each_comes_true() -> None:
         (value,) = policy.values(policy.begin(np.array([-1]))).max(axis=1)
         returns = dmplay.rollout(CARE, agents, episodes=4000, turns=150, seed=2).returns[:, seat]
         assert abs(returns.mean() - value) < 4 * returns.std() / np.sqrt(4000)
+
+
+def test_a_best_response_to_one_who_always_feeds_is_to_do_nothing() -> None:
+    for seat in range(2):
+        policy = BestResponse(CARE, seat, to="feed")
+        assert policy.values(policy.begin(np.array([-1]))).max() == pytest.approx(-5)
+
+
+def test_beside_one_who_never_feeds_the_cheap_feeder_does_every_turn_the_dear_every_other() -> None:
+    for seat, wanted in ((0, -5 - 2.5 / (1 - 0.9)), (1, -(5 + 5) / (1 - 0.9**2))):
+        policy = BestResponse(CARE, seat, to="ignore")
+        worth = policy.values(policy.begin(np.array([-1])))
+        assert worth[0].argmax() == FEED
+        assert worth.max() == pytest.approx(wanted)
+
+
+def test_a_best_response_names_the_partners_it_knows() -> None:
+    with pytest.raises(BadParameter, match="got 'sleep', expected one of feed-when-crying, random"):
+        dmplay.agent(CARE, 0, "best-response:to=sleep")
+
+
+@pytest.mark.parametrize("horizon", [2, 4])
+def test_a_joint_plan_has_the_cheap_feeder_feed_and_earns_the_teams_optimum(horizon: int) -> None:
+    agents = [dmplay.agent(CARE, i, f"joint-plan:horizon={horizon}") for i in range(2)]
+    returns = dmplay.rollout(CARE, agents, episodes=4000, turns=150, seed=2).returns.sum(axis=1)
+    # The first turn finds a hungry baby half the time; from then on caregiver1 feeds it, 2.5 each.
+    assert abs(returns.mean() - (-10 - 25)) < 4 * returns.std() / np.sqrt(4000)
+
+
+def test_both_seats_value_the_same_joint_plan() -> None:
+    memory = (np.array([[0.5, 0.5], [0.1, 0.9]]),)
+    first, second = (dmplay.agent(CARE, i, "joint-plan").values(memory) for i in range(2))
+    assert first is not None
+    assert second is not None
+    np.testing.assert_allclose(first.max(axis=1), second.max(axis=1))
+    # Feeding twice costs the second feeder's effort: 16.775 + 5 - 2.5 where only it fed.
+    assert first[0] == pytest.approx([-16.775, -19.775, -19.275])
+    assert second[0] == pytest.approx([-19.275, -17.025, -16.775])
+
+
+def test_a_joint_plan_goes_on_beside_a_partner_who_surprises() -> None:
+    policy = dmplay.agent(CARE, 1, "joint-plan")
+    memory = policy.begin(np.array([-1]))  # caregiver1 should feed: no cry can follow
+    turn = Percept(np.array([IGNORE]), np.array([CRYING]), None, None)
+    (b,) = policy.update(memory, turn)
+    assert b.tolist() == [[0, 1]]
+
+
+def test_a_joint_plan_is_of_one_to_four_turns() -> None:
+    for horizon in (0, 5):
+        with pytest.raises(BadParameter, match=f"got {horizon}, expected 1 to 4"):
+            dmplay.agent(CARE, 0, f"joint-plan:horizon={horizon}")
 
 
 def test_a_best_response_without_end_needs_a_discount() -> None:

@@ -1,4 +1,4 @@
-"""Policies for the two caregivers: that of one, and the best answer to it."""
+"""Policies for the two caregivers: that of one, best answers, and plans of both."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -8,9 +8,10 @@ import numpy as np
 
 from dmplay import belief
 from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Memory, Percept, Problem, exact
-from dmplay.errors import BadPolicy
+from dmplay.core import Memory, Percept, Problem, exact, parameter
+from dmplay.errors import BadParameter, BadPolicy
 from dmplay.policies._believing import mean
+from dmplay.policies._joint_plan import JointPlan
 from dmplay.policies.crying_baby import FeedWhenCrying
 from dmplay.problems.multicaregiver_crying_baby import ACTIONS
 from dmplay.solvers import alpha_vectors
@@ -19,11 +20,12 @@ from dmplay.solvers.value_iteration import best
 from dmplay.tabular import Tables
 
 HEARD = 3  # nothing yet, crying, quiet
+ANSWERED = ("feed-when-crying", "random", *ACTIONS)
 
 
 @dataclass(frozen=True)
 class BestResponse:
-    """The best answer to a partner who feeds when the baby cries, in a game without end.
+    """The best answer to a partner who plays `to`, for ever: an agent named so, or one action.
 
     Both hear the same, so the partner is foreseen: this is a POMDP whose state is the baby's and
     what was heard last. The values are against that partner.
@@ -31,9 +33,12 @@ class BestResponse:
 
     problem: Problem
     seat: int
+    to: str = parameter("feed-when-crying", f"the partner: {', '.join(ANSWERED)}")
 
     def __post_init__(self) -> None:
-        """Refuses a game without end and discount."""
+        """Refuses what it has no answer to, and a game without end and discount."""
+        if self.to not in ANSWERED:
+            raise BadParameter(f"to: got {self.to!r}, expected one of {', '.join(ANSWERED)}")
         if self.problem.discount >= 1.0:
             raise BadPolicy("a game without end needs a discount below 1")
 
@@ -45,10 +50,19 @@ class BestResponse:
     @cached_property
     def faced(self) -> Tables:
         """The arrays of that POMDP; its state is the baby's times 3, plus what was heard."""
-        heard = np.arange(2 * HEARD) % HEARD - 1
+        return self._beside(self._play)
+
+    @property
+    def _play(self) -> Reals:
+        """How likely the partner takes each action `[S, A]`."""
+        heard, many = np.arange(2 * HEARD) % HEARD - 1, len(ACTIONS)
+        if self.to == "random":
+            return np.full((len(heard), many), 1 / many)
+        if self.to in ACTIONS:
+            return np.tile(np.eye(many)[ACTIONS.index(self.to)], (len(heard), 1))
         partner = FeedWhenCrying(self.problem, 1 - self.seat)
         fed = partner.choose((heard,), None, np.zeros((len(heard), 0)))
-        return self._beside(np.eye(len(ACTIONS))[fed])
+        return np.asarray(np.eye(many)[fed])
 
     def _beside(self, play: Reals) -> Tables:
         """The arrays beside a partner who takes actions with probabilities `[S, A]`."""
@@ -108,6 +122,15 @@ def _likely(tables: Tables) -> Reals:
     return np.asarray(tables.transition.transpose(1, 0, 2)[:, None] * seen)
 
 
-POLICIES = {"best-response": BestResponse, "feed-when-crying": FeedWhenCrying}
+def _adviser(problem: Problem, seat: int) -> str:
+    """The best answer to the usual partner, where a game without end has one."""
+    return "best-response" if problem.discount < 1.0 else "joint-plan"
+
+
+POLICIES = {
+    "best-response": BestResponse,
+    "feed-when-crying": FeedWhenCrying,
+    "joint-plan": JointPlan,
+}
 PARTNER = "feed-when-crying"
-HINT = "feed-when-crying"
+HINT = _adviser

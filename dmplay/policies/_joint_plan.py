@@ -1,0 +1,99 @@
+"""Plans of two agents who hear the same."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from dmplay import belief
+from dmplay.chance import Array, Bools, Ints, Reals
+from dmplay.core import Memory, Percept, Problem, parameter
+from dmplay.errors import BadParameter
+from dmplay.policies._believing import mean
+from dmplay.solvers import alpha_vectors, joint_plans
+from dmplay.solvers.envelope import envelope
+from dmplay.solvers.value_iteration import best
+from dmplay.tabular import joint_actions, tabulate
+
+LONGEST = 4  # turns of a joint plan: with five there are too many to compare
+
+
+@dataclass(frozen=True)
+class JointPlan:
+    """Follows the plans of `horizon` turns that together earn both most, made anew every turn.
+
+    Both hear the same, so each knows what the other believes and plans. The values are the sum of
+    both rewards over these turns.
+    """
+
+    problem: Problem
+    seat: int
+    horizon: int = parameter(LONGEST, f"turns planned, 1 to {LONGEST}", 1, LONGEST)
+
+    def __post_init__(self) -> None:
+        """Refuses more turns than it can plan."""
+        if not 1 <= self.horizon <= LONGEST:
+            raise BadParameter(f"horizon: got {self.horizon}, expected 1 to {LONGEST}")
+        _ = self._vectors  # refuses a game of too many plans
+
+    @property
+    def draws(self) -> int:
+        """None."""
+        return 0
+
+    @property
+    def _shape(self) -> tuple[int, ...]:
+        return tuple(len(labels) for labels in self.problem.actions)
+
+    @cached_property
+    def _vectors(self) -> list[Reals]:
+        """What pairs of plans are worth from each state `[N, S]`, by their first joint action."""
+        stage = joint_plans.openings(self.problem, self.horizon)
+        found = []
+        for a, b in joint_actions(self.problem):
+            first, second = stage.plans[0].actions == a, stage.plans[1].actions == b
+            worth = stage.values[:, first][:, :, second].reshape(len(stage.values), -1).T
+            found.append(worth[envelope(worth).needed])
+        return found
+
+    @cached_property
+    def _foreseen(self) -> Reals:
+        """The probability of what is heard and the next state, `[A, A of the other, O, S, S]`."""
+        transition, _, heard = tabulate(self.problem)
+        assert heard is not None
+        kinds = len((self.problem.observations or ())[self.seat])
+        own = heard.reshape(*heard.shape[:2], -1, kinds).sum(axis=3 - self.seat)
+        both = transition.transpose(1, 0, 2)[:, None] * own.transpose(0, 2, 1)[:, :, None]
+        shaped: Reals = both.reshape(*self._shape, *both.shape[1:])
+        return shaped if self.seat == 0 else shaped.swapaxes(0, 1)
+
+    def begin(self, observation: Array) -> Memory:
+        """What both believe: the distribution of the start state."""
+        return (np.tile(belief.prior(self.problem), (len(observation), 1)),)
+
+    def update(self, memory: Memory, percept: Percept) -> Memory:
+        """Bayes' rule beside the partner's plan; where that is ruled out, beside a random one."""
+        (b,) = memory
+        partner = self._planned(b)[:, 1 - self.seat]
+        joint = mean(b, self._foreseen[percept.action, partner, percept.observation])
+        possible = joint.any(axis=1, keepdims=True)
+        surprising = self._foreseen.mean(axis=1)[percept.action, percept.observation]
+        joint = np.where(possible, joint, mean(b, surprising))
+        return (joint / joint.cumsum(axis=1)[:, -1:],)
+
+    def _jointly(self, b: Reals) -> Reals:
+        """Q `[B, joint actions]` of beliefs `[B, S]`."""
+        return np.stack([alpha_vectors.values(vectors, b) for vectors in self._vectors], axis=1)
+
+    def _planned(self, b: Reals) -> Ints:
+        """The first of the best joint actions `[B, 2]`, the same for both seats."""
+        return np.asarray(joint_actions(self.problem)[np.argmax(best(self._jointly(b)), axis=1)])
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """One's own part of the best joint action."""
+        return np.asarray(self._planned(memory[0])[:, self.seat])
+
+    def values(self, memory: Memory) -> Reals:
+        """Q of each action beside the partner's best one."""
+        q = self._jointly(memory[0]).reshape(-1, *self._shape)
+        return np.asarray(q.max(axis=2 - self.seat))
