@@ -158,16 +158,23 @@ def test_commands_of_the_table_tell_nothing_hidden(command: str, tmp_path: Path)
     assert told[0] == told[1]
 
 
-@pytest.mark.parametrize("line", ["load", "load {}", "play catch -o {} --force"])
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("load", "no unfinished game"),
+        ("load {}", "somebody plays this game now"),
+        ("play catch -o {} --force", "somebody plays this game now"),
+    ],
+)
 def test_the_file_of_the_game_that_is_played_is_left_alone(
-    line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    line: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     seat = Table(new(Request("hexworld", seed=7)), program)
     assert seat.game.recorder is not None
     path = seat.game.recorder.path
     typed(seat, "e")
-    with pytest.raises(BadParameter, match="this is the game that is played now"):
+    with pytest.raises(BadParameter, match=message):
         typed(seat, line.format(path))
     typed(seat, "w")
     seat.end()

@@ -5,7 +5,7 @@ from pathlib import Path
 from dmplay import catalog
 from dmplay.errors import BadParameter
 from dmplay.shell.request import words_of
-from dmplay.shell.saves import copied, latest_unfinished
+from dmplay.shell.saves import copied
 from dmplay.shell.table import Table
 
 
@@ -14,15 +14,12 @@ def play(table: Table, argument: str) -> str:
     words = words_of(argument)
     if not words:
         raise BadParameter("play: expected a problem, as play hexworld --seed 7")
-    _spare(table, words)
     return table.ask(["play", *words]) or table.began()
 
 
 def load(table: Table, argument: str) -> str:
     """Goes on with a recorded game."""
-    words = words_of(argument)
-    _spare(table, words or [str(latest_unfinished())])
-    said = table.ask(["resume", *words])
+    said = table.ask(["resume", *words_of(argument)])
     return said or f"resumed {table.game.name}. turn {len(table.game.session.turns)}."
 
 
@@ -120,12 +117,3 @@ def screen(table: Table, argument: str) -> str:
     if table.open_screen is None:
         raise BadParameter("screen: it opens from the shell, on a terminal")
     return table.open_screen() or f"{game.name} again in words."
-
-
-def _spare(table: Table, words: list[str]) -> None:
-    """Refuses to touch the file that the game is being written to."""
-    recorder = table.game.recorder if table.playing else None
-    for word in words:
-        path = Path(word.rpartition("=")[2])
-        if recorder and path.is_file() and path.samefile(recorder.path):
-            raise BadParameter(f"{path}: this is the game that is played now")
