@@ -181,6 +181,28 @@ def test_the_file_of_the_game_that_is_played_is_left_alone(
     assert ending(path) == ("quit", 2)
 
 
+def test_a_review_is_for_people_after_the_game_and_is_kept_with_it(tmp_path: Path) -> None:
+    seat = table(tmp_path, problem="crying-baby", turns=2)
+    typed(seat, "feed")
+    with pytest.raises(BadParameter, match="once the game is over"):
+        typed(seat, "review")
+    typed(seat, "feed")
+    told = typed(seat, "review").splitlines()
+    assert told[0].startswith("turn 1, agent: chose feed, the best. values: feed -")
+    assert told[1].startswith("turn 2, agent: chose feed, best ignore, regret ")
+    assert told[-1].startswith("review: 1 of 2 moves the best, regret ")
+    seat.end()
+    path = tmp_path / "game.dmt"
+    assert path.read_text().splitlines()[-3:] == [
+        f"# review {line.removeprefix('review: ')}" for line in told
+    ]
+    assert ending(path) == ("turn limit", 2)
+    watched = table(tmp_path, agent="optimal", record=tmp_path / "other.dmt")
+    typed(watched, "auto")
+    with pytest.raises(BadParameter, match="it values the moves of people"):
+        typed(watched, "review")
+
+
 # On the screen
 
 

@@ -120,6 +120,7 @@ COMMANDS = (
     Command("play", "PROBLEM ...", "begin a game, with the options of dmplay play", of_table.play),
     Command("load", "[FILE]", "go on with a recorded game", of_table.load),
     Command("replay", "FILE", "look at a recorded game", of_table.replay),
+    Command("review", "", "what each of your moves was worth", _game(of_game.review)),
     Command("branch", "[TURN]", "play on from a turn, in a file of its own", of_table.branch),
     Command("export", "[FILE] --svg ...", "write a game in another form", of_table.export),
     Command("list", "[KIND]", "the problems", _outer("list")),

@@ -52,6 +52,7 @@ class Game:
         self.hands = hands(session.problem, AS_DRAWN)
         self.people = [seat for seat, who in enumerate(seats) if who == HUMAN]
         self.tells_seed = True  # whether the player gave it
+        self.notes = ""  # for the end of the transcript
         self.again = ""  # the command that plays this game once more
         self.strict = asked is not None and asked.strict
         self.reveal = asked is not None and asked.reveal
@@ -200,7 +201,7 @@ class Game:
         with whole():
             self.session.end(reason)
             if self.recorder:
-                self.recorder.end()
+                self.recorder.end(self.notes)
 
     # What is said
 

@@ -121,6 +121,17 @@ def policy(game: Game, argument: str) -> str:
     return f"no policy: {why}" if why else f"policy {game.advised()}"
 
 
+def review(game: Game, argument: str) -> str:
+    """What each move of the people was worth; kept as notes once the transcript ends."""
+    from dmplay.shell import review as reviewing  # not needed before
+
+    if not game.session.over or not game.people:
+        raise BadParameter("review: it values the moves of people, once the game is over")
+    found = list(reviewing.moves(game.session, game.people))
+    game.notes = "".join(reviewing.notes(found))
+    return "\n".join([*map(str, found), reviewing.summary(found)])
+
+
 def transcript(game: Game, argument: str) -> str:
     """Where the transcript is, and its last turn without what is hidden."""
     if game.recorder is None:

@@ -107,12 +107,12 @@ def print_review(path: Path, *, write: bool, json: bool, trusted: bool) -> None:
     if write and game.transcript.end is None:
         raise BadParameter(f"{path}: the game is unfinished; a review is kept after its end")
     if write:
-        _keep(path, [*map(str, reviewed), summary(reviewed)])
+        rows = path.read_text(encoding="utf-8").splitlines(keepends=True)
+        kept = [row for row in rows if not row.startswith(MARK)]
+        replace(path, "".join([*kept, *notes(reviewed)]))
 
 
-def _keep(path: Path, told: list[str]) -> None:
-    """The review as notes at the end of the file, in place of an earlier one."""
-    rows = path.read_text(encoding="utf-8").splitlines(keepends=True)
-    kept = [row for row in rows if not row.startswith(MARK)]
-    notes = [f"{MARK}{line.removeprefix('review: ')}\n" for line in told]
-    replace(path, "".join([*kept, *notes]))
+def notes(reviewed: list[Move]) -> list[str]:
+    """The review as notes for the end of a transcript."""
+    told = [*map(str, reviewed), summary(reviewed)]
+    return [f"{MARK}{line.removeprefix('review: ')}\n" for line in told]

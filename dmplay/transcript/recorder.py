@@ -97,12 +97,12 @@ class Recorder:
         """Writes an undo of so many turns, or the number of a reroll."""
         self._write(text(lines({key: value})))
 
-    def end(self) -> None:
-        """Writes the end line and closes the file; a second end is none."""
+    def end(self, notes: str = "") -> None:
+        """Writes the end line, and notes, and closes the file; a second end is none."""
         if self._file < 0:
             return
         facts = end_facts(self.session) | {"sha256": self._digest.hexdigest()[:16]}
-        self._write("\n".join([*lines({"end": facts}), ""]))
+        self._write("\n".join([*lines({"end": facts}), notes]))
         self.close()
 
     @property
