@@ -13,9 +13,10 @@ from dmplay.solutions.every import solution
 
 
 def cached(name: str, parameters: Mapping[str, object], tick: Tick) -> Solution:
-    """The solution, kept in the user's cache folder by name, parameters and version."""
+    """The solution, kept in the user's cache folder by name, parameters and the code's state."""
     loaded = catalog.resolve(name, parameters)
-    key = dumps([__version__, loaded.name, loaded.parameters], sort_keys=True, default=str)
+    made = [loaded.name, loaded.parameters, __version__, *_code()]
+    key = dumps(made, sort_keys=True, default=str)
     root = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
     file = Path(root) / "dmplay" / "solve" / f"{hashlib.sha256(key.encode()).hexdigest()[:16]}.json"
     try:
@@ -29,6 +30,11 @@ def cached(name: str, parameters: Mapping[str, object], tick: Tick) -> Solution:
     except OSError:
         pass  # a solution that is not kept is found again
     return found
+
+
+def _code() -> list[int]:
+    """The times of this package's files: another checkout solves anew."""
+    return [file.stat().st_mtime_ns for file in sorted(Path(__file__).parent.parent.rglob("*.py"))]
 
 
 def told(name: str, found: Solution) -> str:

@@ -40,7 +40,7 @@ def regulator(problem: SimpleRegulator, tick: Tick) -> Solution:
         else linear_regulator.finite(problem, linear_regulator.OPTIMAL, turns)
     )
     rows: list[Row] = [
-        {"state": s, "value": value.at(s), "best": -s} for s in (-1.0, -0.3, 0.0, 0.3, 1.0)
+        {"state": s, "value": value.at(s), "best": 0.0 - s} for s in (-1.0, -0.3, 0.0, 0.3, 1.0)
     ]
     span = "without end" if problem.discount < 1.0 else f"{turns} turns"
     told = f"U(s) = -({value.curvature:.6g} s^2 + {value.constant:.6g}), a = -s"
