@@ -1,8 +1,8 @@
 """Mixed rules from what a predator senses to where it goes, for a team of two that hunts (F.15).
 
 Each in turn mixes what pays into its rule, by the natural gradient of what the team earns on
-average from anywhere, while the other's rule stands (section 27.4). The gradient is exact: it comes
-from the values of all states and how often, discounted, each is met.
+average from anywhere, while the other's rule stands (section 27.4). The gradient comes from the
+values of all states and how often, discounted, each is met; both follow the rules by sweeps.
 """
 
 from collections.abc import Callable
