@@ -9,19 +9,19 @@ from dmplay.shell import completion
 
 
 def _agents(ctx: typer.Context, incomplete: str) -> list[str]:
-    from dmplay.shell.completion_of import agents
+    from dmplay.shell.choices import agents
 
     return agents(_problem(ctx), incomplete)
 
 
 def _seats(ctx: typer.Context, incomplete: str) -> list[str]:
-    from dmplay.shell.completion_of import seats
+    from dmplay.shell.choices import seats
 
     return seats(_problem(ctx), incomplete)
 
 
 def _parameters(ctx: typer.Context) -> list[str]:
-    from dmplay.shell.completion_of import parameters
+    from dmplay.shell.choices import parameters
 
     return parameters(_problem(ctx))
 

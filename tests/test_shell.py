@@ -3,6 +3,7 @@
 import json
 import signal
 import subprocess
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -24,7 +25,7 @@ from dmplay.shell.script import Shell
 from dmplay.shell.table import Table
 from dmplay.shell.terminal import Terminal as Wished
 from dmplay.transcript.reading import read
-from tests.terminals import CTRL_C, CTRL_D, DMPLAY, ENTER, TAB, Terminal, clean_environment
+from tests.terminals import CTRL_C, CTRL_D, CTRL_Z, DMPLAY, ENTER, TAB, Terminal, clean_environment
 from tests.test_terminal import colours, values
 
 HOWEVER_WIDE = Wished(True, "", True, False, False, 80)
@@ -430,3 +431,26 @@ def test_no_color_gives_no_colour_codes(tmp_path: Path) -> None:
         terminal.press("\x15quit" + ENTER)
         assert terminal.ended() == 0
         assert colours(terminal.printed) == set()
+
+
+@pytest.mark.slow
+def test_ctrl_z_gives_the_terminal_back_and_fg_goes_on(tmp_path: Path) -> None:
+    bash = ("bash", "--norc", "--noprofile", "-i")
+    with Terminal(command=bash, folder=tmp_path, env={"PS1": "ready> "}) as terminal:
+        terminal.until("ready>").press(f"{sys.executable} -m dmplay\r").ready().calm()
+        terminal.press("play hexworld --seed 7" + ENTER, "t0]>").calm()
+        terminal.press(CTRL_Z, "Stopped").calm().press("fg\r").calm(0.5)
+        terminal.press("e" + ENTER, "t1]>").calm().press(CTRL_D, "transcript: ").calm()
+        terminal.press("echo code=$?\r", "code=0").press("exit\r")
+        assert terminal.ended() == 0
+
+
+@pytest.mark.slow
+def test_a_prompt_follows_the_size_of_its_terminal(tmp_path: Path) -> None:
+    with Terminal(folder=tmp_path) as terminal:
+        terminal.ready().press("play hexworld --seed 7" + ENTER, "t0]>").calm()
+        for columns, rows in ((50, 14), (200, 60), (20, 6)):
+            terminal.resize(columns, rows).calm().press("e" + ENTER).calm()
+        terminal.press(CTRL_D)
+        assert terminal.ended() == 0
+        assert "Traceback" not in terminal.printed

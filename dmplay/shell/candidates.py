@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 from dmplay.core import Interval
 from dmplay.shell import completion
+from dmplay.shell.choices import agents, parameters, seats
 from dmplay.shell.commands import COMMANDS
-from dmplay.shell.completion_of import agents, parameters, seats
 from dmplay.shell.table import Table
 
 OPTIONS = (

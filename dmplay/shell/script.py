@@ -115,7 +115,10 @@ def ask(shell: Shell) -> None:
             line = getpass.getpass(shell.prompt) if shell.secret else input(shell.prompt)
             warned = False
             shell.do(line)
-        except (EOFError, Leave):
+        except Leave:
+            return
+        except EOFError:
+            print()
             return
         except KeyboardInterrupt:
             if warned:
