@@ -112,6 +112,20 @@ def test_typed_words_are_names_before_they_are_keys() -> None:
     assert made.key("e") == made.problem.action(0, "ne")
 
 
+def test_two_people_are_each_shown_the_keys_of_their_hand() -> None:
+    for preset, hands_ in (("", ("l", "d")), ("left", ("d", "l"))):
+        made = held("predator-prey", Keys(preset), HUMAN, HUMAN)
+        first, second = play(made, hands_[0]).frames
+        for shown, key in zip((first, second), hands_, strict=True):
+            assert f" {key} e  " in shown.split("\n")[-1]
+        assert f" {hands_[1]}  " in second
+
+
+def test_words_are_told_no_key_that_is_another_actions_name() -> None:
+    made = held("hexworld", Keys("left"))
+    assert typed(Table(made), "legal") == "legal: e (d), ne, nw, w (a), sw (z), se (x)."
+
+
 def test_with_the_left_hand_taken_a_second_person_has_the_right() -> None:
     for preset, keys_ in (("", "hd"), ("left", "al")):
         made = held("predator-prey", Keys(preset), HUMAN, HUMAN)

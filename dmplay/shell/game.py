@@ -114,7 +114,8 @@ class Game:
             look = look._replace(state=self.session.state)
         labels = self.problem.actions[self.watcher]
         if not isinstance(labels, Interval):
-            look = look._replace(names={**names(self.hands.keys, labels), **look.names})
+            known = names(self.keys_of(self.watcher), labels)
+            look = look._replace(names={**known, **look.names})
         return fit(self.style, self.view(), look)
 
     # What is done
@@ -207,7 +208,7 @@ class Game:
 
     def read(self, word: str) -> float:
         """The action that a person typed: its name, an alias, its number or a key."""
-        return action_of(self.problem, self.watcher, word, self.hands.keys)
+        return action_of(self.problem, self.watcher, word, self.keys_of(self.watcher))
 
     def key(self, key: str) -> float | None:
         """The action that a key plays."""
@@ -219,6 +220,11 @@ class Game:
             return None
         seat = self.people[1]
         return seat, self.problem.action(seat, self.hands.other[key])
+
+    def keys_of(self, seat: int) -> Mapping[str, str]:
+        """The keys of a seat's person, first those of the hand that is the second's of two."""
+        second = len(self.people) == PAIR and seat == self.people[1]
+        return {**self.hands.other, **self.hands.keys} if second else self.hands.keys
 
     @property
     def nudges(self) -> Mapping[str, float]:
@@ -237,7 +243,7 @@ class Game:
         if isinstance(labels, Interval):
             return []
         keys: dict[str, str] = {}
-        for key, label in self.hands.keys.items():
+        for key, label in self.keys_of(seat).items():
             keys.setdefault(label, key)
         able = self.session.legal(seat)
         digits = [str(n % DIGITS) for n in range(1, DIGITS + 1)] if len(labels) <= DIGITS else []

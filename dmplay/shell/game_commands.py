@@ -75,8 +75,17 @@ def legal(game: Game, argument: str) -> str:
         return f"legal: a number from {known.low:g} to {known.high:g}."
     if game.types_numbers:
         return f"legal: a number from {known[0]} to {known[-1]}."
-    able = [f"{label} ({key})" for key, label, able in game.legal(seat) if able]
+    able = [
+        f"{label} ({key})" if _typed(game, key) == label else label
+        for key, label, able in game.legal(seat)
+        if able
+    ]
     return f"legal: {', '.join(able) or 'none'}."
+
+
+def _typed(game: Game, word: str) -> str:
+    """The action that a typed word plays: a name before a key."""
+    return game.problem.action_name(game.watcher, game.read(word))
 
 
 def belief(game: Game, argument: str) -> str:

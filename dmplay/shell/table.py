@@ -66,7 +66,8 @@ class Table:
         """Begins the same game anew but for these changes, with fresh dice if none are given."""
         asked = self._asked()
         record = asked.record and following(asked.record)
-        wanted = replace(asked, record=record, force=False, seed=None)
+        keep = asked.keep or self.game.recorder is not None
+        wanted = replace(asked, record=record, force=False, seed=None, keep=keep)
         self.put(new(replace(wanted, **changes)))  # type: ignore[arg-type] # fields of a request
         return self.began()
 
