@@ -209,6 +209,7 @@ def test_version_is_told(tmp_path: Path) -> None:
     assert run(tmp_path, "--version").stdout == f"dmplay {__version__}\n"
 
 
+@pytest.mark.slow
 def test_info_and_list_are_data_too(tmp_path: Path) -> None:
     listed = json.loads(run(tmp_path, "list", "--json").stdout)
     assert {"problem", "kind", "states", "discount"} <= set(listed[0])

@@ -167,6 +167,7 @@ def test_a_sweeping_team_catches_more_than_chance(name: str) -> None:
     assert (swept.totals[:, 0] == swept.totals[:, 1]).all()
 
 
+@pytest.mark.slow
 def test_a_team_that_chases_its_beliefs_catches_more_than_one_that_sweeps() -> None:
     chased, swept = (
         dmplay.rollout(PROBLEM, [dmplay.agent(PROBLEM, i, one) for i in range(2)], episodes=100)
@@ -190,6 +191,7 @@ def test_a_long_belief_is_shown_but_not_recorded() -> None:
     assert "belief" in turn_facts(small)
 
 
+@pytest.mark.slow
 def test_qmdp_is_worth_what_the_planner_who_sees_all_is_until_it_acts() -> None:
     for seat in range(2):
         policy = dmplay.agent(PROBLEM, seat, "qmdp")

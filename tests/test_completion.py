@@ -12,6 +12,8 @@ from dmplay.group import rejoined
 from dmplay.names import problem_names
 from tests.terminals import DMPLAY, clean_environment
 
+pytestmark = pytest.mark.slow  # starts the program again and again
+
 
 def asked(folder: Path, **env: str) -> list[str]:
     """The lines that the program answers."""

@@ -12,6 +12,8 @@ from dmplay.shell.checking import check
 from tests.games import read
 from tests.test_cli import run
 
+pytestmark = pytest.mark.slow  # starts the program again and again
+
 
 @pytest.fixture
 def file(tmp_path: Path) -> Path:

@@ -9,6 +9,8 @@ import pytest
 
 from tests.games import altered, recorded
 
+pytestmark = pytest.mark.slow  # starts the program again and again
+
 
 def run(folder: Path, *words: str, **env: str) -> subprocess.CompletedProcess[str]:
     clean = {key: value for key, value in os.environ.items() if key != "CI"}

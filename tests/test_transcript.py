@@ -439,6 +439,7 @@ def test_a_second_episode_is_another_game_of_the_same_seed(tmp_path: Path) -> No
     assert json.loads(text.splitlines()[-1][5:])["total"]["agent"] == played.totals[0, 0]
 
 
+@pytest.mark.slow
 def test_a_game_that_nothing_ends_stops_at_ten_thousand_turns_and_verifies(tmp_path: Path) -> None:
     path = tmp_path / "game.dmt"
     still = ("rewards=[]", "hexes=[[0,0]]", "bump_cost=0")
