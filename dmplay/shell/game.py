@@ -60,6 +60,7 @@ class Game:
         self._told: tuple[object, list[dict[str, object]]] = (None, [])
         self._undone: list[list[float]] = []
         self._adviser: dict[int, Follower | None] = {}
+        self._sum: tuple[View, float] | None = None
         self._seen: tuple[tuple[object, ...], View] | None = None
 
     @property
@@ -266,9 +267,12 @@ class Game:
         return " ".join(parts)
 
     def returned(self, view: View) -> float:
-        """The discounted sum of the rewards that a view shows."""
-        discount = self.problem.discount
-        return sum((discount**t * reward for t, reward in enumerate(view.rewards or ())), 0.0)
+        """The discounted sum of the rewards that a view shows; a frame asks twice."""
+        if self._sum is None or self._sum[0] is not view:
+            discount = self.problem.discount
+            each = (discount**t * reward for t, reward in enumerate(view.rewards or ()))
+            self._sum = view, sum(each, 0.0)
+        return self._sum[1]
 
     def situation(self) -> str:
         """Where the game stands, in sentences."""

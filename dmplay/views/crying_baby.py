@@ -36,11 +36,11 @@ def boards(view: View, look: Look) -> Iterator[Text]:
         canvas.put(7, 0, heard(view), "bold yellow" if crying else "bold")
         y = bars(canvas, 2, names(view), view.beliefs[-1], look)
         if history:
-            worst = [float(b[-1]) for b in view.beliefs]
             title = f"history of {names(view)[-1]} "
             room = max(min(HISTORY, look.width - len(title)), 1)
             canvas.put(0, y, title, "dim")
-            shown = spark(worst, look.ascii)[-room:].ljust(room, " " if look.ascii else "·")
+            worst = [float(b[-1]) for b in view.beliefs[-room:]]
+            shown = spark(worst, look.ascii).ljust(room, " " if look.ascii else "·")
             canvas.put(len(title), y, shown, "cyan")
             y += 1
         if look.state is not None:

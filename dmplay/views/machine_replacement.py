@@ -10,6 +10,7 @@ from dmplay.session import View
 from dmplay.views._belief import bars, spark, words
 from dmplay.views._canvas import Canvas, Look
 
+HISTORY = 40  # turns of it that are drawn
 KEYS = {"m": "manufacture", "e": "examine", "i": "interrupt", "r": "replace"}
 NAMES = ("0 failed", "1 failed", "2 failed")
 BARS, TRIANGLE = 36, 21  # columns
@@ -50,10 +51,11 @@ def boards(view: View, look: Look) -> Iterator[Text]:
         y = _beliefs(view, look, canvas, 2)
         if triangle:
             _triangle(canvas, BARS + 4, _belief(view))
-        failed = [1.0 - float(b[0]) for b in view.beliefs or ()]
         title = "history of a failure "
+        room = max(min(HISTORY, look.width - len(title)), 1)
+        failed = [1.0 - float(b[0]) for b in (view.beliefs or ())[-room:]]
         canvas.put(0, y, title, "dim")
-        canvas.put(len(title), y, spark(failed, look.ascii)[len(title) - look.width :], "cyan")
+        canvas.put(len(title), y, spark(failed, look.ascii), "cyan")
         canvas.put(0, y + 2, "reward expected at once", "dim")
         for number, (key, name, reward) in enumerate(_prospects(view, look)):
             canvas.put(0, y + 3 + number, f"{key} {name:<11} {reward:+.3f}")
