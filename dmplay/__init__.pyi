@@ -1,7 +1,10 @@
 from dmplay.catalog import agent as agent
 from dmplay.catalog import load as load
 from dmplay.chance import Categorical as Categorical
+from dmplay.chance import Normal as Normal
 from dmplay.chance import Pick as Pick
+from dmplay.chance import Span as Span
+from dmplay.core import Interval as Interval
 from dmplay.core import Labels as Labels
 from dmplay.core import Outcome as Outcome
 from dmplay.core import Policy as Policy

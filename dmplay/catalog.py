@@ -107,7 +107,7 @@ def agents(problem: Problem) -> dict[str, MakePolicy]:
     found: dict[str, MakePolicy] = {}
     own = _policies(problem)
     if own:
-        found |= own.POLICIES
+        found |= own.POLICIES(problem) if callable(own.POLICIES) else own.POLICIES
     found |= importlib.import_module("dmplay.policies.general").POLICIES
     return found
 
@@ -152,8 +152,8 @@ def _named(problem: Problem, seat: int, constant: str) -> str | None:
 
 
 def _policies(problem: Problem) -> ModuleType | None:
-    own = stem(problem)
-    if not own or importlib.util.find_spec(f"dmplay.policies.{own}") is None:
+    own = stem(problem) or "_brought"
+    if importlib.util.find_spec(f"dmplay.policies.{own}") is None:
         return None
     return importlib.import_module(f"dmplay.policies.{own}")
 

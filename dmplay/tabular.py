@@ -17,12 +17,12 @@ class Tables(NamedTuple):
 
     transition: Reals  # [S, A, S']
     rewards: Reals  # [S, A, n], expected
-    observation: Reals | None  # [A, S', O]; None where every agent sees the state
+    observation: Reals | None = None  # [A, S', O]; None where every agent sees the state
 
 
 @dataclass(frozen=True)
 class Tabular(Problem):
-    """A partially observed problem written as arrays; its one event is (next state, observation).
+    """A problem written as arrays; its one event is (next state, observation).
 
     A subclass gives `tables`, `names` (of the states) and, unless it is uniform, `start_belief`.
     """
@@ -50,8 +50,9 @@ class Tabular(Problem):
     @cached_property
     def _cumulative(self) -> Reals:
         transition, _, observation = self.tables
-        assert observation is not None
-        joint = transition[:, :, :, None] * observation[None]
+        joint = transition[:, :, :, None]
+        if observation is not None:
+            joint = joint * observation[None]
         return np.cumsum(joint.reshape(-1, joint[0, 0].size), axis=1)[:, :-1]
 
     @cached_property
@@ -84,9 +85,9 @@ class Tabular(Problem):
 
     def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """Reads the pair apart; the reward is the expected one, R(s, a)."""
-        each = self._each[events[0]]
         moved = events[0] // (len(self._each) // self.states)
-        return Outcome(moved, self._expected[self._row(s, a)], each)
+        seen = moved if self.observations is None else self._each[events[0]]
+        return Outcome(moved, self._expected[self._row(s, a)], seen)
 
     def notation(self, s: Array) -> str:
         """The state's name."""

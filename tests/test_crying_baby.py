@@ -5,7 +5,7 @@ import dmplay
 from dmplay import catalog
 from dmplay.core import Percept
 from dmplay.errors import BadParameter, BadPolicy
-from dmplay.policies.crying_baby import Optimal, Plan, Qmdp
+from dmplay.policies._solved import Optimal, Plan, Qmdp
 from dmplay.problems.crying_baby import CryingBaby
 from dmplay.rollouts import rollout
 from dmplay.solvers import value_iteration

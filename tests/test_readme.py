@@ -25,8 +25,16 @@ def blocks(language: str) -> list[str]:
     return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
 
 
+(TIGER,) = (block for block in blocks("python") if "class Tiger" in block)
+
+
+def test_the_problem_of_the_readme_is_no_longer_than_fifteen_lines() -> None:
+    assert len([line for line in TIGER.splitlines() if line.strip()]) <= 15
+
+
 @pytest.mark.parametrize("block", blocks("console"))
 def test_a_session_of_the_readme_prints_what_it_shows(tmp_path: Path, block: str) -> None:
+    (tmp_path / "tiger.py").write_text(TIGER)
     commands = tmp_path / "bin"
     commands.mkdir()
     (commands / "dmplay").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m dmplay "$@"\n')
@@ -73,9 +81,8 @@ def test_the_settings_of_the_readme_are_in_force(tmp_path: Path) -> None:
 
 
 def test_the_problem_of_the_readme_is_played(tmp_path: Path) -> None:
-    (code,) = (block for block in blocks("python") if "class Guess" in block)
-    (tmp_path / "guess.py").write_text(code)
-    words = ["./guess.py:Guess", "--agent", "random", "--turns", "3", "--seed", "1", "-o", "g.dmt"]
+    (tmp_path / "tiger.py").write_text(TIGER)
+    words = ["./tiger.py:Tiger", "--agent", "plan", "--turns", "3", "--seed", "1", "-o", "g.dmt"]
     for command in (words, ["verify", "g.dmt", "--trust"], ["replay", "g.dmt", "--trust"]):
         done = subprocess.run(
             [sys.executable, "-m", "dmplay", *command],

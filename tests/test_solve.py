@@ -10,6 +10,7 @@ import dmplay
 from dmplay.solutions.every import solution
 from tests.test_cli import run
 from tests.test_conformance import CASES
+from tests.test_readme import TIGER
 
 
 def test_the_line_is_solved_by_value_iteration() -> None:
@@ -144,3 +145,12 @@ def test_a_solution_is_printed_kept_and_told_as_data(tmp_path: Path) -> None:
     assert json.loads(data)["method"] == "value iteration"
     other = run(tmp_path, "solve", "hexworld", "--json", XDG_CACHE_HOME=cache).stdout
     assert json.loads(other)["rows"] != json.loads(data)["rows"]
+
+
+def test_a_problem_from_elsewhere_is_solved_as_it_stands_now(tmp_path: Path) -> None:
+    code = tmp_path / "tiger.py"
+    code.write_text(TIGER)
+    before = run(tmp_path, "solve", "./tiger.py:Tiger").stdout
+    assert "./tiger.py:Tiger: alpha vectors, 10 turns\n" in before
+    code.write_text(TIGER.replace("-100", "-10"))
+    assert run(tmp_path, "solve", "./tiger.py:Tiger").stdout != before

@@ -13,8 +13,13 @@ from dmplay.solutions.every import solution
 
 
 def cached(name: str, parameters: Mapping[str, object], tick: Tick) -> Solution:
-    """The solution, kept in the user's cache folder by name, parameters and the code's state."""
+    """The solution, kept in the user's cache folder by name, parameters and the code's state.
+
+    That of a problem from elsewhere is found anew: its code may be another by now.
+    """
     loaded = catalog.resolve(name, parameters)
+    if not catalog.stem(loaded.problem):
+        return solution(loaded.problem, tick)
     made = [loaded.name, loaded.parameters, __version__, *_code()]
     key = dumps(made, sort_keys=True, default=str)
     root = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")

@@ -7,9 +7,10 @@ from rich.text import Text
 
 from dmplay.core import Interval
 from dmplay.session import View
-from dmplay.views._belief import bars
+from dmplay.views._belief import bars, words
 from dmplay.views._canvas import Canvas, Look, signed
 
+TOLD = 3  # states that are told in words
 KEYS: dict[str, str] = {}
 
 
@@ -30,8 +31,7 @@ def boards(view: View, look: Look) -> Iterator[Text]:
         canvas.put(0, 0, f"{what}  {seen(view)}"[: max(look.width, 1)], "bold")
         y = 2
         if view.beliefs is not None and full:
-            names = [view.problem.notation(s) for s in view.problem.enumerated()]
-            y = bars(canvas, y, names, view.beliefs[-1], look) + 1
+            y = bars(canvas, y, _names(view), view.beliefs[-1], look) + 1
         actions = view.problem.actions[view.seat]
         if isinstance(actions, Interval):
             canvas.put(0, y, f"a number from {actions.low:g} to {actions.high:g}")
@@ -53,7 +53,7 @@ def panel(view: View) -> list[tuple[str, str]]:
 def told(view: View) -> str:
     """The action and what was seen after it."""
     action = view.problem.action_name(view.seat, view.actions[-1])
-    return f"{seen(view)}. chose {action}."
+    return f"{seen(view)}. chose {action}.{_believed(view)}"
 
 
 def situation(view: View) -> str:
@@ -64,4 +64,17 @@ def situation(view: View) -> str:
     else:
         legal = np.ones(len(actions), bool) if view.legal is None else view.legal
         can = ", ".join(label for label, able in zip(actions, legal, strict=True) if able)
-    return f"{seen(view)}. actions: {can or 'none'}."
+    return f"{seen(view)}.{_believed(view)} actions: {can or 'none'}."
+
+
+def _names(view: View) -> list[str]:
+    """The names of the states."""
+    return [view.problem.notation(s) for s in view.problem.enumerated()]
+
+
+def _believed(view: View) -> str:
+    """The likeliest states in words, where there is a belief."""
+    if view.beliefs is None:
+        return ""
+    ranked = words(_names(view), view.beliefs[-1]).split(", ")
+    return f" belief: {', '.join(ranked[:TOLD])}{', ...' if len(ranked) > TOLD else ''}."

@@ -1,0 +1,27 @@
+"""Policies for a problem that a user brings: what its kind and size allow."""
+
+from collections.abc import Callable
+
+from dmplay.core import Interval, Policy, Problem
+from dmplay.policies._solved import Optimal, Plan, Qmdp, Seeing
+
+FEW_SEEN, FEW_HIDDEN = 1000, 4  # states that a table, and alpha vectors, are made of
+
+
+def POLICIES(problem: Problem) -> dict[str, Callable[..., Policy]]:  # noqa: N802 - as elsewhere
+    """The agents that fit."""
+    one = len(problem.agents) == 1 and not isinstance(problem.actions[0], Interval)
+    if not one or not isinstance(problem.states, int):
+        return {}
+    ends = problem.discount < 1.0
+    if problem.observations is None:
+        return {"optimal": Seeing} if ends and problem.states <= FEW_SEEN else {}
+    if problem.states > FEW_HIDDEN:
+        return {}
+    return {"plan": Plan} | ({"optimal": Optimal, "qmdp": Qmdp} if ends else {})
+
+
+def HINT(problem: Problem, seat: int) -> str:  # noqa: N802
+    """The optimum or a plan where there is one, else what a search finds."""
+    fitting = POLICIES(problem)
+    return next((name for name in ("optimal", "plan") if name in fitting), "search")
