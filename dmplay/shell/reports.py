@@ -1,5 +1,6 @@
 """The one-shot reports: the table of problems, and all there is to know of one."""
 
+import shutil
 from dataclasses import fields
 from json import dumps
 
@@ -12,6 +13,9 @@ from dmplay.describe import summary
 from dmplay.errors import UnknownName
 from dmplay.names import problem_names
 from dmplay.shell.keymap import AS_DRAWN, Keys, hands
+
+WIDE = 100  # columns of a table that goes into a pipe
+GAP = 1  # columns between two
 
 
 def facts() -> list[dict[str, str]]:
@@ -32,14 +36,32 @@ def of_kind(kind: str) -> list[dict[str, str]]:
     return chosen
 
 
-def table(known: list[dict[str, str]]) -> Table:
-    """Table F.1 for people."""
-    drawn = Table(box=None, header_style="bold", pad_edge=False)
-    for heading in known[0]:
-        drawn.add_column(heading, no_wrap=True)
+def table(known: list[dict[str, str]], width: int) -> Table:
+    """Table F.1 for people, in so many columns of the terminal."""
+    shown = _fitting(known, width)
+    drawn = Table(box=None, header_style="bold", pad_edge=False, padding=(0, GAP, 0, 0))
+    for heading in shown:
+        drawn.add_column(heading, no_wrap=heading != "kind")
     for one in known:
-        drawn.add_row(*one.values())
+        drawn.add_row(*(_short(one[heading]) for heading in shown))
     return drawn
+
+
+def _fitting(known: list[dict[str, str]], width: int) -> list[str]:
+    """As many headings, from the left, as there is room for; a kind may take two rows."""
+    shown, left = [], width + GAP
+    for heading in known[0]:
+        cells = [_short(one[heading]) for one in known]
+        words = " ".join(cells).split() if heading == "kind" else cells
+        left -= max(map(len, [heading, *words])) + GAP
+        if left < 0:
+            break
+        shown.append(heading)
+    return shown
+
+
+def _short(cell: str) -> str:
+    return cell.replace("per agent", "each")
 
 
 def about(name: str, keys: Keys = AS_DRAWN) -> dict[str, object]:
@@ -159,7 +181,8 @@ def print_list(kind: str, *, json: bool) -> None:
     if json:
         print(dumps(known))
         return
-    Console(width=max(Console().width, 100), highlight=False).print(table(known))
+    wide = shutil.get_terminal_size((WIDE, 0)).columns
+    Console(width=wide, highlight=False).print(table(known, wide))
 
 
 def print_info(name: str, keys: Keys, *, json: bool) -> None:
