@@ -1,6 +1,9 @@
 """The table of problems equals table F.1 of the book, but where a decision says otherwise."""
 
+import io
+
 import pytest
+from rich.console import Console
 
 import dmplay
 from dmplay.describe import summary
@@ -62,3 +65,17 @@ def test_info_says_source_decisions_parameters_agents_and_keys(name: str) -> Non
         assert word in told
     for one in reports.about(name)["parameters"].values():  # type: ignore[attr-defined]
         assert one["meaning"]
+
+
+@pytest.mark.parametrize("width", [40, 50, 80, 100, 200])
+def test_the_list_has_as_many_columns_as_there_is_room_for(width: int) -> None:
+    known = reports.facts()
+    drawn = reports.table(known, width)
+    shown = [str(column.header) for column in drawn.columns]
+    assert shown == list(known[0])[: len(shown)]
+    console = Console(width=width, file=io.StringIO(), record=True)
+    console.print(drawn)
+    rows = console.export_text().splitlines()
+    assert len(rows) == len(known) + 1
+    assert not any("…" in row for row in rows)
+    assert len(shown) == {40: 2, 50: 3, 80: 6, 100: 7, 200: 7}[width]
