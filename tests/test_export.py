@@ -131,3 +131,13 @@ def test_a_branch_shares_the_first_turns_and_its_dice(file: Path) -> None:
     assert new.blocks[2]["actions"] == {"agent": "ne"}
     late = run(file.parent, "branch", "g.dmt", "--at", "9", "-o", "c.dmt")
     assert late.stderr == "error: --at: got 9, g.dmt has 2 turns\n"
+
+
+def test_a_branch_keeps_the_dice_that_were_thrown_anew(tmp_path: Path) -> None:
+    moves = "w\nw\nreroll\nreroll\nw\n"
+    run(tmp_path, "hexworld", "--seed", "3", "-o", "g.dmt", stdin=moves)
+    run(tmp_path, "branch", "g.dmt", "--at", "2", "-o", "b.dmt", stdin="e\nundo 2\nw\n")
+    assert check(tmp_path / "b.dmt").ok
+    draws = [block["draws"] for block in read(tmp_path / "g.dmt").blocks if block.kind == "turn"]
+    told = [block["draws"] for block in read(tmp_path / "b.dmt").blocks if block.kind == "turn"]
+    assert told == [*draws[:3], *draws[4:], draws[4]]

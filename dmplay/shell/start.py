@@ -126,14 +126,26 @@ def branched(  # noqa: PLR0913 - a place in a file, another file, and what is wa
     recorder = Recorder.create(
         record, replace(header, seats=names), session, frame=framed, force=force
     )
-    for played in told.turns[:turn]:
-        session.advance(list(played.actions), played.draws)
-        recorder.turn()
+    _retell(told, turn, session, recorder)
     asked = repeated(header, seats, record, keys)
     game = Game(found.name, session, seats, recorder, asked)
     game.hands = held
     game.tells_seed = False
     return game
+
+
+def _retell(told: Session, turns: int, session: Session, recorder: Recorder) -> None:
+    """Plays and writes the first turns of a game again; one whose dice were thrown anew, so too."""
+    for number, played in enumerate(told.turns[:turns], 1):
+        actions = list(played.actions)
+        if number in told.rerolls:
+            session.advance(actions)
+            recorder.turn()
+            session.undo()
+            session.rerolls[number] = told.rerolls[number]
+            recorder.event("reroll", told.rerolls[number])
+        session.advance(actions, played.draws)
+        recorder.turn()
 
 
 def _framing(transcript: Transcript) -> Frame | None:
