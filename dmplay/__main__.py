@@ -5,7 +5,7 @@ import os
 import sys
 from types import TracebackType
 
-INTERRUPT_CODE, PIPE_CODE, RUNTIME_CODE = 130, 141, 1
+RUNTIME_CODE, GONE_CODE, INTERRUPT_CODE, PIPE_CODE = 1, 129, 130, 141
 
 
 def main() -> None:
@@ -19,9 +19,7 @@ def main() -> None:
     except BrokenPipeError:
         code = PIPE_CODE
     except OSError as error:
-        where = f"{error.filename}: " if error.filename else ""
-        print(f"error: {where}{error.strerror or error}", file=sys.stderr)
-        code = RUNTIME_CODE
+        code = _refused(error)
     _let_go()
     sys.exit(code)
 
@@ -41,6 +39,16 @@ def _run() -> int:
     return run()
 
 
+def _refused(error: OSError) -> int:
+    """One line for what the system refuses; where nobody is left to read it, the terminal is gone."""
+    where = f"{error.filename}: " if error.filename else ""
+    try:
+        print(f"error: {where}{error.strerror or error}", file=sys.stderr)
+    except OSError:
+        return GONE_CODE
+    return RUNTIME_CODE
+
+
 def _open_streams() -> None:
     """Puts the null device where a stream is closed, so that no file takes its number."""
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
@@ -53,11 +61,12 @@ def _open_streams() -> None:
 
 
 def _let_go() -> None:
-    """What the output cannot take must not be tried again at exit."""
-    try:
-        sys.stdout.flush()
-    except OSError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    """What a stream cannot take must not be tried again at exit."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _unexpected(

@@ -2,6 +2,7 @@
 
 import json
 import os
+import pty
 import re
 import resource
 import signal
@@ -537,6 +538,21 @@ def test_an_output_that_is_full_is_one_line_and_code_1(line: str, tmp_path: Path
     )
     assert "Traceback" not in done.stderr
     assert "Exception ignored" not in done.stderr
+
+
+@pytest.mark.parametrize("line", ["hexworld", "hexworld --plain", "shell"])
+def test_a_terminal_that_is_gone_ends_the_game_with_129_and_leaves_no_log(
+    line: str, tmp_path: Path
+) -> None:
+    ours, its = pty.openpty()
+    env = clean_environment(tmp_path, TMPDIR=str(tmp_path))
+    words = [*DMPLAY, *line.split()]
+    with subprocess.Popen(words, stdin=its, stdout=its, stderr=its, env=env) as game:
+        os.close(its)
+        os.read(ours, 1)  # it has begun
+        os.close(ours)
+        assert game.wait(30) == 129
+    assert not list(tmp_path.glob("*.log"))
 
 
 def test_an_unknown_word_in_a_pipe_ends_with_2_and_names_its_line(tmp_path: Path) -> None:
