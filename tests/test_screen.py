@@ -196,6 +196,15 @@ def test_overlays_take_turns() -> None:
     assert "overlay: none" in shown.frames[4]
 
 
+@pytest.mark.parametrize(("problem", "size"), [("crying-baby", (80, 24)), ("hexworld", (40, 12))])
+def test_a_board_without_overlays_says_so(problem: str, size: tuple[int, int]) -> None:
+    shown = play(game(problem), "V", size=size)
+    assert "this board has no overlays" in shown.last
+    assert shown.frames[1].replace("this board has no overlays", "").split() == (
+        shown.frames[0].split()
+    )
+
+
 def test_a_key_without_a_meaning_says_so() -> None:
     assert "z: no such key; ? shows them" in play(game("crying-baby"), "z").last
 

@@ -201,8 +201,7 @@ class Screen:
         if key == "?":
             self.help = True
         elif key == "V":
-            self.overlay = (self.overlay + 1) % len(OVERLAYS)
-            self.message = f"overlay: {OVERLAYS[self.overlay] or 'none'}"
+            self.next_overlay()
         elif key in ("P", "A"):
             self.pause()
         elif key in ("space", "right") and not self.game.people:
@@ -221,6 +220,18 @@ class Screen:
             before = len(self.game.session.turns)
             self.say(command.run(self.table, ""))
             self.note(before)
+
+    def next_overlay(self) -> None:
+        """Goes on to what else the board can show, at last to nothing; says so if it can nothing."""
+        before, self.overlay = self.overlay, 0
+        bare = self.upper(self._room).plain
+        for number in range(before + 1, len(OVERLAYS)):
+            self.overlay = number
+            if self.upper(self._room).plain != bare:
+                self.message = f"overlay: {OVERLAYS[number]}"
+                return
+        self.overlay = 0
+        self.message = "overlay: none" if before else "this board has no overlays"
 
     def pause(self) -> None:
         """Lets agents play or stops them; stops the clock of real time or lets it go on."""
