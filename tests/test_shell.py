@@ -125,6 +125,15 @@ def test_ctrl_c_cancels_a_line_and_twice_on_an_empty_one_leaves(
     assert told.count("Ctrl-C once more leaves") == 2
 
 
+def test_lines_pasted_together_are_done_one_after_the_other(
+    place: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert session("\x1b[200~play hexworld --seed 7\ne # east\nne\n\x1b[201~\r\x04") == 0
+    told = capsys.readouterr().out
+    assert "turn 1. at (8,2). chose E, moved E." in told
+    assert "turn 2. at (8,2). chose NE, bumped, stayed." in told
+
+
 def test_quit_leaves_with_0(place: Path) -> None:
     assert session("quit\r") == 0
 

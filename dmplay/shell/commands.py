@@ -151,8 +151,9 @@ def is_command(word: str) -> bool:
 
 
 def parts(line: str) -> list[str]:
-    """The commands of a line: `;` stands between them, `#` begins a comment."""
-    return [part for part in map(str.strip, line.partition("#")[0].split(";")) if part]
+    """The commands of a line, or of several that were pasted: `;` stands between, `#` comments."""
+    told = (part for row in line.splitlines() for part in row.partition("#")[0].split(";"))
+    return [part for part in map(str.strip, told) if part]
 
 
 def typed(table: Table, line: str) -> str:
