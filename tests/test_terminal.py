@@ -426,6 +426,13 @@ def test_the_screen_follows_every_size(tmp_path: Path) -> None:
         assert "Traceback" not in terminal.printed
 
 
+def test_the_board_above_the_command_row_follows_every_size(tmp_path: Path) -> None:
+    with Terminal("hexworld", "--seed", "7", folder=tmp_path) as terminal:
+        terminal.ready().press(":").press("hin", ":hin")
+        terminal.resize(50, 14).until("│ ✗ │").until(":hin").resize(80, 24).until("│ -10 │")
+        terminal.press("t" + ENTER, "hint (optimal): se")
+
+
 def colours(printed: str) -> set[int]:
     """The codes of colours among all that was written."""
     codes = {int(code or 0) for found in SGR.findall(printed) for code in found.split(";")}

@@ -66,7 +66,7 @@ async def ask(screen: Screen, painter: Painter, input_: Input, history: History)
 
     color = screen.terminal.theme != "mono"
     app: Application[str | None] = Application(
-        layout=_layout(screen, line, several),
+        layout=_layout(screen, painter, line, hidden=several),
         key_bindings=_bindings(line),
         style=STYLE,
         full_screen=True,
@@ -79,15 +79,16 @@ async def ask(screen: Screen, painter: Painter, input_: Input, history: History)
     return await app.run_async(handle_sigint=False)
 
 
-def _layout(screen: Screen, line: Buffer, several: bool) -> Layout:
+def _layout(screen: Screen, painter: Painter, line: Buffer, *, hidden: bool) -> Layout:
     def upper() -> StyleAndTextTuples:
-        return [*fragments(screen.upper(screen.room()), screen.terminal.theme)]
+        return [*fragments(screen.upper(screen.room(painter)), screen.terminal.theme)]
 
     def row() -> StyleAndTextTuples:
-        return [*fragments(keys(screen.game, screen.room(), screen.shown), screen.terminal.theme)]
+        shown = keys(screen.game, screen.room(painter), screen.shown)
+        return [*fragments(shown, screen.terminal.theme)]
 
-    hidden: list[Processor] = [PasswordProcessor()] if several else []
-    typed = BufferControl(line, input_processors=[*hidden, BeforeInput(" :")])
+    veil: list[Processor] = [PasswordProcessor()] if hidden else []
+    typed = BufferControl(line, input_processors=[*veil, BeforeInput(" :")])
     rows = [
         Window(FormattedTextControl(upper)),
         Window(typed, height=1),

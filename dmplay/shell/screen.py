@@ -57,14 +57,14 @@ class Screen:
         """The game that is played now."""
         return self.table.game
 
-    def room(self) -> Room:
-        """The terminal's size, as it was last painted."""
+    def room(self, painter: Painter) -> Room:
+        """The terminal, of the size that it has now."""
+        self._room = Room(*painter.size(), self.terminal.ascii)
         return self._room
 
     def paint(self, painter: Painter) -> None:
         """Brings the screen as it is now onto the terminal."""
-        self._room = Room(*painter.size(), self.terminal.ascii)
-        drawn = frame.compose(self.game, self._room, self.shown, self.log)
+        drawn = frame.compose(self.game, self.room(painter), self.shown, self.log)
         painter.paint(drawn, _player(drawn.plain))
 
     @property
