@@ -13,7 +13,9 @@ from dmplay.shell.saves import INPUT, standard
 from dmplay.shell.seats import asked_again
 from dmplay.shell.terminal import clean
 from dmplay.transcript.reading import Transcript, read
-from dmplay.transcript.verify import Finding, Report, rewritten, verify
+from dmplay.transcript.report import Finding, Report
+from dmplay.transcript.rewriting import rewritten
+from dmplay.transcript.verify import verify
 
 SUFFIX = ".dmt"
 

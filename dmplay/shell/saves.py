@@ -10,6 +10,7 @@ from functools import cache
 from pathlib import Path
 
 from dmplay.errors import BadParameter, DmplayError
+from dmplay.transcript.format import CHOSEN
 from dmplay.transcript.recorder import Recorder, played
 
 KEPT = 20
@@ -87,7 +88,6 @@ def dropped(recorder: Recorder) -> bool:
 def latest_unfinished() -> Path:
     """The last game that has no end, or that its player left."""
     from dmplay.transcript.reading import read
-    from dmplay.transcript.verify import CHOSEN, reason
 
     place = folder(os.environ)
     for path in sorted(place.glob("*.dmt"), key=_age, reverse=True):
@@ -95,7 +95,7 @@ def latest_unfinished() -> Path:
             transcript = read(path)
         except (DmplayError, OSError):
             continue
-        if (transcript.end is None or reason(transcript.end) in CHOSEN) and not _played(path):
+        if (transcript.end is None or transcript.reason in CHOSEN) and not _played(path):
             return path
     raise BadParameter(f"no unfinished game in {place}; name a file: dmplay resume FILE")
 

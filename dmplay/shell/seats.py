@@ -12,7 +12,7 @@ from dmplay.shell.request import Request
 from dmplay.shell.terminal import clean
 from dmplay.transcript.format import PERSON, Header
 from dmplay.transcript.reading import Transcript, read
-from dmplay.transcript.verify import replay
+from dmplay.transcript.replay import replay
 from dmplay.views._style_of import style_of
 
 HUMAN = PERSON

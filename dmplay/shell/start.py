@@ -15,12 +15,12 @@ from dmplay.shell.keymap import AS_DRAWN, Keys, hands
 from dmplay.shell.request import Request, pairs, repeated
 from dmplay.shell.saves import INPUT, OUTPUT, standard
 from dmplay.shell.seats import HUMAN, header, seat_policy, sitting
-from dmplay.transcript.format import Frame, turn_limit
+from dmplay.transcript.format import CHOSEN, Frame, turn_limit
 from dmplay.transcript.reading import Block, Transcript, read
 from dmplay.transcript.recorder import Recorder
-from dmplay.transcript.verify import CHOSEN, replay
-from dmplay.transcript.verify import play as play_block
-from dmplay.transcript.verify import start as start_session
+from dmplay.transcript.replay import play as play_block
+from dmplay.transcript.replay import replay
+from dmplay.transcript.replay import start as start_session
 
 LARGEST_SEED = 2**63 - 1
 NEW_SEEDS = 10**9  # few enough to type
@@ -185,9 +185,7 @@ class Playback(Game):
     def unattended(self) -> bool:
         """Shows the next turn or event; False at the end of the file."""
         if self._place >= len(self._blocks()):
-            end = self.transcript.end
-            told = end["end"] if end else {}
-            reason = str(told.get("reason")) if isinstance(told, dict) else ""
+            reason = self.transcript.reason
             self.session.end(reason if reason in CHOSEN else "unfinished")
             return False
         play_block(self.transcript, self._blocks()[self._place], self.session)

@@ -37,6 +37,8 @@ VERSION = 1
 PERSON = "human"
 DIGITS = 10  # significant, of a fact that is a real number
 TOLERANCE = 1e-6  # of its scale
+NATURAL = ("terminal", "horizon", "turn limit")  # ends that the game itself comes to
+CHOSEN = ("quit", "interrupted", "illegal", "forfeit")
 
 Frame = Callable[[Session], str]
 

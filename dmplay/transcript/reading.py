@@ -43,6 +43,13 @@ class Block:
     def __getitem__(self, key: str) -> object:
         return self.entries[key].value
 
+    def noted(self, rows: list[str]) -> list[str]:
+        """New lines of this block with its notes in their places."""
+        out = list(rows)
+        for place, note in reversed(self.notes):
+            out.insert(min(place, len(rows)), note)
+        return out
+
 
 @dataclass(frozen=True)
 class Transcript:
@@ -56,6 +63,12 @@ class Transcript:
     content: str  # the whole blocks, up to the end line
     last: str  # the end line and the notes around it
     torn: str  # what follows the last whole block of an unfinished file
+
+    @property
+    def reason(self) -> str:
+        """Why the game ended, as its end line says; '' without one."""
+        told = self.end["end"] if self.end else None
+        return str(told.get("reason")) if isinstance(told, dict) else ""
 
 
 def read(path: str | Path) -> Transcript:

@@ -1,19 +1,14 @@
-"""Replaying a transcript: do its facts follow from its inputs, and its inputs from its seed?"""
+"""Verifying a transcript: do its facts follow from its inputs, and its inputs from its seed?"""
 
-import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from itertools import zip_longest
-from typing import NamedTuple
 
-import numpy as np
-
-from dmplay.chance import Reals
-from dmplay.core import Interval, Policy, Problem
+from dmplay.core import Policy, Problem
 from dmplay.dice import NATURE, Dice
-from dmplay.errors import BadTranscript, DmplayError
-from dmplay.session import Session, Source
+from dmplay.errors import BadTranscript
+from dmplay.session import Session
 from dmplay.transcript.format import (
+    CHOSEN,
     TOLERANCE,
     Frame,
     checksum,
@@ -22,112 +17,10 @@ from dmplay.transcript.format import (
     lines,
     text,
     turn_facts,
-    turn_limit,
 )
 from dmplay.transcript.reading import Block, Entry, Transcript
-
-NATURAL = ("terminal", "horizon", "turn limit")
-CHOSEN = ("quit", "interrupted", "illegal", "forfeit")
-LUCK = "the rules hold, but the inputs are not those of the seed and the agents"
-
-
-class Finding(NamedTuple):
-    """One difference between what a file says and what its replay gives."""
-
-    level: str  # facts, inputs, frame, checksum or unfinished
-    path: str
-    line: int
-    where: str  # the turn and, where there is one, the seat
-    what: str
-    expected: object = None  # as the file has it
-    got: object = None  # as the replay has it
-
-    def __str__(self) -> str:
-        """One line: file, line, turn, seat, what, expected, got."""
-        place = f"{self.path}:{self.line}: {self.where}: {self.what}"
-        if self.expected is None and self.got is None:
-            return place
-        return f"{place}: expected {_shown(self.expected)}, got {_shown(self.got)}"
-
-
-def _shown(value: object) -> str:
-    return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
-
-
-@dataclass
-class Report:
-    """What verifying one file found."""
-
-    path: str
-    findings: list[Finding] = field(default_factory=list)
-    turns: int = 0
-
-    @property
-    def ok(self) -> bool:
-        """Whether everything holds."""
-        return not self.findings
-
-    @property
-    def unfinished(self) -> bool:
-        """Whether all that is wrong is that the file has no end."""
-        return bool(self.findings) and all(one.level == "unfinished" for one in self.findings)
-
-    def __str__(self) -> str:
-        """One line for each finding, and what they mean together."""
-        shown = [str(one) for one in self.findings[:5]]
-        if len(self.findings) > len(shown):
-            shown.append(f"{self.path}: {len(self.findings) - len(shown)} more differences")
-        if self.findings and all(one.level == "inputs" for one in self.findings):
-            shown.append(f"{self.path}: {LUCK}")
-        return "\n".join(shown)
-
-
-def start(
-    transcript: Transcript, problem: Problem, source: Source, policies: Sequence[Policy | None] = ()
-) -> Session:
-    """The session of a transcript before its first turn, with the recorded opening."""
-    header = transcript.header
-    if list(header.seats) != list(problem.agents):
-        entry = transcript.header_block.entries["seats"]
-        raise BadTranscript(
-            f"{transcript.path}:{entry.line}: seats: got {', '.join(header.seats)}, expected "
-            f"{', '.join(problem.agents)}"
-        )
-    opening = _draws(transcript, transcript.blocks[0], problem.draws.start)
-    limit = turn_limit(problem, header.seats.values(), header.turns)
-    return Session(problem, source, policies, limit=limit, opening=opening)
-
-
-def play(transcript: Transcript, block: Block, session: Session) -> None:
-    """Feeds one block's inputs to the session; raises BadTranscript where they cannot be."""
-    where = f"{transcript.path}:{block.line}"
-    try:
-        if block.kind == "turn":
-            expected = len(session.turns) + 1
-            if block["turn"] != expected:
-                raise BadTranscript(f"{where}: got turn {block['turn']}, expected {expected}")
-            actions = _actions(transcript, block, session.problem)
-            session.advance(actions, _draws(transcript, block, session.problem.draws.step))
-        elif block.kind == "undo":
-            session.undo(_count(transcript, block, "undo"))
-        else:
-            session.undo()
-            session.rerolls[len(session.turns) + 1] = _count(transcript, block, "reroll")
-    except BadTranscript:
-        raise
-    except DmplayError as error:
-        raise BadTranscript(f"{where}: {error}") from None
-
-
-def replay(
-    transcript: Transcript, problem: Problem, policies: Sequence[Policy | None] = ()
-) -> Session:
-    """The session after every whole block of a transcript: to go on with, or to look at."""
-    source = Dice(transcript.header.seed, transcript.header.episode)
-    session = start(transcript, problem, source, policies)
-    for block in transcript.blocks[1:]:
-        play(transcript, block, session)
-    return session
+from dmplay.transcript.replay import actions_of, play, start
+from dmplay.transcript.report import Finding, Report
 
 
 def verify(
@@ -188,7 +81,7 @@ class _Check:
         self.report.findings.append(Finding(level, self.transcript.path, line, where, what, *pair))
 
     def _write(self, block: Block, facts: Mapping[str, object], frame: str) -> None:
-        self.canonical += text(_with_notes(block, lines(facts, frame)))
+        self.canonical += text(block.noted(lines(facts, frame)))
 
     def _limit_differs(self) -> bool:
         """A limit other than the one that ended the game: every later finding would follow."""
@@ -207,7 +100,7 @@ class _Check:
 
     def _agents(self, block: Block, session: Session) -> None:
         """Asks the agents of this turn again."""
-        told = _actions(self.transcript, block, session.problem)
+        told = actions_of(self.transcript, block, session.problem)
         where = f"turn {block['turn']}"
         for seat, (action, chosen) in enumerate(zip(told, session.choices(), strict=True)):
             if chosen is not None and chosen != action:
@@ -289,10 +182,9 @@ class _Check:
             return
         entry = end.entries["end"]
         told = entry.value if isinstance(entry.value, dict) else {}
-        reason = told.get("reason")
-        if not session.over and reason in CHOSEN:
-            session.end(str(reason))
-        for key, got in (end_facts(session)).items():
+        if not session.over and transcript.reason in CHOSEN:
+            session.end(transcript.reason)
+        for key, got in end_facts(session).items():
             if not _close(told.get(key), got):
                 self._found("facts", entry.line, "end", key, told.get(key), got)
         if told.keys() - end_facts(session).keys() != {"sha256"}:
@@ -304,69 +196,12 @@ class _Check:
         """Where all facts hold, the checksum still says whether a line was touched."""
         transcript = self.transcript
         facts = end_facts(session) | {"sha256": checksum(self.canonical)}
-        written = self.canonical + "\n".join([*_with_notes(end, lines({"end": facts})), ""])
+        written = self.canonical + "\n".join([*end.noted(lines({"end": facts})), ""])
         told = (transcript.content + transcript.last).split("\n")
         for line, (row, right) in enumerate(zip_longest(told, written.split("\n")), 1):
             if row != right:
                 self._found("checksum", line, "line", "text", row or "nothing", right or "nothing")
                 return
-
-
-def rewritten(
-    transcript: Transcript,
-    problem: Problem,
-    policies: Sequence[Policy | None] = (),
-    frame: Frame | None = None,
-) -> str:
-    """The file as it would be written today: draws of the seed, agents asked again.
-
-    What people did stays as the file has it, as long as it can be done; notes stay in their block.
-    """
-    header = transcript.header
-    dice = Dice(header.seed, header.episode)
-    start(transcript, problem, dice)  # the seats must be this problem's
-    limit = turn_limit(problem, header.seats.values(), header.turns)
-    session = Session(problem, dice, policies, limit=limit)
-    content = text(_with_notes(transcript.header_block, lines(header_facts(header))))
-
-    def drawn(block: Block | None) -> str:
-        wanted = frame and (block or transcript.blocks[-1]).frame
-        rows = lines(turn_facts(session), frame(session) if frame and wanted else "")
-        return text(_with_notes(block, rows) if block else rows)
-
-    content += drawn(transcript.blocks[0])
-    for block in transcript.blocks[1:]:
-        if block.kind != "turn":
-            play(transcript, block, session)
-            content += text(_with_notes(block, lines({block.kind: block[block.kind]})))
-        elif not session.over:
-            told = _actions(transcript, block, problem)
-            people = zip(told, session.followers, strict=True)
-            session.advance([None if agent else action for action, agent in people])
-            content += drawn(block)
-    if transcript.end is None:
-        return content
-    why = reason(transcript.end)
-    while why in NATURAL and all(session.followers) and not session.over:
-        session.advance()
-        content += drawn(None)
-    session.end(why if why in CHOSEN else "quit")
-    facts = end_facts(session) | {"sha256": checksum(content)}
-    return content + "\n".join([*_with_notes(transcript.end, lines({"end": facts})), ""])
-
-
-def _with_notes(block: Block, rows: list[str]) -> list[str]:
-    """The lines of a block with its notes back in their places."""
-    out = list(rows)
-    for place, note in reversed(block.notes):
-        out.insert(min(place, len(rows)), note)
-    return out
-
-
-def reason(end: Block) -> str:
-    """The reason that an end line gives."""
-    told = end["end"]
-    return str(told.get("reason")) if isinstance(told, dict) else ""
 
 
 def _close(told: object, got: object) -> bool:
@@ -380,42 +215,3 @@ def _close(told: object, got: object) -> bool:
     if isinstance(told, float | int) and isinstance(got, float | int):
         return abs(told - got) <= TOLERANCE * max(1.0, abs(told), abs(got))
     return told == got
-
-
-def _draws(transcript: Transcript, block: Block, count: int) -> Reals:
-    entry = block.entries.get("draws", Entry(block.line, []))
-    values = entry.value
-    if not isinstance(values, list) or not all(
-        type(u) in (int, float) and 0.0 <= u < 1.0 for u in values
-    ):
-        fault = "draws: expected numbers from 0 to below 1"
-        raise BadTranscript(f"{transcript.path}:{entry.line}: {fault}")
-    if len(values) != count:
-        fault = f"draws: got {len(values)}, expected {count}"
-        raise BadTranscript(f"{transcript.path}:{entry.line}: {fault}")
-    return np.array(values, float)
-
-
-def _actions(transcript: Transcript, block: Block, problem: Problem) -> list[float]:
-    entry = block.entries.get("actions", Entry(block.line, None))
-    where = f"{transcript.path}:{entry.line}: actions"
-    told = entry.value
-    if not isinstance(told, dict) or list(told) != list(problem.agents):
-        raise BadTranscript(f"{where}: expected one for each of {', '.join(problem.agents)}")
-    actions = []
-    for seat, (agent, value) in enumerate(told.items()):
-        real = isinstance(problem.actions[seat], Interval)
-        if type(value) not in ((int, float) if real else (str,)):
-            raise BadTranscript(f"{where}: {agent}: got {json.dumps(value)}")
-        try:
-            actions.append(problem.action(seat, str(value)))
-        except DmplayError as error:
-            raise BadTranscript(f"{where}: {agent}: {error}") from None
-    return actions
-
-
-def _count(transcript: Transcript, block: Block, key: str) -> int:
-    value = block[key]
-    if type(value) is not int or value < 1:
-        raise BadTranscript(f"{transcript.path}:{block.line}: {key}: expected a whole number, as 1")
-    return value

@@ -1,0 +1,59 @@
+"""What verifying a transcript finds: each difference, and all of them together."""
+
+import json
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+LUCK = "the rules hold, but the inputs are not those of the seed and the agents"
+MOST = 5  # findings that are shown
+
+
+class Finding(NamedTuple):
+    """One difference between what a file says and what its replay gives."""
+
+    level: str  # facts, inputs, frame, checksum or unfinished
+    path: str
+    line: int
+    where: str  # the turn and, where there is one, the seat
+    what: str
+    expected: object = None  # as the file has it
+    got: object = None  # as the replay has it
+
+    def __str__(self) -> str:
+        """One line: file, line, turn, seat, what, expected, got."""
+        place = f"{self.path}:{self.line}: {self.where}: {self.what}"
+        if self.expected is None and self.got is None:
+            return place
+        return f"{place}: expected {_shown(self.expected)}, got {_shown(self.got)}"
+
+
+def _shown(value: object) -> str:
+    return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
+
+
+@dataclass
+class Report:
+    """What verifying one file found."""
+
+    path: str
+    findings: list[Finding] = field(default_factory=list)
+    turns: int = 0
+
+    @property
+    def ok(self) -> bool:
+        """Whether everything holds."""
+        return not self.findings
+
+    @property
+    def unfinished(self) -> bool:
+        """Whether all that is wrong is that the file has no end."""
+        return bool(self.findings) and all(one.level == "unfinished" for one in self.findings)
+
+    def __str__(self) -> str:
+        """One line for each finding, and what they mean together."""
+        shown = [str(one) for one in self.findings[:MOST]]
+        if len(self.findings) > len(shown):
+            shown.append(f"{self.path}: {len(self.findings) - len(shown)} more differences")
+        if self.findings and all(one.level == "inputs" for one in self.findings):
+            shown.append(f"{self.path}: {LUCK}")
+        return "\n".join(shown)
