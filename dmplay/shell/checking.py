@@ -13,7 +13,7 @@ from dmplay.shell.saves import INPUT, standard
 from dmplay.shell.seats import asked_again
 from dmplay.shell.terminal import clean
 from dmplay.transcript.reading import Transcript, read
-from dmplay.transcript.report import Finding, Report
+from dmplay.transcript.report import Finding, Report, fault
 from dmplay.transcript.rewriting import rewritten
 from dmplay.transcript.verify import verify
 
@@ -55,18 +55,13 @@ def check(path: Path, *, trusted: bool = False) -> Report:
         problem = loaded(transcript, trusted=trusted).problem
         policies = asked_again(problem, dict(transcript.header.seats), trusted=trusted)
     except BadTranscript as error:
-        return Report(str(path), [_fault(path, error)])
+        return Report(str(path), [fault(str(path), error, "form")])
     except OSError as error:
         raise BadParameter(f"{path}: {error.strerror}") from None
     except DmplayError as error:
         line = transcript.header_block.entries["seats"].line
         return Report(str(path), [Finding("facts", str(path), line, "seats", str(error))])
     return verify(transcript, problem, policies, frame)
-
-
-def _fault(path: Path, error: BadTranscript) -> Finding:
-    line, _, message = str(error).removeprefix(f"{path}:").partition(":")
-    return Finding("facts", str(path), int(line), "form", message.strip())
 
 
 def update(path: Path, *, trusted: bool = False) -> str:

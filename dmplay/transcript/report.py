@@ -4,6 +4,8 @@ import json
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from dmplay.errors import BadTranscript
+
 LUCK = "the rules hold, but the inputs are not those of the seed and the agents"
 MOST = 5  # findings that are shown
 
@@ -25,6 +27,12 @@ class Finding(NamedTuple):
         if self.expected is None and self.got is None:
             return place
         return f"{place}: expected {_shown(self.expected)}, got {_shown(self.got)}"
+
+
+def fault(path: str, error: BadTranscript, where: str) -> Finding:
+    """The finding that an error means, which names file and line."""
+    line, _, message = str(error).removeprefix(f"{path}:").partition(":")
+    return Finding("facts", path, int(line), where, message.strip())
 
 
 def _shown(value: object) -> str:

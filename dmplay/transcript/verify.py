@@ -20,7 +20,7 @@ from dmplay.transcript.format import (
 )
 from dmplay.transcript.reading import Block, Entry, Transcript
 from dmplay.transcript.replay import actions_of, play, start
-from dmplay.transcript.report import Finding, Report
+from dmplay.transcript.report import Finding, Report, fault
 
 
 def verify(
@@ -38,10 +38,7 @@ def verify(
     try:
         check.game(problem, policies)
     except BadTranscript as error:
-        line, _, message = str(error).removeprefix(transcript.path + ":").partition(":")
-        report.findings.append(
-            Finding("facts", transcript.path, int(line), "inputs", message.strip())
-        )
+        report.findings.append(fault(transcript.path, error, "inputs"))
     return report
 
 
