@@ -34,7 +34,7 @@ def _run() -> int:
         sys.argv.remove("--debug")
     elif not os.environ.get("DMPLAY_DEBUG"):
         sys.excepthook = _unexpected
-    from dmplay.cli import run
+    from dmplay.cli.entry import run
 
     return run()
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.group import rejoined
+from dmplay.cli.group import rejoined
 from dmplay.names import problem_names
 from tests.terminals import DMPLAY, clean_environment
 

@@ -13,10 +13,10 @@ import typer
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from dmplay import config
-from dmplay.cli import app
+from dmplay.cli import config
+from dmplay.cli.app import app
+from dmplay.cli.settings import GENERAL, defaults, in_force, options
 from dmplay.errors import DmplayError
-from dmplay.settings import GENERAL, defaults, in_force, options
 from tests.terminals import clean_environment
 
 GROUP: Any = typer.main.get_command(app)

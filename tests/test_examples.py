@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 import typer
 
-from dmplay.cli import app
+from dmplay.cli.app import app
 from tests.terminals import DMPLAY, clean_environment
 
 GROUP: Any = typer.main.get_command(app)

@@ -9,18 +9,15 @@ import pytest
 
 HOUSE = Path(__file__).parent.parent / "dmplay"
 FLOORS = (
-    "errors", "names", "config", "chance", "core", "describe", "tabular", "belief", "dice",
+    "errors", "names", "chance", "core", "describe", "tabular", "belief", "dice",
     "session", "rollouts", "transcript", "problems", "solvers", "policies", "catalog", "solutions",
-    "views", "figures", "shell", "settings", "options", "group", "cli", "pytest_plugin", "__main__",
+    "views", "figures", "shell", "cli", "pytest_plugin", "__main__",
 )  # fmt: skip
 SCREENS = {"rich", "typer", "prompt_toolkit"}
 ALLOWED = {  # what a floor may load beside the standard library and numpy
     "views": {"rich"},
     "figures": {"rich"},
     "shell": {"rich", "prompt_toolkit"},
-    "settings": {"typer"},
-    "options": {"typer"},
-    "group": {"typer"},
     "cli": {"typer"},
     "pytest_plugin": {"pytest"},
 }

@@ -14,7 +14,6 @@ from prompt_toolkit.document import Document
 from prompt_toolkit.input import create_pipe_input
 from prompt_toolkit.output import DummyOutput
 
-from dmplay.cli import program
 from dmplay.names import problem_names
 from dmplay.shell import prompt
 from dmplay.shell.candidates import candidates
@@ -25,6 +24,7 @@ from dmplay.shell.script import Shell
 from dmplay.shell.table import Table
 from dmplay.shell.terminal import Terminal as Wished
 from dmplay.transcript.reading import read
+from tests.games import PROGRAM
 from tests.terminals import CTRL_C, CTRL_D, CTRL_Z, DMPLAY, ENTER, TAB, Terminal, clean_environment
 from tests.test_terminal import colours, values
 
@@ -40,7 +40,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def shell(*lines: str) -> Shell:
     """A shell in which these lines were done."""
-    made = Shell(Table(program=program, aliases={"hw": "play hexworld --seed 7"}), HOWEVER_WIDE)
+    made = Shell(Table(program=PROGRAM, aliases={"hw": "play hexworld --seed 7"}), HOWEVER_WIDE)
     for line in lines:
         made.do(line)
     return made

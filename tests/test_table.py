@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.cli import program
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.shell.checking import check
 from dmplay.shell.commands import typed
@@ -14,6 +13,7 @@ from dmplay.shell.request import Request
 from dmplay.shell.start import Playback, new
 from dmplay.shell.table import Table, following
 from dmplay.transcript.reading import read
+from tests.games import PROGRAM
 from tests.screens import play
 from tests.terminals import DMPLAY, Terminal, clean_environment
 
@@ -170,7 +170,7 @@ def test_the_file_of_the_game_that_is_played_is_left_alone(
     line: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
-    seat = Table(new(Request("hexworld", seed=7)), program)
+    seat = Table(new(Request("hexworld", seed=7)), PROGRAM)
     assert seat.game.recorder is not None
     path = seat.game.recorder.path
     typed(seat, "e")

@@ -10,7 +10,7 @@ from rich._export_format import CONSOLE_SVG_FORMAT
 from rich.console import Console
 from rich.text import Text
 
-from dmplay.errors import UnknownName
+from dmplay.errors import BadParameter, UnknownName
 from dmplay.shell.paint import ansi
 from dmplay.shell.terminal import Terminal
 from dmplay.views._canvas import plainly, size
@@ -89,3 +89,28 @@ def show(text: Text, terminal: Terminal) -> None:
         print(ansi(shown, terminal.theme).replace("\r\n", "\n"))
     else:
         print("\n".join(row.rstrip() for row in shown.plain.split("\n")))
+
+
+def write(path: Path | None, content: str) -> None:
+    """Writes to a file, or to the standard output."""
+    if path is None or str(path) == "-":
+        print(content, end="")
+        return
+    try:
+        path.write_text(content, encoding="utf-8", newline="\n")
+    except OSError as error:
+        raise BadParameter(f"cannot write {path}: {error.strerror}") from None
+
+
+def print_names() -> None:
+    """Prints the name and title of every figure."""
+    print(*(f"{key:<5} {title}" for key, (title, _) in figures().items()), sep="\n")
+
+
+def print_figure(name: str, terminal: Terminal, output: Path | None, *, svg: bool) -> None:
+    """Prints a figure; as a picture where that or a file is asked for."""
+    title, draw = figure(name)
+    if svg or output:
+        write(output, picture(draw(), title))
+    else:
+        show(draw(), terminal)

@@ -9,7 +9,7 @@ from pathlib import Path
 from rich.text import Text
 
 from dmplay.errors import BadParameter
-from dmplay.shell.drawing import console, picture
+from dmplay.shell.drawing import console, picture, write
 from dmplay.shell.drawing import film as pictures
 from dmplay.shell.frame import Room, Shown, compose
 from dmplay.shell.paint import ansi
@@ -117,12 +117,8 @@ FORMATS: dict[str, Callable[[Playback, int | None], str]] = {
 }  # fmt: skip
 
 
-def write(path: Path | None, content: str) -> None:
-    """Writes to a file, or to the standard output."""
-    if path is None or str(path) == "-":
-        print(content, end="")
-        return
-    try:
-        path.write_text(content, encoding="utf-8", newline="\n")
-    except OSError as error:
-        raise BadParameter(f"cannot write {path}: {error.strerror}") from None
+def print_export(
+    file: Path, form: str, turn: int | None, output: Path | None, *, trusted: bool
+) -> None:
+    """Writes a transcript in another form."""
+    write(output, FORMATS[form](Playback(file, trusted=trusted), turn))

@@ -5,6 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
+from dmplay.cli import config
 from dmplay.shell import completion
 
 
@@ -37,6 +38,13 @@ def _problem(ctx: typer.Context) -> str:
     base = ctx.params.get("problem") or next((word for word in ctx.args if word[:1] != "-"), "")
     variant = ctx.params.get("variant")
     return f"{base}:{variant}" if variant else str(base)
+
+
+def wanted_keys(preset: str) -> Any:
+    """The keys of a preset, and those of the files."""
+    from dmplay.shell.keymap import Keys as Wanted
+
+    return Wanted(preset, config.keys())
 
 
 def _one_of(*words: str) -> Any:
@@ -145,3 +153,15 @@ Speed = Annotated[
     float,
     typer.Option("--speed", envvar="DMPLAY_SPEED", min=0.1, help="turns a second when agents play"),
 ]
+Rate = Annotated[
+    float | None,
+    typer.Option("--rate", min=0.1, max=1000, help="real time: turns a second, 50 if bare"),
+]
+Episode = Annotated[int, typer.Option("--episode", min=0, help="which game of the seed")]
+Turns = Annotated[int | None, typer.Option("--turns", help="the game ends after so many")]
+Record = Annotated[Path | None, typer.Option("--record", "-o", help="write a transcript")]
+Frames = Annotated[bool, typer.Option("--frames", help="boards in the transcript too")]
+Force = Annotated[bool, typer.Option("--force", help="overwrite the transcript")]
+Reveal = Annotated[bool, typer.Option("--reveal", help="show the hidden state")]
+Strict = Annotated[bool, typer.Option("--strict", help="no undo, no reroll")]
+Output = Annotated[Path | None, typer.Option("--output", "-o", help="a file")]

@@ -8,7 +8,7 @@ from typing import Any
 
 from typer.core import TyperGroup
 
-from dmplay import config
+from dmplay.cli import config
 from dmplay.errors import DmplayError, UnknownName
 from dmplay.names import problem_names
 from dmplay.shell import completion
@@ -43,7 +43,7 @@ class Commands(TyperGroup):
     def _configured(self, ctx: Any, args: list[str]) -> list[str]:
         """Takes the settings of files as defaults, and their aliases for what they stand for."""
         if config.files():
-            from dmplay.settings import defaults
+            from dmplay.cli.settings import defaults
 
             ctx.default_map = defaults(self.commands)
         words = config.aliases().get(args[0]) if args else None

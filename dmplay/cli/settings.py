@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import typer
 
-from dmplay import config
+from dmplay.cli import config
 from dmplay.errors import BadParameter, UnknownName
 
 GENERAL = ("plain", "color", "ascii", "theme", "speed")  # set once for every command

@@ -1,0 +1,53 @@
+"""The program: all its commands, in the order in which its help names them."""
+
+import os
+
+os.environ.setdefault("TYPER_USE_RICH", "0")  # its help costs more than the rest of the start
+
+import typer
+
+from dmplay.cli import games, records, reports
+from dmplay.cli.group import Commands
+
+app = typer.Typer(
+    cls=Commands,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"], "auto_envvar_prefix": "DMPLAY"},
+    help="""Play the decision problems of Algorithms for Decision Making in a terminal.
+
+\b
+  dmplay hexworld                        play hex world
+  dmplay 2048 --seed 7 -o game.dmt       the same dice again, recorded
+  dmplay verify game.dmt                 check a recording to the last number
+  dmplay crying-baby --agent random      watch an agent
+  dmplay list                            all problems
+  dmplay                                 type commands, one game after another
+
+'dmplay PROBLEM' is short for 'dmplay play PROBLEM'.""",
+)
+app.command()(games.play)
+app.command()(games.resume)
+app.command()(games.replay)
+app.command()(games.shell)
+app.command()(records.verify)
+app.command()(records.export)
+app.command()(records.review)
+app.command()(games.branch)
+app.command("list")(reports.list_)
+app.command()(reports.solve)
+app.command()(reports.figure)
+app.command()(reports.agents)
+app.command()(reports.info)
+
+configuration = typer.Typer(
+    rich_markup_mode=None,
+    help="""Settings: flags over DMPLAY_... variables over ./dmplay.toml over your config.toml.
+
+\b
+  dmplay config show
+  dmplay config path""",
+)
+configuration.command("show")(reports.config_show)
+configuration.command("path")(reports.config_path)
+app.add_typer(configuration, name="config")

@@ -1,0 +1,69 @@
+"""The command line as a process: its words, exit codes, and answers to a shell that completes."""
+
+import contextlib
+import io
+import os
+import sys
+from typing import cast
+
+from dmplay.cli.app import app
+from dmplay.cli.group import rejoined
+from dmplay.cli.program import ABORTED, USAGE, sentence
+from dmplay.errors import DmplayError
+
+COMPLETING = "_DMPLAY_COMPLETE"  # set by a shell that asks what can follow
+USAGE_CODE, INTERRUPT_CODE = 2, 130
+
+
+def run() -> int:
+    """Runs the command line; errors become one line and an exit code."""
+    if COMPLETING in os.environ:
+        return _complete()
+    if len(sys.argv) == 1:
+        if not _spoken_to():
+            return _no_words()
+        sys.argv.append("shell")
+    try:
+        code = app(standalone_mode=False, prog_name="dmplay")
+    except (DmplayError, USAGE) as error:
+        return _fail(sentence(error))
+    except ABORTED:
+        return INTERRUPT_CODE
+    return code if isinstance(code, int) else 0
+
+
+def _complete() -> int:
+    """Answers a shell that asks what can follow."""
+    kept = ""
+    if os.environ[COMPLETING] == "complete_bash":
+        words = os.environ.get("COMP_WORDS", "").replace(" ", "\n").split("\n")
+        whole, at, kept = rejoined(words, int(os.environ.get("COMP_CWORD", "0")))
+        os.environ |= {"COMP_WORDS": "\n".join(whole), "COMP_CWORD": str(at)}
+    with contextlib.redirect_stdout(io.StringIO()) as found, contextlib.suppress(SystemExit):
+        app(prog_name="dmplay")
+    lines = [line.removeprefix(kept) for line in found.getvalue().split("\n")]
+    print(*filter(None, lines), sep="\n")
+    return 0
+
+
+def _spoken_to() -> bool:
+    """Whether somebody types, or a script waits on the standard input."""
+    if sys.stdin.isatty():
+        return sys.stdout.isatty()
+    return bool(cast(io.BufferedReader, sys.stdin.buffer).peek(1))
+
+
+def _no_words() -> int:
+    """Help, as an error."""
+    sys.argv.append("--help")
+    with contextlib.redirect_stdout(sys.stderr):
+        app(standalone_mode=False, prog_name="dmplay")
+    return USAGE_CODE
+
+
+def _fail(message: str) -> int:
+    """An error in one line; the exit code."""
+    from dmplay.shell.terminal import clean
+
+    print(f"error: {clean(message)}", file=sys.stderr)
+    return USAGE_CODE

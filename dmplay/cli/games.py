@@ -1,0 +1,187 @@
+"""Commands that set up a game and play it."""
+
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from dmplay.cli import config, options
+from dmplay.cli.program import program
+from dmplay.errors import BadParameter
+
+
+def play(
+    ctx: typer.Context,
+    problem: options.Name,
+    variant: options.Variant = "",
+    set_: options.Set = [],  # noqa: B006 - typer reads it once
+    seed: options.Seed = None,
+    episode: options.Episode = 0,
+    agent: options.Agent = "human",
+    vs: options.Others = "",
+    seat: options.Seats = [],  # noqa: B006
+    turns: options.Turns = None,
+    record: options.Record = None,
+    frames: options.Frames = False,
+    force: options.Force = False,
+    reveal: options.Reveal = False,
+    strict: options.Strict = False,
+    plain: options.Plain = False,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
+    color: options.Color = "auto",
+    ascii_: options.Ascii = False,
+    keys: options.Keys = "",
+    theme: options.Theme = "default",
+    speed: options.Speed = 2.0,
+    rate: options.Rate = None,
+) -> int:
+    """Play a problem, or watch agents play it.
+
+    \b
+      dmplay play hexworld --seed 7
+      dmplay play prisoners-dilemma --vs grim --turns 20
+      dmplay play crying-baby --agent feed-when-crying -o game.dmt
+      printf 'e\\nne\\nquit\\n' | dmplay play hexworld
+    """
+    from dmplay.shell.request import Request
+    from dmplay.shell.start import new
+    from dmplay.shell.terminal import Wishes, here
+
+    if str(record) == "-" and not quiet:
+        raise BadParameter("-o -: only with --quiet; else the game itself is told there")
+    terminal, table = here(Wishes(plain, json, color, ascii_, theme)), _table(ctx)
+    request = Request(
+        problem, variant, set_, seed, episode, agent, vs, seat, turns, record, frames, force,
+        strict, reveal, keep=ctx.obj is not None, keys=options.wanted_keys(keys),
+    )  # fmt: skip
+    table.put(new(request))
+    return _sit(ctx, table, terminal, json=json, quiet=quiet, speed=speed, rate=rate)
+
+
+def resume(
+    ctx: typer.Context,
+    file: options.LastFile = None,
+    trust: options.Trust = False,
+    plain: options.Plain = False,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
+    color: options.Color = "auto",
+    ascii_: options.Ascii = False,
+    keys: options.Keys = "",
+    theme: options.Theme = "default",
+) -> int:
+    """Go on with a game that was left or killed.
+
+    \b
+      dmplay resume
+      dmplay resume game.dmt
+    """
+    from dmplay.shell import saves
+    from dmplay.shell.start import resumed
+    from dmplay.shell.terminal import Wishes, here
+
+    terminal, table = here(Wishes(plain, json, color, ascii_, theme)), _table(ctx)
+    file = file or saves.latest_unfinished()
+    table.put(resumed(file, trusted=trust, keys=options.wanted_keys(keys)))
+    return _sit(ctx, table, terminal, json=json, quiet=quiet)
+
+
+def replay(
+    ctx: typer.Context,
+    file: options.File,
+    trust: options.Trust = False,
+    plain: options.Plain = False,
+    json: options.Json = False,
+    color: options.Color = "auto",
+    ascii_: options.Ascii = False,
+    theme: options.Theme = "default",
+    speed: options.Speed = 2.0,
+) -> int:
+    """Watch a recorded game: Space or right steps on, Backspace back, A plays at --speed.
+
+    \b
+      dmplay replay game.dmt
+      dmplay replay game.dmt --plain
+    """
+    from dmplay.shell.start import Playback
+    from dmplay.shell.terminal import Wishes, here
+
+    terminal, table = here(Wishes(plain, json, color, ascii_, theme)), _table(ctx)
+    table.put(Playback(file, trusted=trust))
+    return _sit(ctx, table, terminal, json=json, speed=speed)
+
+
+def branch(
+    ctx: typer.Context,
+    file: options.File,
+    at: Annotated[int, typer.Option("--at", min=0, help="the turn to go on from")],
+    record: Annotated[Path, typer.Option("--record", "-o", help="the new transcript")],
+    force: Annotated[bool, typer.Option("--force", help="overwrite it")] = False,
+    trust: options.Trust = False,
+    plain: options.Plain = False,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
+    color: options.Color = "auto",
+    ascii_: options.Ascii = False,
+    keys: options.Keys = "",
+    theme: options.Theme = "default",
+) -> int:
+    """Play on from any turn of a recorded game, into a transcript of its own.
+
+    \b
+      dmplay branch game.dmt --at 7 -o other.dmt
+    """
+    from dmplay.shell.start import branched
+    from dmplay.shell.terminal import Wishes, here
+
+    terminal, table = here(Wishes(plain, json, color, ascii_, theme)), _table(ctx)
+    wanted = options.wanted_keys(keys)
+    table.put(branched(file, at, record, force=force, trusted=trust, keys=wanted))
+    return _sit(ctx, table, terminal, json=json, quiet=quiet)
+
+
+def shell(
+    ctx: typer.Context,
+    execute: Annotated[
+        list[str], typer.Option("--execute", "-e", metavar="COMMAND", help="do this and leave")
+    ] = [],  # noqa: B006
+    plain: options.Plain = False,
+    color: options.Color = "auto",
+    ascii_: options.Ascii = False,
+    theme: options.Theme = "default",
+    speed: options.Speed = 2.0,
+) -> int:
+    """Play in words, one game after another; piped, a script whose first bad line ends it.
+
+    \b
+      dmplay
+      dmplay shell < game.dm
+      dmplay -e 'play hexworld --seed 7' -e ne -e 'hint; quit'
+    """
+    from dmplay.shell.front import converse
+    from dmplay.shell.terminal import Wishes, here
+
+    terminal = here(Wishes(plain, color=color, ascii=ascii_, theme=theme))
+    return converse(_table(ctx), terminal, execute, speed=speed)
+
+
+def _table(ctx: typer.Context) -> Any:
+    """The table of the shell that asks, else one with what the command line and files add to it."""
+    from dmplay.shell.commands import is_command
+    from dmplay.shell.table import Table
+
+    if ctx.obj is not None:
+        return ctx.obj
+    for name in config.aliases():
+        if is_command(name):
+            raise BadParameter(f"aliases.{name}: {name} is a command; give another name")
+    return Table(None, partial(program, ctx.find_root().command), config.aliases())
+
+
+def _sit(ctx: typer.Context, table: Any, terminal: Any, **how: Any) -> int:
+    """Plays the game at a table; a shell that asks for it does that itself."""
+    from dmplay.shell.front import run
+
+    return 0 if ctx.obj is not None else run(table, terminal, **how)
