@@ -8,7 +8,7 @@ from dmplay.chance import Reals
 from dmplay.core import Labels, Problem
 from dmplay.solvers import alpha_vectors
 from dmplay.solvers.alpha_vectors import Stage
-from dmplay.solvers.value_iteration import best
+from dmplay.solvers.value_iteration import greedy
 from dmplay.tabular import tabulate
 from dmplay.views._canvas import Canvas
 from dmplay.views._plot import Axis, Plot
@@ -89,7 +89,7 @@ def _triangle(canvas: Canvas, x: int, y: int, rows: int, stage: Stage) -> None:
 
 
 def _first(stage: Stage, b: Reals) -> int:
-    top = int(np.argmax(best(stage.vectors @ b[0])))
+    top = int(greedy(stage.vectors @ b[0]))
     return int(np.argmax(stage.actions[top]))
 
 

@@ -33,7 +33,7 @@ def _solved(problem: Problem) -> Text:
         if hex_ in exits:
             return Cell("◆" if exits[hex_] > 0 else "✗", signed(exits[hex_]), style="bold")
         values = q[problem.hexes.index(hex_)]
-        arrow = ARROWS[int(np.argmax(value_iteration.best(values)))]
+        arrow = ARROWS[value_iteration.greedy(values)]
         value = float(values.max())
         return Cell(arrow, short(value, 5), style="green" if value > 0 else "yellow")
 

@@ -9,23 +9,22 @@ from typing import Any, ClassVar
 import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Memory, Percept, Problem, parameter
+from dmplay.core import Memory, Percept, parameter
 from dmplay.errors import BadPolicy, UnknownName
+from dmplay.policies._kinds import Seated
 from dmplay.problems._matrix_game import MatrixGame
 
 SEEDS = 10**9
 
 
 @dataclass(frozen=True)
-class Axelrod:
+class Axelrod(Seated):
     """A strategy of the Axelrod package, `axelrod:NAME`; it needs the extra `axelrod`.
 
     Before each choice a new player is led through the rounds played. What it would have drawn in
     them is forgotten: luck that a strategy keeps to itself is another in every round.
     """
 
-    problem: Problem
-    seat: int
     name: str = parameter("TitForTat", "the class of the strategy")
 
     by_default: ClassVar[str] = "name"
@@ -70,10 +69,6 @@ class Axelrod:
         """What the player does now."""
         rows = zip(*memory, u[:, 0], strict=True)
         return np.array([self._next(own, other, luck) for own, other, luck in rows], np.int64)
-
-    def values(self, memory: Memory) -> Reals | None:
-        """Unknown."""
-        return None
 
     def _next(self, own: Array, other: Array, luck: float) -> int:
         package = self._package

@@ -10,8 +10,9 @@ import numpy as np
 
 from dmplay import belief
 from dmplay.chance import Array, Bools, Ints, Reals
-from dmplay.core import Memory, Percept, Problem, exact
+from dmplay.core import Memory, Percept, exact
 from dmplay.errors import ImpossibleObservation
+from dmplay.policies._kinds import Seated
 
 
 class _Flow(NamedTuple):
@@ -23,25 +24,17 @@ class _Flow(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Believing(ABC):
+class Believing(Seated, ABC):
     """A policy that acts on what its seat believes.
 
     The same beliefs as `belief.update` gives with unknown partners, who are taken to be uniformly
     random, but by a table of what one action leads to, made when that action is first taken.
     """
 
-    problem: Problem
-    seat: int
-
     @cached_property
     def _flows(self) -> dict[int, dict[int, _Flow]]:
         """The tables made so far, by action and observation."""
         return {}
-
-    @property
-    def draws(self) -> int:
-        """None."""
-        return 0
 
     def begin(self, observation: Array) -> Memory:
         """The belief before the first turn."""
@@ -71,10 +64,6 @@ class Believing(ABC):
     @abstractmethod
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Actions `[B]` from the beliefs `memory[0]` `[B, S]`."""
-
-    def values(self, memory: Memory) -> Reals | None:
-        """Unknown."""
-        return None
 
     def _after(self, action: int) -> dict[int, _Flow]:
         """What this seat's action leads to, by observation."""

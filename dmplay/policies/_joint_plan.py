@@ -7,27 +7,26 @@ import numpy as np
 
 from dmplay import belief
 from dmplay.chance import Array, Bools, Ints, Reals
-from dmplay.core import Memory, Percept, Problem, parameter
+from dmplay.core import Memory, Percept, parameter
 from dmplay.errors import BadParameter
 from dmplay.policies._believing import mean
+from dmplay.policies._kinds import Seated
 from dmplay.solvers import alpha_vectors, joint_plans
 from dmplay.solvers.envelope import envelope
-from dmplay.solvers.value_iteration import best
+from dmplay.solvers.value_iteration import greedy
 from dmplay.tabular import joint_actions, tabulate
 
 LONGEST = 4  # turns of a joint plan: with five there are too many to compare
 
 
 @dataclass(frozen=True)
-class JointPlan:
+class JointPlan(Seated):
     """Follows the plans of `horizon` turns that together earn both most, made anew every turn.
 
     Both hear the same, so each knows what the other believes and plans. The values are the sum of
     both rewards over these turns.
     """
 
-    problem: Problem
-    seat: int
     horizon: int = parameter(LONGEST, f"turns planned, 1 to {LONGEST}", 1, LONGEST)
 
     def __post_init__(self) -> None:
@@ -35,11 +34,6 @@ class JointPlan:
         if not 1 <= self.horizon <= LONGEST:
             raise BadParameter(f"horizon: got {self.horizon}, expected 1 to {LONGEST}")
         _ = self._vectors  # refuses a game of too many plans
-
-    @property
-    def draws(self) -> int:
-        """None."""
-        return 0
 
     @property
     def _shape(self) -> tuple[int, ...]:
@@ -87,7 +81,7 @@ class JointPlan:
 
     def _planned(self, b: Reals) -> Ints:
         """The first of the best joint actions `[B, 2]`, the same for both seats."""
-        return np.asarray(joint_actions(self.problem)[np.argmax(best(self._jointly(b)), axis=1)])
+        return np.asarray(joint_actions(self.problem)[greedy(self._jointly(b))])
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """One's own part of the best joint action."""

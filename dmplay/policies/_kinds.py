@@ -1,4 +1,4 @@
-"""The two simplest kinds of policy memory, to derive from."""
+"""What policies are made of: a seat, the simplest kinds of memory, the choice by value."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -7,19 +7,41 @@ import numpy as np
 
 from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import Memory, Percept, Problem
+from dmplay.solvers.value_iteration import greedy
 
 
 @dataclass(frozen=True)
-class Reactive(ABC):
-    """A policy that acts on what it saw last."""
+class Seated:
+    """A policy of one seat that draws nothing and knows no values, unless it says so."""
 
     problem: Problem
     seat: int
 
     @property
     def draws(self) -> int:
-        """None."""
+        """How many uniforms one row of one choice consumes: none."""
         return 0
+
+    def values(self, memory: Memory) -> Reals | None:
+        """Unknown."""
+        return None
+
+
+class Maximising(ABC):
+    """Takes the first of the actions that are worth most."""
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """The first of the best actions."""
+        return greedy(self.values(memory))
+
+    @abstractmethod
+    def values(self, memory: Memory) -> Reals:
+        """Q `[B, A]` of each action."""
+
+
+@dataclass(frozen=True)
+class Reactive(Seated, ABC):
+    """A policy that acts on what it saw last."""
 
     def begin(self, observation: Array) -> Memory:
         """The first observation."""
@@ -32,10 +54,6 @@ class Reactive(ABC):
     @abstractmethod
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Actions `[B]` from the observation `memory[0]`."""
-
-    def values(self, memory: Memory) -> Reals | None:
-        """Unknown."""
-        return None
 
 
 @dataclass(frozen=True)
@@ -50,18 +68,10 @@ class Always(Reactive):
 
 
 @dataclass(frozen=True)
-class Rule(ABC):
+class Rule(Seated, ABC):
     """A rule for a repeated game of two: a first action, then a reply to the last round."""
 
-    problem: Problem
-    seat: int
-
     first = 0
-
-    @property
-    def draws(self) -> int:
-        """None."""
-        return 0
 
     @abstractmethod
     def reply(self, own: Ints, other: Ints) -> Array:
@@ -80,7 +90,3 @@ class Rule(ABC):
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """What the rule says."""
         return memory[0]
-
-    def values(self, memory: Memory) -> Reals | None:
-        """Unknown."""
-        return None

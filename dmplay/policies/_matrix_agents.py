@@ -8,10 +8,9 @@ import numpy as np
 from dmplay.chance import Array, Bools, Categorical, Reals
 from dmplay.core import Memory, Percept, parameter
 from dmplay.errors import BadParameter
-from dmplay.policies._kinds import Reactive
+from dmplay.policies._kinds import Maximising, Reactive
 from dmplay.problems._matrix_game import MatrixGame
 from dmplay.solvers import matrix_game
-from dmplay.solvers.value_iteration import best
 
 
 @dataclass(frozen=True)
@@ -80,7 +79,7 @@ class Softmax(_Mixed):
 
 
 @dataclass(frozen=True)
-class BestResponse(_Mixed):
+class BestResponse(Maximising, _Mixed):
     """The best reply to how often the other has done each thing so far (fictitious play)."""
 
     @property
@@ -97,10 +96,6 @@ class BestResponse(_Mixed):
         assert percept.actions is not None
         other = percept.actions[:, 1 - self.seat]
         return (memory[0] + (other[:, None] == np.arange(len(self._own))),)
-
-    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """The first of the best replies."""
-        return np.asarray(np.argmax(best(self.values(memory)), axis=1))
 
     def values(self, memory: Memory) -> Reals:
         """The reward expected against these frequencies; at first, against anything."""

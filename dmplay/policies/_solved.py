@@ -27,7 +27,7 @@ class Seeing(Reactive):
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """The first of the best actions."""
         q = self.values(memory) if legal is None else np.where(legal, self.values(memory), -np.inf)
-        return np.asarray(np.argmax(value_iteration.best(q), axis=1))
+        return value_iteration.greedy(q)
 
     def values(self, memory: Memory) -> Reals:
         """Q* of each action."""

@@ -5,24 +5,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Reals
+from dmplay.chance import Array, Reals
 from dmplay.core import Memory, Percept, parameter
 from dmplay.errors import BadParameter
 from dmplay.policies._believing import Believing
-from dmplay.solvers.value_iteration import best
+from dmplay.policies._kinds import Maximising
 
 
 @dataclass(frozen=True)
-class Valued(Believing):
+class Valued(Maximising, Believing):
     """Takes the first of the actions that are worth most."""
-
-    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """The first of the best actions."""
-        return np.asarray(np.argmax(best(self.values(memory)), axis=1))
-
-    @abstractmethod
-    def values(self, memory: Memory) -> Reals:
-        """Q of each action."""
 
 
 @dataclass(frozen=True)

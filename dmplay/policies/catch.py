@@ -8,23 +8,19 @@ import numpy as np
 from dmplay.chance import Array, Bools, Categorical, Ints, Reals
 from dmplay.core import Memory
 from dmplay.policies._believing import Believing, mean
-from dmplay.policies._valued import Countdown
+from dmplay.policies._valued import Countdown, Valued
 from dmplay.solvers.bounded_search import BoundedSearch
-from dmplay.solvers.value_iteration import best
+from dmplay.solvers.value_iteration import greedy
 from dmplay.tabular import tabulate
 
 
 @dataclass(frozen=True)
-class Greedy(Believing):
+class Greedy(Valued):
     """Throws the distance that pays most at once, as far as it knows."""
 
     @cached_property
     def _rewards(self) -> Reals:
         return tabulate(self.problem).rewards[:, :, 0]
-
-    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """The first of the best distances."""
-        return np.asarray(np.argmax(best(self.values(memory)), axis=1))
 
     def values(self, memory: Memory) -> Reals:
         """The reward expected of this throw."""
@@ -43,7 +39,7 @@ class Thompson(Believing):
     @cached_property
     def _best(self) -> Ints:
         """The first of the best distances for each proficiency."""
-        return np.asarray(np.argmax(best(tabulate(self.problem).rewards[:, :, 0]), axis=1))
+        return greedy(tabulate(self.problem).rewards[:, :, 0])
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Thompson sampling."""

@@ -9,31 +9,25 @@ from dmplay.chance import Array, Bools, Categorical, Reals
 from dmplay.core import Memory, Percept, Problem, parameter
 from dmplay.errors import BadParameter, BadPolicy
 from dmplay.policies._believing import Believing, mean
-from dmplay.policies._kinds import Reactive
+from dmplay.policies._kinds import Reactive, Seated
+from dmplay.policies._valued import Valued
 from dmplay.problems import _hex
 from dmplay.problems.collaborative_predator_prey import SENSES, CollaborativePredatorPrey
 from dmplay.solvers import reactive_team, sparse
-from dmplay.solvers.value_iteration import best
+from dmplay.solvers.value_iteration import greedy
 
 KEPT = 4  # problems whose solutions the seats share
 
 
 @dataclass(frozen=True)
-class Sweep:
+class Sweep(Seated):
     """Goes to and fro: back after some turns of nothing, and back where a prey is or just was.
 
     Each seat begins in another direction. Of the rules that turn by a fixed angle at each of these
     three moments this one catches most on the standard map.
     """
 
-    problem: Problem
-    seat: int
     stroke: int = parameter(3, "turns in one direction while there is nothing", 1)
-
-    @property
-    def draws(self) -> int:
-        """None."""
-        return 0
 
     def begin(self, observation: Array) -> Memory:
         """The direction, for how many turns it has been held, and whether a prey was near."""
@@ -56,10 +50,6 @@ class Sweep:
         """The direction."""
         return memory[0]
 
-    def values(self, memory: Memory) -> Reals | None:
-        """Unknown."""
-        return None
-
 
 @dataclass(frozen=True)
 class ChaseBelief(Believing):
@@ -78,14 +68,14 @@ class ChaseBelief(Believing):
         joint = memory[0].reshape(len(memory[0]), *(size,) * walkers)
         partners = tuple(1 + i for i in range(walkers - 1) if i != self.seat)
         own_and_prey = joint.sum(axis=partners)  # [B, H, H]
-        prey = np.argmax(best(own_and_prey.sum(axis=1)), axis=1)
+        prey = greedy(own_and_prey.sum(axis=1))
         own = own_and_prey[np.arange(len(prey)), :, prey]
         far = (own[:, :, None] * self._far[:, :, prey].transpose(2, 0, 1)).sum(axis=1)
-        return np.asarray(np.argmax(best(-far), axis=1))
+        return greedy(-far)
 
 
 @dataclass(frozen=True)
-class Qmdp(Believing):
+class Qmdp(Valued):
     """Acts as if the team were to see everything from the next turn on (section 21.1)."""
 
     def __post_init__(self) -> None:
@@ -99,10 +89,6 @@ class Qmdp(Believing):
         shape = [len(labels) for labels in self.problem.actions]
         others = tuple(1 + i for i in range(len(shape)) if i != self.seat)
         return np.asarray(_seen(self.problem).reshape(-1, *shape).max(axis=others))
-
-    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """The first of the best moves."""
-        return np.asarray(np.argmax(best(self.values(memory)), axis=1))
 
     def values(self, memory: Memory) -> Reals:
         """The mean of Q* over the belief: no team that does not see can earn so much."""

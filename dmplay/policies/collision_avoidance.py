@@ -7,9 +7,8 @@ import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, parameter
-from dmplay.policies._kinds import Always, Reactive
+from dmplay.policies._kinds import Always, Maximising, Reactive
 from dmplay.solvers import collision_grid
-from dmplay.solvers.value_iteration import best
 
 DESCEND, NO_ADVISORY, CLIMB = range(3)
 
@@ -36,16 +35,12 @@ class Simple(Reactive):
 
 
 @dataclass(frozen=True)
-class Optimal(Reactive):
+class Optimal(Maximising, Reactive):
     """The best action by backward induction on a grid, between whose points it interpolates."""
 
     @cached_property
     def _table(self) -> Reals:
         return collision_grid.optimal(self.problem)
-
-    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """The first of the best actions."""
-        return np.asarray(np.argmax(best(self.values(memory)), axis=1))
 
     def values(self, memory: Memory) -> Reals:
         """Q of each action; the rows of a batch may be at different times."""

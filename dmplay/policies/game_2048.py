@@ -5,27 +5,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Memory, Percept, Problem, parameter
+from dmplay.core import Memory, Percept, parameter
 from dmplay.errors import BadParameter
-from dmplay.policies._kinds import Reactive
+from dmplay.policies._kinds import Maximising, Reactive, Seated
 from dmplay.problems.game_2048 import DOWN, LEFT, RIGHT, UP, Game2048
 from dmplay.solvers import expectimax_2048
-from dmplay.solvers.value_iteration import best
 
 DEEPEST = 20  # plies
 
 
 @dataclass(frozen=True)
-class Corner:
+class Corner(Seated):
     """Left and down in turn, right or up only when both are stuck (section F.2)."""
-
-    problem: Problem
-    seat: int
-
-    @property
-    def draws(self) -> int:
-        """None."""
-        return 0
 
     def begin(self, observation: Array) -> Memory:
         """The direction that is due."""
@@ -44,13 +35,9 @@ class Corner:
         able = np.stack([legal[np.arange(len(due)), choice] for choice in order])
         return np.asarray(order[np.argmax(able, axis=0), np.arange(len(due))])
 
-    def values(self, memory: Memory) -> Reals | None:
-        """Unknown."""
-        return None
-
 
 @dataclass(frozen=True)
-class Expectimax(Reactive):
+class Expectimax(Maximising, Reactive):
     """Follows slides and tiles for as long as they are likely: far where few cells are empty.
 
     With a time limit it goes as deep as the time allows, so that no two searches need agree.
@@ -71,10 +58,6 @@ class Expectimax(Reactive):
     def timed(self) -> bool:
         """Whether its choice depends on how fast the machine is."""
         return self.milliseconds > 0
-
-    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """The first of the best slides."""
-        return np.asarray(np.argmax(best(self.values(memory)), axis=1))
 
     def values(self, memory: Memory) -> Reals:
         """What each slide is worth, in points of the search; -inf where it moves nothing."""

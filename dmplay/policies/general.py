@@ -5,16 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Interval, Memory, Percept, Problem
+from dmplay.core import Interval, Memory, Percept
+from dmplay.policies._kinds import Seated
 from dmplay.policies.search import Search
 
 
 @dataclass(frozen=True)
-class Random:
+class Random(Seated):
     """Any legal action, each as likely."""
-
-    problem: Problem
-    seat: int
 
     @property
     def draws(self) -> int:
@@ -39,10 +37,6 @@ class Random:
         rank = np.cumsum(legal, axis=1)
         wanted = (u[:, 0] * rank[:, -1]).astype(np.int64) + 1
         return np.asarray(np.argmax(rank == wanted[:, None], axis=1))
-
-    def values(self, memory: Memory) -> Reals | None:
-        """None: it does not care."""
-        return None
 
 
 POLICIES = {"random": Random, "search": Search}

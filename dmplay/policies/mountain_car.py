@@ -8,10 +8,9 @@ import numpy as np
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, parameter
 from dmplay.errors import BadParameter
-from dmplay.policies._kinds import Always, Reactive
+from dmplay.policies._kinds import Always, Maximising, Reactive
 from dmplay.problems.mountain_car import LEFT_WALL, RIGHT_WALL, TOP_SPEED
 from dmplay.solvers import grid_iteration
-from dmplay.solvers.value_iteration import best
 
 LEFT, COAST, RIGHT = range(3)
 GRID = grid_iteration.Grid((LEFT_WALL, -TOP_SPEED), (RIGHT_WALL, TOP_SPEED), (181, 141))
@@ -36,16 +35,12 @@ class Pump(Reactive):
 
 
 @dataclass(frozen=True)
-class Optimal(Reactive):
+class Optimal(Maximising, Reactive):
     """The best action by value iteration on a grid, between whose points it interpolates."""
 
     @cached_property
     def _values(self) -> Reals:
         return grid_iteration.optimal(self.problem, GRID).values
-
-    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """The first of the best actions."""
-        return np.asarray(np.argmax(best(self.values(memory)), axis=1))
 
     def values(self, memory: Memory) -> Reals:
         """Q of each action: about as many turns as it takes, negative."""

@@ -7,16 +7,16 @@ from itertools import product
 import numpy as np
 
 from dmplay import belief
-from dmplay.chance import Array, Bools, Reals
+from dmplay.chance import Array, Reals
 from dmplay.core import Memory, Percept, Problem, exact, parameter
 from dmplay.errors import BadParameter, BadPolicy
 from dmplay.policies._believing import mean
 from dmplay.policies._joint_plan import JointPlan
+from dmplay.policies._kinds import Maximising, Seated
 from dmplay.policies.crying_baby import FeedWhenCrying
 from dmplay.problems.multicaregiver_crying_baby import ACTIONS
 from dmplay.solvers import alpha_vectors
 from dmplay.solvers.alpha_vectors import Stage
-from dmplay.solvers.value_iteration import best
 from dmplay.tabular import Tables
 
 HEARD = 3  # nothing yet, crying, quiet
@@ -24,15 +24,13 @@ ANSWERED = ("feed-when-crying", "random", *ACTIONS)
 
 
 @dataclass(frozen=True)
-class BestResponse:
+class BestResponse(Maximising, Seated):
     """The best answer to a partner who plays `to`, for ever: an agent named so, or one action.
 
     Both hear the same, so the partner is foreseen: this is a POMDP whose state is the baby's and
     what was heard last. The values are against that partner.
     """
 
-    problem: Problem
-    seat: int
     to: str = parameter("feed-when-crying", f"the partner: {', '.join(ANSWERED)}")
 
     def __post_init__(self) -> None:
@@ -41,11 +39,6 @@ class BestResponse:
             raise BadParameter(f"to: got {self.to!r}, expected one of {', '.join(ANSWERED)}")
         if self.problem.discount >= 1.0:
             raise BadPolicy("a game without end needs a discount below 1")
-
-    @property
-    def draws(self) -> int:
-        """None."""
-        return 0
 
     @cached_property
     def faced(self) -> Tables:
@@ -105,10 +98,6 @@ class BestResponse:
         possible = joint.any(axis=1, keepdims=True)
         joint = np.where(possible, joint, mean(memory[0], self._surprising[turn]))
         return (joint / joint.cumsum(axis=1)[:, -1:],)
-
-    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """The first of the best actions."""
-        return np.asarray(np.argmax(best(self.values(memory)), axis=1))
 
     def values(self, memory: Memory) -> Reals:
         """Q of each action against that partner."""

@@ -9,11 +9,10 @@ import numpy as np
 from dmplay.chance import Array, Bools, Categorical, Ints, Reals
 from dmplay.core import Memory, Problem, parameter
 from dmplay.errors import BadParameter, BadPolicy
-from dmplay.policies._kinds import Reactive
+from dmplay.policies._kinds import Maximising, Reactive
 from dmplay.problems import _hex
 from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.solvers import best_response, markov_game, sparse
-from dmplay.solvers.value_iteration import best
 
 WAITED = 300_000  # outcomes of all states and moves that are listed in a moment
 
@@ -59,7 +58,7 @@ class Flee(_Runner):
 
 
 @dataclass(frozen=True)
-class BestResponse(Reactive):
+class BestResponse(Maximising, Reactive):
     """The best answer to others who all play `to`: natural (chase or flee), chase, flee or random.
 
     It plans a hunt without end, by policy iteration; its values are against these others.
@@ -88,10 +87,6 @@ class BestResponse(Reactive):
         name = _natural(self.problem, seat) if self.to == "natural" else self.to
         runner = RUNNERS[name](self.problem, seat)
         return np.eye(many)[runner.choose((states,), None, np.zeros((len(states), 0)))]
-
-    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """The first of the best moves."""
-        return np.asarray(np.argmax(best(self.values(memory)), axis=1))
 
     def values(self, memory: Memory) -> Reals:
         """Q of each move against these others."""

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Memory, Percept, Problem
+from dmplay.core import Memory, Percept
 from dmplay.errors import DmplayError
+from dmplay.policies._kinds import Seated
 
 
 class EndOfScript(DmplayError):
@@ -14,17 +15,10 @@ class EndOfScript(DmplayError):
 
 
 @dataclass(frozen=True)
-class Script:
+class Script(Seated):
     """Actions written down beforehand, one a turn."""
 
-    problem: Problem
-    seat: int
     actions: tuple[float, ...]
-
-    @property
-    def draws(self) -> int:
-        """None."""
-        return 0
 
     def begin(self, observation: Array) -> Memory:
         """The place in the script."""
@@ -39,7 +33,3 @@ class Script:
         if memory[0].max(initial=-1) >= len(self.actions):
             raise EndOfScript(f"the script of {len(self.actions)} actions is over")
         return np.array(self.actions)[memory[0]]
-
-    def values(self, memory: Memory) -> Reals | None:
-        """None."""
-        return None

@@ -12,7 +12,6 @@ from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
 from dmplay.solutions._solution import Row, Solution, Tick, part
 from dmplay.solutions.played import games
 from dmplay.solvers import alpha_vectors, joint_plans, reactive_team, sparse, value_iteration
-from dmplay.solvers.value_iteration import best
 from dmplay.tabular import Tables, tabulate
 
 LONGEST = 4  # turns of a joint plan
@@ -37,7 +36,7 @@ def care(problem: MulticaregiverCryingBaby, tick: Tick) -> Solution:
     rows: list[Row] = []
     for turns, (stage, planner) in enumerate(zip(found, heard, strict=True), 1):
         worth = np.einsum("s,sij->ij", b, stage.values)
-        pair = np.unravel_index(int(np.argmax(best(worth.reshape(-1)))), worth.shape)
+        pair = np.unravel_index(int(value_iteration.greedy(worth.reshape(-1))), worth.shape)
         row: Row = {
             "turns": turns,
             "plans": " x ".join(str(len(plans.actions)) for plans in stage.plans),

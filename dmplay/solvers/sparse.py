@@ -8,7 +8,7 @@ import numpy as np
 from dmplay.chance import Finite, Ints, Reals
 from dmplay.core import Problem, exact
 from dmplay.errors import BadParameter
-from dmplay.solvers.value_iteration import SLACK, best
+from dmplay.solvers.value_iteration import SLACK, greedy
 from dmplay.tabular import joint_actions
 
 MOST = 20_000_000  # outcomes listed
@@ -74,7 +74,7 @@ def optimal(model: Listed, discount: float) -> Reals:
         better = q.max(axis=1) > values + SLACK
         if not better.any():
             return q
-        choice = np.where(better, np.argmax(best(q), axis=1), choice)
+        choice = np.where(better, greedy(q), choice)
 
 
 def _promising(model: Listed, discount: float) -> Ints:
@@ -84,7 +84,7 @@ def _promising(model: Listed, discount: float) -> Ints:
     choice = np.full(len(state), -1)
     for _ in range(ROUNDS):
         before, q = choice, action_values(model, discount, values)
-        choice, values = np.argmax(best(q), axis=1), q.max(axis=1)
+        choice, values = greedy(q), q.max(axis=1)
         if (choice == before).all():
             break
         p, after, rewards = (part[state, choice] for part in model)

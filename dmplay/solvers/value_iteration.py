@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dmplay.chance import Bools, Reals
+from dmplay.chance import Bools, Ints, Reals
 from dmplay.tabular import Tables
 
 SLACK = 1e-9  # values this close are equal: the last bits differ between processors
@@ -43,3 +43,8 @@ def evaluate(tables: Tables, discount: float, policy: Reals) -> Reals:
 def best(q: Reals) -> Bools:
     """Which actions `[..., A]` have the greatest value, ties included."""
     return np.asarray(q >= q.max(axis=-1, keepdims=True) - SLACK)
+
+
+def greedy(q: Reals) -> Ints:
+    """The first of the best actions `[...]` by values `[..., A]`."""
+    return np.asarray(np.argmax(best(q), axis=-1))
