@@ -20,7 +20,9 @@ def drawn(monkeypatch: pytest.MonkeyPatch, *, late: bool, quiet: bool) -> str:
             bar(0.5)
         terminal.write("end")
         terminal.flush()
-        seen = os.read(lead, 100_000)
+        seen = b""
+        while not seen.endswith(b"end"):  # a terminal passes on a few thousand bytes at a time
+            seen += os.read(lead, 100_000)
     os.close(lead)
     return seen.decode()
 
