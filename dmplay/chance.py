@@ -94,3 +94,10 @@ def sample(chances: tuple[Chance, ...], u: Reals) -> tuple[Array, ...]:
         events.append(chance.sample(u[:, at : at + chance.draws]))
         at += chance.draws
     return tuple(events)
+
+
+def among(able: Bools, u: Reals) -> Ints:
+    """One of the columns marked in each row `[B, K]`, each as likely, by uniforms `[B]`."""
+    rank = np.cumsum(able, axis=1)
+    wanted = (u * rank[:, -1]).astype(np.int64) + 1
+    return np.asarray(np.argmax(rank == wanted[:, None], axis=1))

@@ -13,6 +13,7 @@ import numpy as np
 from dmplay.chance import Array, Bools, Categorical, Chance, Finite, Ints, Pick, Reals, sample
 from dmplay.errors import BadParameter, UnknownName
 
+DECIMALS = 9  # of a real-valued action, so that its text is the number
 MOST_OUTCOMES = 20_000_000  # of one call of `exact`
 
 T = TypeVar("T")
@@ -275,7 +276,7 @@ class Problem(ABC):
 
 def _number(text: str, interval: Interval) -> float:
     try:
-        value = round(float(text), 9)
+        value = round(float(text), DECIMALS)
     except ValueError:
         value = math.nan
     if not interval.low <= value <= interval.high:

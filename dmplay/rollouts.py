@@ -6,10 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.chance import Array, Bools, Ints, Reals
-from dmplay.core import Memory, Outcome, Percept, Policy, Problem
+from dmplay.core import DECIMALS, Memory, Outcome, Percept, Policy, Problem
 from dmplay.dice import NATURE, uniforms
 from dmplay.errors import BadPolicy
-from dmplay.session import DECIMALS
 
 MOST_TURNS = 10_000  # where nothing else ends a game
 

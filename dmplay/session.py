@@ -9,11 +9,10 @@ import numpy as np
 
 from dmplay import belief as beliefs
 from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Continuous, Interval, Memory, Percept, Policy, Problem
+from dmplay.core import DECIMALS, Continuous, Interval, Memory, Percept, Policy, Problem
 from dmplay.dice import NATURE
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
 
-DECIMALS = 9  # of a real-valued action, so that its text is the number
 LARGEST_BELIEF = 4096  # states that a view shows a belief over, where it is quick to have
 LONGEST_LIST = 64  # states; a longer belief, written as a list, is no use to a reader
 

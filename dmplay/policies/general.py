@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Interval, Memory, Percept
+from dmplay.chance import Array, Bools, Reals, among
+from dmplay.core import DECIMALS, Interval, Memory, Percept
 from dmplay.policies._kinds import Seated
 from dmplay.policies.search import Search
 
@@ -31,12 +31,10 @@ class Random(Seated):
         """Uniform over the legal actions, or over the interval."""
         actions = self.problem.actions[self.seat]
         if isinstance(actions, Interval):
-            return np.round(actions.low + (actions.high - actions.low) * u[:, 0], 9)
+            return np.round(actions.low + (actions.high - actions.low) * u[:, 0], DECIMALS)
         if legal is None:
             return (u[:, 0] * len(actions)).astype(np.int64)
-        rank = np.cumsum(legal, axis=1)
-        wanted = (u[:, 0] * rank[:, -1]).astype(np.int64) + 1
-        return np.asarray(np.argmax(rank == wanted[:, None], axis=1))
+        return among(legal, u[:, 0])
 
 
 POLICIES = {"random": Random, "search": Search}

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from dmplay import belief
-from dmplay.chance import Array, Bools, Reals
+from dmplay.chance import Array, Bools, Reals, among
 from dmplay.core import Memory, Percept, exact, parameter
 from dmplay.dice import spread
 from dmplay.errors import BadParameter, BadPolicy
@@ -85,9 +85,7 @@ class Search(Believing):
         values = self._tree.values(roots, told[:, self.simulations :])
         if legal is not None:
             values[~legal] = -np.inf
-        rank = np.cumsum(best(values), axis=1)
-        wanted = (u * rank[:, -1]).astype(np.int64) + 1
-        return np.asarray(self._tree.actions[np.argmax(rank == wanted[:, None], axis=1)])
+        return np.asarray(self._tree.actions[among(best(values), u)])
 
     def _drawn(self, beliefs: Reals, u: Reals) -> Array:
         """States `[B, N, ...]` by uniforms `[B, N]`."""

@@ -5,10 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.chance import Array, Bools, Normal, Reals
-from dmplay.core import Interval, Memory, parameter
+from dmplay.core import DECIMALS, Interval, Memory, parameter
 from dmplay.policies._kinds import Reactive
-
-DECIMALS = 9  # of an action
 
 
 @dataclass(frozen=True)

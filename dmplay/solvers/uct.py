@@ -11,8 +11,8 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Ints, Reals
-from dmplay.core import Interval, Problem
+from dmplay.chance import Array, Bools, Ints, Reals, among
+from dmplay.core import DECIMALS, Interval, Problem
 
 WAVE = 20  # simulations of a row at a time
 GRID = 21  # actions that stand for an interval
@@ -86,7 +86,7 @@ class Tree:
 def choices(known: tuple[str, ...] | Interval) -> Array:
     """The actions of a set that a search tries."""
     if isinstance(known, Interval):
-        return np.round(np.linspace(known.low, known.high, GRID), 9) + 0.0
+        return np.round(np.linspace(known.low, known.high, GRID), DECIMALS) + 0.0
     return np.arange(len(known))
 
 
@@ -135,18 +135,17 @@ class _Grown:
 
     def _at_random(self, legal: Bools | None, u: Reals) -> Array:
         """Joint actions `[N, n]`, each agent's uniform over what it may do."""
-        columns = []
+        columns: list[Array] = []
         for seat, known in enumerate(self.tree.problem.actions):
             if isinstance(known, Interval) and seat != self.tree.seat:
-                columns.append(np.round(known.low + (known.high - known.low) * u[:, seat], 9))
+                drawn = known.low + (known.high - known.low) * u[:, seat]
+                columns.append(np.round(drawn, DECIMALS))
                 continue
             actions = choices(known)
             if legal is None:
                 columns.append(actions[(u[:, seat] * len(actions)).astype(np.int64)])
                 continue
-            rank = np.cumsum(legal[:, seat], axis=1)
-            wanted = (u[:, seat] * rank[:, -1]).astype(np.int64) + 1
-            columns.append(np.argmax(rank == wanted[:, None], axis=1))
+            columns.append(among(legal[:, seat], u[:, seat]))
         return np.stack(columns, axis=1)
 
     def _selected(self, node: Ints, legal: Bools | None) -> Ints:
