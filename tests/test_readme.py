@@ -10,9 +10,10 @@ import pytest
 
 from dmplay.shell import frame
 from dmplay.shell.export import film
+from dmplay.shell.playback import Playback
 from dmplay.shell.request import Request
 from dmplay.shell.screen import Screen
-from dmplay.shell.start import Playback, new
+from dmplay.shell.start import new
 from dmplay.shell.table import Table
 from dmplay.shell.terminal import Terminal
 from tests.terminals import DMPLAY, clean_environment

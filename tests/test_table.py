@@ -9,8 +9,9 @@ import pytest
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.shell.checking import check
 from dmplay.shell.commands import typed
+from dmplay.shell.playback import Playback
 from dmplay.shell.request import Request
-from dmplay.shell.start import Playback, new
+from dmplay.shell.start import new
 from dmplay.shell.table import Table, following
 from dmplay.transcript.reading import read
 from tests.games import PROGRAM

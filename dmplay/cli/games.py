@@ -105,7 +105,7 @@ def replay(
       dmplay replay game.dmt
       dmplay replay game.dmt --plain
     """
-    from dmplay.shell.start import Playback
+    from dmplay.shell.playback import Playback
     from dmplay.shell.terminal import Wishes, here
 
     terminal, table = here(Wishes(plain, json, color, ascii_, theme)), _table(ctx)

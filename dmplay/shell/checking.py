@@ -48,6 +48,14 @@ def loaded(transcript: Transcript, *, trusted: bool) -> catalog.Loaded:
     return found
 
 
+def readable(path: Path) -> Transcript:
+    """The transcript in a file, `-` for the standard input; or BadParameter where none is read."""
+    try:
+        return read(standard(path, INPUT))
+    except OSError as error:
+        raise BadParameter(f"{path}: {error.strerror}") from None
+
+
 def check(path: Path, *, trusted: bool = False) -> Report:
     """Verifies one file; a fault of form is a finding too."""
     try:

@@ -13,7 +13,7 @@ from dmplay.shell.drawing import console, picture, write
 from dmplay.shell.drawing import film as pictures
 from dmplay.shell.frame import Room, Shown, compose
 from dmplay.shell.paint import ansi
-from dmplay.shell.start import Playback
+from dmplay.shell.playback import Playback
 from dmplay.transcript.format import end_facts, header_facts, turn_facts
 
 ROOM = Room(80, 24)

@@ -93,7 +93,7 @@ def in_time(session: Session, people: list[int], seconds: float) -> list[Move] |
 
 def print_review(path: Path, *, write: bool, json: bool, trusted: bool) -> None:
     """Prints the review of a transcript; keeps it as notes after the end where asked to."""
-    from dmplay.shell.start import Playback
+    from dmplay.shell.playback import Playback
 
     game = Playback(path, trusted=trusted)
     seats = list(game.transcript.header.seats.values())

@@ -1,4 +1,4 @@
-"""Setting up games: new ones, resumed ones, and played ones to look at again."""
+"""Setting up games: new ones, resumed ones, and new ones that begin as another did."""
 
 import os
 from dataclasses import replace
@@ -9,18 +9,16 @@ from dmplay.dice import Dice
 from dmplay.errors import BadParameter
 from dmplay.session import Session
 from dmplay.shell import saves
-from dmplay.shell.checking import loaded
+from dmplay.shell.checking import loaded, readable
 from dmplay.shell.game import Game, frame
 from dmplay.shell.keymap import AS_DRAWN, Keys, hands
 from dmplay.shell.request import Request, pairs, repeated
-from dmplay.shell.saves import INPUT, OUTPUT, standard
+from dmplay.shell.saves import OUTPUT, standard
 from dmplay.shell.seats import HUMAN, header, seat_policy, sitting
-from dmplay.transcript.format import CHOSEN, Frame, turn_limit
-from dmplay.transcript.reading import Block, Transcript, read
+from dmplay.transcript.format import Frame, turn_limit
+from dmplay.transcript.reading import Transcript
 from dmplay.transcript.recorder import Recorder
-from dmplay.transcript.replay import play as play_block
 from dmplay.transcript.replay import replay
-from dmplay.transcript.replay import start as start_session
 
 LARGEST_SEED = 2**63 - 1
 NEW_SEEDS = 10**9  # few enough to type
@@ -78,7 +76,7 @@ def _seats(request: Request, found: catalog.Loaded) -> list[str]:
 
 def resumed(path: Path, *, trusted: bool = False, keys: Keys = AS_DRAWN) -> Game:
     """The game of a transcript, to go on with: cut to its last whole turn, replayed from inputs."""
-    transcript = _read(path)
+    transcript = readable(path)
     found = loaded(transcript, trusted=trusted)
     held = hands(found.problem, keys)
     for who in transcript.header.seats.values():
@@ -109,7 +107,7 @@ def branched(  # noqa: PLR0913 - a place in a file, another file, and what is wa
     keys: Keys = AS_DRAWN,
 ) -> Game:
     """A new game whose first turns are those of a transcript; the rest is played."""
-    transcript = _read(path)
+    transcript = readable(path)
     found = loaded(transcript, trusted=trusted)
     header, held = transcript.header, hands(found.problem, keys)
     told = replay(transcript, found.problem)
@@ -150,65 +148,3 @@ def _retell(told: Session, turns: int, session: Session, recorder: Recorder) -> 
 
 def _framing(transcript: Transcript) -> Frame | None:
     return frame if transcript.blocks[0].frame else None
-
-
-def _read(path: Path) -> Transcript:
-    try:
-        return read(standard(path, INPUT))
-    except OSError as error:
-        raise BadParameter(f"{path}: {error.strerror}") from None
-
-
-class Playback(Game):
-    """A recorded game to step through; nothing in it is hidden any more."""
-
-    def __init__(self, path: Path, *, trusted: bool = False) -> None:
-        self.transcript = _read(path)
-        found = loaded(self.transcript, trusted=trusted)
-        self._problem = found.problem
-        self._place = 0
-        seats = list(self.transcript.header.seats.values())
-        super().__init__(found.name, self._session(0), seats)
-        self.people = []
-        self.reveal = True
-
-    def _session(self, blocks: int) -> Session:
-        header = self.transcript.header
-        session = start_session(self.transcript, self._problem, Dice(header.seed, header.episode))
-        for block in self._blocks()[:blocks]:
-            play_block(self.transcript, block, session)
-        return session
-
-    def _blocks(self) -> list[Block]:
-        return self.transcript.blocks[1:]
-
-    def unattended(self) -> bool:
-        """Shows the next turn or event; False at the end of the file."""
-        if self._place >= len(self._blocks()):
-            reason = self.transcript.reason
-            self.session.end(reason if reason in CHOSEN else "unfinished")
-            return False
-        play_block(self.transcript, self._blocks()[self._place], self.session)
-        self._place += 1
-        return True
-
-    @property
-    def source(self) -> Path | None:
-        """The file that is looked at."""
-        return Path(self.transcript.path)
-
-    def redo(self) -> None:
-        """A recording is only looked at."""
-        raise BadParameter("a recording is only looked at; branch plays on")
-
-    def reroll(self) -> None:
-        """A recording is only looked at."""
-        self.redo()
-
-    def undo(self, turns: int = 1) -> None:
-        """Shows the place so many turns or events back."""
-        if self._place < turns:
-            raise BadParameter("this is the beginning")
-        self._place -= turns
-        self.session = self._session(self._place)
-        self._adviser.clear()
