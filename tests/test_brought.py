@@ -69,7 +69,7 @@ def test_a_problem_has_the_agents_that_its_kind_allows(
 
 def test_the_tiger_is_listened_to_until_a_door_is_worth_it() -> None:
     played = game(Tiger())
-    assert played.hint() == (
+    assert played.adviser.hint() == (
         "hint (plan): listen. values: listen 9.44, open-left -36.25, open-right -36.25"
     )
     assert played.situation() == (
@@ -101,4 +101,4 @@ def test_a_lamp_goes_where_its_switch_says() -> None:
 
 
 def test_a_problem_without_values_is_advised_by_a_search() -> None:
-    assert game(Lamp(discount=1.0)).hint().startswith("hint (search): ")
+    assert game(Lamp(discount=1.0)).adviser.hint().startswith("hint (search): ")

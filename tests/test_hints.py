@@ -75,10 +75,10 @@ def told(hint: str) -> tuple[str, dict[str, str]]:
 def test_a_hint_is_the_best_of_the_values_that_it_tells(name: str, seat: int) -> None:
     played = game(name, seat)
     if catalog.hint(played.problem, seat) is None:
-        assert played.hint().startswith("no hint")
+        assert played.adviser.hint().startswith("no hint")
         return
     for _ in situations(played, seat):
-        advice, numbers = told(played.hint())
+        advice, numbers = told(played.adviser.hint())
         known = values(played, seat)
         if known is None:
             assert numbers == {}
@@ -100,7 +100,7 @@ def test_a_review_values_each_move_as_the_hint_did(name: str, seat: int) -> None
     for _ in situations(played, seat):
         expected.append(values(played, seat))
         if expected[-1] is not None:
-            advised.append(told(played.hint())[0])
+            advised.append(told(played.adviser.hint())[0])
     reviewed: list[Move] = list(moves(played.session, [seat]))
     known = [one for one in expected if one is not None]
     assert len(reviewed) == len(known) or catalog.hint(played.problem, seat) is None
@@ -116,7 +116,7 @@ def test_a_review_values_each_move_as_the_hint_did(name: str, seat: int) -> None
 def test_an_overlay_draws_the_values_of_the_hint(name: str, seat: int) -> None:
     played = game(name, seat)
     for _ in situations(played, seat):
-        drawn = played.overlay("values")
+        drawn = played.adviser.overlay("values")
         if drawn is None:
             continue
         here = played.problem.index(played.session.state[None])[0]
@@ -127,4 +127,4 @@ def test_an_overlay_draws_the_values_of_the_hint(name: str, seat: int) -> None:
 
 @pytest.mark.parametrize("name", ["hexworld", "hexworld:straight-line", "predator-prey"])
 def test_every_state_of_a_small_seen_problem_has_an_overlay(name: str) -> None:
-    assert game(name, 0).overlay("values") is not None
+    assert game(name, 0).adviser.overlay("values") is not None

@@ -35,7 +35,7 @@ def everything(game: Game, log: list[str]) -> list[str]:
     """All that one person can see or ask for: screens, words, data and advice."""
     shown = [str(compose(game, room, Shown(), log).markup) for room in ROOMS]
     shown += [typed(Table(game), command) for command in ASKED]
-    shown += [game.situation(), game.hint(), json.dumps(game.public())]
+    shown += [game.situation(), game.adviser.hint(), json.dumps(game.public())]
     for overlay in ("values", "policy", "states"):
         shown.append(compose(game, ROOMS[0], Shown(overlay=overlay), log).plain)
     return shown + (log[-1:] if game.session.turns else [])

@@ -7,7 +7,8 @@ from rich.text import Text
 
 from dmplay.rollouts import MOST_TURNS
 from dmplay.shell.commands import COMMANDS, named
-from dmplay.shell.game import Game, sentence
+from dmplay.shell.facts import sentence
+from dmplay.shell.game import Game
 from dmplay.shell.keymap import SHOWN
 from dmplay.shell.terminal import clean
 from dmplay.views._canvas import ASCII, Look, Needed, size
@@ -149,7 +150,7 @@ def _body(game: Game, room: Room, shown: Shown, log: list[str], body: int) -> li
         room.width,
         max(body - LOG - 1, 1),
         room.ascii,
-        game.overlay(shown.overlay),
+        game.adviser.overlay(shown.overlay),
         keys=game.waiting is not None and view.turn < KEYS_SHOWN,
         around=room.height - body + LOG + 1,
     )

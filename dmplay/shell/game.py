@@ -7,19 +7,20 @@ from typing import cast
 
 from rich.text import Text
 
-from dmplay import catalog
-from dmplay.core import Continuous, Interval, Problem
+from dmplay.core import Interval, Problem
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter
 from dmplay.policies.script import EndOfScript
-from dmplay.session import Follower, Session, View
+from dmplay.session import Session, View
+from dmplay.shell import facts
+from dmplay.shell.adviser import Adviser
 from dmplay.shell.keymap import AS_DRAWN, hands, names
 from dmplay.shell.request import Request
 from dmplay.shell.seats import DIGITS, HUMAN, action_by_key, action_of
 from dmplay.shell.signals import whole
 from dmplay.transcript.format import number, turn_facts
 from dmplay.transcript.recorder import Recorder
-from dmplay.views._canvas import Look, Overlay, fit
+from dmplay.views._canvas import Look, fit
 from dmplay.views._style_of import style_of
 
 FRAME = Look(width=80, height=24)
@@ -59,7 +60,7 @@ class Game:
         self._chosen: dict[int, float] = {}
         self._told: tuple[object, list[dict[str, object]]] = (None, [])
         self._undone: list[list[float]] = []
-        self._adviser: dict[int, Follower | None] = {}
+        self._advisers: dict[int, Adviser] = {}
         self._sum: tuple[View, float] | None = None
         self._seen: tuple[tuple[object, ...], View] | None = None
 
@@ -281,59 +282,13 @@ class Game:
             words += f" truly {self.problem.notation(self.session.state)}."
         return words
 
-    def _advice(self, seat: int) -> Follower | None:
-        if seat not in self._adviser:
-            name = catalog.hint(self.problem, seat)
-            policy = catalog.agent(self.problem, seat, name) if name else None
-            self._adviser[seat] = Follower(self.session, seat, policy) if policy else None
-        return self._adviser[seat]
-
-    def hint(self) -> str:
-        """What the problem's adviser would do here, with the value of each legal action."""
-        why = self.unadvised()
-        if why:
-            return f"no hint: {why}"
-        return ". ".join(filter(None, (f"hint {self.advised()}", self.valued())))
-
-    def unadvised(self) -> str:
-        """Why nobody gives advice here; '' where somebody does."""
-        if self.session.over:
-            return "the game is over"
-        known = self._advice(self.watcher)
-        return "" if known else "no agent here knows values; dmplay info lists the agents"
-
-    def advised(self) -> str:
-        """The adviser's name, and what it would do here."""
-        adviser = self._advice(self.watcher)
-        assert adviser
-        best = self.problem.action_name(self.watcher, adviser.choose())
-        return f"({catalog.hint(self.problem, self.watcher)}): {best}"
-
-    def valued(self) -> str:
-        """The adviser's value of each legal action; '' where it knows none."""
-        adviser = self._advice(self.watcher)
-        values = adviser.values() if adviser else None
-        if values is None:
-            return ""
-        each = zip(self.legal(self.watcher), values, strict=True)
-        known = [(label, float(value)) for (_, label, able), value in each if able]
-        if len(known) > DIGITS:
-            known = sorted(known, key=lambda pair: -pair[1])[:DIGITS]
-        return "values: " + ", ".join(f"{label} {value:.2f}" for label, value in known)
-
-    def overlay(self, kind: str) -> Overlay | None:
-        """Values, policy or states of every state, where the adviser knows them."""
-        problem = self.problem
-        if not kind:
-            return None
-        finite = isinstance(problem.states, int) and problem.states > 1
-        if isinstance(problem.states, Continuous) or not finite or problem.observations:
-            return None
-        adviser = self._advice(self.watcher)
-        if adviser is None:
-            return None
-        values = adviser.policy.values(adviser.policy.begin(problem.enumerated()))
-        return None if values is None else Overlay(kind, values)
+    @property
+    def adviser(self) -> Adviser:
+        """Who gives hints to the watcher."""
+        seat = self.watcher
+        if seat not in self._advisers:
+            self._advisers[seat] = Adviser(self.session, seat)
+        return self._advisers[seat]
 
     def result(self) -> str:
         """How it ended: reason, turns, return and total of each seat."""
@@ -343,24 +298,19 @@ class Game:
         turns = len(session.turns)
         return f"{session.ending or 'unfinished'} after {turns} turn{'s' * (turns != 1)}. {each}."
 
+    def closing(self) -> list[str]:
+        """How it ended and, turn by turn, what was hidden, a line each."""
+        return [f"over: {self.result()}", *map(facts.sentence, self.debrief())]
+
     def debrief(self) -> list[dict[str, object]]:
         """Turn by turn what was hidden, once it is over: state, observation, belief and reward."""
         session = self.session
         if self.problem.observations is None or not session.over:
             return []
         key = (len(session.turns), session.ending)
-        if self._told[0] == key:
-            return self._told[1]
-        rows = []
-        past = Session(self.problem, session.source, limit=session.limit, opening=session.opening)
-        for turn in [None, *session.turns]:
-            if turn is not None:
-                past.advance(list(turn.actions), turn.draws)
-            facts = turn_facts(past)
-            facts.pop("draws", None)
-            rows.append(facts)
-        self._told = (key, rows)
-        return rows
+        if self._told[0] != key:
+            self._told = key, facts.debrief(session)
+        return self._told[1]
 
     def public(self, seat: int | None = None) -> dict[str, object]:
         """The last turn as data: everything if no person sits here or all is revealed,
@@ -369,34 +319,4 @@ class Game:
         if not self.people or self.reveal:
             return turn_facts(self.session)
         view = self.view() if seat is None else self.session.view(seat)
-        problem = self.problem
-        agent = problem.agents[view.seat]
-        facts: dict[str, object] = {"turn": view.turn}
-        allowed = {"turn", "actions", "state", "observations", "rewards", "belief"}
-        for key, value in turn_facts(self.session).items():
-            if key not in allowed or (key == "state" and problem.observations is not None):
-                continue
-            if key == "rewards" and view.rewards is None:
-                continue
-            private = problem.observations is not None and isinstance(value, dict)
-            facts[key] = {agent: value[agent]} if private else value  # type: ignore[index]
-        return facts
-
-
-def sentence(facts: Mapping[str, object]) -> str:
-    """Facts of a turn in one line."""
-    return " ".join(_plainly(key, value) for key, value in facts.items())
-
-
-def _plainly(key: str, value: object) -> str:
-    if isinstance(value, dict):
-        one = len(value) == 1
-        each = ", ".join(_short(v) if one else f"{k} {_short(v)}" for k, v in value.items())
-        return f"{key.removesuffix('s')} {each}."
-    return f"{key} {_short(value)}."
-
-
-def _short(value: object) -> str:
-    if isinstance(value, list):
-        return f"[{', '.join(map(_short, value))}]"
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+        return facts.public(self.session, view)

@@ -115,19 +115,21 @@ def state(game: Game, argument: str) -> str:
 
 def hint(game: Game, argument: str) -> str:
     """What a good player would do, and what each action is worth."""
-    return game.hint()
+    return game.adviser.hint()
 
 
 def values(game: Game, argument: str) -> str:
     """What each action is worth."""
-    why = game.unadvised()
-    return f"no values: {why}" if why else game.valued() or "no values: the adviser knows none"
+    why = game.adviser.silent()
+    if why:
+        return f"no values: {why}"
+    return game.adviser.values() or "no values: the adviser knows none"
 
 
 def policy(game: Game, argument: str) -> str:
     """What a good player would do."""
-    why = game.unadvised()
-    return f"no policy: {why}" if why else f"policy {game.advised()}"
+    why = game.adviser.silent()
+    return f"no policy: {why}" if why else f"policy {game.adviser.choice()}"
 
 
 def review(game: Game, argument: str) -> str:

@@ -9,7 +9,7 @@ from typing import Protocol, TextIO
 
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.shell.commands import Leave, parts, typed
-from dmplay.shell.game import Game, sentence
+from dmplay.shell.game import Game
 from dmplay.shell.table import Table
 from dmplay.shell.terminal import Terminal, clean
 from dmplay.transcript.format import end_facts
@@ -70,7 +70,7 @@ class Sentences:
 
     def end(self, game: Game) -> None:
         """The result, and what was hidden."""
-        for row in [f"over: {game.result()}", *map(sentence, game.debrief())]:
+        for row in game.closing():
             print(row, flush=True)
 
 

@@ -64,4 +64,4 @@ class Playback(Game):
             raise BadParameter("this is the beginning")
         self._place -= turns
         self.session = self._session(self._place)
-        self._adviser.clear()
+        self._advisers.clear()

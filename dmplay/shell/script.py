@@ -9,7 +9,7 @@ from textwrap import TextWrapper
 from dmplay.core import Interval
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.shell.commands import Leave, parts, typed
-from dmplay.shell.game import Game, sentence
+from dmplay.shell.game import Game
 from dmplay.shell.paint import ansi
 from dmplay.shell.table import Table
 from dmplay.shell.terminal import Terminal, clean
@@ -87,7 +87,7 @@ class Shell:
             print(game.situation())
         if game.session.over and game is not self._over:
             self._over = game
-            for row in [f"over: {game.result()}", *map(sentence, game.debrief())]:
+            for row in game.closing():
                 self._say(row)
 
 

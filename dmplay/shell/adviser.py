@@ -1,0 +1,68 @@
+"""Hints: what a good player would do in a seat, and what that player knows of values."""
+
+from functools import cached_property
+
+from dmplay import catalog
+from dmplay.core import Interval
+from dmplay.session import Follower, Session
+from dmplay.views._canvas import Overlay
+
+MOST = 10  # actions whose values are told
+
+
+class Adviser:
+    """The problem's own adviser beside a seat of a session; it only looks on."""
+
+    def __init__(self, session: Session, seat: int) -> None:
+        self.session = session
+        self.seat = seat
+        self.name = catalog.hint(session.problem, seat)
+
+    @cached_property
+    def _follower(self) -> Follower | None:
+        problem = self.session.problem
+        policy = catalog.agent(problem, self.seat, self.name) if self.name else None
+        return Follower(self.session, self.seat, policy) if policy else None
+
+    def silent(self) -> str:
+        """Why nobody gives advice here; '' where somebody does."""
+        if self.session.over:
+            return "the game is over"
+        return "" if self._follower else "no agent here knows values; dmplay info lists the agents"
+
+    def hint(self) -> str:
+        """What the adviser would do here, with the value of each legal action."""
+        why = self.silent()
+        if why:
+            return f"no hint: {why}"
+        return ". ".join(filter(None, (f"hint {self.choice()}", self.values())))
+
+    def choice(self) -> str:
+        """The adviser's name, and what it would do here."""
+        assert self._follower
+        best = self.session.problem.action_name(self.seat, self._follower.choose())
+        return f"({self.name}): {best}"
+
+    def values(self) -> str:
+        """The adviser's value of each legal action; '' where it knows none."""
+        values = self._follower.values() if self._follower else None
+        labels = self.session.problem.actions[self.seat]
+        if values is None or isinstance(labels, Interval):
+            return ""
+        legal = self.session.legal(self.seat)
+        able = [True] * len(labels) if legal is None else legal
+        each = zip(labels, values, able, strict=True)
+        known = [(label, float(value)) for label, value, open_ in each if open_]
+        if len(known) > MOST:
+            known = sorted(known, key=lambda pair: -pair[1])[:MOST]
+        return "values: " + ", ".join(f"{label} {value:.2f}" for label, value in known)
+
+    def overlay(self, kind: str) -> Overlay | None:
+        """Values, policy or states of every state, where the adviser knows them."""
+        problem = self.session.problem
+        finite = isinstance(problem.states, int) and problem.states > 1
+        if not kind or not finite or problem.observations or self._follower is None:
+            return None
+        policy = self._follower.policy
+        values = policy.values(policy.begin(problem.enumerated()))
+        return None if values is None else Overlay(kind, values)

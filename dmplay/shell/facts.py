@@ -1,0 +1,51 @@
+"""Facts of a turn as data: what a seat may know of it, what the end brings out; and in words."""
+
+from collections.abc import Mapping
+
+from dmplay.session import Session, View
+from dmplay.transcript.format import turn_facts
+
+OPEN = ("turn", "actions", "state", "observations", "rewards", "belief")  # which a seat may know
+
+
+def public(session: Session, view: View) -> dict[str, object]:
+    """What the seat of a view may know of the last turn."""
+    hidden = session.problem.observations is not None
+    agent = session.problem.agents[view.seat]
+    known: dict[str, object] = {}
+    for key, value in turn_facts(session).items():
+        if key not in OPEN or (key == "state" and hidden):
+            continue
+        if key == "rewards" and view.rewards is None:
+            continue
+        known[key] = {agent: value[agent]} if hidden and isinstance(value, dict) else value
+    return known
+
+
+def debrief(session: Session) -> list[dict[str, object]]:
+    """The opening and every turn with all that was hidden: the game played once more."""
+    past = Session(session.problem, session.source, limit=session.limit, opening=session.opening)
+    rows = [turn_facts(past)]
+    for turn in session.turns:
+        past.advance(list(turn.actions), turn.draws)
+        rows.append(turn_facts(past))
+    return [{key: value for key, value in row.items() if key != "draws"} for row in rows]
+
+
+def sentence(facts: Mapping[str, object]) -> str:
+    """Facts of a turn in one line."""
+    return " ".join(_plainly(key, value) for key, value in facts.items())
+
+
+def _plainly(key: str, value: object) -> str:
+    if isinstance(value, dict):
+        one = len(value) == 1
+        each = ", ".join(_short(v) if one else f"{k} {_short(v)}" for k, v in value.items())
+        return f"{key.removesuffix('s')} {each}."
+    return f"{key} {_short(value)}."
+
+
+def _short(value: object) -> str:
+    if isinstance(value, list):
+        return f"[{', '.join(map(_short, value))}]"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
