@@ -109,7 +109,7 @@ class Watched(Screen):
     """A screen that is looked at after each frame, and then given its next key."""
 
     def __init__(self, played: Game, keys: Iterable[str], pipe: PipeInput, paper: Paper) -> None:
-        super().__init__(Table(played), Terminal(True, "", True, True, False, 80))
+        super().__init__(Table(played), Terminal(True, "", True, True, False))
         self.keys = iter(keys)
         self.pipe = pipe
         self.paper = paper

@@ -94,7 +94,7 @@ def test_the_problem_of_the_readme_is_played(tmp_path: Path) -> None:
 
 def test_the_frame_of_the_readme_is_what_the_screen_shows(tmp_path: Path) -> None:
     game = new(Request("hexworld", seed=7, record=tmp_path / "g.dmt"))
-    screen = Screen(Table(game), Terminal(True, "", True, False, False, 80))
+    screen = Screen(Table(game), Terminal(True, "", True, False, False))
     for key in "hbhh":
         screen.press(key)
     shown = frame.compose(game, frame.Room(80, 16), screen.shown, screen.log).plain

@@ -28,7 +28,7 @@ from tests.games import PROGRAM
 from tests.terminals import CTRL_C, CTRL_D, CTRL_Z, DMPLAY, ENTER, TAB, Terminal, clean_environment
 from tests.test_terminal import colours, values
 
-HOWEVER_WIDE = Wished(True, "", True, False, False, 80)
+ON_A_TERMINAL = Wished(True, "", True, False, False)
 
 
 @pytest.fixture
@@ -40,7 +40,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def shell(*lines: str) -> Shell:
     """A shell in which these lines were done."""
-    made = Shell(Table(program=PROGRAM, aliases={"hw": "play hexworld --seed 7"}), HOWEVER_WIDE)
+    made = Shell(Table(program=PROGRAM, aliases={"hw": "play hexworld --seed 7"}), ON_A_TERMINAL)
     for line in lines:
         made.do(line)
     return made

@@ -86,7 +86,7 @@ def show(text: Text, terminal: Terminal) -> None:
     """Prints a text, in colour and in Unicode where the terminal can."""
     shown = plainly(text) if terminal.ascii else text
     if terminal.color:
-        print(ansi(shown, terminal.theme).replace("\r\n", "\n"))
+        print(ansi(shown, terminal.theme))
     else:
         print("\n".join(row.rstrip() for row in shown.plain.split("\n")))
 

@@ -68,7 +68,8 @@ def cast(game: Playback, turn: int | None) -> str:
     }
     rows = [json.dumps(head)]
     for second, shown in enumerate(screens(game, ROOM)):
-        rows.append(json.dumps([float(second), "o", f"\x1b[H\x1b[2J{ansi(shown, 'default')}"]))
+        drawn = ansi(shown, "default").replace("\n", "\r\n")  # as to a terminal in raw mode
+        rows.append(json.dumps([float(second), "o", f"\x1b[H\x1b[2J{drawn}"]))
     return "\n".join([*rows, ""])
 
 

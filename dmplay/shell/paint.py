@@ -63,8 +63,8 @@ def _style(words: frozenset[str], theme: str) -> str:
 
 
 def ansi(text: Text, theme: str) -> str:
-    """The text with escape sequences, lines ended for a terminal in raw mode."""
-    return "\r\n".join(
+    """The text with escape sequences."""
+    return "\n".join(
         "".join(f"\x1b[{codes}m{piece}\x1b[0m" if codes else piece for piece, codes in row)
         for row in rows(text, theme)
     )

@@ -82,7 +82,7 @@ class Shell:
             labels = game.problem.actions[game.watcher]  # what is typed here are names, not keys
             short = {} if isinstance(labels, Interval) else {w: w for w in labels if len(w) <= 2}
             drawn = game.draw(room._replace(keys=game.waiting is not None, names=short))
-            print(ansi(drawn, self.terminal.theme).replace("\r\n", "\n"))
+            print(ansi(drawn, self.terminal.theme))
         elif fresh:
             print(game.situation())
         if game.session.over and game is not self._over:

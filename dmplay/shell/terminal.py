@@ -1,8 +1,7 @@
-"""One place that decides how to talk: which front end, colour, ASCII, how wide."""
+"""One place that decides how to talk: which front end, colour, ASCII."""
 
 import contextlib
 import os
-import shutil
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple, TextIO
 
@@ -21,7 +20,6 @@ class Wishes(NamedTuple):
     color: str = "auto"
     ascii: bool = False
     theme: str = "default"
-    width: int | None = None
 
 
 class Terminal(NamedTuple):
@@ -32,7 +30,6 @@ class Terminal(NamedTuple):
     typed: bool  # whether a person types: an unknown word is asked again
     color: bool
     ascii: bool
-    width: int
     theme: str = "default"  # mono where there is no colour
 
 
@@ -58,7 +55,6 @@ def decide(wishes: Wishes, env: Mapping[str, str], stdin: TextIO, stdout: TextIO
         typed=stdin.isatty(),
         color=color,
         ascii=wishes.ascii or not _unicode(stdout),
-        width=_width(wishes.width, env),
         theme=wishes.theme if color else "mono",
     )
 
@@ -88,13 +84,6 @@ def _unicode(stdout: TextIO) -> bool:
     except (UnicodeEncodeError, LookupError):
         return False
     return True
-
-
-def _width(wish: int | None, env: Mapping[str, str]) -> int:
-    columns = env.get("COLUMNS", "")
-    if wish is None and columns.isascii() and columns.isdecimal() and int(columns) > 0:
-        return int(columns)
-    return wish or shutil.get_terminal_size((80, 24)).columns
 
 
 @contextlib.contextmanager
