@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.text import Text
 
-from dmplay.shell import paint
+from dmplay.shell import styles
 from dmplay.shell.painter import Painter, Place
 from tests.screens import Easel, Paper
 
@@ -111,13 +111,13 @@ def test_another_size_is_painted_whole() -> None:
     ],
 )
 def test_a_theme_says_which_weights_and_colours_are_written(theme: str, codes: list[str]) -> None:
-    styles = ("bold blue", "dim", "bright_cyan", "")
-    found = [row[0][1] for row in paint.rows(frame_of(styles), theme)]
+    wanted = ("bold blue", "dim", "bright_cyan", "")
+    found = [row[0][1] for row in styles.rows(frame_of(wanted), theme)]
     assert found == codes
 
 
-def frame_of(styles: tuple[str, ...]) -> Text:
-    return Text("\n").join(Text("goal", style) for style in styles)
+def frame_of(wanted: tuple[str, ...]) -> Text:
+    return Text("\n").join(Text("goal", style) for style in wanted)
 
 
 def test_what_leaves_the_screen_gives_it_back() -> None:

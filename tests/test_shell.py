@@ -16,13 +16,13 @@ from prompt_toolkit.output import DummyOutput
 
 from dmplay.names import problem_names
 from dmplay.shell import prompt
-from dmplay.shell.candidates import candidates
 from dmplay.shell.checking import check
 from dmplay.shell.commands import COMMANDS, typed
-from dmplay.shell.completer import Words
-from dmplay.shell.script import Shell
+from dmplay.shell.completion.completer import Words
+from dmplay.shell.completion.line import candidates
 from dmplay.shell.table import Table
 from dmplay.shell.terminal import Terminal as Wished
+from dmplay.shell.words import Shell
 from dmplay.transcript.reading import read
 from tests.games import PROGRAM
 from tests.terminals import CTRL_C, CTRL_D, CTRL_Z, DMPLAY, ENTER, TAB, Terminal, clean_environment

@@ -6,30 +6,30 @@ from typing import Annotated, Any
 import typer
 
 from dmplay.cli import config
-from dmplay.shell import completion
+from dmplay.shell.completion import known
 
 
 def _agents(ctx: typer.Context, incomplete: str) -> list[str]:
-    from dmplay.shell.choices import agents
+    from dmplay.shell.completion.problem import agents
 
     return agents(_problem(ctx), incomplete)
 
 
 def _seats(ctx: typer.Context, incomplete: str) -> list[str]:
-    from dmplay.shell.choices import seats
+    from dmplay.shell.completion.problem import seats
 
     return seats(_problem(ctx), incomplete)
 
 
 def _parameters(ctx: typer.Context) -> list[str]:
-    from dmplay.shell.choices import parameters
+    from dmplay.shell.completion.problem import parameters
 
     return parameters(_problem(ctx))
 
 
 def _variants(ctx: typer.Context) -> list[str]:
     base = _problem(ctx)
-    return [name.partition(":")[2] for name in completion.problems(f"{base}:") if ":" in name]
+    return [name.partition(":")[2] for name in known.problems(f"{base}:") if ":" in name]
 
 
 def _problem(ctx: typer.Context) -> str:
@@ -57,7 +57,7 @@ Name = Annotated[
     typer.Argument(
         metavar="PROBLEM",
         help="a problem, or PROBLEM:VARIANT",
-        autocompletion=completion.problems,
+        autocompletion=known.problems,
     ),
 ]
 Variant = Annotated[
@@ -75,7 +75,7 @@ Set = Annotated[
 ]
 Seed = Annotated[
     int | None,
-    typer.Option("--seed", help="the dice; new ones if not given", autocompletion=completion.seeds),
+    typer.Option("--seed", help="the dice; new ones if not given", autocompletion=known.seeds),
 ]
 Agent = Annotated[
     str, typer.Option("--agent", help="who plays the first seat", autocompletion=_agents)
@@ -87,29 +87,27 @@ Seats = Annotated[
     list[str],
     typer.Option("--seat", metavar="NAME=A", help="who plays one seat", autocompletion=_seats),
 ]
-File = Annotated[Path, typer.Argument(help="a transcript", autocompletion=completion.transcripts)]
+File = Annotated[Path, typer.Argument(help="a transcript", autocompletion=known.transcripts)]
 LastFile = Annotated[
     Path | None,
     typer.Argument(
-        help="a transcript; the last game if not given", autocompletion=completion.transcripts
+        help="a transcript; the last game if not given", autocompletion=known.transcripts
     ),
 ]
 Paths = Annotated[
     list[Path],
-    typer.Argument(
-        metavar="PATH...", help="files and folders", autocompletion=completion.transcripts
-    ),
+    typer.Argument(metavar="PATH...", help="files and folders", autocompletion=known.transcripts),
 ]
 Figure = Annotated[
     str,
     typer.Argument(
-        help="F.2, F.9 ... F.16, T.1, T.2; all if not given", autocompletion=completion.figures
+        help="F.2, F.9 ... F.16, T.1, T.2; all if not given", autocompletion=known.figures
     ),
 ]
 Kind = Annotated[
     str,
     typer.Argument(
-        metavar="KIND", help="only these, as POMDP", autocompletion=_one_of(*completion.KINDS)
+        metavar="KIND", help="only these, as POMDP", autocompletion=_one_of(*known.KINDS)
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="one JSON object a line")]

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.text import Text
 
 from dmplay.errors import BadParameter, UnknownName
-from dmplay.shell.paint import ansi
+from dmplay.shell.styles import ansi
 from dmplay.shell.terminal import Terminal
 from dmplay.views._canvas import plainly, size
 

@@ -12,8 +12,8 @@ from dmplay.errors import BadParameter
 from dmplay.shell.drawing import console, picture, write
 from dmplay.shell.drawing import film as pictures
 from dmplay.shell.frame import Room, Shown, compose
-from dmplay.shell.paint import ansi
 from dmplay.shell.playback import Playback
+from dmplay.shell.styles import ansi
 from dmplay.transcript.format import end_facts, header_facts, turn_facts
 
 ROOM = Room(80, 24)

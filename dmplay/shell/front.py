@@ -7,11 +7,11 @@ from dmplay import __version__
 from dmplay.shell.plain import Objects, Reporter, Sentences, Silence, play
 from dmplay.shell.screen import Screen
 from dmplay.shell.screen import run as run_screen
-from dmplay.shell.script import Shell, ask
-from dmplay.shell.script import play as play_script
 from dmplay.shell.signals import leaving
 from dmplay.shell.table import Table
 from dmplay.shell.terminal import Terminal
+from dmplay.shell.words import Shell, ask
+from dmplay.shell.words import play as play_script
 
 BANNER = f"""\
 dmplay {__version__}: decision problems, in words

@@ -24,11 +24,11 @@ from prompt_toolkit.output.vt100 import Vt100_Output
 from prompt_toolkit.styles import Style
 
 from dmplay.shell.commands import Leave
-from dmplay.shell.completer import Words
+from dmplay.shell.completion.completer import Words
 from dmplay.shell.frame import keys
-from dmplay.shell.paint import fragments
 from dmplay.shell.painter import Painter
 from dmplay.shell.screen import Screen
+from dmplay.shell.styles import fragments
 
 ESCAPE_WAIT = 0.05  # seconds until a lone Esc counts; the library's default is half a second
 INTERRUPTED = 130

@@ -7,7 +7,7 @@ from typing import NamedTuple, TextIO
 from rich.cells import cell_len
 from rich.text import Text
 
-from dmplay.shell.paint import Row, rows
+from dmplay.shell.styles import Row, rows
 
 ENTER, LEAVE = "\x1b[?1049h\x1b[?25l", "\x1b[m\x1b[?1049l\x1b[?25h"
 PASTING, PASTED = "\x1b[?2004h", "\x1b[?2004l"  # a paste comes as one, not as keys

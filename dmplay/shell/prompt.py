@@ -19,11 +19,11 @@ from prompt_toolkit.output import ColorDepth, Output
 from dmplay.errors import DmplayError
 from dmplay.shell import saves
 from dmplay.shell.commands import Leave
-from dmplay.shell.completer import Words
+from dmplay.shell.completion.completer import Words
 from dmplay.shell.screen import Screen
 from dmplay.shell.screen import run as run_screen
-from dmplay.shell.script import Shell
 from dmplay.shell.signals import ENDS, leaving
+from dmplay.shell.words import Shell
 
 INTERRUPTED = 130
 SHORT = 24  # characters of a state that the toolbar has room for

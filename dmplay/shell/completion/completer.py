@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from prompt_toolkit.completion import CompleteEvent, Completer, Completion
 from prompt_toolkit.document import Document
 
-from dmplay.shell.candidates import candidates
+from dmplay.shell.completion.line import candidates
 from dmplay.shell.table import Table
 
 

@@ -3,9 +3,9 @@
 from collections.abc import Callable
 
 from dmplay.core import Interval
-from dmplay.shell import completion
-from dmplay.shell.choices import agents, parameters, seats
 from dmplay.shell.commands import COMMANDS
+from dmplay.shell.completion import known
+from dmplay.shell.completion.problem import agents, parameters, seats
 from dmplay.shell.table import Table
 
 OPTIONS = (
@@ -24,25 +24,25 @@ def candidates(table: Table, before: str) -> list[str]:
             *actions(table),
             *names,
             *table.aliases,
-            *([] if table.playing else completion.problems()),
+            *([] if table.playing else known.problems()),
         ]
     command, *rest = words
     last = rest[-1] if rest else ""
-    if command == "play" or (not table.playing and command in completion.problems()):
+    if command == "play" or (not table.playing and command in known.problems()):
         return _options(rest if command == "play" else words, last)
     if command in ("info", "agents", "solve"):
         return [] if rest else _specs()
     if command == "agent":
         return _seats(table, rest)
     if command in ("load", "replay", "save", "export", "resume"):
-        files = [] if rest else completion.transcripts()
+        files = [] if rest else known.transcripts()
         return [*files, *FORMATS] if command == "export" else files
     simple: dict[str, Callable[[], list[str]]] = {
         "act": lambda: actions(table),
         "set": lambda: [] if rest else [name.rstrip("=") for name in _parameters(table)],
-        "seed": completion.seeds,
-        "figure": completion.figures,
-        "list": lambda: [*completion.KINDS],
+        "seed": known.seeds,
+        "figure": known.figures,
+        "list": lambda: [*known.KINDS],
         "help": lambda: [one.name for one in COMMANDS],
     }
     return simple[command]() if command in simple else []
@@ -58,8 +58,8 @@ def actions(table: Table) -> list[str]:
 
 def _specs() -> list[str]:
     """Every problem and every variant."""
-    names = completion.problems()
-    return names + [spec for name in names for spec in completion.problems(f"{name}:")]
+    names = known.problems()
+    return names + [spec for name in names for spec in known.problems(f"{name}:")]
 
 
 def _options(rest: list[str], last: str) -> list[str]:
@@ -70,7 +70,7 @@ def _options(rest: list[str], last: str) -> list[str]:
     }  # fmt: skip
     if last in values:
         return values[last](rest[0])
-    return completion.seeds() if last == "--seed" else [*OPTIONS]
+    return known.seeds() if last == "--seed" else [*OPTIONS]
 
 
 def _seated(problem: str) -> list[str]:

@@ -10,7 +10,7 @@ from dmplay.core import Interval
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.shell.commands import Leave, parts, typed
 from dmplay.shell.game import Game
-from dmplay.shell.paint import ansi
+from dmplay.shell.styles import ansi
 from dmplay.shell.table import Table
 from dmplay.shell.terminal import Terminal, clean
 from dmplay.views._canvas import Look
