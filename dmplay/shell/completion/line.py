@@ -12,7 +12,7 @@ OPTIONS = (
     "--variant", "--set", "--seed", "--episode", "--agent", "--vs", "--seat", "--turns", "--record",
     "--frames", "--force", "--reveal", "--strict",
 )  # fmt: skip
-FORMATS = ("--svg", "--html", "--cast", "--text", "--csv", "--json", "--at", "--output")
+FORMATS = ("--svg", "--film", "--html", "--cast", "--text", "--csv", "--json", "--at", "--output")
 
 
 def candidates(table: Table, before: str) -> list[str]:
