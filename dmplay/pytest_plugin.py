@@ -10,11 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from dmplay.errors import TranscriptMismatch
+
 SUFFIX = ".dmt"
-
-
-class Mismatch(Exception):
-    """A transcript that does not verify."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -61,13 +59,15 @@ class TranscriptItem(pytest.Item):
                 self.add_report_section("call", "rewritten", diff)
         report = checking.check(path, trusted=trusted)
         if not report.ok:
-            raise Mismatch(f"{report}\nto accept the change: pytest {path} --dmplay-update")
+            raise TranscriptMismatch(
+                f"{report}\nto accept the change: pytest {path} --dmplay-update"
+            )
 
     def repr_failure(
         self, excinfo: pytest.ExceptionInfo[BaseException], style: object = None
     ) -> str:
         """The report alone; a traceback only for what is not a mismatch."""
-        if isinstance(excinfo.value, Mismatch):
+        if isinstance(excinfo.value, TranscriptMismatch):
             return str(excinfo.value)
         return str(super().repr_failure(excinfo))
 

@@ -60,25 +60,14 @@ def rollout(  # noqa: PLR0913 - each is the caller's to choose
             memories = [_rows(memory, going) for memory in memories]
         if not len(row):
             break
-        legal = problem.legal(state)
-        chosen = [
-            policy.choose(
-                memory,
-                None if legal is None else legal[:, seat],
-                draw(1 + seat, turn, policy.draws)[row],
-            )
-            for seat, (policy, memory) in enumerate(zip(policies, memories, strict=True))
-        ]
-        actions = np.stack(chosen, axis=1)
-        if actions.dtype.kind == "f":  # as in a session, so that the text of an action is it
-            actions = np.round(actions, DECIMALS) + 0.0
+        luck = [draw(1 + seat, turn, policy.draws)[row] for seat, policy in enumerate(policies)]
+        actions = _chosen(problem, policies, memories, state, luck)
         outcome = problem.step(state, actions, draw(NATURE, turn, problem.draws.step)[row])
-        state = outcome.state
         memories = [
             policy.update(memory, _percept(problem, seat, actions, outcome))
             for seat, (policy, memory) in enumerate(zip(policies, memories, strict=True))
         ]
-        final[row] = state
+        final[row] = state = outcome.state
         returns[row] += weight * outcome.rewards
         totals[row] += outcome.rewards
         length[row] = turn
@@ -88,6 +77,25 @@ def rollout(  # noqa: PLR0913 - each is the caller's to choose
 
 def _rows(memory: Memory, going: Bools) -> Memory:
     return tuple(part[going] for part in memory)
+
+
+def _chosen(
+    problem: Problem,
+    policies: Sequence[Policy],
+    memories: Sequence[Memory],
+    state: Array,
+    luck: Sequence[Reals],
+) -> Array:
+    """The joint actions `[B, n]` that the policies choose, reals to so many decimals."""
+    legal = problem.legal(state)
+    each = zip(policies, memories, luck, strict=True)
+    chosen = [
+        policy.choose(memory, None if legal is None else legal[:, seat], u)
+        for seat, (policy, memory, u) in enumerate(each)
+    ]
+    actions = np.stack(chosen, axis=1)
+    # As in a session, so that the text of an action is the action.
+    return np.round(actions, DECIMALS) + 0.0 if actions.dtype.kind == "f" else actions
 
 
 def _percept(problem: Problem, seat: int, actions: Array, outcome: Outcome) -> Percept:
