@@ -9,6 +9,8 @@ from dmplay.problems._matrix_game import MatrixGame
 from dmplay.session import View
 from dmplay.views._canvas import Canvas, Look
 
+INITIAL = 2  # columns of an action's first letter in the rounds
+
 
 def game(view: View) -> tuple[MatrixGame, tuple[Labels, Labels]]:
     """The problem and the labels of both agents."""
@@ -31,7 +33,7 @@ def boards(view: View, look: Look) -> Iterator[Text]:
             canvas = Canvas()
             bottom = _table(view, canvas, width)
             if history:
-                _history(view, canvas, bottom + 1, look.width)
+                rounds(view, canvas, bottom + 1, look.width, column=INITIAL)
             yield canvas.text()
 
 
@@ -60,15 +62,19 @@ def _table(view: View, canvas: Canvas, width: int) -> int:
     return len(rows) + 2
 
 
-def _history(view: View, canvas: Canvas, y: int, width: int) -> None:
+def rounds(  # noqa: PLR0913 - a place on the canvas, and what goes there
+    view: View, canvas: Canvas, y: int, width: int, *, column: int, none: str = ""
+) -> None:
+    """Who did what, a row an agent and so many columns a round, the last rounds at the end."""
     problem, labels = game(view)
     stub = max(map(len, problem.agents)) + 7
-    rounds = (view.joint or ())[-max((width - stub) // 2, 1) :]
+    joints = (view.joint or ())[-max((width - stub) // column, 1) :]
     for seat, agent in enumerate(problem.agents):
         you = " (you)" if seat == view.seat else ""
         canvas.put(0, y + seat, f"{agent}{you}")
-        moves = " ".join(labels[seat][int(joint[seat])][0].upper() for joint in rounds)
-        canvas.put(stub, y + seat, moves, "bold")
+        words = [labels[seat][int(joint[seat])].upper() for joint in joints] or [none]
+        row = "".join(word[: column - 1].rjust(column) for word in words)
+        canvas.put(stub - 1, y + seat, row, "bold")
 
 
 def panel(view: View) -> list[tuple[str, str]]:

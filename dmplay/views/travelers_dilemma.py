@@ -7,11 +7,12 @@ from rich.text import Text
 from dmplay.problems.travelers_dilemma import BONUS, LEAST, MOST
 from dmplay.session import View
 from dmplay.views._canvas import Canvas, Look
-from dmplay.views._payoffs import game, last, panel, told
+from dmplay.views._payoffs import game, last, panel, rounds, told
 
 KEYS: dict[str, str] = {}  # a claim is typed
 NUDGES = {"up": 1, "down": -1, "pageup": 10, "pagedown": -10}  # what a key adds to the claim
 STUB, CELL, MORE = 5, 8, 3  # columns: before the table, of a cell, of an edge where it goes on
+CLAIM = 4  # columns of a claim in the rounds
 
 
 def boards(view: View, look: Look) -> Iterator[Text]:
@@ -20,10 +21,10 @@ def boards(view: View, look: Look) -> Iterator[Text]:
         canvas = Canvas()
         y = _window(view, canvas, many)
         if history:
-            _rounds(view, canvas, y + 1, look.width)
+            rounds(view, canvas, y + 1, look.width, column=CLAIM, none="-")
         yield canvas.text()
     canvas = Canvas()
-    _rounds(view, canvas, 0, look.width)
+    rounds(view, canvas, 0, look.width, column=CLAIM, none="-")
     canvas.put(0, 2, "both are paid the lower claim,", "dim")
     canvas.put(0, 3, f"its author {BONUS} more, the other {BONUS} less", "dim")
     yield canvas.text()
@@ -81,18 +82,6 @@ def _window(view: View, canvas: Canvas, many: int) -> int:
             canvas.put(xs[-1] + CELL + 1, y, "│", "dim")
         y += 1
     return y
-
-
-def _rounds(view: View, canvas: Canvas, y: int, width: int) -> None:
-    """Who claimed what, the last rounds at the end."""
-    problem, labels = game(view)
-    stub = max(map(len, problem.agents)) + 7
-    rounds = (view.joint or ())[-max((width - stub) // 4, 1) :]
-    for seat, agent in enumerate(problem.agents):
-        you = " (you)" if seat == view.seat else ""
-        canvas.put(0, y + seat, f"{agent}{you}")
-        claims = "".join(f"{labels[seat][int(joint[seat])]:>4}" for joint in rounds)
-        canvas.put(stub - 1, y + seat, claims or "   -", "bold")
 
 
 def situation(view: View) -> str:
