@@ -30,58 +30,52 @@ def boards(view: View, look: Look) -> Iterator[Text]:
     yield canvas.text()
 
 
-def _span(claim: int, many: int) -> list[int]:
-    """So many claims round one, all of them on the table."""
-    first = min(max(claim - many // 2, LEAST), MOST + 1 - many)
-    return list(range(first, first + many))
-
-
 def _window(view: View, canvas: Canvas, many: int) -> int:
     """The table round both last claims, `…` where it goes on; the row after it."""
-    problem, _ = game(view)
     played = last(view)
-    claims = [LEAST + action for action in played] if played else [MOST, MOST]
-    rows, columns = (_span(claim, many) for claim in claims)
-    before, above = columns[0] > LEAST, rows[0] > LEAST
-    xs = [STUB + MORE * before + before + j * (CELL + 1) for j in range(many)]
-    canvas.put(0, 0, " " * STUB)
-    if before:
-        canvas.put(STUB, 0, "│", "dim")
-        canvas.put(STUB + 1, 0, "…".center(MORE), "dim")
-    for x, claim in zip(xs, columns, strict=True):
-        canvas.put(x, 0, "│", "dim")
-        canvas.put(
-            x + 1, 0, str(claim).center(CELL), "bold" * (played is not None and claim == claims[1])
-        )
-    rule = "─" * STUB + ("┼" + "─" * MORE) * before + ("┼" + "─" * CELL) * many
-    if columns[-1] < MOST:
-        canvas.put(xs[-1] + CELL + 1, 0, "│", "dim")
-        canvas.put(xs[-1] + CELL + 2, 0, "…".center(MORE), "dim")
-        rule += "┼" + "─" * MORE
-    canvas.put(0, 1, rule, "dim")
-    y = 2
-    for shown, row in ((above, None), *((True, claim) for claim in rows), (rows[-1] < MOST, None)):
-        if not shown:
-            continue
-        if row is None:
-            canvas.put(0, y, "…".rjust(STUB - 1), "dim")
-        else:
-            mark = ">" if played and row == claims[0] else " "
-            canvas.put(0, y, f"{mark}{row:>3}", "bold" * (mark == ">"))
-        if before:
-            canvas.put(STUB, y, "│", "dim")
-        for x, claim in zip(xs, columns, strict=True):
-            canvas.put(x, y, "│", "dim")
-            if row is None:
-                continue
-            pay = "{:g}, {:g}".format(*problem.payoffs[row - LEAST, claim - LEAST])
-            here = played is not None and [row, claim] == claims
-            pay = f"[{pay.replace(', ', ',')}]" if here else pay
-            canvas.put(x + 1, y, pay.center(CELL), "bold reverse" * here)
-        if columns[-1] < MOST:
-            canvas.put(xs[-1] + CELL + 1, y, "│", "dim")
-        y += 1
-    return y
+    mine, theirs = (LEAST + action for action in played) if played else (None, None)
+    rows, columns = _span(mine, many), _span(theirs, many)
+    widths = [CELL if claim else MORE for claim in columns]
+    heads = [
+        (str(claim), "bold" * (claim == theirs)) if claim else ("…", "dim") for claim in columns
+    ]
+    _line(canvas, 0, widths, heads)
+    canvas.put(0, 1, "─" * STUB + "".join("┼" + "─" * wide for wide in widths), "dim")
+    for y, row in enumerate(rows, 2):
+        stub, style = f"{row:>4}" if row else "…".rjust(STUB - 1), "" if row else "dim"
+        if row and row == mine:
+            stub, style = f">{row:>3}", "bold"
+        canvas.put(0, y, stub, style)
+        _line(canvas, y, widths, [_pay(view, row, claim) for claim in columns])
+    return 2 + len(rows)
+
+
+def _span(claim: int | None, many: int) -> list[int | None]:
+    """So many claims round one, the highest if none is made; None where the table goes on."""
+    first = min(max((claim or MOST) - many // 2, LEAST), MOST + 1 - many)
+    around = range(first, first + many)
+    return [*[None] * (first > LEAST), *around, *[None] * (around[-1] < MOST)]
+
+
+def _line(canvas: Canvas, y: int, widths: list[int], cells: list[tuple[str, str]]) -> None:
+    """A row of the table right of its first column: texts and their styles."""
+    x = STUB
+    for wide, (text, style) in zip(widths, cells, strict=True):
+        canvas.put(x, y, "│", "dim")
+        canvas.put(x + 1, y, text.center(wide), style)
+        x += wide + 1
+
+
+def _pay(view: View, mine: int | None, theirs: int | None) -> tuple[str, str]:
+    """What two claims pay, and its style: bold in brackets where they are the last."""
+    if mine is None or theirs is None:
+        return "", ""
+    problem, _ = game(view)
+    chosen = (mine - LEAST, theirs - LEAST)
+    first, second = problem.payoffs[chosen]
+    if chosen == last(view):
+        return f"[{first:g},{second:g}]", "bold reverse"
+    return f"{first:g}, {second:g}", ""
 
 
 def situation(view: View) -> str:
