@@ -1,15 +1,15 @@
 import re
 from functools import cache
-from typing import Any
 
 import numpy as np
 
 import dmplay
-from dmplay.chance import Categorical, Pick, Reals
+from dmplay.chance import Reals
 from dmplay.problems.collaborative_predator_prey import SENSES, CollaborativePredatorPrey
 from dmplay.solvers import sparse
 from dmplay.solvers.value_iteration import best
-from tests.truth_kinds.case import Case, reached
+from tests.truth_kinds.case import Case
+from tests.truth_kinds.hunts import moves
 
 
 @cache
@@ -27,35 +27,8 @@ def given(case: Case, after: str = "") -> tuple[CollaborativePredatorPrey, np.nd
     return problem, np.array([[problem.hexes.index(tuple(hex_)) for hex_ in [*predators, prey]]])
 
 
-def marginals(
-    problem: CollaborativePredatorPrey, s: np.ndarray, a: np.ndarray
-) -> list[dict[Any, float]]:
-    """Where each walker goes: each has one chance of its own, so the others' may be any."""
-    found = []
-    chances = problem.chance(s, a)
-    for walker, chance in enumerate(chances):
-        assert isinstance(chance, Categorical | Pick)
-        p = chance.probabilities()[0]
-        events = [np.zeros(len(p), np.int64)] * len(chances)
-        events[walker] = np.where(p > 0, np.arange(len(p)), 0)
-        rows = np.repeat(s, len(p), axis=0), np.repeat(a, len(p), axis=0)
-        after = problem.move(*rows, tuple(events)).state
-        found.append(reached(p, [problem.hexes[h] for h in after[:, walker]]))
-        for other in set(range(len(chances))) - {walker}:
-            assert (after[:, other] == after[0, other]).all()  # independent
-    return found
-
-
 def transition(case: Case) -> None:
-    problem, s = given(case)
-    a = np.array([case.given["actions"]]) - 1
-    found = marginals(problem, s, a)
-    for told, got in zip(case.expect["marginals"], found, strict=True):
-        case.equal({tuple(hex_): p for hex_, p in told}, got)
-    for told in case.expect["joint"]:
-        hexes = [tuple(hex_) for hex_ in told["next"]]
-        each = [one.get(hex_, 0.0) for one, hex_ in zip(found, hexes, strict=True)]
-        case.equal(told["probability"], np.prod(each))
+    moves(case, *given(case))
     reward(case)
 
 

@@ -1,14 +1,14 @@
 from functools import cache
-from typing import Any
 
 import numpy as np
 
 import dmplay
-from dmplay.chance import Categorical, Reals
+from dmplay.chance import Reals
 from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.solvers import value_iteration
 from dmplay.tabular import Tables, tabulate
-from tests.truth_kinds.case import Case, reached
+from tests.truth_kinds.case import Case
+from tests.truth_kinds.hunts import moves
 
 
 @cache
@@ -26,33 +26,8 @@ def given(case: Case) -> tuple[PredatorPrey, np.ndarray]:
     return problem, np.array([[problem.hexes.index(tuple(hex_)) for hex_ in predators + prey]])
 
 
-def marginals(problem: PredatorPrey, s: np.ndarray, a: np.ndarray) -> list[dict[Any, float]]:
-    """Where each agent goes: each has one chance of its own, so the others' may be any."""
-    found = []
-    chances = problem.chance(s, a)
-    for seat, chance in enumerate(chances):
-        assert isinstance(chance, Categorical)
-        p = chance.probabilities()[0]
-        events = [np.zeros(len(p), np.int64)] * len(chances)
-        events[seat] = np.arange(len(p))
-        rows = np.repeat(s, len(p), axis=0), np.repeat(a, len(p), axis=0)
-        after = problem.move(*rows, tuple(events)).state
-        found.append(reached(p, [problem.hexes[h] for h in after[:, seat]]))
-        for other in set(range(len(chances))) - {seat}:
-            assert (after[:, other] == after[0, other]).all()  # independent
-    return found
-
-
 def transition(case: Case) -> None:
-    problem, s = given(case)
-    a = np.array([case.given["actions"]]) - 1
-    found = marginals(problem, s, a)
-    for told, got in zip(case.expect["marginals"], found, strict=True):
-        case.equal({tuple(hex_): p for hex_, p in told}, got)
-    for told in case.expect["joint"]:
-        hexes = [tuple(hex_) for hex_ in told["next"]]
-        each = [one.get(hex_, 0.0) for one, hex_ in zip(found, hexes, strict=True)]
-        case.equal(told["probability"], np.prod(each))
+    moves(case, *given(case))
 
 
 def reward(case: Case) -> None:
