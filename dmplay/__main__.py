@@ -25,6 +25,7 @@ def main() -> None:
 
 
 def _run() -> int:
+    """Answers for the version, or leaves the rest to the command line; the exit code."""
     if sys.argv[1:] == ["--version"]:
         from dmplay import __version__
 

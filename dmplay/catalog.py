@@ -226,6 +226,7 @@ def _outside(name: str) -> bool:
 
 
 def _attribute(name: str) -> Any:
+    """What a name `MODULE:ATTRIBUTE` or `FILE.py:ATTRIBUTE` points to."""
     place, _, attribute = name.partition(":")
     if place.endswith(".py"):
         file = Path(place)

@@ -275,6 +275,7 @@ class Problem(ABC):
 
 
 def _number(text: str, interval: Interval) -> float:
+    """The number of an interval that a text is."""
     try:
         value = round(float(text), DECIMALS)
     except ValueError:

@@ -97,6 +97,7 @@ def _plainly(error: Exception) -> str:
 
 
 def _keys(told: Table, name: str) -> dict[str, dict[str, str]]:
+    """The keys of each family, checked for form."""
     known = ["hex", *problem_names()]
     found = {}
     for family, own in told.items():
@@ -110,6 +111,7 @@ def _keys(told: Table, name: str) -> dict[str, dict[str, str]]:
 
 
 def _aliases(told: Table, name: str) -> dict[str, str]:
+    """The aliases, checked for form."""
     found = {}
     for alias, line in told.items():
         where = f"{name}: aliases.{alias}"

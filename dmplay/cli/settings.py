@@ -69,6 +69,7 @@ def _given(file: config.File, name: str, command: Any) -> Iterator[tuple[str, ob
 
 
 def _check_names(file: config.File, commands: Commands) -> None:
+    """Refuses settings, tables and aliases of names that a file cannot have."""
     for name in file.options:
         if name not in GENERAL:
             known = [*GENERAL, "keys", "aliases", *commands]

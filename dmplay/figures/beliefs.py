@@ -34,6 +34,7 @@ def crying_baby() -> Text:
 
 
 def _lines(problem: Problem, stage: Stage) -> Text:
+    """The vectors of a stage as lines over the belief."""
     labels = problem.actions[0]
     assert isinstance(labels, Labels)
     low, high = float(stage.vectors.min()), float(stage.vectors.max())
@@ -78,6 +79,7 @@ def _triangles(steps: list[int], rows: int, across: int) -> Text:
 
 
 def _triangle(canvas: Canvas, x: int, y: int, rows: int, stage: Stage) -> None:
+    """A triangle of beliefs, each point the best first action there."""
     for row in range(rows):
         sound = 1.0 - row / (rows - 1)
         wide = 2 * row + 1

@@ -25,6 +25,7 @@ def hex_worlds() -> Text:
 
 
 def _solved(problem: Problem) -> Text:
+    """A map with the best action and the value of every hex."""
     assert isinstance(problem, HexWorld)
     q = value_iteration.optimal(tabulate(problem), problem.discount)
     exits = dict(problem.rewards)

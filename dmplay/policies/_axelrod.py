@@ -71,6 +71,7 @@ class Axelrod(Seated):
         return np.array([self._next(own, other, luck) for own, other, luck in rows], np.int64)
 
     def _next(self, own: Array, other: Array, luck: float) -> int:
+        """What a new player does after these rounds."""
         package = self._package
         deeds = (package.Action.C, package.Action.D)
         player, partner = self._player(), package.MockPlayer()

@@ -72,6 +72,7 @@ class Believing(Seated, ABC):
         return self._flows[action]
 
     def _listed(self, action: int) -> dict[int, _Flow]:
+        """The flow of every observation that an action can lead to."""
         problem = self.problem
         states = problem.enumerated()
         size = len(states)

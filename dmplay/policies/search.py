@@ -77,6 +77,7 @@ class Search(Believing):
         return np.concatenate(parts) if parts else self._tree.actions[:0]
 
     def _chosen(self, known: Array, legal: Bools | None, u: Reals) -> Array:
+        """The actions `[B]` for some rows that are searched together."""
         told = spread(u, self.simulations + self._tree.draws)
         if self._hidden:
             roots = self._drawn(known, told[:, : self.simulations])

@@ -170,6 +170,7 @@ def typed(table: Table, line: str) -> str:
 
 
 def _typed(table: Table, line: str) -> str:
+    """Does a line in which no alias stands."""
     word, _, argument = line.strip().partition(" ")
     if is_command(word) and not _names_action(table, word):
         return named(word).run(table, argument.strip())

@@ -51,6 +51,7 @@ def auto(game: Game, argument: str) -> str:
 
 
 def _played(game: Game, command: str, turns: int) -> str:
+    """Plays turns of agents, all if the number is 0, and tells each."""
     if game.people:
         raise BadParameter(f"{command}: people play here; agent SEAT NAME seats an agent")
     told: list[str] = []

@@ -166,6 +166,7 @@ def _watch(game: Game, reporter: Reporter) -> None:
 
 
 def _do(table: Table, line: str, terminal: Terminal, reporter: Reporter) -> None:
+    """Does a line, and reports what came of it."""
     game, before = table.game, len(table.game.session.turns)
     words = typed(table, line)
     if table.game is not game:

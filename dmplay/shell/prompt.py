@@ -97,6 +97,7 @@ def run(shell: Shell, input_: Input | None = None, output: Output | None = None)
 
 
 def _session(shell: Shell, input_: Input | None, output: Output | None) -> PromptSession[str]:
+    """The line editor, with its history, completion and toolbar."""
     file = saves.history()
     bindings = KeyBindings()
 

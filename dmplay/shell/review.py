@@ -58,6 +58,7 @@ def moves(session: Session, people: list[int]) -> Iterator[Move]:
 
 
 def _move(past: Session, seat: int, turn: int, action: int, values: Reals) -> Move:
+    """A move valued against the best that was open."""
     labels = past.problem.actions[seat]
     assert not isinstance(labels, Interval)
     legal = past.legal(seat)

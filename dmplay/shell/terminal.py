@@ -67,6 +67,7 @@ def here(wishes: Wishes) -> Terminal:
 
 
 def _color(wish: str, env: Mapping[str, str], able: bool) -> bool:
+    """Whether to write in colour: the wish, then the variables, then what is able."""
     if wish != "auto":
         return wish == "always"
     if env.get("NO_COLOR"):

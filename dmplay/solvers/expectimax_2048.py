@@ -39,7 +39,7 @@ def action_values(board: Board, p_two: float, depth: int) -> Reals:
 
 
 def deepened(board: Board, p_two: float, depth: int, seconds: float) -> Reals:
-    """The worth of each slide by the deepest search that the time allows, two plies at least."""
+    """The worth `[B, 4]` of each slide by the deepest search in time, of two plies at least."""
     began = time.perf_counter()
     found = action_values(board, p_two, min(depth, 2))
     likely = FIRST

@@ -105,7 +105,7 @@ class _Hunt:
         )
 
     def after(self, visits: Reals, first: Reals, second: Reals) -> Reals:
-        """How often each state is met, discounted, from visits that begin anywhere."""
+        """How often each state is met `[i, j, p]`, discounted, from visits that begin anywhere."""
         left = np.einsum("ijp,ijpz->pijz", visits, self.flights)
         back = first.swapaxes(1, 2), second.swapaxes(1, 2)
         moved = _over(back[1], _over(back[0], left).swapaxes(1, 2)).swapaxes(1, 2)

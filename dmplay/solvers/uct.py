@@ -84,7 +84,7 @@ class Tree:
 
 
 def choices(known: tuple[str, ...] | Interval) -> Array:
-    """The actions of a set that a search tries."""
+    """The actions `[A]` of a set that a search tries."""
     if isinstance(known, Interval):
         return np.round(np.linspace(known.low, known.high, GRID), DECIMALS) + 0.0
     return np.arange(len(known))

@@ -120,6 +120,7 @@ def _split(content: str, path: str) -> tuple[str, str, str]:
 
 
 def _blocks(content: str, path: str, first: int) -> Iterator[Block]:
+    """The blocks of some whole lines, the first of which has this number."""
     entries: dict[str, Entry] = {}
     frame: list[Entry] = []
     notes: list[tuple[int, str]] = []
@@ -150,6 +151,7 @@ def _blocks(content: str, path: str, first: int) -> Iterator[Block]:
 def _block(
     path: str, entries: dict[str, Entry], frame: list[Entry], notes: list[tuple[int, str]]
 ) -> Block:
+    """A block, whose keys must be its kind's, in order."""
     kind = next(iter(entries))
     at = entries[kind].line
     if kind not in BLOCKS:
@@ -164,6 +166,7 @@ def _block(
 
 
 def _entry(row: str, where: str) -> tuple[str, object]:
+    """The key and value of a line."""
     found = KEY.match(row)
     if not found:
         raise BadTranscript(f"{where}:1: expected 'key: value', '| frame', '# note' or nothing")

@@ -117,6 +117,7 @@ class Recorder:
         self._file = -1
 
     def _write(self, block: str) -> None:
+        """Appends a block in one write, with what an earlier one left; all of it or nothing."""
         self._digest.update(block.encode())
         self._pending += block
         raw = self._pending.encode()

@@ -53,6 +53,7 @@ class _Check:
         self.drawn: list[bool] = []  # whether each block's draws are the seed's
 
     def game(self, problem: Problem, policies: Sequence[Policy | None]) -> None:
+        """Plays the transcript again and compares block by block."""
         transcript = self.transcript
         header = transcript.header
         dice = Dice(header.seed, header.episode)
@@ -169,6 +170,7 @@ class _Check:
         )
 
     def _end(self, session: Session) -> None:
+        """Compares the end line, or says that there is none."""
         transcript = self.transcript
         end = transcript.end
         if end is None:

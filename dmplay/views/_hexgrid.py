@@ -73,6 +73,7 @@ def grid(hexes: Sequence[Hex], cell: Callable[[Hex, Size], Cell], size: Size) ->
 
 
 def _frame(canvas: Canvas, x: int, y: int, size: Size) -> None:
+    """The six sides of a hex."""
     width, bottom = size.width, y + size.lines + 1
     slope = width // 3 if size.lines > 1 else 1
     canvas.put(x + 1, y, "╱", EDGE)

@@ -38,6 +38,7 @@ def boards(view: View, look: Look) -> Iterator[Text]:
 
 
 def _table(view: View, canvas: Canvas, width: int) -> int:
+    """The table, the last play in brackets; the row after it."""
     problem, (rows, columns) = game(view)
     played = last(view)
     stub = max(max(map(len, rows)) + 1, width)

@@ -110,6 +110,7 @@ def _digits(share: float) -> str:
 
 
 def _truth(view: View, look: Look) -> str:
+    """Where everyone truly is."""
     problem = _problem(view)
     assert look.state is not None
     names = [*problem.agents, "prey"]
@@ -154,6 +155,7 @@ def told(view: View) -> str:
 
 
 def _believed(view: View, many: int) -> str:
+    """The likeliest hexes of the prey and of you in words."""
     known = marginals(view)
     if known is None:
         return ""

@@ -53,6 +53,7 @@ def boards(view: View, look: Look) -> Iterator[Text]:
 
 
 def _boxes(board: Array, new: tuple[int, ...] | None, width: int) -> Text:
+    """The board in boxes of so many columns."""
     canvas = Canvas()
     for row, ends in enumerate(("┌┬┐", "├┼┤", "├┼┤", "├┼┤", "└┴┘")):
         canvas.put(0, 2 * row, ends[0] + ends[1].join(["─" * width] * 4) + ends[2], "dim")

@@ -67,6 +67,7 @@ def boards(view: View, look: Look) -> Iterator[Text]:
 
 
 def _overlay(look: Look, state: int, size: Size) -> str:
+    """What an overlay writes into a hex."""
     assert look.overlay
     values = look.overlay.values[state]
     if look.overlay.kind == "states":

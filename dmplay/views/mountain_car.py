@@ -75,6 +75,7 @@ def boards(view: View, look: Look) -> Iterator[Text]:
 
 
 def _hill(canvas: Canvas, scale: Scale, size: Size, blocks: str) -> None:
+    """The wall on the left, and the hill in eighths of a row."""
     for y in range(size.sky + size.hill):
         canvas.put(0, y, "│", "dim")
     for column in range(scale.left, scale.right + 1):

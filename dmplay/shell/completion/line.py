@@ -63,6 +63,7 @@ def _specs() -> list[str]:
 
 
 def _options(rest: list[str], last: str) -> list[str]:
+    """What can follow `play`: a problem, its options and their values."""
     if not rest:
         return _specs()
     values = {
