@@ -1,9 +1,6 @@
 """Reading a transcript: strict about form, with the line and column of the first fault."""
 
-import json
-import math
 import re
-from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,14 +8,13 @@ from typing import NamedTuple
 
 from dmplay.errors import BadTranscript, UnknownName
 from dmplay.transcript.format import VERSION, Header
+from dmplay.transcript.keyed import keyed
 
 LONGEST_LINE = 1_000_000
 
 HEADER = ("dmplay", "problem", "set", "seats", "seed", "episode", "turns", "strict", "reveal")
 TURN = ("turn", "actions", "draws", "state", "observations", "rewards", "belief")
 BLOCKS = {keys[0]: keys for keys in (HEADER, TURN, ("undo",), ("reroll",), ("end",))}
-KEY = re.compile(r"([a-z0-9]+): ")
-SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")  # we write characters, never their halves
 END = re.compile(r"(#.*\n)*end: .*\n(#.*\n)*\Z")
 NOTES = re.compile(r"(#.*\n)+\Z")
 
@@ -133,7 +129,7 @@ def _blocks(content: str, path: str, first: int) -> Iterator[Block]:
         elif row.startswith("|"):
             frame.append(Entry(line, row[2:]))
         elif row:
-            key, value = _entry(row, where)
+            key, value = keyed(row, where)
             if key in entries:
                 raise BadTranscript(f"{where}:1: {key} stands twice in this block")
             if frame:
@@ -165,79 +161,54 @@ def _block(
     return Block(at, kind, entries, frame, notes)
 
 
-def _entry(row: str, where: str) -> tuple[str, object]:
-    """The key and value of a line."""
-    found = KEY.match(row)
-    if not found:
-        raise BadTranscript(f"{where}:1: expected 'key: value', '| frame', '# note' or nothing")
-    at = found.end()
-    if SURROGATE.search(row):
-        raise BadTranscript(f"{where}: half a character")
-    try:
-        return found[1], json.loads(
-            row[at:], parse_constant=_no_constant, parse_float=_finite, object_pairs_hook=_unique
-        )
-    except json.JSONDecodeError as error:
-        raise BadTranscript(f"{where}:{at + error.colno}: {error.msg.lower()}") from None
-    except RecursionError:
-        raise BadTranscript(f"{where}:{at + 1}: nested too deeply") from None
-    except ValueError as error:
-        raise BadTranscript(f"{where}:{at + 1}: {error}") from None
+class _Fields(NamedTuple):
+    """The entries of a header, each of which must be of its type."""
 
+    block: Block
+    path: str
 
-def _no_constant(name: str) -> float:
-    raise ValueError(f"{name} is not a number")
+    def fault(self, key: str, expected: str) -> BadTranscript:
+        """The error that an entry is, or that its absence is."""
+        entry = self.block.entries.get(key)
+        if entry is None:
+            where = f"{self.path}:{self.block.line}"
+            return BadTranscript(f"{where}: the header has no {key}: {expected}")
+        return BadTranscript(f"{self.path}:{entry.line}: {key}: expected {expected}")
 
+    def value(self, key: str, default: object = None) -> object:
+        """Whatever stands there."""
+        entry = self.block.entries.get(key)
+        return default if entry is None else entry.value
 
-def _finite(digits: str) -> float:
-    value = float(digits)
-    if math.isinf(value):
-        raise ValueError(f"{digits} is too large")
-    return value
+    def whole(self, key: str, default: int | None = None) -> int:
+        """A whole number."""
+        found = self.value(key, default)
+        if type(found) is not int or found < 0:
+            raise self.fault(key, "a whole number, such as 7")
+        return found
 
-
-def _unique(pairs: list[tuple[str, object]]) -> dict[str, object]:
-    unique = dict(pairs)
-    if len(unique) < len(pairs):
-        name = Counter(name for name, _ in pairs).most_common(1)[0][0]
-        raise ValueError(f"{name!r} stands twice")
-    return unique
+    def flag(self, key: str) -> bool:
+        """True or false, which it is where nothing stands."""
+        found = self.value(key, default=False)
+        if type(found) is not bool:
+            raise self.fault(key, "true or false")
+        return found
 
 
 def _header(block: Block, path: str) -> Header:
-    def fault(key: str, expected: str) -> BadTranscript:
-        entry = block.entries.get(key)
-        if entry is None:
-            return BadTranscript(f"{path}:{block.line}: the header has no {key}: {expected}")
-        return BadTranscript(f"{path}:{entry.line}: {key}: expected {expected}")
-
-    def value(key: str, default: object = None) -> object:
-        entry = block.entries.get(key)
-        return default if entry is None else entry.value
-
-    def whole(key: str, default: int | None = None) -> int:
-        found = value(key, default)
-        if type(found) is not int or found < 0:
-            raise fault(key, "a whole number, such as 7")
-        return found
-
-    def flag(key: str) -> bool:
-        found = value(key, default=False)
-        if type(found) is not bool:
-            raise fault(key, "true or false")
-        return found
-
-    if whole("dmplay") != VERSION:
-        raise fault("dmplay", f"format {VERSION}")
-    problem, seats, parameters = value("problem"), value("seats"), value("set", {})
+    """The header that a block holds."""
+    told = _Fields(block, path)
+    if told.whole("dmplay") != VERSION:
+        raise told.fault("dmplay", f"format {VERSION}")
+    problem, seats, parameters = told.value("problem"), told.value("seats"), told.value("set", {})
     if not isinstance(problem, str):
-        raise fault("problem", 'a name, such as "hexworld"')
+        raise told.fault("problem", 'a name, such as "hexworld"')
     if not isinstance(seats, dict) or not all(isinstance(name, str) for name in seats.values()):
-        raise fault("seats", 'names, such as {"agent": "human"}')
+        raise told.fault("seats", 'names, such as {"agent": "human"}')
     if not isinstance(parameters, dict):
-        raise fault("set", 'values, such as {"slip": 0.2}')
-    turns = whole("turns") if "turns" in block.entries else None
+        raise told.fault("set", 'values, such as {"slip": 0.2}')
+    turns = told.whole("turns") if "turns" in block.entries else None
     return Header(
-        problem, seats, whole("seed"), parameters, whole("episode", 0), turns, flag("strict"),
-        flag("reveal"),
+        problem, seats, told.whole("seed"), parameters, told.whole("episode", 0), turns,
+        told.flag("strict"), told.flag("reveal"),
     )  # fmt: skip

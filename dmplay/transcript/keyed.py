@@ -1,0 +1,50 @@
+"""One line of a transcript, a key and its JSON value: strict, and with the column of a fault."""
+
+import json
+import math
+import re
+from collections import Counter
+
+from dmplay.errors import BadTranscript
+
+KEY = re.compile(r"([a-z0-9]+): ")
+SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")  # we write characters, never their halves
+
+
+def keyed(row: str, where: str) -> tuple[str, object]:
+    """The key and value of a line."""
+    found = KEY.match(row)
+    if not found:
+        raise BadTranscript(f"{where}:1: expected 'key: value', '| frame', '# note' or nothing")
+    at = found.end()
+    if SURROGATE.search(row):
+        raise BadTranscript(f"{where}: half a character")
+    try:
+        return found[1], json.loads(
+            row[at:], parse_constant=_no_constant, parse_float=_finite, object_pairs_hook=_unique
+        )
+    except json.JSONDecodeError as error:
+        raise BadTranscript(f"{where}:{at + error.colno}: {error.msg.lower()}") from None
+    except RecursionError:
+        raise BadTranscript(f"{where}:{at + 1}: nested too deeply") from None
+    except ValueError as error:
+        raise BadTranscript(f"{where}:{at + 1}: {error}") from None
+
+
+def _no_constant(name: str) -> float:
+    raise ValueError(f"{name} is not a number")
+
+
+def _finite(digits: str) -> float:
+    value = float(digits)
+    if math.isinf(value):
+        raise ValueError(f"{digits} is too large")
+    return value
+
+
+def _unique(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    unique = dict(pairs)
+    if len(unique) < len(pairs):
+        name = Counter(name for name, _ in pairs).most_common(1)[0][0]
+        raise ValueError(f"{name!r} stands twice")
+    return unique
