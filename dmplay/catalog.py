@@ -8,19 +8,18 @@ A problem is `NAME`, `NAME:VARIANT`, the name of an installed entry point (group
 import importlib
 import importlib.util
 import inspect
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import Field, fields, replace
-from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
 
 from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter, BadPolicy, UnknownName
 from dmplay.names import problem_names, stem_of
+from dmplay.outside import attribute, is_outside
+from dmplay.typed import typed
 
 GROUP = "dmplay.problems"
-LARGEST = 1e300  # a parameter; more is a slip of the keyboard
 MakePolicy = Callable[..., Policy]
 
 
@@ -50,8 +49,8 @@ def resolve(name: str, parameters: Mapping[str, object], *, trusted: bool = True
         name = f"{base}:{variant.lower()}" if variant else base
     elif not trusted:
         raise UnknownName("built-in problem", name, problem_names())
-    elif _outside(name):
-        plain = _instance(_attribute(name), name)
+    elif is_outside(name):
+        plain = _instance(attribute(name), name)
     else:
         from importlib.metadata import entry_points
 
@@ -82,8 +81,8 @@ def configured(problem: Problem, parameters: Mapping[str, object]) -> Problem:
         plain = key.replace("-", "_")
         if plain not in known:
             raise UnknownName("parameter", key, known)
-        values[plain] = _typed(plain, value, getattr(problem, plain))
-    return replace(problem, **values)  # type: ignore[arg-type] # typed by _typed
+        values[plain] = typed(plain, value, getattr(problem, plain))
+    return replace(problem, **values)  # type: ignore[arg-type] # typed by `typed`
 
 
 def parameters(problem: Problem) -> dict[str, object]:
@@ -114,8 +113,8 @@ def agents(problem: Problem) -> dict[str, MakePolicy]:
 
 def agent(problem: Problem, seat: int, name: str) -> Policy:
     """The agent of this name for a seat, `NAME` or `NAME:PARAMETER=VALUE,...`."""
-    if _outside(name):
-        made = _attribute(name)(problem, seat)
+    if is_outside(name):
+        made = attribute(name)(problem, seat)
         missing = [part for part in ("begin", "update", "choose") if not hasattr(made, part)]
         if missing:
             raise BadPolicy(f"{name}: not a policy, it lacks {', '.join(missing)}")
@@ -181,7 +180,7 @@ def _settings(make: MakePolicy, given: str, name: str) -> dict[str, object]:
             raise UnknownName("parameter", key, known, where=f"agent {name}")
         if not equals:
             raise BadParameter(f"agent {name}: got {pair!r}, expected {plain}=VALUE")
-        settings[plain] = _typed(plain, value.strip(), known[plain].default)
+        settings[plain] = typed(plain, value.strip(), known[plain].default)
     return settings
 
 
@@ -192,60 +191,6 @@ def _fields(make: MakePolicy) -> tuple[Field[Any], ...]:
 def _own(make: MakePolicy) -> list[Field[Any]]:
     """The fields that are parameters."""
     return [one for one in _fields(make) if one.name not in ("problem", "seat")]
-
-
-def _typed(name: str, value: object, default: object) -> object:
-    """A parameter's value from text or JSON, of the type of its default."""
-    parsed = value
-    if isinstance(value, str) and not isinstance(default, str):
-        try:
-            parsed = json.loads(value, parse_constant=lambda word: word)
-        except (ValueError, RecursionError):
-            parsed = value
-    if isinstance(default, bool):
-        good = isinstance(parsed, bool)
-    elif isinstance(default, float):
-        number = isinstance(parsed, float | int) and not isinstance(parsed, bool)
-        good = number and -LARGEST <= parsed <= LARGEST  # type: ignore[operator]
-        parsed = float(parsed) if good else parsed  # type: ignore[arg-type]
-    elif isinstance(default, tuple):
-        good = isinstance(parsed, list | tuple)
-    else:
-        good = type(parsed) is type(default)
-    if not good:
-        wanted = {float: "a number", int: "a whole number", bool: "true or false", tuple: "a list"}
-        kind = wanted.get(type(default), "text")
-        raise BadParameter(f"{name}: got {value!r}, expected {kind}, such as {default!r}")
-    return parsed
-
-
-def _outside(name: str) -> bool:
-    """Whether a name points into a file or a module by path."""
-    base, colon, _ = name.partition(":")
-    return bool(colon) and (base.endswith(".py") or "/" in base or "." in base)
-
-
-def _attribute(name: str) -> Any:
-    """What a name `MODULE:ATTRIBUTE` or `FILE.py:ATTRIBUTE` points to."""
-    place, _, attribute = name.partition(":")
-    if place.endswith(".py"):
-        file = Path(place)
-        if not file.is_file():
-            raise BadParameter(f"no such file: {place}")
-        spec = importlib.util.spec_from_file_location(file.stem, file)
-        if spec is None or spec.loader is None:
-            raise BadParameter(f"cannot load {place}")
-        module = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(module)
-    else:
-        try:
-            module = importlib.import_module(place)
-        except ModuleNotFoundError as error:
-            raise BadParameter(f"no module {error.name!r} for {name!r}") from None
-    if not hasattr(module, attribute):
-        public = [one for one in vars(module) if not one.startswith("_")]
-        raise UnknownName("attribute", attribute, public, where=place)
-    return getattr(module, attribute)
 
 
 def _instance(found: object, name: str) -> Problem:

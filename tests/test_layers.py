@@ -9,9 +9,9 @@ import pytest
 
 HOUSE = Path(__file__).parent.parent / "dmplay"
 FLOORS = (
-    "errors", "names", "chance", "core", "describe", "tabular", "belief", "dice",
-    "session", "rollouts", "transcript", "problems", "solvers", "policies", "catalog", "solutions",
-    "views", "figures", "shell", "cli", "pytest_plugin", "__main__",
+    "errors", "names", "typed", "outside", "chance", "core", "describe", "tabular", "belief",
+    "dice", "session", "rollouts", "transcript", "problems", "solvers", "policies", "catalog",
+    "solutions", "views", "figures", "shell", "cli", "pytest_plugin", "__main__",
 )  # fmt: skip
 SCREENS = {"rich", "typer", "prompt_toolkit"}
 ALLOWED = {  # what a floor may load beside the standard library and numpy
