@@ -419,7 +419,7 @@ def test_the_screen_follows_every_size(tmp_path: Path) -> None:
         terminal.ready().press("h", "turn 1 ")
         for columns, rows in ((50, 14), (200, 60), (20, 5), (80, 24)):
             terminal.resize(columns, rows).calm()
-            assert terminal.screen.display[0].startswith(" dmplay hexworld"[:columns])
+            assert "hexworld" in terminal.screen.display[0]
             assert terminal.screen.display[-1].strip()
         terminal.press("h", "turn 2 ")
         assert terminal.press("q").ended() == 0

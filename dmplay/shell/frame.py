@@ -119,25 +119,34 @@ def _fitted(row: Text, room: Room) -> Text:
 
 
 def _title(game: Game, room: Room) -> Text:
+    """The game and how it stands; closer together and without the seed where there is no room."""
+    seed = [f"seed {game.seed}"] if game.shows_seed else []
+    facts = _facts(game)
+    wide = _headed(game, _name(game).append("  "), "   ", [*seed, *facts])
+    if len(wide.plain) <= room.width:
+        return wide
+    return _headed(game, Text(f" {clean(game.name)}  ", style="bold"), "  ", facts)
+
+
+def _headed(game: Game, name: Text, gap: str, facts: Sequence[str]) -> Text:
+    title = name.append(gap.join(facts), style="not bold")
+    if game.session.over:
+        title.append(f"{gap}{game.session.ending}", style="bold")
+    return title
+
+
+def _facts(game: Game) -> list[str]:
+    """Turn, return, who you are, and who the others are."""
     view = game.view()
     limit = f"/{view.limit}" if view.limit not in (None, MOST_TURNS) else ""
     facts = [f"turn {view.turn}{limit}"]
-    if game.shows_seed:
-        facts.insert(0, f"seed {game.seed}")
     if view.rewards is not None:
         facts.append(f"return {game.returned(view):.6g}")
-    others = [
-        f"{agent}: {clean(who)}"
-        for seat, (agent, who) in enumerate(zip(game.problem.agents, game.seats, strict=True))
-        if seat not in game.people or len(game.people) > 1
-    ]
     if game.people:
         facts.append(f"you: {game.problem.agents[game.watcher]}")
-    text = _name(game)
-    text.append("  " + "   ".join([*facts, *others]), style="not bold")
-    if game.session.over:
-        text.append(f"   {game.session.ending}", style="bold")
-    return text
+    seats = enumerate(zip(game.problem.agents, game.seats, strict=True))
+    you = game.watcher if game.people else None
+    return [*facts, *(f"{agent}: {clean(who)}" for seat, (agent, who) in seats if seat != you)]
 
 
 def _name(game: Game) -> Text:
