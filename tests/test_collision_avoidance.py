@@ -3,6 +3,7 @@ import pytest
 
 import dmplay
 from dmplay.session import Session
+from dmplay.solvers import collision_grid
 
 DESCEND, NO_ADVISORY, CLIMB = range(3)
 LITERAL = dmplay.load("collision-avoidance")
@@ -105,3 +106,9 @@ def test_the_optimal_agent_alerts_late_and_hardly_ever_collides() -> None:
     chosen = policy.choose(policy.begin(head_on), None, np.zeros((3, 0)))
     # At the same height both ways out are worth the same: the first is to descend.
     assert chosen.tolist() == [NO_ADVISORY, DESCEND, CLIMB]
+
+
+def test_a_collision_is_discounted_by_the_seconds_before_it() -> None:
+    q = collision_grid.optimal(dmplay.load("collision-avoidance", discount=0.5))
+    level = q[:3, 1, 10, 10, NO_ADVISORY]  # at the intruder's height, without an advisory
+    assert level.tolist() == [-1, -0.5, -0.25]

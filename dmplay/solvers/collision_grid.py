@@ -74,4 +74,4 @@ def _backup(problem: Problem, s: Reals, a: int, after: Reals) -> Reals:
     """The value `[B]` of one action, and `after` that."""
     p, outcome = exact(problem, s, np.full((len(s), 1), a))
     u = interpolate(after, outcome.state.reshape(-1, 4)).reshape(p.shape)
-    return np.asarray((p * (outcome.rewards[:, :, 0] + u)).sum(axis=1))
+    return np.asarray((p * (outcome.rewards[:, :, 0] + problem.discount * u)).sum(axis=1))
