@@ -42,7 +42,7 @@ def load(name: str, **parameters: object) -> Problem:
 def resolve(name: str, parameters: Mapping[str, object], *, trusted: bool = True) -> Loaded:
     """The problem of this name; nothing but built-in code is imported unless `trusted`."""
     base, _, variant = name.partition(":")
-    base = base.lower().replace("_", "-") if "/" not in base and "." not in base else base
+    base = _plain(base)
     if base in problem_names():
         module = importlib.import_module(f"dmplay.problems.{stem_of(base)}")
         plain = _of_module(module, base, variant.lower())
@@ -67,9 +67,17 @@ def resolve(name: str, parameters: Mapping[str, object], *, trusted: bool = True
     return Loaded(name, problem, changed)
 
 
+def _plain(name: str) -> str:
+    """A name however it is written; a path as it is."""
+    return name if "/" in name or "." in name else name.lower().replace("_", "-")
+
+
 def variants(name: str) -> dict[str, Problem]:
-    """The named variants of a built-in problem, the standard one first as ''."""
-    module = importlib.import_module(f"dmplay.problems.{stem_of(name)}")
+    """The named variants of a built-in problem, the standard one first as ''; no others' are known."""
+    base = _plain(name)
+    if base not in problem_names():
+        return {}
+    module = importlib.import_module(f"dmplay.problems.{stem_of(base)}")
     return {"": _problem_class(module)(), **getattr(module, "VARIANTS", {})}
 
 

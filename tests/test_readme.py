@@ -84,7 +84,8 @@ def test_the_settings_of_the_readme_are_in_force(tmp_path: Path) -> None:
 def test_the_problem_of_the_readme_is_played(tmp_path: Path) -> None:
     (tmp_path / "tiger.py").write_text(TIGER)
     words = ["./tiger.py:Tiger", "--agent", "plan", "--turns", "3", "--seed", "1", "-o", "g.dmt"]
-    for command in (words, ["verify", "g.dmt", "--trust"], ["replay", "g.dmt", "--trust"]):
+    about = (["info", words[0]], ["agents", words[0]])
+    for command in (words, ["verify", "g.dmt", "--trust"], ["replay", "g.dmt", "--trust"], *about):
         done = subprocess.run(
             [sys.executable, "-m", "dmplay", *command],
             cwd=tmp_path, capture_output=True, text=True, stdin=subprocess.DEVNULL, check=False,

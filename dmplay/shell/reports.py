@@ -84,7 +84,7 @@ def about(name: str, keys: Keys = AS_DRAWN) -> dict[str, object]:
             }
             for one in fields(problem)
         },
-        "variants": [variant or "standard" for variant in catalog.variants(base)],
+        "variants": [variant or "standard" for variant in catalog.variants(base) or [""]],
         "players": {
             name: (make.__doc__ or "").partition("\n")[0]
             for name, make in catalog.agents(problem).items()
