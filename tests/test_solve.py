@@ -21,6 +21,13 @@ def test_the_line_is_solved_by_value_iteration() -> None:
     assert found.rows[7]["value"] == 0
 
 
+def test_without_slips_and_discount_every_hex_is_worth_the_best_exit() -> None:
+    found = solution(dmplay.load("hexworld", slip=0.0, discount=1.0))
+    assert "policy iteration" not in found.result
+    exits = {"(0,1)": 5.0, "(2,0)": -10.0, "over": 0.0}
+    assert all(row["value"] == exits.get(str(row["state"]), 10.0) for row in found.rows)
+
+
 def test_the_crying_baby_has_two_vectors_without_end() -> None:
     found = solution(dmplay.load("crying-baby"))
     assert [row["first"] for row in found.rows] == ["feed", "ignore"]

@@ -33,5 +33,8 @@ def sweeps(problem: Problem, tick: Tick) -> Solution:
         }
         for s, row in zip(problem.enumerated(), q, strict=True)
     ]
-    told = f"change below {STILL:g} after {done} sweeps; {off:.1g} from policy iteration"
+    last = f"below {STILL:g}" if change < STILL else f"{change:.3g}"
+    told = f"change {last} after {done} sweeps"
+    if problem.discount < 1.0:
+        told += f"; {off:.1g} from policy iteration"
     return Solution("value iteration", told, rows)

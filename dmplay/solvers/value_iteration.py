@@ -5,6 +5,8 @@ import numpy as np
 from dmplay.chance import Bools, Ints, Reals
 from dmplay.tabular import Tables
 
+MOST = 10_000  # sweeps where nothing is discounted
+STILL = 1e-12  # a change that ends them
 SLACK = 1e-9  # values this close are equal: the last bits differ between processors
 
 
@@ -22,7 +24,12 @@ def sweep(tables: Tables, discount: float, sweeps: int) -> Reals:
 
 
 def optimal(tables: Tables, discount: float) -> Reals:
-    """Q* `[S, A]`, by policy iteration: exact up to the linear solves."""
+    """Q* `[S, A]`, by policy iteration: exact up to the linear solves.
+
+    Undiscounted, a policy that never ends has no linear solve: then by sweeps, as far as they settle.
+    """
+    if discount == 1.0:
+        return action_values(tables, discount, _settled(tables))
     policy = best(action_values(tables, discount, np.zeros(len(tables.transition))))
     while True:
         values = evaluate(tables, discount, policy / policy.sum(axis=1, keepdims=True))
@@ -31,6 +38,16 @@ def optimal(tables: Tables, discount: float) -> Reals:
         if not better.any():
             return q
         policy = np.where(better[:, None], best(q), policy)
+
+
+def _settled(tables: Tables) -> Reals:
+    """Undiscounted values `[S]`, swept until they are still, or often enough."""
+    values = np.zeros(len(tables.transition))
+    for _ in range(MOST):
+        before, values = values, action_values(tables, 1.0, values).max(axis=1)
+        if abs(values - before).max() < STILL:
+            break
+    return values
 
 
 def evaluate(tables: Tables, discount: float, policy: Reals) -> Reals:
