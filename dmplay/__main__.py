@@ -41,7 +41,7 @@ def _run() -> int:
 
 
 def _refused(error: OSError) -> int:
-    """One line for what the system refuses; without a reader, the terminal is gone."""
+    """One line for what the system refuses; if nobody can read it, the terminal is gone."""
     where = f"{error.filename}: " if error.filename else ""
     try:
         print(f"error: {where}{error.strerror or error}", file=sys.stderr)

@@ -73,7 +73,7 @@ def _plain(name: str) -> str:
 
 
 def variants(name: str) -> dict[str, Problem]:
-    """The named variants of a built-in problem, the standard one first as ''; no others' are known."""
+    """The named variants of a built-in problem, the standard one first as ''; no others'."""
     base = _plain(name)
     if base not in problem_names():
         return {}

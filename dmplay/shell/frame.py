@@ -122,14 +122,14 @@ def _title(game: Game, room: Room) -> Text:
     """The game and how it stands; closer together and without the seed where there is no room."""
     seed = [f"seed {game.seed}"] if game.shows_seed else []
     facts = _facts(game)
-    wide = _headed(game, _name(game).append("  "), "   ", [*seed, *facts])
+    wide = _headed(game, _name(game), "   ", [*seed, *facts])
     if len(wide.plain) <= room.width:
         return wide
-    return _headed(game, Text(f" {clean(game.name)}  ", style="bold"), "  ", facts)
+    return _headed(game, Text(f" {clean(game.name)} ", style="bold"), "  ", facts)
 
 
 def _headed(game: Game, name: Text, gap: str, facts: Sequence[str]) -> Text:
-    title = name.append(gap.join(facts), style="not bold")
+    title = name.append(gap[1:] + gap.join(facts), style="not bold")
     if game.session.over:
         title.append(f"{gap}{game.session.ending}", style="bold")
     return title

@@ -222,7 +222,7 @@ class Screen:
             self.note(before)
 
     def next_overlay(self) -> None:
-        """Goes on to what else the board can show, at last to nothing."""
+        """Goes on to what else the board can show, at last nothing; says so if it never can."""
         before, self.overlay = self.overlay, 0
         bare = self.upper(self._room).plain
         for number in range(before + 1, len(OVERLAYS)):

@@ -26,7 +26,7 @@ def sweep(tables: Tables, discount: float, sweeps: int) -> Reals:
 def optimal(tables: Tables, discount: float) -> Reals:
     """Q* `[S, A]`, by policy iteration: exact up to the linear solves.
 
-    Undiscounted, a policy that never ends has no linear solve: then by sweeps, as far as they settle.
+    Undiscounted, a policy that never ends has no linear solve: then by sweeps, while they help.
     """
     if discount == 1.0:
         return action_values(tables, discount, _settled(tables))
