@@ -49,6 +49,8 @@ def resolve(name: str, parameters: Mapping[str, object], *, trusted: bool = True
         name = f"{base}:{variant.lower()}" if variant else base
     elif not trusted:
         raise UnknownName("built-in problem", name, problem_names())
+    elif base.endswith(".py") and not variant:
+        raise BadParameter(f"got {name!r}, expected the problem in it too, as {base}:Problem")
     elif is_outside(name):
         plain = _instance(attribute(name), name)
     else:

@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Sequence
 
-from dmplay import __version__
+from dmplay import __version__, catalog
 from dmplay.shell.plain import Objects, Reporter, Sentences, Silence, play
 from dmplay.shell.screen import Screen
 from dmplay.shell.screen import run as run_screen
@@ -50,10 +50,11 @@ def run(  # noqa: PLR0913 - a table, how to talk, and what is wanted beside it
 
 def epilogue(table: Table) -> None:
     """Where the transcripts are, how to see the last again, how to play it again."""
-    whole = [recorder.path for recorder in table.ended if not recorder.fault]
-    rows = [f"transcript: {path}" for path in whole]
+    whole = [recorder for recorder in table.ended if not recorder.fault]
+    rows = [f"transcript: {recorder.path}" for recorder in whole]
     if whole:
-        rows.append(f"replay: dmplay replay {whole[-1]}")
+        trust = "" if catalog.stem(whole[-1].session.problem) else " --trust"
+        rows.append(f"replay: dmplay replay {whole[-1].path}{trust}")
     if table.playing and table.game.again:
         rows.append(f"again: {table.game.again}")
     for row in rows:
