@@ -1,7 +1,8 @@
 """The front end that plays a game: screen, lines, data or nothing, as the terminal allows."""
 
+import contextlib
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from dmplay import __version__, catalog
 from dmplay.shell.plain import Objects, Reporter, Sentences, Silence, play
@@ -30,22 +31,52 @@ def run(  # noqa: PLR0913 - a table, how to talk, and what is wanted beside it
 ) -> int:
     """Plays at a table with the front end that the terminal allows; returns the exit code."""
     code = 0
+    with _closing(table, quiet=quiet):
+        if terminal.screen and not quiet:
+            code = run_screen(Screen(table, terminal, speed, rate))
+            table.end("interrupted" if code else "quit")
+            print(table.game.result())
+        else:
+            reporter: Reporter = Silence() if quiet else Objects() if json else Sentences()
+            play(table, terminal, sys.stdin, reporter)
+    return code or faults(table)
+
+
+def converse(
+    table: Table, terminal: Terminal, commands: Sequence[str], *, speed: float = 2.0
+) -> int:
+    """Plays at a table in words, typed, piped or given; returns the exit code."""
+    shell = Shell(table, terminal, speed)
+    code = 0
+    with _closing(table):
+        if commands:
+            play_script(shell, commands, "command", echo=False)
+        elif terminal.screen:
+            from dmplay.shell import prompt
+
+            print(BANNER)
+            code = prompt.run(shell)
+        elif terminal.typed:
+            print(BANNER)
+            ask(shell)
+        else:
+            play_script(shell, sys.stdin)
+        table.end("interrupted" if code else "quit")
+    return code or faults(table)
+
+
+@contextlib.contextmanager
+def _closing(table: Table, *, quiet: bool = False) -> Iterator[None]:
+    """Ends the game, and tells where it is kept, however its player leaves."""
     try:
         with leaving():
-            if terminal.screen and not quiet:
-                code = run_screen(Screen(table, terminal, speed, rate))
-                table.end("interrupted" if code else "quit")
-                print(table.game.result())
-            else:
-                reporter: Reporter = Silence() if quiet else Objects() if json else Sentences()
-                play(table, terminal, sys.stdin, reporter)
+            yield
     except (KeyboardInterrupt, BrokenPipeError, SystemExit):
         table.end("interrupted")
         raise
     finally:
         if not quiet:
             epilogue(table)
-    return code or faults(table)
 
 
 def epilogue(table: Table) -> None:
@@ -68,32 +99,3 @@ def faults(table: Table) -> int:
         assert recorder.fault
         print(f"error: cannot write {recorder.path}: {recorder.fault.strerror}", file=sys.stderr)
     return 1 if bad else 0
-
-
-def converse(
-    table: Table, terminal: Terminal, commands: Sequence[str], *, speed: float = 2.0
-) -> int:
-    """Plays at a table in words, typed, piped or given; returns the exit code."""
-    shell = Shell(table, terminal, speed)
-    code = 0
-    try:
-        with leaving():
-            if commands:
-                play_script(shell, commands, "command", echo=False)
-            elif terminal.screen:
-                from dmplay.shell import prompt
-
-                print(BANNER)
-                code = prompt.run(shell)
-            elif terminal.typed:
-                print(BANNER)
-                ask(shell)
-            else:
-                play_script(shell, sys.stdin)
-            table.end("interrupted" if code else "quit")
-    except (KeyboardInterrupt, BrokenPipeError, SystemExit):
-        table.end("interrupted")
-        raise
-    finally:
-        epilogue(table)
-    return code or faults(table)
