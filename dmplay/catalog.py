@@ -3,6 +3,10 @@
 A problem is `NAME`, `NAME:VARIANT`, the name of an installed entry point (group
 `dmplay.problems`), `MODULE:ATTRIBUTE` or `./FILE.py:ATTRIBUTE`. An agent is `NAME`,
 `NAME:PARAMETER=VALUE,...`, `MODULE:ATTRIBUTE` or `./FILE.py:ATTRIBUTE`.
+
+A module of a problem may offer VARIANTS, name -> instance. One of policies offers POLICIES, name
+-> class, and may name some: HINT advises, PARTNER sits beside a person, QUICK plays many games;
+each of these is a name, or a function of problem and seat.
 """
 
 import importlib

@@ -41,7 +41,11 @@ class Look(NamedTuple):
 
 
 class Style(Protocol):
-    """A view: a module of this shape, with the stem of its problem."""
+    """A view: a module of this shape, with the stem of its problem.
+
+    It may also have NUDGES, keys that add so much to a typed number; LEFT, the keys of a second
+    person; and FAMILY, the name under which a player sets its keys where that is not the problem's.
+    """
 
     @property
     def KEYS(self) -> Mapping[str, str]:  # noqa: N802 - a constant of the module
