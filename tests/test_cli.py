@@ -75,6 +75,7 @@ def test_the_seed_is_told_with_the_command_that_plays_again(tmp_path: Path) -> N
         (["hexwrold"], "unknown problem 'hexwrold'; did you mean hexworld?"),
         (["verfy", "x"], "unknown command 'verfy'; did you mean verify?"),
         (["hexworld", "--sed", "3"], "no such option: --sed"),
+        (["solve"], "missing argument 'PROBLEM'; see dmplay solve --help"),
         (["hexworld", "--seed", "x"], "invalid value for '--seed'"),
         (["hexworld", "--seed", "-1"], "--seed: got -1, expected 0 to"),
         (["hexworld", "--turns", "0"], "--turns: got 0, expected at least 1"),

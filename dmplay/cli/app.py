@@ -24,7 +24,9 @@ app = typer.Typer(
   dmplay list                            all problems
   dmplay                                 type commands, one game after another
 
-'dmplay PROBLEM' is short for 'dmplay play PROBLEM'.""",
+'dmplay PROBLEM' is short for 'dmplay play PROBLEM', 'dmplay -e COMMAND' for
+'dmplay shell -e COMMAND'. 'dmplay --version' tells the version; with --debug, a
+fault of dmplay itself is told whole.""",
 )
 app.command()(games.play)
 app.command()(games.resume)
@@ -42,7 +44,7 @@ app.command()(reports.info)
 
 configuration = typer.Typer(
     rich_markup_mode=None,
-    help="""Settings: flags over DMPLAY_... variables over ./dmplay.toml over your config.toml.
+    help="""Settings: flags over DMPLAY_* variables over ./dmplay.toml over your config.toml.
 
 \b
   dmplay config show

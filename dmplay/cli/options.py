@@ -110,7 +110,7 @@ Kind = Annotated[
         metavar="KIND", help="only these, as POMDP", autocompletion=_one_of(*known.KINDS)
     ),
 ]
-Json = Annotated[bool, typer.Option("--json", help="one JSON object a line")]
+Json = Annotated[bool, typer.Option("--json", help="as JSON, a game an object a line")]
 Plain = Annotated[
     bool,
     typer.Option("--plain/--no-plain", envvar="DMPLAY_PLAIN", help="lines, not the full screen"),

@@ -28,4 +28,5 @@ def sentence(error: Exception) -> str:
     if isinstance(error, DmplayError):
         return str(error)
     message = getattr(error, "format_message", lambda: str(error))().rstrip(".")
-    return f"{message[:1].lower()}{message[1:]}; see dmplay --help"
+    where = getattr(getattr(error, "ctx", None), "command_path", "dmplay")
+    return f"{message[:1].lower()}{message[1:]}; see {where} --help"
