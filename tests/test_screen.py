@@ -431,6 +431,12 @@ def test_a_row_that_is_cut_shows_it(problem: str) -> None:
     assert cut[-2].endswith("…")
 
 
+def test_a_path_that_no_row_holds_is_told_whole() -> None:
+    path = "/home/somebody/" + "a-folder/" * 9 + "game.dmt"
+    rows = compose(game("hexworld"), Room(50, 24), Shown(page=[f"transcript: {path}"]), []).plain
+    assert f"transcript:{path}" in "".join(rows.split())
+
+
 def test_a_title_without_room_gives_up_the_seed_before_the_others() -> None:
     whole = play(game("prisoners-dilemma", "human", "tit-for-tat"), size=(100, 24)).last
     assert whole.startswith(

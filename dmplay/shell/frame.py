@@ -201,13 +201,20 @@ def _page(lines: Sequence[str], room: Room) -> list[Text]:
     out: list[Text] = []
     for line in lines:
         words = Text(" ")
-        for word in line.split(" "):
+        for word in _pieces(line, max(room.width - 4, 1)):  # blanks stand around it
             if len(words.plain) + len(word) + 1 > room.width and words.plain.strip():
                 out.append(words)
                 words = Text("   ")
             words.append(word + " ")
         out.append(words)
     return out
+
+
+def _pieces(line: str, most: int) -> list[str]:
+    """The words of a line; of one that no row holds, such as a path, its parts."""
+    return [
+        word[at : at + most] for word in line.split(" ") for at in range(0, max(len(word), 1), most)
+    ]
 
 
 def _help(game: Game, room: Room) -> list[Text]:
