@@ -5,6 +5,7 @@ import numpy as np
 
 from dmplay.views import predator_prey
 from dmplay.views._canvas import Look, fit
+from dmplay.views._hexgrid import LEFT
 from tests import games
 
 after = partial(games.after, "predator-prey")
@@ -42,7 +43,7 @@ def test_several_on_one_hex() -> None:
 |     |     |  o2 |     |     |  *  |
 |     |     |     |     |     | @o1 |
   \ /   \ /   \ /   \ /   \ /   \ /
-   |     |     |  b  |     |     |
+   |     |     |  B  |     |     |
    |     |     |     |     |     |
      \ /   \ /   \ /   \ /   \ /"""[1:]
     )
@@ -56,8 +57,8 @@ def test_the_key_that_leads_to_the_prey_stands_below_it() -> None:
 def test_more_on_one_hex_than_fit_are_cut_short() -> None:
     view = after(seed=434, predators=2, prey=3)
     crowded = dataclasses.replace(view, observations=(np.array([2, 2, 2, 2, 2]),))
-    assert "│@bo1…│" in fit(predator_prey, crowded, Look(80, 24)).plain
-    assert ("* (1,2)", "@ b o1 o2 o3") in predator_prey.panel(crowded)
+    assert "│@Bo1…│" in fit(predator_prey, crowded, Look(80, 24)).plain
+    assert ("* (1,2)", "@ B o1 o2 o3") in predator_prey.panel(crowded)
     assert predator_prey.situation(crowded).startswith(
         "at (1,2), you are predator1. you feed: any action stays here."
     )
@@ -88,7 +89,7 @@ def test_the_hunt_compact_as_the_prey_sees_it() -> None:
    ╱ ╲ ╱ ╲ ╱ ╲
   │   │   │   │
  ╱ ╲ ╱ ╲ ╱ ╲ ╱   ╱ ╲ ╱ ╲
-│   │   │ a │   │   │   │
+│   │   │ A │   │   │   │
  ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱
   │   │ h │ @ │ l │   │
    ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱"""
@@ -115,3 +116,9 @@ def test_the_hunt_is_told_from_where_one_stands() -> None:
         predator_prey.told(after("sw e"))
         == "at (1,1). chose SW, moved SW. prey chose E, bumped, stayed at (2,0)."
     )
+
+
+def test_the_other_predator_is_no_key_of_the_board() -> None:
+    left = {label: key for key, label in LEFT.items()}
+    shown = fit(predator_prey, after(seat=1), Look(80, 24, keys=True, names=left)).plain
+    assert [shown.count(mark) for mark in ("  A  ", "  a  ")] == [1, 1]

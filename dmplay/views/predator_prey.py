@@ -1,7 +1,7 @@
 """How the hunt looks: the map with everyone on it, and the keys that lead on."""
 
 from collections.abc import Iterator
-from string import ascii_lowercase
+from string import ascii_uppercase
 
 from rich.text import Text
 
@@ -23,7 +23,7 @@ from dmplay.views._hexgrid import (
     ways,
 )
 
-PREDATORS = [letter for letter in ascii_lowercase if letter != "o"]
+PREDATORS = ascii_uppercase  # no key that a hex shows is a capital
 
 
 def _problem(view: View) -> PredatorPrey:
@@ -38,7 +38,7 @@ def _places(view: View, turn: int = -1) -> list[Hex]:
 
 
 def mark(view: View, seat: int) -> str:
-    """`@` for you, a letter for another predator, `o` for prey, numbered where there are more."""
+    """`@` for you, a capital for another predator, `o` for prey, numbered where there are more."""
     problem = _problem(view)
     if seat == view.seat:
         return "@"
