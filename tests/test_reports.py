@@ -56,6 +56,18 @@ def test_the_list_has_every_problem_with_its_derived_kind() -> None:
     assert set(listed) == set(PRINTED)
 
 
+@pytest.mark.parametrize(
+    ("name", "actions"),
+    [
+        ("crying-baby", "feed, sing, ignore"),
+        ("travelers-dilemma", "2, 3, 4, ..., 100"),
+        ("simple-regulator", "a number from -10 to 10"),
+    ],
+)
+def test_info_lists_the_actions_in_words(name: str, actions: str) -> None:
+    assert f"\nactions       {actions}\n" in reports.told(reports.about(name))
+
+
 @pytest.mark.parametrize("name", PRINTED)
 def test_info_says_source_decisions_parameters_agents_and_keys(name: str) -> None:
     told = reports.told(reports.about(name))

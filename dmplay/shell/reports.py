@@ -16,6 +16,7 @@ from dmplay.shell.keymap import AS_DRAWN, Keys, hands
 
 WIDE = 100  # columns of a table that goes into a pipe
 GAP = 1  # columns between two
+MANY = 12  # names that a line holds
 
 
 def facts() -> list[dict[str, str]]:
@@ -112,17 +113,19 @@ def told(facts_: dict[str, object]) -> str:
     rows += [
         f"seats         {', '.join(facts_['agents'])}",  # type: ignore[arg-type]
         f"states        {facts_['states']}",
-        f"actions       {facts_['actions']}",
-        f"observations  {facts_['observations']}",
+        f"actions       {_listed(facts_['actions'])}",
+        f"observations  {_listed(facts_['observations'])}",
         f"turns         {facts_['turns'] or 'until it ends'}",
         f"variants      {', '.join(facts_['variants'])}",  # type: ignore[arg-type]
         "",
         "parameters (--set NAME=VALUE)",
     ]
-    for name, one in facts_["parameters"].items():  # type: ignore[attr-defined]
+    parameters: dict[str, dict[str, object]] = facts_["parameters"]  # type: ignore[assignment]
+    widest = max(map(len, parameters))
+    for name, one in parameters.items():
         shown = str(one["default"])
         shown = shown if len(shown) <= 24 else f"{shown[:21]}..."
-        rows.append(f"  {name:<16} {shown:<24} {one['meaning']}")
+        rows.append(f"  {name:<{widest}} {shown:<24} {one['meaning']}")
     rows += ["", "agents (--agent, --vs, --seat NAME=AGENT)"]
     rows += [
         f"  {name:<22} {doc}"
@@ -136,6 +139,15 @@ def told(facts_: dict[str, object]) -> str:
     rows += ["", "keys"]
     rows += [f"  {label:<14} {', '.join(names)}" for label, names in keys.items()]
     return "\n".join(rows)
+
+
+def _listed(known: object) -> str:
+    """Names with commas between, of many the first and the last; the span of reals."""
+    if isinstance(known, dict):
+        return f"a number from {known['from']:g} to {known['to']:g}"
+    if not isinstance(known, list):
+        return str(known)
+    return ", ".join(known if len(known) <= MANY else [*known[:3], "...", known[-1]])
 
 
 def players(name: str) -> list[dict[str, object]]:
