@@ -76,6 +76,21 @@ def test_start_up_loads_no_more_than_it_needs(words: list[str], never: set[str])
     assert done.stdout.splitlines()[-1] == "LOADED []"
 
 
+def test_a_first_frame_is_drawn_without_the_toolkit_and_without_agents() -> None:
+    never = {"prompt_toolkit", "dmplay.policies.hexworld", "dmplay.solvers.alpha_vectors"}
+    code = (
+        "import sys\nfrom pathlib import Path\n"
+        "from dmplay.shell.frame import Room, Shown, compose\n"
+        "from dmplay.shell.request import Request\nfrom dmplay.shell.start import new\n"
+        "from dmplay.shell import screen, table\n"
+        "game = new(Request('hexworld', seed=7, record=Path('/dev/null')))\n"
+        "compose(game, Room(80, 24), Shown(), [])\n"
+        f"print('LOADED', sorted({never!r} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "LOADED []"
+
+
 def test_the_stub_and_the_lazy_names_agree() -> None:
     import dmplay
 

@@ -16,7 +16,11 @@ class Adviser:
     def __init__(self, session: Session, seat: int) -> None:
         self.session = session
         self.seat = seat
-        self.name = catalog.hint(session.problem, seat)
+
+    @cached_property
+    def name(self) -> str | None:
+        """The agent's, if there is one; found out late, as a first frame does not need it."""
+        return catalog.hint(self.session.problem, self.seat)
 
     @cached_property
     def _follower(self) -> Follower | None:
