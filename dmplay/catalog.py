@@ -57,6 +57,9 @@ def resolve(name: str, parameters: Mapping[str, object], *, trusted: bool = True
         raise BadParameter(f"got {name!r}, expected the problem in it too, as {base}:Problem")
     elif is_outside(name):
         plain = _instance(attribute(name), name)
+        if len(plain.actions) != len(plain.agents):
+            sets, agents = len(plain.actions), len(plain.agents)
+            raise BadParameter(f"{name}: got {sets} action sets for {agents} agents, one each")
     else:
         from importlib.metadata import entry_points
 

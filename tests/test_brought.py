@@ -1,6 +1,7 @@
 """Problems that a user brings: their agents, hints and words, by kind and size alone."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from dmplay.dice import Dice
 from dmplay.session import Session
 from dmplay.shell.game import Game
 from dmplay.shell.seats import HUMAN
+from tests.test_cli import run
 from tests.test_readme import TIGER
 
 TOLD: dict[str, type[Tabular]] = {}
@@ -102,3 +104,12 @@ def test_a_lamp_goes_where_its_switch_says() -> None:
 
 def test_a_problem_without_values_is_advised_by_a_search() -> None:
     assert game(Lamp(discount=1.0)).adviser.hint().startswith("hint (search): ")
+
+
+def test_each_agent_needs_actions_of_its_own(tmp_path: Path) -> None:
+    (tmp_path / "pair.py").write_text(
+        TIGER.replace("    names", '    agents = ("a", "b")\n    names')
+    )
+    done = run(tmp_path, f"{tmp_path}/pair.py:Tiger")
+    assert done.returncode == 2
+    assert done.stderr.endswith(":Tiger: got 1 action sets for 2 agents, one each\n")

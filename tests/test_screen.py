@@ -329,6 +329,7 @@ def test_every_problem_is_played_to_its_end_by_keys_and_its_transcript_verifies(
     shown = press(played, presses(played))
     assert played.session.ending in ("terminal", "horizon", "turn limit")
     assert f"over: {played.session.ending} after {len(played.session.turns)} turns. " in shown.last
+    assert shown.last.endswith(" N new  R restart  Bksp undo  ? help  q quit  : command")
     played.finish()
     report = check(path)
     assert report.ok, str(report)

@@ -17,6 +17,7 @@ PANEL = 17  # columns of the side panel at least
 LOG = 2  # rows of the log at least
 KEYS_SHOWN = 5  # turns for which the board names the keys
 COLON = ": command"
+OVER_KEYS = (("new", "restart", "undo", "help", "quit"), ("new", "help", "quit"), ("help",))
 ROW_KEYS = (("hint", "undo", "help", "quit"), ("hint", "help", "quit"), ("help", "quit"), ("help",))
 
 
@@ -247,9 +248,11 @@ def keys(game: Game, room: Room, shown: Shown = NOTHING) -> Text:
         for key, label, able in game.legal(game.watcher):
             words = label if key == label else f"{SHOWN.get(key, key)} {label}"
             row.append(words if able else f"[{words}]", style="" if able else "dim").append("  ")
-    watch = [] if game.people else ["Space step", "P play"]
-    tails = ["  ".join([*watch, *map(_shown, names), COLON]) for names in ROW_KEYS[:-1]]
-    tails += ["  ".join(map(_shown, names)) for names in ROW_KEYS[-2:]]
+    over = game.session.over and game.asked is not None
+    watch = [] if game.people or over else ["Space step", "P play"]
+    names = OVER_KEYS if over else ROW_KEYS
+    tails = ["  ".join([*watch, *map(_shown, some), COLON]) for some in names[:-1]]
+    tails += ["  ".join(map(_shown, some)) for some in names[-2:]]
     left = room.width - len(row.plain)
     tail = next((tail for tail in tails if len(tail) <= left), "")
     return _fitted(row.append(tail, style="dim"), room)
