@@ -235,6 +235,18 @@ def test_a_game_is_written_by_one_program_at_a_time(tmp_path: Path) -> None:
     assert check(path).ok
 
 
+def test_another_number_of_a_reroll_is_found_on_its_line(tmp_path: Path) -> None:
+    path = tmp_path / "game.dmt"
+    game = new(Request("2048", seed=7, record=path))
+    game.choose(0)
+    game.reroll()
+    game.finish("quit")
+    assert check(path).ok
+    altered(path, "reroll: 1", "reroll: 4")
+    line = path.read_text().splitlines().index("reroll: 4") + 1
+    assert findings(path)[0] == f"game.dmt:{line}: turn 1: reroll: expected 4, got 1"
+
+
 def test_undo_and_reroll_are_kept_and_verified(tmp_path: Path) -> None:
     path = tmp_path / "game.dmt"
     game = new(Request("crying-baby", seed=7, record=path))

@@ -42,6 +42,9 @@ def verify(
     return report
 
 
+REROLLS = 10  # numbers of a reroll that are tried where its draws are another's
+
+
 class _Check:
     """One pass over a transcript, beside the canonical rewriting of what it has seen."""
 
@@ -50,6 +53,7 @@ class _Check:
         self.report = report
         self.frame = frame
         self.canonical = ""
+        self.event: Block | None = None  # the last undo or reroll
         self.drawn: list[bool] = []  # whether each block's draws are the seed's
 
     def game(self, problem: Problem, policies: Sequence[Policy | None]) -> None:
@@ -69,6 +73,7 @@ class _Check:
             if block.kind == "turn":
                 self._block(block, session, dice)
             else:
+                self.event = block
                 self._write(block, {block.kind: block[block.kind]}, "")
         self.report.turns = len(session.turns)
         if len(self.drawn) > 1 and not any(self.drawn):
@@ -154,9 +159,16 @@ class _Check:
         draws = session.turns[-1].draws if turn else session.opening
         if not len(draws):
             return
-        seeds = dice.draw(NATURE, turn, session.rerolls.get(turn, 0), len(draws))[0]
+        thrown = session.rerolls.get(turn, 0)
+        seeds = dice.draw(NATURE, turn, thrown, len(draws))[0]
         self.drawn.append(bool((seeds == draws).all()))
-        if not self.drawn[-1]:
+        if self.drawn[-1]:
+            return
+        others = (dice.draw(NATURE, turn, n, len(draws))[0] for n in range(1, REROLLS))
+        meant = [n for n, other in enumerate(others, 1) if (other == draws).all()]
+        if thrown and meant and self.event and self.event.kind == "reroll":
+            self._found("inputs", self.event.line, f"turn {turn}", "reroll", thrown, meant[0])
+        else:
             line = block.entries["draws"].line
             self._found("inputs", line, f"turn {turn}", "draws", draws.tolist(), seeds.tolist())
 
