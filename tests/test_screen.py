@@ -375,6 +375,14 @@ def test_behind_the_curtain_only_leaving_is_possible() -> None:
     assert len(played.session.turns) == 0
 
 
+def test_a_line_that_goes_on_after_a_choice_tells_nothing_of_the_next_person() -> None:
+    played = game("multicaregiver-crying-baby")
+    shown = play(played, "f", "enter", "s", "enter", ":", "feed; belief", "enter")
+    assert "caregiver2 is next: nobody else should look now" in shown.last
+    assert "belief" not in shown.last
+    assert len(played.session.turns) == 1
+
+
 def test_people_who_see_the_same_have_no_curtain() -> None:
     assert "is next" not in play(game("prisoners-dilemma"), "c").last
 

@@ -360,9 +360,10 @@ def test_a_stopped_game_gives_the_terminal_back_and_fg_goes_on(
 def test_two_who_hear_different_things_take_turns_before_a_plain_terminal(tmp_path: Path) -> None:
     words = ("multicaregiver-crying-baby", "--vs", "human", "--seed", "3", "--plain")
     with Terminal(*words, folder=tmp_path) as terminal:
-        terminal.until("caregiver1 action>").press(f"feed{ENTER}")
+        terminal.until("caregiver1 action>").press(f"feed; belief{ENTER}")
         terminal.until("caregiver2 is next: nobody else should look now. Enter goes on.")
         assert "feed" not in terminal.text
+        assert terminal.text.count("belief") == 1  # as the game began
         terminal.press(ENTER).until("caregiver2 action>").press(f"sing{ENTER}")
         terminal.until("caregiver1 is next").press(ENTER)
         terminal.until("turn 1. quiet. chose feed.").press(f"{CTRL_D}")

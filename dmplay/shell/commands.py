@@ -1,6 +1,6 @@
 """The commands: one table that typed words, keys, help, completion and the key row all read."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from difflib import get_close_matches
 from typing import NamedTuple
 
@@ -154,6 +154,15 @@ def parts(line: str) -> list[str]:
     """The commands of a line, or of several that were pasted: `;` stands between, `#` comments."""
     told = (part for row in line.splitlines() for part in row.partition("#")[0].split(";"))
     return [part for part in map(str.strip, told) if part]
+
+
+def own_parts(table: Table, line: str) -> Iterator[str]:
+    """The commands of a typed line, up to where another person chooses who sees other things."""
+    seat = table.game.watcher if table.playing and table.game.private else None
+    for part in parts(line):
+        if seat is not None and table.game.private and table.game.watcher != seat:
+            return
+        yield part
 
 
 def typed(table: Table, line: str) -> str:

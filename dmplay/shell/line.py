@@ -28,12 +28,10 @@ from dmplay.shell.completion.completer import Words
 from dmplay.shell.frame import keys
 from dmplay.shell.painter import Painter
 from dmplay.shell.screen import Screen
+from dmplay.shell.signals import INTERRUPTED
 from dmplay.shell.styles import fragments
 
 ESCAPE_WAIT = 0.05  # seconds until a lone Esc counts; the library's default is half a second
-INTERRUPTED = 130
-
-
 MENU = 8  # rows of completions
 STYLE = Style.from_dict(
     {"completion-menu": "reverse", "completion-menu.completion.current": "noreverse bold"}

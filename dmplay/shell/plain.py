@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import Protocol, TextIO
 
 from dmplay.errors import BadParameter, DmplayError
-from dmplay.shell.commands import Leave, parts, typed
+from dmplay.shell.commands import Leave, own_parts, parts, typed
 from dmplay.shell.game import Game
 from dmplay.shell.table import Table
 from dmplay.shell.terminal import Terminal, clean
@@ -138,7 +138,7 @@ def play(table: Table, terminal: Terminal, stdin: TextIO, reporter: Reporter) ->
     if table.game.people:
         for number, line in _lines(table, terminal, stdin, reporter):
             try:
-                for part in parts(line):
+                for part in own_parts(table, line) if terminal.typed else parts(line):
                     _do(table, part, terminal, reporter)
             except Leave:
                 break

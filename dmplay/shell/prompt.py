@@ -22,10 +22,9 @@ from dmplay.shell.commands import Leave
 from dmplay.shell.completion.completer import Words
 from dmplay.shell.screen import Screen
 from dmplay.shell.screen import run as run_screen
-from dmplay.shell.signals import ENDS, leaving
+from dmplay.shell.signals import ENDS, INTERRUPTED, leaving
 from dmplay.shell.words import Shell
 
-INTERRUPTED = 130
 SHORT = 24  # characters of a state that the toolbar has room for
 
 

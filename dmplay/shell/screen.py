@@ -268,10 +268,10 @@ class Screen:
 
     def type(self, line: str) -> None:
         """Does what a line of the command row says; raises Leave."""
-        if self.curtained:
-            return
         with self.told():
             for part in parts(line):
+                if self.curtained:  # the rest of the line is not for the one who comes next
+                    return
                 before = len(self.game.session.turns)
                 self.say(typed(self.table, part))
                 self.note(before)

@@ -16,10 +16,10 @@ from prompt_toolkit.keys import Keys
 from dmplay.shell.commands import Leave
 from dmplay.shell.painter import Painter
 from dmplay.shell.screen import Screen
-from dmplay.shell.signals import ENDS
+from dmplay.shell.signals import ENDS, INTERRUPTED
 
 ESCAPE_WAIT = 0.05  # seconds until a lone Esc counts
-INTERRUPTED, GONE = 130, 129
+GONE = 129
 NAMES: dict[str, str] = {  # the library's names of keys, as the views name them
     " ": "space",
     Keys.ControlH: "backspace", Keys.ControlUnderscore: "backspace", Keys.ControlI: "tab",

@@ -8,7 +8,7 @@ from textwrap import TextWrapper
 
 from dmplay.core import Interval
 from dmplay.errors import BadParameter, DmplayError
-from dmplay.shell.commands import Leave, parts, typed
+from dmplay.shell.commands import Leave, own_parts, parts, typed
 from dmplay.shell.game import Game
 from dmplay.shell.styles import ansi
 from dmplay.shell.table import Table
@@ -51,7 +51,8 @@ class Shell:
         """Does what a line says and prints what comes of it; raises Leave and DmplayError."""
         game, before = self.game, self._turns()
         try:
-            for part in parts(line):
+            known = own_parts(self.table, line) if self.terminal.typed else parts(line)
+            for part in known:
                 self._say(typed(self.table, part))
         finally:  # what was done before a fault is seen too
             if self.game is not game or self._turns() != before:
