@@ -22,11 +22,13 @@ from tests.terminals import clean_environment
 GROUP: Any = typer.main.get_command(app)
 EVERY = [(name, option) for name, command in GROUP.commands.items() for option in options(command)]
 VALUES: Mapping[str, tuple[object, ...]] = {  # four apart from the default, by click's type
-    "bool": (True, True, True, True),
     "int": (3, 4, 5, 6),
     "float": (3.0, 4.0, 5.0, 6.0),
     "": ("a", "b", "c", "d"),
 }
+SET: Mapping[str, object] = {
+    "plain": True, "ascii": True, "speed": 7.0, "width": 60, "motion": False, "input": False,
+}  # fmt: skip
 
 
 @pytest.fixture
@@ -78,7 +80,8 @@ def test_a_flag_wins_over_a_variable_over_the_project_over_the_user(
 ) -> None:
     one = options(GROUP.commands[name])[option]
     kind = next(kind for kind in VALUES if one.type.name.startswith(kind))
-    flag, variable, project, user = VALUES[kind]
+    other = not one.default
+    flag, variable, project, user = [other] * 4 if one.is_bool_flag else VALUES[kind]
     wrapped = [(v,) if one.multiple else v for v in (flag, variable, project, user)]
     default = found(name, option)
     assert default[1] == "DEFAULT"
@@ -87,15 +90,16 @@ def test_a_flag_wins_over_a_variable_over_the_project_over_the_user(
     projects(place, f"[{name}]\n{option} = {json.dumps(wrapped[2])}\n")
     assert found(name, option) == (wrapped[2], "DEFAULT_MAP")
     own = one.envvar or f"DMPLAY_{name.upper()}_{one.name.upper()}"
-    monkeypatch.setenv(own, "1" if variable is True else str(variable))
+    monkeypatch.setenv(own, str(int(other)) if one.is_bool_flag else str(variable))
     assert found(name, option) == (wrapped[1], "ENVIRONMENT")
-    flags = [f"--{option}"] if flag is True else [f"--{option}", str(flag)]
+    bare = f"--{option}" if other else f"--no-{option}"
+    flags = [bare] if one.is_bool_flag else [f"--{option}", str(flag)]
     assert found(name, option, *flags) == (wrapped[0], "COMMANDLINE")
 
 
 @pytest.mark.parametrize("option", GENERAL)
 def test_a_general_setting_reaches_every_command_that_has_it(option: str, place: Path) -> None:
-    value = {"plain": True, "ascii": True, "speed": 7.0}.get(option, "never")
+    value = SET.get(option, "never")
     users(place, f"{option} = {json.dumps(value)}\n")
     having = [name for name, command in GROUP.commands.items() if option in options(command)]
     assert len(having) > 1

@@ -9,12 +9,14 @@ import pytest
 from dmplay.shell.progress import Bar
 
 
-def drawn(monkeypatch: pytest.MonkeyPatch, *, late: bool, quiet: bool) -> str:
+def drawn(
+    monkeypatch: pytest.MonkeyPatch, *, late: bool, quiet: bool = False, motion: bool = True
+) -> str:
     """What a terminal gets to see of some work."""
     lead, follow = pty.openpty()
     with os.fdopen(follow, "w") as terminal:
         monkeypatch.setattr(sys, "stderr", terminal)
-        with Bar("solving a problem", quiet=quiet) as bar:
+        with Bar("solving a problem", quiet=quiet, motion=motion) as bar:
             bar.since -= 10.0 if late else 0.0
             bar(0.25)
             bar(0.5)
@@ -28,9 +30,13 @@ def drawn(monkeypatch: pytest.MonkeyPatch, *, late: bool, quiet: bool) -> str:
 
 
 def test_long_work_has_a_bar_that_is_wiped_at_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    seen = drawn(monkeypatch, late=True, quiet=False)
+    seen = drawn(monkeypatch, late=True)
     assert "solving a problem" in seen
     assert seen.endswith("\x1b[2Kend")  # the line is erased
+
+
+def test_without_motion_long_work_has_a_line_that_stays(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert drawn(monkeypatch, late=True, motion=False) == "solving a problem ...\r\nend"
 
 
 @pytest.mark.parametrize(("late", "quiet"), [(False, False), (True, True)])

@@ -259,6 +259,12 @@ def test_agents_are_stepped_and_a_person_is_not() -> None:
     assert "turn 0/20" in play(game("crying-baby"), "space").last
 
 
+def test_turns_that_are_played_at_once_are_all_in_the_log() -> None:
+    shown = play(game("hexworld", "optimal"), ":", "auto enter", "x").last
+    told = [row.partition(".")[0].strip() for row in shown.split("\n") if " chose " in row]
+    assert told == ["turn 1", "turn 2", "turn 3"]
+
+
 def test_agents_play_and_stop_by_one_key_faster_or_slower() -> None:
     shown = play(game("hexworld", "optimal"), "+", "+", "-", "P", "P")
     assert "3 turns a second" in shown.frames[1]

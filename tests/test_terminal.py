@@ -370,6 +370,32 @@ def test_two_who_hear_different_things_take_turns_before_a_plain_terminal(tmp_pa
         assert terminal.ended() == 0
 
 
+def test_two_who_hear_different_things_have_a_curtain_in_the_shell(tmp_path: Path) -> None:
+    with Terminal("shell", folder=tmp_path) as terminal:
+        play = "play multicaregiver-crying-baby --vs human --seed 3"
+        terminal.ready().press(f"{play}{ENTER}", "t0 caregiver1]>").calm()
+        terminal.press(f"feed; belief{ENTER}", "caregiver2 is next: nobody else should look now.")
+        assert "heard" not in terminal.text  # the board of the one before is wiped
+        terminal.press(ENTER, "t0 caregiver2]>").calm().press(f"sing{ENTER}", "caregiver1 is next")
+        assert "chose" not in terminal.calm().text
+        terminal.press(ENTER, "turn 1. quiet. chose feed.").until("t1 caregiver1]>").calm()
+        terminal.press(f"undo{ENTER}", "undone. turn 0.").until("t0 caregiver1]>").calm()
+        terminal.press(f"feed{ENTER}", "caregiver2 is next").press(CTRL_C, "Ctrl-C once more")
+        assert terminal.press(CTRL_C).ended() == 130
+        assert terminal.left_clean()
+
+
+def test_a_script_of_two_who_hear_different_things_waits_for_nobody(tmp_path: Path) -> None:
+    lines = "play multicaregiver-crying-baby --vs human --seed 3\nfeed; sing\nfeed\n"
+    given = [word for line in lines.split("\n") if line for word in ("-e", line)]
+    with Terminal(*given, folder=tmp_path) as terminal:
+        assert terminal.ended() == 0
+        assert "is next: nobody" not in terminal.printed
+    piped = run("shell", typed=lines, folder=tmp_path)
+    assert "caregiver1 chose" not in piped.stderr
+    assert piped.returncode == 0
+
+
 def test_keys_typed_before_the_toolkit_is_there_are_played_and_never_echoed(
     tmp_path: Path,
 ) -> None:
@@ -438,6 +464,73 @@ def colours(printed: str) -> set[int]:
     """The codes of colours among all that was written."""
     codes = {int(code or 0) for found in SGR.findall(printed) for code in found.split(";")}
     return {code for code in codes if 30 <= code <= 48 or 90 <= code <= 107} - {39}
+
+
+@pytest.mark.parametrize("how", [("--width", "50"), ("COLUMNS", "50")])
+def test_a_narrower_screen_than_there_is_can_be_asked_for(
+    how: tuple[str, str], tmp_path: Path
+) -> None:
+    name, columns = how
+    words, env = ([name, columns], {}) if name.startswith("-") else ([], {name: columns})
+    with Terminal("hexworld", "--seed", "7", *words, folder=tmp_path, env=env) as terminal:
+        terminal.ready().press("l", "turn 1 ").press("L", "goal +10 at (9,0): 2 steps.")
+        assert max(map(len, terminal.text.split("\n"))) <= 50
+        terminal.press("q")
+        assert terminal.ended() == 0
+
+
+def test_a_screen_is_never_wider_than_the_terminal(tmp_path: Path) -> None:
+    words = ("hexworld", "--seed", "7", "--width", "200")
+    with Terminal(*words, folder=tmp_path, size=(50, 14)) as terminal:
+        terminal.ready().press("l", "turn 1 ").press("q")
+        assert terminal.ended() == 0
+
+
+def test_without_motion_agents_go_on_by_steps_only(tmp_path: Path) -> None:
+    words = ("hexworld", "--agent", "optimal", "--seed", "7", "--no-motion")
+    with Terminal(*words, folder=tmp_path) as terminal:
+        terminal.ready().press("P", "nothing moves by itself").press(" ", "turn 1 ")
+        terminal.press("A", "nothing moves by itself").press(":auto\r", "left by the exit +10")
+        terminal.press(" ", "over: terminal after 3 turns").press("q")
+        assert terminal.ended() == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ("hexworld --no-input", "--no-input: agent would be asked; let agents play every seat"),
+        ("prisoners-dilemma --agent grim --vs human --no-input", "--no-input: agent2 would be"),
+        ("shell --no-input", "--no-input: nobody is asked; give commands by -e or in a pipe"),
+        ("resume g.dmt --no-input", "--no-input: agent would be asked"),
+        ("branch g.dmt --at 1 -o b.dmt --no-input", "--no-input: agent would be asked"),
+    ],
+)
+def test_who_must_not_be_asked_is_not(words: str, told: str, tmp_path: Path) -> None:
+    run("hexworld", "--seed", "7", "-o", "g.dmt", typed="w\nw\n", folder=tmp_path)
+    before = (tmp_path / "g.dmt").read_bytes()
+    with Terminal(*words.split(), folder=tmp_path) as terminal:
+        assert terminal.ended() == 2
+        assert terminal.printed.startswith("error: ")
+        assert told in terminal.printed
+    assert (tmp_path / "g.dmt").read_bytes() == before
+    assert [*tmp_path.glob("b.dmt")] == []
+
+
+def test_without_input_agents_play_in_lines_and_pipes_are_read(tmp_path: Path) -> None:
+    words = ("hexworld", "--agent", "optimal", "--seed", "7", "--no-input")
+    with Terminal(*words, folder=tmp_path) as terminal:
+        assert terminal.ended() == 0
+        assert "over: terminal after" in terminal.printed
+        assert "\x1b" not in terminal.printed
+    piped = run("hexworld", "--seed", "7", "--no-input", typed="w\nquit\n", folder=tmp_path)
+    assert piped.returncode == 0
+    assert "over: quit after 1 turn." in piped.stdout
+
+
+def test_real_time_moves(tmp_path: Path) -> None:
+    refused = run("cart-pole", "--rate", "--no-motion", folder=tmp_path)
+    assert refused.returncode == 2
+    assert refused.stderr == "error: --rate: real time moves by itself; leave out --no-motion\n"
 
 
 @pytest.mark.parametrize("problem", PROBLEMS)

@@ -9,8 +9,10 @@ import typer
 from dmplay.cli import config, options
 from dmplay.cli.program import program
 from dmplay.errors import BadParameter
+from dmplay.shell.terminal import Wishes, here
 
 
+@options.wishes()
 def play(
     ctx: typer.Context,
     problem: options.Name,
@@ -27,15 +29,12 @@ def play(
     force: options.Force = False,
     reveal: options.Reveal = False,
     strict: options.Strict = False,
-    plain: options.Plain = False,
-    json: options.Json = False,
     quiet: options.Quiet = False,
-    color: options.Color = "auto",
-    ascii_: options.Ascii = False,
     keys: options.Keys = "",
-    theme: options.Theme = "default",
     speed: options.Speed = 2.0,
     rate: options.Rate = None,
+    *,
+    wishes: Wishes,
 ) -> int:
     """Play a problem, or watch agents play it.
 
@@ -47,30 +46,30 @@ def play(
     """
     from dmplay.shell.request import Request
     from dmplay.shell.start import new
-    from dmplay.shell.terminal import Wishes, here
 
     if str(record) == "-" and not quiet:
         raise BadParameter("-o -: only with --quiet; else the game itself is told there")
-    terminal, table = here(Wishes(plain, json, color, ascii_, theme)), _table(ctx)
+    if rate and not wishes.motion:
+        raise BadParameter("--rate: real time moves by itself; leave out --no-motion")
+    terminal, table = here(wishes), _table(ctx)
     request = Request(
         problem, variant, set_, seed, episode, agent, vs, seat, turns, record, frames, force,
         strict, reveal, keep=ctx.obj is not None, keys=options.wanted_keys(keys),
+        asks=ctx.obj is not None or terminal.asks,
     )  # fmt: skip
     table.put(new(request))
-    return _sit(ctx, table, terminal, json=json, quiet=quiet, speed=speed, rate=rate)
+    return _sit(ctx, table, terminal, json=wishes.json, quiet=quiet, speed=speed, rate=rate)
 
 
+@options.wishes()
 def resume(
     ctx: typer.Context,
     file: options.LastFile = None,
     trust: options.Trust = False,
-    plain: options.Plain = False,
-    json: options.Json = False,
     quiet: options.Quiet = False,
-    color: options.Color = "auto",
-    ascii_: options.Ascii = False,
     keys: options.Keys = "",
-    theme: options.Theme = "default",
+    *,
+    wishes: Wishes,
 ) -> int:
     """Go on with a game that was left or killed.
 
@@ -80,24 +79,22 @@ def resume(
     """
     from dmplay.shell import saves
     from dmplay.shell.start import resumed
-    from dmplay.shell.terminal import Wishes, here
 
-    terminal, table = here(Wishes(plain, json, color, ascii_, theme)), _table(ctx)
+    terminal, table = here(wishes), _table(ctx)
     file = file or saves.latest_unfinished()
-    table.put(resumed(file, trusted=trust, keys=options.wanted_keys(keys)))
-    return _sit(ctx, table, terminal, json=json, quiet=quiet)
+    asks, wanted = ctx.obj is not None or terminal.asks, options.wanted_keys(keys)
+    table.put(resumed(file, trusted=trust, keys=wanted, asks=asks))
+    return _sit(ctx, table, terminal, json=wishes.json, quiet=quiet)
 
 
+@options.wishes()
 def replay(
     ctx: typer.Context,
     file: options.File,
     trust: options.Trust = False,
-    plain: options.Plain = False,
-    json: options.Json = False,
-    color: options.Color = "auto",
-    ascii_: options.Ascii = False,
-    theme: options.Theme = "default",
     speed: options.Speed = 2.0,
+    *,
+    wishes: Wishes,
 ) -> int:
     """Watch a recorded game: Space or right steps on, Backspace back, A plays at --speed.
 
@@ -106,27 +103,26 @@ def replay(
       dmplay replay game.dmt --plain
     """
     from dmplay.shell.playback import Playback
-    from dmplay.shell.terminal import Wishes, here
 
-    terminal, table = here(Wishes(plain, json, color, ascii_, theme)), _table(ctx)
+    terminal, table = here(wishes), _table(ctx)
     table.put(Playback(file, trusted=trust))
-    return _sit(ctx, table, terminal, json=json, speed=speed)
+    return _sit(ctx, table, terminal, json=wishes.json, speed=speed)
 
 
+@options.wishes()
 def branch(
     ctx: typer.Context,
     file: options.File,
-    at: Annotated[int, typer.Option("--at", min=0, help="the turn to go on from")],
-    record: Annotated[Path, typer.Option("--record", "-o", help="the new transcript")],
+    at: Annotated[int, typer.Option("--at", metavar="TURN", min=0, help="the turn to go on from")],
+    record: Annotated[
+        Path, typer.Option("--record", "-o", metavar="FILE", help="the new transcript")
+    ],
     force: Annotated[bool, typer.Option("--force", help="overwrite it")] = False,
     trust: options.Trust = False,
-    plain: options.Plain = False,
-    json: options.Json = False,
     quiet: options.Quiet = False,
-    color: options.Color = "auto",
-    ascii_: options.Ascii = False,
     keys: options.Keys = "",
-    theme: options.Theme = "default",
+    *,
+    wishes: Wishes,
 ) -> int:
     """Play on from any turn of a recorded game, into a transcript of its own.
 
@@ -134,24 +130,22 @@ def branch(
       dmplay branch game.dmt --at 7 -o other.dmt
     """
     from dmplay.shell.start import branched
-    from dmplay.shell.terminal import Wishes, here
 
-    terminal, table = here(Wishes(plain, json, color, ascii_, theme)), _table(ctx)
-    wanted = options.wanted_keys(keys)
-    table.put(branched(file, at, record, force=force, trusted=trust, keys=wanted))
-    return _sit(ctx, table, terminal, json=json, quiet=quiet)
+    terminal, table = here(wishes), _table(ctx)
+    asks, wanted = ctx.obj is not None or terminal.asks, options.wanted_keys(keys)
+    table.put(branched(file, at, record, force=force, trusted=trust, keys=wanted, asks=asks))
+    return _sit(ctx, table, terminal, json=wishes.json, quiet=quiet)
 
 
+@options.wishes("plain", "color", "ascii", "theme", "width", "motion", "input")
 def shell(
     ctx: typer.Context,
     execute: Annotated[
         list[str], typer.Option("--execute", "-e", metavar="COMMAND", help="do this and leave")
     ] = [],  # noqa: B006
-    plain: options.Plain = False,
-    color: options.Color = "auto",
-    ascii_: options.Ascii = False,
-    theme: options.Theme = "default",
     speed: options.Speed = 2.0,
+    *,
+    wishes: Wishes,
 ) -> int:
     """Play in words, one game after another; piped, a script whose first bad line ends it.
 
@@ -161,9 +155,10 @@ def shell(
       dmplay -e 'play hexworld --seed 7' -e ne -e 'hint; quit'
     """
     from dmplay.shell.front import converse
-    from dmplay.shell.terminal import Wishes, here
 
-    terminal = here(Wishes(plain, color=color, ascii=ascii_, theme=theme))
+    terminal = here(wishes)
+    if not terminal.asks and not execute:
+        raise BadParameter("--no-input: nobody is asked; give commands by -e or in a pipe")
     return converse(_table(ctx), terminal, execute, speed=speed)
 
 

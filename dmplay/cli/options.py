@@ -1,5 +1,8 @@
 """The arguments and options that commands share, and what completes each of them."""
 
+import inspect
+from collections.abc import Callable
+from functools import wraps
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -7,6 +10,7 @@ import typer
 
 from dmplay.cli import config
 from dmplay.shell.completion import known
+from dmplay.shell.terminal import Wishes
 
 
 def _agents(ctx: typer.Context, incomplete: str) -> list[str]:
@@ -61,7 +65,10 @@ Name = Annotated[
     ),
 ]
 Variant = Annotated[
-    str, typer.Option("--variant", "-V", help="a named variant", autocompletion=_variants)
+    str,
+    typer.Option(
+        "--variant", "-V", metavar="NAME", help="a named variant", autocompletion=_variants
+    ),
 ]
 Set = Annotated[
     list[str],
@@ -75,23 +82,33 @@ Set = Annotated[
 ]
 Seed = Annotated[
     int | None,
-    typer.Option("--seed", help="the dice; new ones if not given", autocompletion=known.seeds),
+    typer.Option(
+        "--seed", metavar="N", help="the dice; new ones if not given", autocompletion=known.seeds
+    ),
 ]
 Agent = Annotated[
-    str, typer.Option("--agent", help="who plays the first seat", autocompletion=_agents)
+    str,
+    typer.Option(
+        "--agent", metavar="AGENT", help="who plays the first seat", autocompletion=_agents
+    ),
 ]
 Others = Annotated[
-    str, typer.Option("--vs", help="who plays all other seats", autocompletion=_agents)
+    str,
+    typer.Option("--vs", metavar="AGENT", help="who plays all other seats", autocompletion=_agents),
 ]
 Seats = Annotated[
     list[str],
     typer.Option("--seat", metavar="NAME=A", help="who plays one seat", autocompletion=_seats),
 ]
-File = Annotated[Path, typer.Argument(help="a transcript", autocompletion=known.transcripts)]
+File = Annotated[
+    Path, typer.Argument(metavar="FILE", help="a transcript", autocompletion=known.transcripts)
+]
 LastFile = Annotated[
     Path | None,
     typer.Argument(
-        help="a transcript; the last game if not given", autocompletion=known.transcripts
+        metavar="FILE",
+        help="a transcript; the last game if not given",
+        autocompletion=known.transcripts,
     ),
 ]
 Paths = Annotated[
@@ -101,7 +118,9 @@ Paths = Annotated[
 Figure = Annotated[
     str,
     typer.Argument(
-        help="F.2, F.9 ... F.16, T.1, T.2; all if not given", autocompletion=known.figures
+        metavar="FIGURE",
+        help="F.2, F.9 ... F.16, T.1, T.2; all if not given",
+        autocompletion=known.figures,
     ),
 ]
 Kind = Annotated[
@@ -120,6 +139,7 @@ Color = Annotated[
     str,
     typer.Option(
         "--color",
+        metavar="WHEN",
         envvar="DMPLAY_COLOR",
         help="auto, always or never",
         autocompletion=_one_of("auto", "always", "never"),
@@ -132,15 +152,33 @@ Theme = Annotated[
     str,
     typer.Option(
         "--theme",
+        metavar="NAME",
         envvar="DMPLAY_THEME",
         help="default, mono or high-contrast",
         autocompletion=_one_of("default", "mono", "high-contrast"),
     ),
 ]
+Width = Annotated[
+    int | None,
+    typer.Option(
+        "--width", metavar="N", envvar="DMPLAY_WIDTH", min=1, help="columns to draw in, if fewer"
+    ),
+]
+Motion = Annotated[
+    bool,
+    typer.Option(
+        "--motion/--no-motion", envvar="DMPLAY_MOTION", help="let things move by themselves"
+    ),
+]
+Input = Annotated[
+    bool,
+    typer.Option("--input/--no-input", envvar="DMPLAY_INPUT", help="let a person be asked"),
+]
 Keys = Annotated[
     str,
     typer.Option(
         "--keys",
+        metavar="NAME",
         envvar="DMPLAY_KEYS",
         help="vi, left, arrows or digits first",
         autocompletion=_one_of("vi", "left", "arrows", "digits"),
@@ -149,17 +187,66 @@ Keys = Annotated[
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but errors")]
 Speed = Annotated[
     float,
-    typer.Option("--speed", envvar="DMPLAY_SPEED", min=0.1, help="turns a second when agents play"),
+    typer.Option(
+        "--speed",
+        metavar="X",
+        envvar="DMPLAY_SPEED",
+        min=0.1,
+        help="turns a second when agents play",
+    ),
 ]
 Rate = Annotated[
     float | None,
-    typer.Option("--rate", min=0.1, max=1000, help="real time: turns a second, 50 if bare"),
+    typer.Option(
+        "--rate", metavar="X", min=0.1, max=1000, help="real time: turns a second, 50 if bare"
+    ),
 ]
-Episode = Annotated[int, typer.Option("--episode", min=0, help="which game of the seed")]
-Turns = Annotated[int | None, typer.Option("--turns", help="the game ends after so many")]
-Record = Annotated[Path | None, typer.Option("--record", "-o", help="write a transcript")]
+Episode = Annotated[
+    int, typer.Option("--episode", metavar="N", min=0, help="which game of the seed")
+]
+Turns = Annotated[
+    int | None, typer.Option("--turns", metavar="N", help="the game ends after so many")
+]
+Record = Annotated[
+    Path | None, typer.Option("--record", "-o", metavar="FILE", help="write a transcript")
+]
 Frames = Annotated[bool, typer.Option("--frames", help="boards in the transcript too")]
 Force = Annotated[bool, typer.Option("--force", help="overwrite the transcript")]
 Reveal = Annotated[bool, typer.Option("--reveal", help="show the hidden state")]
 Strict = Annotated[bool, typer.Option("--strict", help="no undo, no reroll")]
-Output = Annotated[Path | None, typer.Option("--output", "-o", help="a file")]
+Output = Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help="a file")]
+
+WISHES = {
+    "plain": Plain, "json": Json, "color": Color, "ascii": Ascii, "theme": Theme, "width": Width,
+    "motion": Motion, "input": Input,
+}  # fmt: skip
+Command = Callable[..., Any]
+
+
+def wishes(*some: str) -> Callable[[Command], Command]:
+    """Gives a command, in place of its parameter `wishes`, the options of `Wishes`, or some.
+
+    Typer has no groups of options; it reads them from a signature.
+    """
+    names = some or Wishes._fields
+
+    def given(command: Command) -> Command:
+        @wraps(command)
+        def run(**told: Any) -> Any:
+            wished = Wishes(**{name: told.pop(name) for name in names})
+            return command(**told, wishes=wished)
+
+        signature = inspect.signature(command)
+        own = [one for name, one in signature.parameters.items() if name != "wishes"]
+        more = [
+            inspect.Parameter(
+                name, inspect.Parameter.KEYWORD_ONLY,
+                default=Wishes._field_defaults[name], annotation=WISHES[name],
+            )
+            for name in names
+        ]  # fmt: skip
+        told = signature.replace(parameters=[*own, *more])
+        run.__signature__ = told  # type: ignore[attr-defined] # which inspect takes for its own
+        return run
+
+    return given

@@ -48,7 +48,9 @@ def export(
     text: Annotated[bool, typer.Option("--text", help="every screen as text")] = False,
     csv: Annotated[bool, typer.Option("--csv", help="a row a turn")] = False,
     json: Annotated[bool, typer.Option("--json", help="the game as one object")] = False,
-    at: Annotated[int | None, typer.Option("--at", help="the turn of a picture")] = None,
+    at: Annotated[
+        int | None, typer.Option("--at", metavar="TURN", help="the turn of a picture")
+    ] = None,
     output: options.Output = None,
     trust: options.Trust = False,
 ) -> None:

@@ -6,12 +6,11 @@ from typing import Annotated
 import typer
 
 from dmplay.cli import config, options
+from dmplay.shell.terminal import Wishes, here
 
 
-def list_(
-    kind: options.Kind = "",
-    json: options.Json = False,
-) -> None:
+@options.wishes("json", "width")
+def list_(kind: options.Kind = "", *, wishes: Wishes) -> None:
     """List the problems: table F.1 of the book.
 
     \b
@@ -20,14 +19,16 @@ def list_(
     """
     from dmplay.shell import reports
 
-    reports.print_list(kind, json=json)
+    reports.print_list(kind, json=wishes.json, width=wishes.width)
 
 
+@options.wishes("json", "motion")
 def solve(
     problem: options.Name,
     variant: options.Variant = "",
     set_: options.Set = [],  # noqa: B006 - typer reads it once
-    json: options.Json = False,
+    *,
+    wishes: Wishes,
 ) -> None:
     """Solve a problem: values, best actions or equilibria, and how they were found.
 
@@ -39,16 +40,17 @@ def solve(
     from dmplay.shell.request import pairs
 
     name = f"{problem}:{variant}" if variant else problem
-    solving.print_solution(name, pairs(set_, "--set"), json=json)
+    motion = wishes.motion
+    solving.print_solution(name, pairs(set_, "--set"), json=wishes.json, motion=motion)
 
 
+@options.wishes("color", "ascii", "theme")
 def figure(
     name: options.Figure = "",
     svg: Annotated[bool, typer.Option("--svg", help="as a picture")] = False,
     output: options.Output = None,
-    color: options.Color = "auto",
-    ascii_: options.Ascii = False,
-    theme: options.Theme = "default",
+    *,
+    wishes: Wishes,
 ) -> None:
     """Draw a figure or table of the book's appendix F from the problems themselves.
 
@@ -58,11 +60,9 @@ def figure(
       dmplay figure F.11 --svg -o regions.svg
     """
     from dmplay.shell import drawing
-    from dmplay.shell.terminal import Wishes, here
 
-    terminal = here(Wishes(color=color, ascii=ascii_, theme=theme))
     if name:
-        drawing.print_figure(name, terminal, output, svg=svg)
+        drawing.print_figure(name, here(wishes), output, svg=svg)
     else:
         drawing.print_names()
 

@@ -10,7 +10,8 @@ import typer
 from dmplay.cli import config
 from dmplay.errors import BadParameter, UnknownName
 
-GENERAL = ("plain", "color", "ascii", "theme", "speed")  # set once for every command
+# Set once for every command that has them.
+GENERAL = ("plain", "color", "ascii", "theme", "speed", "width", "motion", "input")
 BY_HAND = ("execute", "force", "help", "output", "record", "trust", "update", "write")
 SEATS = ("agent", "vs", "seat")  # whose agents may be code
 KINDS: dict[str, tuple[tuple[type, ...], str]] = {  # by how click's name of a type begins

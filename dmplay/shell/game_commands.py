@@ -28,10 +28,12 @@ def undo(game: Game, argument: str) -> str:
 
 
 def redo(game: Game, argument: str) -> str:
-    """Plays again what was taken back."""
+    """Plays again what was taken back, and tells each turn."""
+    told = []
     for _ in range(count(argument, "redo")):
         game.redo()
-    return game.said()
+        told.append(game.said())
+    return "\n".join(told)
 
 
 def reroll(game: Game, argument: str) -> str:

@@ -32,21 +32,23 @@ class Place(NamedTuple):
 class Painter:
     """The alternate screen of a terminal, and what stands on it."""
 
-    def __init__(self, stream: TextIO, theme: str) -> None:
+    def __init__(self, stream: TextIO, theme: str, width: int | None = None) -> None:
         self.stream = stream
         self._theme = theme
+        self._width = width  # columns at most; all if None
         self._shown: list[Row] = []
         self._size = (0, 0)
         self._cursor: Place | None = None
         self._style = ""
 
     def size(self) -> tuple[int, int]:
-        """The terminal's columns and rows."""
+        """The columns and rows to paint on."""
         try:
-            size = os.get_terminal_size(self.stream.fileno())
+            columns, lines = os.get_terminal_size(self.stream.fileno())
         except OSError:  # no terminal, or one that is gone
-            return SIZE
-        return (size.columns or SIZE[0], size.lines or SIZE[1])
+            columns, lines = 0, 0
+        columns, lines = columns or SIZE[0], lines or SIZE[1]
+        return (min(self._width or columns, columns), lines)
 
     def enter(self) -> None:
         """Takes the whole screen."""

@@ -178,7 +178,7 @@ def _do(table: Table, line: str, terminal: Terminal, reporter: Reporter) -> None
         reporter.words(words)
 
 
-def _handed_over(game: Game) -> str:
+def handed_over(game: Game) -> str:
     """Waits for the one who is next to sit down; what this one learned."""
     name = game.problem.agents[game.watcher]
     with contextlib.suppress(EOFError):
@@ -196,7 +196,7 @@ def _lines(
         number += 1
         if terminal.typed and game.private and game.watcher != before:
             before = game.watcher
-            reporter.words(_handed_over(game))
+            reporter.words(handed_over(game))
         if terminal.typed and len(table.game.people) > 1:  # nobody reads the other's choice
             try:
                 line = getpass.getpass(prompt) + "\n"

@@ -1,4 +1,4 @@
-"""A bar on the terminal's error channel while work takes longer than a moment."""
+"""A bar, or a line, on the terminal's error channel while work takes longer than a moment."""
 
 import sys
 import time
@@ -11,12 +11,16 @@ MOMENT = 1.0  # seconds before a bar is drawn
 
 
 class Bar:
-    """How far some work is: drawn once it has taken a moment, and wiped at its end."""
+    """How far some work is: drawn once it has taken a moment, and wiped at its end.
 
-    def __init__(self, what: str, *, quiet: bool = False) -> None:
+    Without motion, a line that the work goes on.
+    """
+
+    def __init__(self, what: str, *, quiet: bool = False, motion: bool = True) -> None:
         self.what = what
         self.since = time.monotonic()
         self.able = not quiet and sys.stderr.isatty()
+        self.motion = motion
         self.drawn: Progress | None = None
 
     def __enter__(self) -> "Bar":
@@ -34,6 +38,10 @@ class Bar:
     def __call__(self, share: float) -> None:
         """Tells that this share of the work, from 0 to 1, is done."""
         if not self.able or time.monotonic() - self.since < MOMENT:
+            return
+        if not self.motion:
+            print(f"{self.what} ...", file=sys.stderr)
+            self.able = False
             return
         if self.drawn is None:
             columns = TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()

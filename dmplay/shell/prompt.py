@@ -15,6 +15,7 @@ from prompt_toolkit.history import FileHistory, History, InMemoryHistory
 from prompt_toolkit.input import Input
 from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
 from prompt_toolkit.output import ColorDepth, Output
+from prompt_toolkit.shortcuts import clear
 
 from dmplay.errors import DmplayError
 from dmplay.shell import saves
@@ -72,9 +73,14 @@ def run(shell: Shell, input_: Input | None = None, output: Output | None = None)
     warned = False
     while True:
         try:
+            if shell.curtained:
+                if not warned:
+                    clear()
+                with leaving():
+                    shell.change_places()
             line = session.prompt(lambda: shell.prompt, pre_run=_ready, handle_sigint=True)
         except KeyboardInterrupt:
-            empty = not session.default_buffer.text
+            empty = shell.curtained or not session.default_buffer.text
             if empty and warned:
                 return INTERRUPTED
             warned = empty

@@ -187,13 +187,13 @@ def print_agents(name: str, *, json: bool) -> None:
                 print(f"    {key}: {meaning}.")
 
 
-def print_list(kind: str, *, json: bool) -> None:
-    """Prints table F.1, or its problems of one kind."""
+def print_list(kind: str, *, json: bool, width: int | None = None) -> None:
+    """Prints table F.1, or its problems of one kind, in so many columns or as there are."""
     known = of_kind(kind)
     if json:
         print(dumps(known))
         return
-    wide = shutil.get_terminal_size((WIDE, 0)).columns
+    wide = width or shutil.get_terminal_size((WIDE, 0)).columns
     Console(width=wide, highlight=False).print(table(known, wide))
 
 

@@ -32,6 +32,7 @@ class Request:
     parameters: Mapping[str, object] = field(default_factory=dict)
     keep: bool = False  # in the state folder, though nobody plays
     keys: Keys = AS_DRAWN
+    asks: bool = True  # whether a person may be asked to choose
 
     @property
     def name(self) -> str:

@@ -235,7 +235,9 @@ class Screen:
 
     def pause(self) -> None:
         """Lets agents play or stops them; stops the clock of real time or lets it go on."""
-        if not self.game.people:
+        if not self.game.people and not self.terminal.motion:
+            self.message = "nothing moves by itself; Space steps on, :auto plays to the end"
+        elif not self.game.people:
             self.auto = not self.auto
             self.message = "" if self.auto else "paused; P goes on"
         elif self.rate:
@@ -300,7 +302,10 @@ class Screen:
         if self.noted is not self.game:
             self.fresh()
         elif now > before:
-            self._tell(self.game.said)
+            if self.page and not self.game.private:  # an answer that tells of each turn
+                self.log.extend(self.page)
+            else:
+                self._tell(self.game.said)
             self.message = "" if self.message == self.log[-1] else self.message
         elif now < before:
             undone = self.message
@@ -335,7 +340,7 @@ def _player(plain: str) -> Place | None:
 
 def run(screen: Screen) -> int:
     """Shows the screen until the player leaves; returns the exit code."""
-    painter = Painter(sys.stdout, screen.terminal.theme)
+    painter = Painter(sys.stdout, screen.terminal.theme, screen.terminal.width)
     try:
         with silent(sys.stdin):
             # The first frame stands before the toolkit, a tenth of a second, is imported.

@@ -58,8 +58,10 @@ def _cell(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def print_solution(name: str, parameters: Mapping[str, object], *, json: bool) -> None:
+def print_solution(
+    name: str, parameters: Mapping[str, object], *, json: bool = False, motion: bool = True
+) -> None:
     """Prints the solution of a problem; while it is sought, how far that is."""
-    with Bar(f"solving {name}", quiet=json) as bar:
+    with Bar(f"solving {name}", quiet=json, motion=motion) as bar:
         found = cached(name, parameters, bar)
     print(dumps({"problem": name} | found._asdict()) if json else told(name, found))

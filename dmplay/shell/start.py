@@ -1,10 +1,12 @@
 """Setting up games: new ones, resumed ones, and new ones that begin as another did."""
 
 import os
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from dmplay import catalog
+from dmplay.core import Problem
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter
 from dmplay.session import Session
@@ -30,6 +32,7 @@ def new(request: Request) -> Game:
     problem = found.problem
     keys = hands(problem, request.keys)
     seats = _seats(request, found)
+    _answered(problem, seats, asks=request.asks)
     policies = [seat_policy(problem, seat, who) for seat, who in enumerate(seats)]
     seed = (
         int.from_bytes(os.urandom(8), "big") % NEW_SEEDS if request.seed is None else request.seed
@@ -74,7 +77,15 @@ def _seats(request: Request, found: catalog.Loaded) -> list[str]:
     return seats
 
 
-def resumed(path: Path, *, trusted: bool = False, keys: Keys = AS_DRAWN) -> Game:
+def _answered(problem: Problem, seats: Sequence[str], *, asks: bool) -> None:
+    """Refuses a game that waits for a person where nobody may be asked."""
+    people = [agent for agent, who in zip(problem.agents, seats, strict=True) if who == HUMAN]
+    if people and not asks:
+        names = " and ".join(people)
+        raise BadParameter(f"--no-input: {names} would be asked; let agents play every seat")
+
+
+def resumed(path: Path, *, trusted: bool = False, keys: Keys = AS_DRAWN, asks: bool = True) -> Game:
     """The game of a transcript, to go on with: cut to its last whole turn, replayed from inputs."""
     transcript = readable(path)
     found = loaded(transcript, trusted=trusted)
@@ -86,6 +97,7 @@ def resumed(path: Path, *, trusted: bool = False, keys: Keys = AS_DRAWN) -> Game
                 f"{path}: a seat was played by a {kind}, which the file does not hold"
             )
     seats, policies = sitting(found.problem, transcript.header.seats, trusted=trusted)
+    _answered(found.problem, seats, asks=asks)
     session = replay(transcript, found.problem, policies)
     if session.over and transcript.end:
         raise BadParameter(f"{path}: the game is over ({session.ending}); nothing to resume")
@@ -105,6 +117,7 @@ def branched(  # noqa: PLR0913 - a place in a file, another file, and what is wa
     force: bool = False,
     trusted: bool = False,
     keys: Keys = AS_DRAWN,
+    asks: bool = True,
 ) -> Game:
     """A new game whose first turns are those of a transcript; the rest is played."""
     transcript = readable(path)
@@ -116,6 +129,7 @@ def branched(  # noqa: PLR0913 - a place in a file, another file, and what is wa
             f"--at: got {turn}, {path} has {len(told.turns)} turn{'s' * (len(told.turns) != 1)}"
         )
     seats, policies = sitting(found.problem, header.seats, trusted=trusted)
+    _answered(found.problem, seats, asks=asks)
     dice = Dice(header.seed, header.episode)
     limit = turn_limit(found.problem, seats, header.turns)
     session = Session(found.problem, dice, policies, limit=limit, opening=told.opening)

@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import shutil
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple, TextIO
 
@@ -20,6 +21,9 @@ class Wishes(NamedTuple):
     color: str = "auto"
     ascii: bool = False
     theme: str = "default"
+    width: int | None = None
+    motion: bool = True
+    input: bool = True
 
 
 class Terminal(NamedTuple):
@@ -31,6 +35,14 @@ class Terminal(NamedTuple):
     color: bool
     ascii: bool
     theme: str = "default"  # mono where there is no colour
+    width: int | None = None  # columns to draw in, where fewer are wanted than there are
+    motion: bool = True  # whether things may move without a key
+    asks: bool = True  # whether somebody may be asked: else all comes from options or a pipe
+
+    @property
+    def columns(self) -> int:
+        """The columns to draw in: those wanted, else those of the terminal, else 80."""
+        return self.width or shutil.get_terminal_size().columns
 
 
 def decide(wishes: Wishes, env: Mapping[str, str], stdin: TextIO, stdout: TextIO) -> Terminal:
@@ -42,6 +54,7 @@ def decide(wishes: Wishes, env: Mapping[str, str], stdin: TextIO, stdout: TextIO
     reasons = {
         "--plain": wishes.plain,
         "--json": wishes.json,
+        "--no-input": not wishes.input,
         "ACCESSIBLE": env.get("ACCESSIBLE", "").lower() not in ("", "0", "false"),
         "input is not a terminal": not stdin.isatty(),
         "output is not a terminal": not stdout.isatty(),
@@ -52,10 +65,13 @@ def decide(wishes: Wishes, env: Mapping[str, str], stdin: TextIO, stdout: TextIO
     return Terminal(
         screen=not why,
         why=why,
-        typed=stdin.isatty(),
+        typed=stdin.isatty() and wishes.input,
         color=color,
         ascii=wishes.ascii or not _unicode(stdout),
         theme=wishes.theme if color else "mono",
+        width=wishes.width or _number(env.get("COLUMNS", "")),
+        motion=wishes.motion,
+        asks=wishes.input or not stdin.isatty(),
     )
 
 
@@ -77,6 +93,10 @@ def _color(wish: str, env: Mapping[str, str], able: bool) -> bool:
     if env.get("DMPLAY_NO_COLOR"):
         return False
     return able and env.get("CLICOLOR", "1") != "0"
+
+
+def _number(told: str) -> int | None:
+    return int(told) if told.isdecimal() and int(told) else None
 
 
 def _unicode(stdout: TextIO) -> bool:

@@ -10,6 +10,7 @@ from dmplay.core import Interval
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.shell.commands import Leave, own_parts, parts, typed
 from dmplay.shell.game import Game
+from dmplay.shell.plain import handed_over
 from dmplay.shell.styles import ansi
 from dmplay.shell.table import Table
 from dmplay.shell.terminal import Terminal, clean
@@ -25,6 +26,8 @@ class Shell:
         self.table = table
         self.terminal = terminal
         self.speed = speed  # turns a second when agents play on the screen
+        self.typed = terminal.typed  # whether people type, not a script
+        self._before: int | None = None  # the seat of who sits at the terminal
         self._over: Game | None = None  # the game whose end was told
 
     @property
@@ -51,21 +54,42 @@ class Shell:
         """Does what a line says and prints what comes of it; raises Leave and DmplayError."""
         game, before = self.game, self._turns()
         try:
-            known = own_parts(self.table, line) if self.terminal.typed else parts(line)
-            for part in known:
-                self._say(typed(self.table, part))
+            for part in own_parts(self.table, line) if self.typed else parts(line):
+                words = typed(self.table, part)
+                if self.game is not game:
+                    self._before = self.game.watcher if self.game else None
+                if not self.curtained or self._turns() == before:
+                    self._say(words)
         finally:  # what was done before a fault is seen too
-            if self.game is not game or self._turns() != before:
+            changed = self.game is not game or self._turns() != before
+            if changed and not self.curtained:
                 self._show(fresh=self.game is not game)
             sys.stdout.flush()
+
+    @property
+    def curtained(self) -> bool:
+        """Whether somebody else is to choose, who alone may see what comes."""
+        game = self.game
+        different = game is not None and game.private and game.waiting is not None
+        return self.typed and different and self.table.game.watcher != self._before
+
+    def change_places(self) -> None:
+        """Waits for the one who is next to sit down, and shows what this one may see."""
+        words = handed_over(self.table.game)
+        self._before = self.table.game.watcher
+        self._say(words)
+        if self.terminal.screen:
+            self._show(fresh=False)
 
     def _say(self, words: str) -> None:
         """Prints an answer, on a terminal without a word cut in two."""
         rows = [clean(row) for row in words.split("\n")] if words else []
         if self.terminal.screen:
-            width = shutil.get_terminal_size((80, 24)).columns
             cut = TextWrapper(
-                width, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False
+                self.terminal.columns,
+                subsequent_indent="  ",
+                break_long_words=False,
+                break_on_hyphens=False,
             )
             rows = [part for row in rows for part in cut.wrap(row) or [""]]
         for row in rows:
@@ -78,8 +102,8 @@ class Shell:
         """The board, on a terminal; the situation of a game that begins; how it ended."""
         game = self.table.game
         if self.terminal.screen:
-            size = shutil.get_terminal_size((80, 24))
-            room = Look(size.columns, max(size.lines - BELOW, 1), self.terminal.ascii)
+            rows = shutil.get_terminal_size().lines
+            room = Look(self.terminal.columns, max(rows - BELOW, 1), self.terminal.ascii)
             labels = game.problem.actions[game.watcher]  # what is typed here are names, not keys
             short = {} if isinstance(labels, Interval) else {w: w for w in labels if len(w) <= 2}
             drawn = game.draw(room._replace(keys=game.waiting is not None, names=short))
@@ -94,6 +118,7 @@ class Shell:
 
 def play(shell: Shell, lines: Iterable[str], what: str = "line", *, echo: bool = True) -> None:
     """Does a script, each line after its prompt; raises BadParameter that names a bad one."""
+    shell.typed = False
     for number, line in enumerate(lines, 1):
         if not parts(line):
             continue
@@ -113,6 +138,8 @@ def ask(shell: Shell) -> None:
     warned = False
     while True:
         try:
+            if shell.curtained:
+                shell.change_places()
             line = getpass.getpass(shell.prompt) if shell.secret else input(shell.prompt)
             warned = False
             shell.do(line)
