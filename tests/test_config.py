@@ -24,10 +24,11 @@ EVERY = [(name, option) for name, command in GROUP.commands.items() for option i
 VALUES: Mapping[str, tuple[object, ...]] = {  # four apart from the default, by click's type
     "int": (3, 4, 5, 6),
     "float": (3.0, 4.0, 5.0, 6.0),
+    "choice": (),
     "": ("a", "b", "c", "d"),
 }
 SET: Mapping[str, object] = {
-    "plain": True, "ascii": True, "speed": 7.0, "width": 60, "motion": False, "input": False,
+    "plain": True, "ascii": True, "speed": 7.0, "width": 60, "theme": "mono", "motion": False, "input": False,
 }  # fmt: skip
 
 
@@ -81,7 +82,8 @@ def test_a_flag_wins_over_a_variable_over_the_project_over_the_user(
     one = options(GROUP.commands[name])[option]
     kind = next(kind for kind in VALUES if one.type.name.startswith(kind))
     other = not one.default
-    flag, variable, project, user = [other] * 4 if one.is_bool_flag else VALUES[kind]
+    several = VALUES[kind] if kind != "choice" else [*one.type.choices, one.type.choices[0]]
+    flag, variable, project, user = [other] * 4 if one.is_bool_flag else several[:4]
     wrapped = [(v,) if one.multiple else v for v in (flag, variable, project, user)]
     default = found(name, option)
     assert default[1] == "DEFAULT"
@@ -121,6 +123,15 @@ def test_what_a_file_switches_on_a_flag_switches_off(place: Path) -> None:
     assert found("play", "ascii", "--no-ascii") == (False, "COMMANDLINE")
 
 
+@pytest.mark.parametrize("name", ["DMPLAY_WIDTH", "DMPLAY_PLAY_TURNS"])
+def test_a_variable_that_is_wrong_is_named(name: str, place: Path) -> None:
+    done = run("hexworld", folder=place, **{name: "wide"})
+    assert done.returncode == 2
+    option = f"--{name.rpartition('_')[2].lower()}"
+    told = f"error: {name}: invalid value for '{option}': 'wide' is not a whole number; see"
+    assert done.stderr.startswith(told)
+
+
 def test_every_setting_is_shown_with_its_source(
     place: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -157,6 +168,9 @@ def test_every_setting_is_shown_with_its_source(
         ("[play]\nseat = ['a=bots.mine:Bot']", "dmplay.toml: play.seat: got 'a=bots.mine:Bot'"),
         ("keys = 'vi'", "dmplay.toml: keys: got 'vi', expected a table, [keys]"),
         ("[keys]\npreset = 3", "dmplay.toml: keys.preset: got 3, expected text"),
+        ("[keys]\npreset = 'emacs'", "dmplay.toml: keys.preset: 'emacs' is not one of 'vi'"),
+        ("[play]\nkeys = 'emacs'", "dmplay.toml: play.keys: 'emacs' is not one of 'vi', 'left'"),
+        ("color = 'red'", "dmplay.toml: color: 'red' is not one of 'auto', 'always', 'never'"),
         ("[keys]\nhex = 'vi'", "dmplay.toml: keys.hex: got 'vi', expected a table"),
         ("[keys.hexwrld]\na = 'e'", "dmplay.toml: unknown keys 'hexwrld'; did you mean hexworld"),
         ("[keys.hex]\na = 3", "dmplay.toml: keys.hex.a: got 3, expected text"),

@@ -30,7 +30,7 @@ def play(
     reveal: options.Reveal = False,
     strict: options.Strict = False,
     quiet: options.Quiet = False,
-    keys: options.Keys = "",
+    keys: options.Keys = None,
     speed: options.Speed = 2.0,
     rate: options.Rate = None,
     *,
@@ -67,7 +67,7 @@ def resume(
     file: options.LastFile = None,
     trust: options.Trust = False,
     quiet: options.Quiet = False,
-    keys: options.Keys = "",
+    keys: options.Keys = None,
     *,
     wishes: Wishes,
 ) -> int:
@@ -120,7 +120,7 @@ def branch(
     force: Annotated[bool, typer.Option("--force", help="overwrite it")] = False,
     trust: options.Trust = False,
     quiet: options.Quiet = False,
-    keys: options.Keys = "",
+    keys: options.Keys = None,
     *,
     wishes: Wishes,
 ) -> int:

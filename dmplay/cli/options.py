@@ -4,7 +4,7 @@ import inspect
 from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -44,16 +44,11 @@ def _problem(ctx: typer.Context) -> str:
     return f"{base}:{variant}" if variant else str(base)
 
 
-def wanted_keys(preset: str) -> Any:
+def wanted_keys(preset: str | None) -> Any:
     """The keys of a preset, and those of the files."""
     from dmplay.shell.keymap import Keys as Wanted
 
-    return Wanted(preset, config.keys())
-
-
-def _one_of(*words: str) -> Any:
-    """What completes an option of few words."""
-    return lambda: [*words]
+    return Wanted(preset or "", config.keys())
 
 
 Name = Annotated[
@@ -126,7 +121,7 @@ Figure = Annotated[
 Kind = Annotated[
     str,
     typer.Argument(
-        metavar="KIND", help="only these, as POMDP", autocompletion=_one_of(*known.KINDS)
+        metavar="KIND", help="only these, as POMDP", autocompletion=lambda: [*known.KINDS]
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="as JSON, a game an object a line")]
@@ -136,26 +131,24 @@ Plain = Annotated[
 ]
 Trust = Annotated[bool, typer.Option("--trust", help="import what a transcript names")]
 Color = Annotated[
-    str,
+    Literal["auto", "always", "never"],
     typer.Option(
         "--color",
         metavar="WHEN",
         envvar="DMPLAY_COLOR",
         help="auto, always or never",
-        autocompletion=_one_of("auto", "always", "never"),
     ),
 ]
 Ascii = Annotated[
     bool, typer.Option("--ascii/--no-ascii", envvar="DMPLAY_ASCII", help="draw in ASCII")
 ]
 Theme = Annotated[
-    str,
+    Literal["default", "mono", "high-contrast"],
     typer.Option(
         "--theme",
         metavar="NAME",
         envvar="DMPLAY_THEME",
         help="default, mono or high-contrast",
-        autocompletion=_one_of("default", "mono", "high-contrast"),
     ),
 ]
 Width = Annotated[
@@ -175,13 +168,12 @@ Input = Annotated[
     typer.Option("--input/--no-input", envvar="DMPLAY_INPUT", help="let a person be asked"),
 ]
 Keys = Annotated[
-    str,
+    Literal["vi", "left", "arrows", "digits"] | None,
     typer.Option(
         "--keys",
         metavar="NAME",
         envvar="DMPLAY_KEYS",
         help="vi, left, arrows or digits first",
-        autocompletion=_one_of("vi", "left", "arrows", "digits"),
     ),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but errors")]

@@ -10,6 +10,9 @@ import typer
 from dmplay.errors import BadParameter, DmplayError
 
 USAGE: type[Exception] = typer.BadParameter.__mro__[1]  # click's, wherever typer keeps it
+KINDS = {  # click's names of kinds, the longer first, in plain words
+    "int range": "whole number", "float range": "number", "int": "whole number", "float": "number",
+}  # fmt: skip
 ABORTED: type[Exception] = typer.Abort  # Ctrl-C
 
 
@@ -28,5 +31,17 @@ def sentence(error: Exception) -> str:
     if isinstance(error, DmplayError):
         return str(error)
     message = getattr(error, "format_message", lambda: str(error))().rstrip(".")
-    where = getattr(getattr(error, "ctx", None), "command_path", "dmplay")
-    return f"{message[:1].lower()}{message[1:]}; see {where} --help"
+    for kind, plain in KINDS.items():
+        message = message.replace(f"valid {kind}", plain)
+    context, option = getattr(error, "ctx", None), getattr(error, "param", None)
+    variable = _variable(context, option) if context and option else ""
+    where = getattr(context, "command_path", "dmplay")
+    return f"{variable}{message[:1].lower()}{message[1:]}; see {where} --help"
+
+
+def _variable(context: Any, option: Any) -> str:
+    """The variable that gave an option its value, to stand before what is wrong with it."""
+    source = context.get_parameter_source(option.name)
+    if source is None or source.name != "ENVIRONMENT":
+        return ""
+    return f"{option.envvar or f'{context.auto_envvar_prefix}_{option.name.upper()}'}: "

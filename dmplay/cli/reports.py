@@ -79,7 +79,7 @@ def agents(problem: options.Name, json: options.Json = False) -> None:
     reports.print_agents(problem, json=json)
 
 
-def info(problem: options.Name, json: options.Json = False, keys: options.Keys = "") -> None:
+def info(problem: options.Name, json: options.Json = False, keys: options.Keys = None) -> None:
     """Tell all about a problem: spaces, parameters, variants, agents, keys, decisions, source.
 
     \b

@@ -60,7 +60,8 @@ def _given(file: config.File, name: str, command: Any) -> Iterator[tuple[str, ob
         general["keys"] = file.preset
     own = file.commands.get(name, {})
     for option, value in {**general, **own}.items():
-        where = f"{file.path}: {f'{name}.' if option in own else ''}{option}"
+        inside = {"keys": "keys.preset"}.get(option, option)
+        where = f"{file.path}: {f'{name}.{option}' if option in own else inside}"
         if option not in known:
             raise UnknownName("setting", option, known, where=f"{file.path}: [{name}]")
         _check(known[option], value, where)

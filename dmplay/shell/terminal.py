@@ -6,11 +6,7 @@ import shutil
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple, TextIO
 
-from dmplay.errors import BadParameter
-
 INPUT, LOCAL = 0, 3  # of a terminal's attributes, the flags
-COLORS = ("auto", "always", "never")
-THEMES = ("default", "mono", "high-contrast")
 
 
 class Wishes(NamedTuple):
@@ -47,9 +43,6 @@ class Terminal(NamedTuple):
 
 def decide(wishes: Wishes, env: Mapping[str, str], stdin: TextIO, stdout: TextIO) -> Terminal:
     """Reads the wishes, the environment and the streams, in this order of strength."""
-    for option, wish, known in (("color", wishes.color, COLORS), ("theme", wishes.theme, THEMES)):
-        if wish not in known:
-            raise BadParameter(f"--{option}: got {wish!r}, expected one of {', '.join(known)}")
     dumb = env.get("TERM", "") in ("", "dumb")
     reasons = {
         "--plain": wishes.plain,
