@@ -28,7 +28,8 @@ VALUES: Mapping[str, tuple[object, ...]] = {  # four apart from the default, by 
     "": ("a", "b", "c", "d"),
 }
 SET: Mapping[str, object] = {
-    "plain": True, "ascii": True, "speed": 7.0, "width": 60, "theme": "mono", "motion": False, "input": False,
+    "plain": True, "ascii": True, "speed": 7.0, "width": 60, "theme": "mono",
+    "motion": False, "input": False,
 }  # fmt: skip
 
 
