@@ -1,6 +1,7 @@
 """Hints: what a good player would do in a seat, and what that player knows of values."""
 
 from functools import cached_property
+from math import prod
 
 from dmplay import catalog
 from dmplay.core import Interval
@@ -8,6 +9,7 @@ from dmplay.session import Follower, Session
 from dmplay.views._canvas import Overlay
 
 MOST = 10  # actions whose values are told
+LARGE = 50_000  # states times joint actions that take longer than a moment to solve
 
 
 class Adviser:
@@ -27,6 +29,14 @@ class Adviser:
         problem = self.session.problem
         policy = catalog.agent(problem, self.seat, self.name) if self.name else None
         return Follower(self.session, self.seat, policy) if policy else None
+
+    @property
+    def slow(self) -> bool:
+        """Whether its first answer is still to come, and takes longer than a moment."""
+        problem = self.session.problem
+        states = problem.states if isinstance(problem.states, int) else 1
+        actions = [1 if isinstance(one, Interval) else len(one) for one in problem.actions]
+        return "_follower" not in vars(self) and states * prod(actions) > LARGE
 
     def silent(self) -> str:
         """Why nobody gives advice here; '' where somebody does."""

@@ -22,6 +22,7 @@ FASTER = {"+": 1.5, "-": 1 / 1.5}  # the speed times this
 SLOWEST, FASTEST = 0.1, 50.0  # turns a second
 MORE = ("space", "down", "pagedown", "enter")
 MANY = 20  # turns that nobody wants to lose by one key
+PONDERED = ("tab", "V")  # keys whose answer is an agent's
 OVERLAYS = ("", "values", "policy", "states")
 
 
@@ -90,6 +91,12 @@ class Screen:
         return frame.upper(self.game, room, self.shown, self.log)
 
     # Keys
+
+    def ponders(self, key: str) -> bool:
+        """Whether a key asks for what takes longer than a moment; its message says so."""
+        told = key in PONDERED and not self.curtained and self.game.adviser.slow
+        self.message = "one moment ..." if told else self.message
+        return told
 
     def press(self, key: str) -> None:
         """Does what a key says; raises Leave."""

@@ -147,7 +147,10 @@ class Stage:
 
     async def _press(self, key: str) -> None:
         name = NAMES.get(key, key)
-        self.screen.press(str(getattr(name, "value", name)))
+        pressed = str(getattr(name, "value", name))
+        if self.screen.ponders(pressed):
+            self.screen.paint(self.painter)
+        self.screen.press(pressed)
 
     async def _beat(self, beat: Callable[[], None]) -> None:
         beat()
