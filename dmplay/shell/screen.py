@@ -2,17 +2,17 @@
 
 import contextlib
 import sys
-from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 from rich.text import Text
 
-from dmplay.core import Interval
 from dmplay.errors import DmplayError
 from dmplay.shell import frame
 from dmplay.shell.commands import COMMANDS, parts, typed
 from dmplay.shell.frame import Room, Shown
 from dmplay.shell.game import Game
+from dmplay.shell.log import Log
+from dmplay.shell.number import Number
 from dmplay.shell.painter import Painter, Place
 from dmplay.shell.table import Table
 from dmplay.shell.terminal import Terminal, silent
@@ -33,13 +33,12 @@ class Screen:
         self, table: Table, terminal: Terminal, speed: float = 2.0, rate: float | None = None
     ) -> None:
         self.table = table
-        self.noted = table.game  # the game that the log is of
+        self._log = Log(table.game)
         self.terminal = terminal
         self.speed = speed  # turns a second in autoplay
         self.rate = rate  # turns a second in real time; None where each turn waits for a key
         self.held: float | None = None  # the action that repeats in real time
-        self.entry = ""  # the number being typed
-        self.logs: defaultdict[int, list[str]] = defaultdict(list)  # of each who may know other
+        self.number = Number()  # that is being typed
         self.message = ""
         self.overlay = 0
         self.help = False
@@ -78,7 +77,7 @@ class Screen:
     @property
     def log(self) -> list[str]:
         """What happened, as the one before the screen may know it."""
-        return self.logs[self.game.watcher if self.game.private else 0]
+        return self._log.rows
 
     @property
     def curtained(self) -> bool:
@@ -146,39 +145,13 @@ class Screen:
 
     def _number(self, key: str) -> bool:
         """Writes or nudges a number, and plays it on Enter."""
-        game = self.game
-        if key in game.nudges:
-            self.entry = self._nudged(game.nudges[key])
-        elif game.types_numbers and key in set("0123456789.-"):
-            self.entry += key
-        elif key == "backspace" and self.entry:
-            self.entry = self.entry[:-1]
-        elif key == "enter" and self.entry:
-            entry, self.entry = self.entry, ""
-            self.act(game.read(entry))
+        if key == "enter" and self.number.text:
+            self.act(self.game.read(self.number.taken()))
             return True
-        else:
+        if not self.number.press(self.game, key):
             return False
-        shown = self.entry if len(game.people) == 1 else "*" * len(self.entry)
-        self.message = f"{shown}   Enter plays it" if self.entry else ""
+        self.message = self.number.shown(self.game)
         return True
-
-    def _nudged(self, step: float) -> str:
-        """The number written, or the last one played, moved by a step within its bounds."""
-        game = self.game
-        actions = game.problem.actions[game.watcher]
-        view = game.view()
-        last = game.problem.action_name(game.watcher, view.actions[-1]) if view.turn else "0"
-        try:
-            value = float(self.entry or last)
-        except ValueError:
-            value = 0.0
-        if isinstance(actions, Interval):
-            return f"{min(max(value + step, actions.low), actions.high):.9g}"
-        numbers = [int(label) for label in actions]
-        fresh = not self.entry and not view.turn
-        value = numbers[len(numbers) // 2] if fresh else value + step
-        return str(int(min(max(value, numbers[0]), numbers[-1])))
 
     def act(self, action: float, seat: int | None = None) -> None:
         """Plays an action; in real time, keeps it for the clock."""
@@ -299,24 +272,21 @@ class Screen:
 
     def fresh(self) -> None:
         """Forgets the game before this one."""
-        self.noted, self.entry, self.prefix, self.before = self.game, "", "", self.game.watcher
+        self._log, self.before = Log(self.game), self.game.watcher
+        self.number, self.prefix = Number(), ""
         self.held, self.auto, self.paused, self.reviewed = None, False, False, False
-        self.logs.clear()
 
     def note(self, before: int) -> None:
         """Logs what happened since there were `before` turns."""
         now = len(self.game.session.turns)
-        if self.noted is not self.game:
+        if self._log.game is not self.game:
             self.fresh()
         elif now > before:
-            if self.page and not self.game.private:  # an answer that tells of each turn
-                self.log.extend(self.page)
-            else:
-                self._tell(self.game.said)
+            self._log.turns(self.page)
             self.message = "" if self.message == self.log[-1] else self.message
         elif now < before:
             undone = self.message
-            self._tell(lambda seat: undone)
+            self._log.tell(lambda seat: undone)
             self.message = ""
         if self.game.session.over and self.game.people and not self.reviewed:
             from dmplay.shell import review  # not needed before
@@ -328,14 +298,6 @@ class Screen:
         recorder = self.game.recorder
         if recorder and recorder.fault:
             self.message = f"cannot write {recorder.path}: {recorder.fault.strerror}"
-
-    def _tell(self, words: Callable[[int], str]) -> None:
-        """Logs what each who may know other things is told, else what the watcher is."""
-        if self.game.private:
-            for seat in self.game.people:
-                self.logs[seat].append(words(seat))
-        else:
-            self.log.append(words(self.game.watcher))
 
 
 def _player(plain: str) -> Place | None:
