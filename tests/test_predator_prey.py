@@ -221,6 +221,7 @@ def test_a_best_response_needs_known_others_and_a_discount() -> None:
         dmplay.agent(dmplay.load("predator-prey", discount=1.0), 0, "best-response")
 
 
+@pytest.mark.slow
 def test_in_equilibrium_both_earn_what_the_values_say() -> None:
     agents = [dmplay.agent(PROBLEM, seat, "equilibrium") for seat in range(2)]
     start = PROBLEM.start(np.zeros((1, PROBLEM.draws.start)))
@@ -233,6 +234,7 @@ def test_in_equilibrium_both_earn_what_the_values_say() -> None:
         assert abs(sample.mean() - wanted) < 4 * sample.std() / np.sqrt(len(sample))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rival", ["chase", "random", "best-response"])
 def test_the_equilibrium_prey_is_eaten_no_more_by_any_other_predator(rival: str) -> None:
     agents = [dmplay.agent(PROBLEM, 0, rival), dmplay.agent(PROBLEM, 1, "equilibrium")]

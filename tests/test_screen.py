@@ -145,6 +145,7 @@ def test_tab_hints_without_playing() -> None:
     assert played.session.turns == []
 
 
+@pytest.mark.slow
 def test_a_hint_that_takes_its_time_says_so_the_first_time() -> None:
     shown = play(game("collaborative-predator-prey"), "tab", "tab")
     assert "one moment" in shown.frames[1]

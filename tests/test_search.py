@@ -62,6 +62,7 @@ def played(problem: Problem, agent: str, episodes: int, turns: int | None) -> np
     return np.asarray(found.returns[:, 0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "agent", "episodes", "turns", "margin"),
     [

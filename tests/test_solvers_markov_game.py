@@ -12,6 +12,7 @@ from dmplay.solvers.value_iteration import action_values
 from dmplay.tabular import tabulate
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "settings"),
     [
