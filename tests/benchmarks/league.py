@@ -22,8 +22,7 @@ from tests.benchmarks.known import Known, best_known, best_team
 GAMES = 10_000
 MORE = 10  # times more games of an agent whose number is known
 RARE = {"collision-avoidance": 2}  # times more still, where it takes many games to see a collision
-FEWER = {"expectimax": 100, "search": 100, "axelrod": 10, "chase-belief": 10, "qmdp": 10}
-LONG = ("2048", "cart-pole", "mountain-car")  # in which a search plays ten times fewer still
+FEWER = {"expectimax": 100, "search": 10, "axelrod": 10, "chase-belief": 10, "qmdp": 10}
 ENDLESS = ("crying-baby", "predator-prey", "multicaregiver-crying-baby")  # solved without end
 TEAMS = ("multicaregiver-crying-baby", "collaborative-predator-prey")
 EACH = ("predator-prey", "multicaregiver-crying-baby")  # whose seats differ
@@ -85,7 +84,7 @@ def standing(table: Table, agent: str, games: int) -> Standing | None:
         ]
     except DmplayError:
         return None
-    fewer = FEWER.get(agent, 1) * (10 if agent == "search" and name in LONG else 1)
+    fewer = FEWER.get(agent, 1)
     more = MORE * RARE.get(name, 1) if agent == known.agent else 1
     many = max(10, games * more // fewer)
     turns = TURNS.get(name, problem.horizon)
