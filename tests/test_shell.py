@@ -14,10 +14,11 @@ from prompt_toolkit.document import Document
 from prompt_toolkit.input import create_pipe_input
 from prompt_toolkit.output import DummyOutput
 
+from dmplay.errors import UnknownName
 from dmplay.names import problem_names
 from dmplay.shell import prompt
 from dmplay.shell.checking import check
-from dmplay.shell.commands import COMMANDS, typed
+from dmplay.shell.commands import COMMANDS, TOPICS, typed
 from dmplay.shell.completion.completer import Words
 from dmplay.shell.completion.line import candidates
 from dmplay.shell.table import Table
@@ -151,13 +152,28 @@ def test_an_error_is_told_and_asked_again(place: Path, capsys: pytest.CaptureFix
         assert f"error: {error}\n" in told.err
 
 
-def test_f1_is_help_and_help_names_every_command(
+def test_f1_is_help_that_fits_a_screen_and_names_every_command(
     place: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert session("\x1bOP\x04") == 0
     told = capsys.readouterr().out
-    for command in COMMANDS:
-        assert f"{command.name} {command.argument}".strip() + ": " in told
+    assert told.count("\n") < 20
+    for topic, commands in TOPICS.items():
+        assert f"{topic}: {', '.join(command.name for command in commands)}" in " ".join(
+            told.split()
+        )
+
+
+@pytest.mark.parametrize("topic", TOPICS)
+def test_help_tells_of_a_topic_what_each_command_does(
+    topic: str, place: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shell().do(f"help {topic}")
+    told = capsys.readouterr().out.splitlines()
+    wanted = [f"{c.name} {c.argument}".strip() + f": {c.help}" for c in TOPICS[topic]]
+    assert told == wanted
+    with pytest.raises(UnknownName, match="did you mean files or"):
+        shell().do("help file")
 
 
 def test_the_prompt_and_the_toolbar_tell_where_the_game_stands(place: Path) -> None:
@@ -247,7 +263,7 @@ def test_the_screen_opens_from_a_terminal_only(place: Path) -> None:
         ("play prisoners-dilemma --seat ", "agent2=grim"),
         ("play hexworld --set ", "slip= discount="),
         ("info ", "catch"),
-        ("help ", "undo restart"),
+        ("help ", "undo restart files"),
         ("list ", "POMDP"),
         ("figure ", "F.2 T.1"),
     ],

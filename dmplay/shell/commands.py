@@ -1,6 +1,6 @@
 """The commands: one table that typed words, keys, help, completion and the key row all read."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from typing import NamedTuple
 
@@ -77,9 +77,15 @@ def _quit(table: Table, argument: str) -> str:
 
 
 def _help(table: Table, argument: str) -> str:
+    if argument.lower() in TOPICS:
+        return "\n".join(map(_line, TOPICS[argument.lower()]))
     if argument:
-        return _line(named(argument))
-    rows = ["an action is played by its name. commands:", *map(_line, COMMANDS)]
+        return _line(named(argument, [*TOPICS]))
+    rows = ["an action is played by its name. help tells more of a command, or of a topic:"]
+    rows += [
+        f"{topic}: {', '.join(command.name for command in commands)}"
+        for topic, commands in TOPICS.items()
+    ]
     return "\n".join(rows)
 
 
@@ -87,61 +93,76 @@ def _line(command: Command) -> str:
     return f"{f'{command.name} {command.argument}'.strip()}: {command.help}"
 
 
-COMMANDS = (
-    Command("act", "ACTION", "play an action; its name alone does too", _act),
-    Command("hint", "", "what a good player would do here", _game(of_game.hint), "tab", "Tab"),
-    Command(
-        "undo", "[N]", "take back the last turn, or N", _game(of_game.undo), "backspace", "Bksp"
+TOPICS: Mapping[str, tuple[Command, ...]] = {
+    "turns": (
+        Command("act", "ACTION", "play an action; its name alone does too", _act),
+        Command("hint", "", "what a good player would do here", _game(of_game.hint), "tab", "Tab"),
+        Command(
+            "undo", "[N]", "take back the last turn, or N", _game(of_game.undo), "backspace", "Bksp"
+        ),
+        Command(
+            "redo", "[N]", "play again what was taken back", _game(of_game.redo), "c-r", "Ctrl-R"
+        ),
+        Command(
+            "reroll",
+            "",
+            "the last turn under other dice; recorded so",
+            _game(of_game.reroll),
+        ),
+        Command("look", "", "the situation in sentences", _game(of_game.look), "L", "L"),
+        Command("legal", "", "the actions that can be played", _game(of_game.legal)),
+        Command("belief", "", "the probability of each hidden state", _game(of_game.belief)),
+        Command("state", "", "the state in one line", _game(of_game.state)),
+        Command("values", "", "what each action is worth", _game(of_game.values)),
+        Command("policy", "", "the action of a good player", _game(of_game.policy)),
+        Command("step", "[N]", "a turn of agents, or N", _game(of_game.step)),
+        Command("auto", "[N]", "all turns of agents, or N", _game(of_game.auto)),
     ),
-    Command("redo", "[N]", "play again what was taken back", _game(of_game.redo), "c-r", "Ctrl-R"),
-    Command(
-        "reroll",
-        "",
-        "the last turn under other dice; recorded so",
-        _game(of_game.reroll),
+    "games": (
+        Command(
+            "play", "PROBLEM ...", "begin a game, with the options of dmplay play", of_table.play
+        ),
+        Command("new", "", "the same game with fresh dice", of_table.new, "N", "N"),
+        Command("restart", "", "the same game under the same dice", of_table.restart, "R", "R"),
+        Command("seed", "[N]", "the same game under these dice", of_table.seed),
+        Command("agent", "[SEAT] [NAME]", "the same game with NAME in a seat", of_table.agent),
+        Command("set", "[NAME] [VALUE]", "the same game with another parameter", of_table.set_),
+        Command("screen", "", "the game on the full screen", of_table.screen),
     ),
-    Command("look", "", "the situation in sentences", _game(of_game.look), "L", "L"),
-    Command("legal", "", "the actions that can be played", _game(of_game.legal)),
-    Command("belief", "", "the probability of each hidden state", _game(of_game.belief)),
-    Command("state", "", "the state in one line", _game(of_game.state)),
-    Command("values", "", "what each action is worth", _game(of_game.values)),
-    Command("policy", "", "the action of a good player", _game(of_game.policy)),
-    Command("step", "[N]", "a turn of agents, or N", _game(of_game.step)),
-    Command("auto", "[N]", "all turns of agents, or N", _game(of_game.auto)),
-    Command("new", "", "the same game with fresh dice", of_table.new, "N", "N"),
-    Command("restart", "", "the same game under the same dice", of_table.restart, "R", "R"),
-    Command("seed", "[N]", "the same game under these dice", of_table.seed),
-    Command("agent", "[SEAT] [NAME]", "the same game with NAME in a seat", of_table.agent),
-    Command("set", "[NAME] [VALUE]", "the same game with another parameter", of_table.set_),
-    Command("save", "[FILE]", "copy the transcript so far", of_table.save, "S", "S"),
-    Command(
-        "transcript", "", "where it is, and its last turn", _game(of_game.transcript), "T", "T"
+    "files": (
+        Command("save", "[FILE]", "copy the transcript so far", of_table.save, "S", "S"),
+        Command(
+            "transcript", "", "where it is, and its last turn", _game(of_game.transcript), "T", "T"
+        ),
+        Command("load", "[FILE]", "go on with a recorded game", of_table.load),
+        Command("replay", "FILE", "look at a recorded game", of_table.replay),
+        Command("review", "", "what each of your moves was worth", _game(of_game.review)),
+        Command("branch", "[TURN]", "play on from a turn, in a file of its own", of_table.branch),
+        Command("export", "[FILE] --svg ...", "write a game in another form", of_table.export),
     ),
-    Command("play", "PROBLEM ...", "begin a game, with the options of dmplay play", of_table.play),
-    Command("load", "[FILE]", "go on with a recorded game", of_table.load),
-    Command("replay", "FILE", "look at a recorded game", of_table.replay),
-    Command("review", "", "what each of your moves was worth", _game(of_game.review)),
-    Command("branch", "[TURN]", "play on from a turn, in a file of its own", of_table.branch),
-    Command("export", "[FILE] --svg ...", "write a game in another form", of_table.export),
-    Command("list", "[KIND]", "the problems", _outer("list")),
-    Command("info", "PROBLEM", "all about a problem", _outer("info")),
-    Command("agents", "PROBLEM", "who can play it", _outer("agents")),
-    Command("solve", "PROBLEM", "its values or equilibria", _outer("solve")),
-    Command("figure", "[NAME]", "a figure of the book", _outer("figure")),
-    Command("screen", "", "the game on the full screen", of_table.screen),
-    Command("keys", "", "which key does what", _keys),
-    Command("help", "[COMMAND]", "the commands", _help, "?", "?"),
-    Command("quit", "", "leave; the transcript is kept", _quit, "q", "q"),
-)
+    "book": (
+        Command("list", "[KIND]", "the problems", _outer("list")),
+        Command("info", "PROBLEM", "all about a problem", _outer("info")),
+        Command("agents", "PROBLEM", "who can play it", _outer("agents")),
+        Command("solve", "PROBLEM", "its values or equilibria", _outer("solve")),
+        Command("figure", "[NAME]", "a figure of the book", _outer("figure")),
+    ),
+    "shell": (
+        Command("keys", "", "which key does what", _keys),
+        Command("help", "[TOPIC]", "the commands; those of a topic, or one", _help, "?", "?"),
+        Command("quit", "", "leave; the transcript is kept", _quit, "q", "q"),
+    ),
+}
+COMMANDS = tuple(command for topic in TOPICS.values() for command in topic)
 
 
-def named(name: str) -> Command:
-    """The command of this name."""
+def named(name: str, topics: Sequence[str] = ()) -> Command:
+    """The command of this name; an unknown one may have meant a topic too."""
     wanted = SYNONYMS.get(name.lower(), name.lower())
     for command in COMMANDS:
         if command.name == wanted:
             return command
-    raise UnknownName("command", name, [command.name for command in COMMANDS])
+    raise UnknownName("command", name, [*topics, *(command.name for command in COMMANDS)])
 
 
 def is_command(word: str) -> bool:

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from dmplay.core import Interval
-from dmplay.shell.commands import COMMANDS
+from dmplay.shell.commands import COMMANDS, TOPICS
 from dmplay.shell.completion import known
 from dmplay.shell.completion.problem import agents, parameters, seats
 from dmplay.shell.table import Table
@@ -43,7 +43,7 @@ def candidates(table: Table, before: str) -> list[str]:
         "seed": known.seeds,
         "figure": known.figures,
         "list": lambda: [*known.KINDS],
-        "help": lambda: [one.name for one in COMMANDS],
+        "help": lambda: [*TOPICS, *(one.name for one in COMMANDS)],
     }
     return simple[command]() if command in simple else []
 
