@@ -297,7 +297,35 @@ def test_a_screen_without_room_for_a_board_is_played_in_text() -> None:
         " at (7,2). E (8,2)",
         "   floor. NE wall.",
     ]
-    assert "return 0." in shown.last
+    assert shown.last.split("\n")[2:4] == [" turn 1. at (6,2).", "   chose W, moved …"]
+
+
+@pytest.mark.parametrize("problem", PROBLEMS)
+@pytest.mark.parametrize("rows", [1, 2, 3, 4, 5])
+def test_the_smallest_screens_tell_what_is_most_urgent(problem: str, rows: int) -> None:
+    played = game(problem)
+    shown = play(played, "L", "?", "x", "V", size=(60, rows))
+    assert {len(frame.split("\n")) for frame in shown.frames} == {rows}
+    begun = " ".join(shown.frames[0].split())
+    assert ("need " in begun and "; playing in text" in begun) or rows > 3
+    assert played.situation()[:20] in " ".join(shown.frames[1].split())
+    assert "actions: " in shown.frames[2]
+
+
+def test_a_terminal_of_one_row_shows_one_line_of_text_while_keys_act() -> None:
+    shown = play(game("hexworld"), "l", "e", "?", size=(40, 1))
+    assert shown.frames == [
+        " need 19x3; playing in text. at (7,2). …",
+        " turn 1. at (8,2). chose E, moved E. re…",
+        " e: no such key; ? shows them",
+        " actions: l e,  u ne,  y nw,  h w,  b",
+    ]
+
+
+def test_a_line_of_the_log_is_shown_whole_or_its_beginning() -> None:
+    rows = play(game("hexworld"), "l", "u", size=(30, 5)).last.split("\n")
+    assert rows[2].endswith("…")
+    assert rows[2].startswith(" turn 2. at (8,2). chose NE")
 
 
 def test_a_game_that_is_over_takes_no_more_actions() -> None:

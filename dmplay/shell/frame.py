@@ -15,6 +15,7 @@ from dmplay.views._canvas import ASCII, Look, Needed, size
 
 PANEL = 17  # columns of the side panel at least
 LOG = 2  # rows of the log at least
+SMALL = 4  # rows under which there is no board
 KEYS_SHOWN = 5  # turns for which the board names the keys
 COLON = ": command"
 OVER_KEYS = (("new", "restart", "undo", "help", "quit"), ("new", "help", "quit"), ("help",))
@@ -59,8 +60,31 @@ KEYS = (
 
 
 def compose(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
-    """The whole screen: exactly `height` rows, none wider than the room."""
-    return _rows([upper(game, room, shown, log), message(room, shown), keys(game, room, shown)])
+    """The whole screen: exactly `height` rows, none wider than the room.
+
+    Under four rows: what is most urgent in one, below it the keys, above it the title.
+    """
+    below = keys(game, room, shown)
+    if room.height < SMALL:
+        rows = [_fitted(_urgent(game, room, shown, log), room), below][: room.height]
+        return _rows([_fitted(_title(game, room), room), *rows][-room.height :])
+    covered = shown.message or shown.curtain or shown.help or shown.page
+    if room.height == SMALL and log and not covered:
+        shown = shown._replace(message=log[-1])
+    return _rows([upper(game, room, shown, log), message(room, shown), below])
+
+
+def _urgent(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
+    """One row: the curtain, a row of a page, the message, what happened last, how it stands."""
+    if shown.curtain:
+        return _curtain(shown.curtain, room)[1]
+    if shown.help or shown.page:
+        return pages(game, room, shown)[shown.part][0]
+    if shown.message or log:
+        return Text(f" {clean(shown.message or log[-1])}")
+    board = game.draw(Look(room.width, 1, room.ascii))
+    needed = [board.plain] if isinstance(board, Needed) else []
+    return Text(" " + ". ".join([*needed, game.situation()]))
 
 
 def message(room: Room, shown: Shown) -> Text:
@@ -91,7 +115,9 @@ def pages(game: Game, room: Room, shown: Shown) -> list[list[Text]]:
     body = max(room.height - 3, 1)
     if len(rows) <= body:
         return [rows]
-    held = max(body - 1, 1)
+    if body == 1:
+        return [[row] for row in rows]
+    held = body - 1
     many = -(-len(rows) // held)
     parts = []
     for number in range(1, many + 1):
@@ -194,7 +220,21 @@ def _log(game: Game, room: Room, long: list[str], log: list[str], rows: int) -> 
     if game.session.over:
         lines.append(f"over: {game.result()}")
     lines += map(clean, long)
-    return _page(lines[-rows:], room)[-rows:] if rows else []
+    shown: list[Text] = []
+    for line in reversed(lines[-rows:] if rows else []):
+        told = _page([line], room)
+        if len(shown) + len(told) <= rows:
+            shown = [*told, *shown]
+        else:  # a line is told whole, unless there is no room for the last one
+            return shown or _cut(told, rows, room)
+    return shown
+
+
+def _cut(lines: list[Text], rows: int, room: Room) -> list[Text]:
+    """As many rows as there is room for, the last with the sign that it goes on."""
+    *before, last = lines[:rows]
+    last.truncate(room.width - 1)
+    return [*before, last.append("…")]
 
 
 def _page(lines: Sequence[str], room: Room) -> list[Text]:

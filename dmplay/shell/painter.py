@@ -159,9 +159,10 @@ def _lift(old: list[Row], new: list[Row]) -> Lift | None:
     best, most = None, WORTH
     for by in LIFTS:
         y = 0
-        while y + by < len(new):
+        rows = min(len(old), len(new))
+        while y + by < rows:
             top, saved = y, 0
-            while y + by < len(new) and new[y] == old[y + by]:
+            while y + by < rows and new[y] == old[y + by]:
                 saved += _length(new[y]) if new[y] != old[y] else 0
                 y += 1
             if saved > most:
