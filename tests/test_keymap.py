@@ -109,7 +109,7 @@ def test_keys_of_a_problem_come_before_those_of_its_family() -> None:
 def test_typed_words_are_names_before_they_are_keys() -> None:
     made = held("hexworld", Keys("left"))
     assert made.read("e") == made.problem.action(0, "e")
-    assert made.key("e") == made.problem.action(0, "ne")
+    assert made.key("e") == (0, made.problem.action(0, "ne"))
 
 
 def test_two_people_are_each_shown_the_keys_of_their_hand() -> None:

@@ -381,6 +381,19 @@ def test_every_problem_is_played_to_its_end_by_keys_and_its_transcript_verifies(
 # Several people
 
 
+def test_two_at_a_keyboard_never_move_one_another() -> None:
+    played = game("predator-prey", seed=1)
+    shown = play(played, "l", "l", "h", "1", "h")
+    assert played.session.turns == []
+    assert "prey chooses; the other choice stays hidden" in shown.last
+    play(played, "l", "d")
+    chosen = played.session.turns[0].actions
+    assert [played.problem.action_name(seat, chosen[seat]) for seat in (0, 1)] == ["e", "e"]
+    play(played, "a", "h")
+    chosen = played.session.turns[1].actions
+    assert [played.problem.action_name(seat, chosen[seat]) for seat in (0, 1)] == ["w", "w"]
+
+
 def test_a_curtain_hides_the_board_between_people_who_see_different_things() -> None:
     played = game("collaborative-predator-prey", "human", "human")
     shown = play(played, "h", "l", "L", "enter", "l", "enter", "h", "enter")

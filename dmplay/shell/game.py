@@ -212,16 +212,16 @@ class Game:
         """The action that a person typed: its name, an alias, its number or a key."""
         return action_of(self.problem, self.watcher, word, self.keys_of(self.watcher))
 
-    def key(self, key: str) -> float | None:
-        """The action that a key plays."""
-        return action_by_key(self.problem, self.watcher, key, self.hands.keys)
-
-    def other_hand(self, key: str) -> tuple[int, float] | None:
-        """The seat and action of a key of the second cluster, where two people share a keyboard."""
-        if len(self.people) != PAIR or key not in self.hands.other:
-            return None
-        seat = self.people[1]
-        return seat, self.problem.action(seat, self.hands.other[key])
+    def key(self, key: str) -> tuple[int, float] | None:
+        """Whose action a key plays, and which: of who is to choose, or each with keys of its own
+        where two people share a keyboard.
+        """
+        seat, keys = self.watcher, self.keys_of(self.watcher)
+        if len(self.people) == PAIR and self.hands.other and not self.private:
+            second = key in self.hands.other
+            seat, keys = self.people[second], self.hands.other if second else self.hands.keys
+        action = action_by_key(self.problem, seat, key, keys)
+        return None if action is None else (seat, action)
 
     def keys_of(self, seat: int) -> Mapping[str, str]:
         """The keys of a seat's person, first those of the hand that is the second's of two."""

@@ -110,7 +110,7 @@ class Screen:
             return
         with self.told():
             waiting = self.game.waiting is not None
-            if waiting and (self._left(key) or self._number(key) or self._action(key)):
+            if waiting and (self._number(key) or self._action(key)):
                 return
             self.command(key)
 
@@ -125,22 +125,15 @@ class Screen:
         """Plays the action of a key, or of two arrows for a diagonal."""
         combination = f"{self.prefix} {key}".strip()
         self.prefix = ""
-        action = self.game.key(combination)
-        if action is not None:
-            self.act(action)
+        found = self.game.key(combination)
+        if found is not None:
+            seat, action = found
+            self.act(action, seat)
         elif key in ("up", "down") and any(" " in one for one in self.game.hands.keys):
             self.prefix = key
             self.message = f"{key}, then left or right: a diagonal"
         else:
             return False
-        return True
-
-    def _left(self, key: str) -> bool:
-        """Takes the choice of a second person at the left hand's keys."""
-        found = self.game.other_hand(key)
-        if found is None:
-            return False
-        self.act(found[1], found[0])
         return True
 
     def _number(self, key: str) -> bool:
