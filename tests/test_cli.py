@@ -36,6 +36,18 @@ def test_a_piped_game_is_played_told_and_recorded(tmp_path: Path) -> None:
     assert run(tmp_path, "verify", "g.dmt").stdout == "ok g.dmt (2 turns)\n1 verified\n"
 
 
+def test_a_recording_tells_a_reroll_as_the_turn_that_came_of_it(tmp_path: Path) -> None:
+    run(tmp_path, "2048", "--seed", "7", "-o", "g.dmt", stdin="left\nreroll\nundo\nup\n")
+    told = run(tmp_path, "replay", "g.dmt").stdout.splitlines()
+    assert [row.partition(". ")[0] for row in told[1:-1]] == [
+        "turn 1", "turn 1, rerolled", "undone", "turn 1, rerolled",
+    ]  # fmt: skip
+    assert told[3] == "undone. turn 0."
+    told = run(tmp_path, "export", "g.dmt", "--text").stdout
+    assert told.count("turn 1, rerolled. slid left.") == 3
+    assert "undone. turn 0.\n turn 1, rerolled. slid up." in told
+
+
 def test_the_end_of_input_is_a_clean_end(tmp_path: Path) -> None:
     done = run(tmp_path, "2048", "--seed", "7", stdin="")
     assert done.returncode == 0

@@ -145,6 +145,16 @@ def test_tab_hints_without_playing() -> None:
     assert played.session.turns == []
 
 
+def test_a_turn_under_other_dice_is_in_the_log() -> None:
+    shown = play(game("2048"), "left", ":", "reroll enter", ":", "reroll enter", "L").last
+    told = [row.strip() for row in shown.split("\n") if "slid left." in row]
+    assert told == [
+        "turn 1. slid left. new 2 in row 3, column 2. reward 4. return 4.",
+        "turn 1, rerolled. slid left. new 2 in row 3, column 2. reward 4. return 4.",
+        "turn 1, rerolled. slid left. new 4 in row 4, column 1. reward 4. return 4.",
+    ]
+
+
 @pytest.mark.slow
 def test_a_hint_that_takes_its_time_says_so_the_first_time() -> None:
     shown = play(game("collaborative-predator-prey"), "tab", "tab")

@@ -24,8 +24,10 @@ def screens(game: Playback, room: Room) -> Iterator[Text]:
     """The screen before the first turn and after every turn or event."""
     log: list[str] = []
     yield compose(game, room, Shown(), log)
+    before = 0
     while game.unattended():
-        log.append(game.said() if game.session.turns else "undone. turn 0.")
+        log.append(game.change(before))
+        before = len(game.session.turns)
         yield compose(game, room, Shown(), log)
 
 

@@ -262,10 +262,16 @@ class Game:
         As the watcher may know it, unless `seat` says who.
         """
         view = self.view() if seat is None else self.session.view(seat)
-        parts = [f"turn {view.turn}.", self.style.told(view)]
+        rerolled = ", rerolled" if view.turn in self.session.rerolls else ""
+        parts = [f"turn {view.turn}{rerolled}.", self.style.told(view)]
         if view.rewards is not None:
             parts.append(f"reward {view.rewards[-1]:.6g}. return {self.returned(view):.6g}.")
         return " ".join(parts)
+
+    def change(self, before: int) -> str:
+        """What happened since there were so many turns: how far back the game is, or a turn."""
+        now = len(self.session.turns)
+        return f"undone. turn {now}." if now < before else self.said()
 
     def returned(self, view: View) -> float:
         """The discounted sum of the rewards that a view shows; a frame asks twice."""

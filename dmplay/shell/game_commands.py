@@ -24,7 +24,7 @@ def undo(game: Game, argument: str) -> str:
     before = len(game.session.turns)
     game.undo(count(argument, "undo"))
     now = len(game.session.turns)
-    return f"undone. turn {now}." if now < before else "your choice is taken back."
+    return game.change(before) if now < before else "your choice is taken back."
 
 
 def redo(game: Game, argument: str) -> str:
@@ -59,9 +59,8 @@ def _played(game: Game, command: str, turns: int) -> str:
     told: list[str] = []
     before = len(game.session.turns)
     while (not turns or len(told) < turns) and game.unattended():
-        now = len(game.session.turns)
-        told.append(game.said() if now > before else f"undone. turn {now}.")
-        before = now
+        told.append(game.change(before))
+        before = len(game.session.turns)
     return "\n".join(told) or f"the game is over ({game.session.ending})"
 
 

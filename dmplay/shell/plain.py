@@ -158,10 +158,10 @@ def _watch(game: Game, reporter: Reporter) -> None:
     before = 0
     while game.unattended():
         now = len(game.session.turns)
-        if now > before:
+        if now < before:  # a recording may take turns back
+            reporter.words(game.change(before))
+        else:
             reporter.turn(game)
-        else:  # a recording may take turns back
-            reporter.words(f"undone. turn {now}.")
         before = now
 
 

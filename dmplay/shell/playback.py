@@ -41,8 +41,10 @@ class Playback(Game):
             reason = self.transcript.reason
             self.session.end(reason if reason in CHOSEN else "unfinished")
             return False
-        play(self.transcript, self._blocks()[self._place], self.session)
-        self._place += 1
+        blocks = self._blocks()[self._place :]
+        for block in blocks[: 1 + (blocks[0].kind == "reroll")]:  # with the turn that came of it
+            play(self.transcript, block, self.session)
+            self._place += 1
         return True
 
     @property
@@ -62,6 +64,9 @@ class Playback(Game):
         """Shows the place so many turns or events back."""
         if self._place < turns:
             raise BadParameter("this is the beginning")
-        self._place -= turns
+        for _ in range(turns):
+            self._place -= 1
+            if self._place and self._blocks()[self._place - 1].kind == "reroll":
+                self._place -= 1
         self.session = self._session(self._place)
         self._advisers.clear()

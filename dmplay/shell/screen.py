@@ -229,9 +229,8 @@ class Screen:
         """A turn of a game without people."""
         before = len(self.game.session.turns)
         self.game.unattended()
-        now = len(self.game.session.turns)
-        if now < before:  # a recording may take turns back
-            self.message = f"undone. turn {now}."
+        if len(self.game.session.turns) < before:  # a recording may take turns back
+            self.message = self.game.change(before)
         self.note(before)
 
     def autoplay(self) -> None:
@@ -274,7 +273,7 @@ class Screen:
         now = len(self.game.session.turns)
         if self._log.game is not self.game:
             self.fresh()
-        elif now > before:
+        elif now > before or (now == before and self._log.outdated):
             self._log.turns(self.page)
             self.message = "" if self.message == self.log[-1] else self.message
         elif now < before:
