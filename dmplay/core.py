@@ -277,7 +277,7 @@ class Problem(ABC):
 def _number(text: str, interval: Interval) -> float:
     """The number of an interval that a text is."""
     try:
-        value = round(float(text), DECIMALS)
+        value = round(float(text), DECIMALS) if text.isascii() and "_" not in text else math.nan
     except ValueError:
         value = math.nan
     if not interval.low <= value <= interval.high:

@@ -188,7 +188,8 @@ class Session:
     def undo(self, turns: int = 1) -> list[Turn]:
         """Takes back the last turns and returns them; the same action gives the same outcome."""
         if not 1 <= turns <= len(self.turns):
-            raise IllegalAction(f"undo {turns}: {len(self.turns)} turns were played")
+            played = f"{len(self.turns)} turn{'s were' if len(self.turns) != 1 else ' was'} played"
+            raise IllegalAction(f"undo {turns}: {played}")
         self._ended = None
         taken = self.turns[-turns:]
         del self.turns[-turns:]

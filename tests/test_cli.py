@@ -43,9 +43,9 @@ def test_a_recording_tells_a_reroll_as_the_turn_that_came_of_it(tmp_path: Path) 
         "turn 1", "turn 1, rerolled", "undone", "turn 1, rerolled",
     ]  # fmt: skip
     assert told[3] == "undone. turn 0."
-    told = run(tmp_path, "export", "g.dmt", "--text").stdout
-    assert told.count("turn 1, rerolled. slid left.") == 3
-    assert "undone. turn 0.\n turn 1, rerolled. slid up." in told
+    text = run(tmp_path, "export", "g.dmt", "--text").stdout
+    assert text.count("turn 1, rerolled. slid left.") == 3
+    assert "undone. turn 0.\n turn 1, rerolled. slid up." in text
 
 
 def test_the_end_of_input_is_a_clean_end(tmp_path: Path) -> None:
@@ -117,6 +117,24 @@ def test_bad_input_is_one_clear_line_and_exit_code_2(
     assert done.stderr.startswith(f"error: {message}")
     assert done.stderr.count("\n") == 1
     assert done.stdout == ""
+
+
+def test_a_number_that_is_no_action_is_told_the_bounds(tmp_path: Path) -> None:
+    done = run(tmp_path, "travelers-dilemma", stdin="101\n")
+    assert (
+        "error: line 1: action: got '101', expected a whole number from 2 to 100\n" in done.stderr
+    )
+    done = run(tmp_path, "simple-regulator", stdin="1_0\n")
+    assert "error: line 1: action: got '1_0', expected a number from -10 to 10\n" in done.stderr
+
+
+def test_only_files_that_hold_are_verified(tmp_path: Path) -> None:
+    run(tmp_path, "hexworld", "--agent", "optimal", "--turns", "1", "-o", "g.dmt", "-q")
+    (tmp_path / "junk.dmt").write_text("no transcript\n")
+    done = run(tmp_path, "verify", "g.dmt", "junk.dmt")
+    assert done.returncode == 3
+    assert done.stdout.startswith("ok g.dmt (1 turn)\n")
+    assert done.stdout.endswith("1 verified, 1 failed\n")
 
 
 def test_a_transcript_that_differs_ends_with_3_and_is_named(tmp_path: Path) -> None:

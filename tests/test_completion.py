@@ -83,7 +83,8 @@ CASES = [
 def test_what_can_follow_is_offered(
     line: str, offered: list[str], shell: "type[object]", place: Path
 ) -> None:
-    assert shell(line, place) == offered  # type: ignore[call-arg]
+    found: list[str] = shell(line, place)  # type: ignore[call-arg, assignment]
+    assert [one for one in found if not one.endswith("=VALUE")] == offered
 
 
 @pytest.mark.parametrize(
@@ -101,6 +102,41 @@ def test_bash_is_told_only_what_it_lacks_of_a_word(
     assert bash(line, place) == offered
     kept = re.sub("[a-z]*$", "", line.rpartition(" ")[2])
     assert fish(line, place) == [f"{kept}{one}" for one in offered]
+
+
+@pytest.mark.parametrize(
+    ("line", "offered"),
+    [
+        ("dmplay hexworld --set sl", ["slip=", "slip=VALUE"]),
+        ("dmplay play prisoners-dilemma --seat agent2", ["agent2=", "agent2=VALUE"]),
+        ("dmplay machine-replacement --agent threshold:re", ["repair=", "repair=VALUE"]),
+        ("dmplay review mor", ["more/", "more/..."]),
+        ("dmplay review a", ["a\\ b.dmt"]),
+    ],
+)
+def test_bash_ends_no_word_that_goes_on_and_escapes_blanks(
+    line: str, offered: list[str], place: Path
+) -> None:
+    (place / "a b.dmt").touch()
+    assert bash(line, place) == offered
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_the_script_of_any_shell_can_be_asked_for(shell: str, place: Path) -> None:
+    done = subprocess.run(
+        [*DMPLAY, "--show-completion", shell], capture_output=True, text=True,
+        env=clean_environment(place), timeout=60, check=True,
+    )  # fmt: skip
+    assert f"complete_{shell}" in done.stdout
+
+
+def test_a_shell_that_is_not_known_is_refused(place: Path) -> None:
+    done = subprocess.run(
+        [*DMPLAY, "--install-completion", "csh"], capture_output=True, text=True,
+        env=clean_environment(place), timeout=60, check=False,
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert "'csh' is not one of 'bash', 'zsh', 'fish'" in done.stderr
 
 
 @pytest.mark.parametrize(

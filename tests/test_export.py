@@ -72,6 +72,16 @@ def test_text_tells_every_screen(file: Path) -> None:
     assert all(row == row.rstrip() for row in told.splitlines())
 
 
+def test_text_is_as_wide_as_wanted_and_in_ascii_where_wanted_or_needed(file: Path) -> None:
+    assert "╱" in export(file, "--text")
+    assert max(map(len, export(file, "--text", "--width", "45").splitlines())) <= 45
+    plain = export(file, "--text", "--ascii")
+    assert plain.isascii()
+    done = run(file.parent, "export", "g.dmt", "--text", PYTHONIOENCODING="ascii")
+    assert done.stdout == plain
+    assert export(file, "--cast", "--ascii").isascii()
+
+
 def test_a_table_has_a_row_a_turn(file: Path) -> None:
     rows = list(csv.DictReader(io.StringIO(export(file, "--csv"))))
     assert [row["turn"] for row in rows] == ["0", "1", "2", "1", "2"]
@@ -91,6 +101,7 @@ def test_data_is_one_object(file: Path) -> None:
         ([], "export: choose one of --svg, --film, --html"),
         (["--svg", "--csv"], "export: choose one of"),
         (["--svg", "--at", "9"], "--at: got 9, the game has 2 turns"),
+        (["--text", "--at", "1"], "--at: a turn of --svg or --html, not of --text"),
         (["--csv", "-o", "no/g.csv"], "cannot write no/g.csv: No such file or directory"),
     ],
 )

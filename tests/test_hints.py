@@ -12,6 +12,7 @@ from dmplay import catalog
 from dmplay.chance import Reals
 from dmplay.core import Interval, Policy
 from dmplay.session import Session
+from dmplay.shell.adviser import decimals, fixed
 from dmplay.shell.game import Game
 from dmplay.shell.review import Move, moves
 from dmplay.shell.seats import DIGITS, HUMAN
@@ -88,9 +89,27 @@ def test_a_hint_is_the_best_of_the_values_that_it_tells(name: str, seat: int) ->
         legal = {str(labels[a]): known[a] for a in np.flatnonzero(able)}
         top = best(np.array(list(legal.values())))
         assert advice in [label for label, first in zip(legal, top, strict=True) if first]
-        assert numbers == {label: f"{legal[label]:.2f}" for label in numbers}
+        places = {len(number.partition(".")[2]) for number in numbers.values()}
+        assert len(places) == 1
+        assert numbers == {label: fixed(legal[label], *places) for label in numbers}
         assert len(numbers) == min(len(legal), DIGITS)
         assert min(legal[label] for label in numbers) >= sorted(legal.values())[-len(numbers)]
+
+
+@pytest.mark.parametrize(
+    ("values", "shown"),
+    [
+        ([6.2701, 5.4688, 3.0], ["6.27", "5.47", "3.00"]),
+        ([-0.0141, -0.0074, -0.01], ["-0.0141", "-0.0074", "-0.0100"]),
+        ([0.00001, 0.00002], ["0.000010", "0.000020"]),
+        ([-0.0146], ["-0.015"]),
+        ([-0.001, 0.5], ["0.00", "0.50"]),
+        ([0.0, 0.0], ["0.00", "0.00"]),
+        ([2500.5, -np.inf], ["2500.50", "-inf"]),
+    ],
+)
+def test_values_are_told_apart_by_their_decimals(values: list[float], shown: list[str]) -> None:
+    assert [fixed(value, decimals(values)) for value in values] == shown
 
 
 @every_seat

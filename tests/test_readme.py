@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from dmplay.shell import frame
-from dmplay.shell.export import film
+from dmplay.shell.export import ROOM, film
 from dmplay.shell.playback import Playback
 from dmplay.shell.request import Request
 from dmplay.shell.screen import Screen
@@ -56,7 +56,7 @@ def test_a_session_of_the_readme_prints_what_it_shows(tmp_path: Path, block: str
 def test_a_film_of_the_readme_is_that_of_the_transcript_beside_it(picture: str) -> None:
     kept = ROOT / picture
     game = Playback(kept.with_suffix(".dmt"))
-    assert kept.read_text(encoding="utf-8") == film(game, None)
+    assert kept.read_text(encoding="utf-8") == film(game, None, ROOM)
 
 
 def test_the_readme_shows_a_map_a_board_and_a_belief_in_play() -> None:

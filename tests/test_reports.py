@@ -8,6 +8,7 @@ from rich.console import Console
 import dmplay
 from dmplay.describe import summary
 from dmplay.shell import reports
+from dmplay.shell.terminal import Wishes
 
 # Table F.1 as printed: agents, states, actions, observations, discount.
 PRINTED = {
@@ -77,6 +78,41 @@ def test_info_says_source_decisions_parameters_agents_and_keys(name: str) -> Non
         assert word in told
     for one in reports.about(name)["parameters"].values():  # type: ignore[attr-defined]
         assert one["meaning"]
+
+
+def test_a_list_without_room_says_what_it_leaves_out(capsys: pytest.CaptureFixture[str]) -> None:
+    reports.print_list("POMDP", Wishes(width=60))
+    told = capsys.readouterr().out
+    assert "no room for discount; --width or --json has all" in told
+    reports.print_list("POMDP", Wishes(width=100))
+    assert "no room" not in capsys.readouterr().out
+    reports.print_list("", Wishes(width=12))
+    rows = capsys.readouterr().out.replace(" ", "").split("\n")
+    assert {"2048", "cart-pole", "travelers-di"} <= {*rows}
+
+
+@pytest.mark.parametrize(
+    ("env", "wish", "drawn"),
+    [
+        ({"CLICOLOR_FORCE": "1"}, "auto", True),
+        ({"NO_COLOR": "1", "FORCE_COLOR": "1"}, "auto", False),
+        ({"NO_COLOR": "1"}, "always", True),
+        ({}, "auto", False),
+    ],
+)
+def test_the_list_is_coloured_as_everything_is(
+    env: dict[str, str],
+    wish: str,
+    drawn: bool,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    for name in ("NO_COLOR", "FORCE_COLOR", "CLICOLOR_FORCE"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in env.items():
+        monkeypatch.setenv(name, value)
+    reports.print_list("MDP", Wishes(color=wish, width=80))
+    assert ("\x1b[" in capsys.readouterr().out) == drawn
 
 
 @pytest.mark.parametrize("width", [40, 50, 80, 100, 200])

@@ -186,6 +186,20 @@ def test_help_names_every_action_and_every_command(key: str) -> None:
     assert "actions:" not in shown.last
 
 
+def test_help_brings_the_keys_back_onto_the_board() -> None:
+    played = game("hexworld", parameters={"rewards": []})
+    shown = play(played, *"hlhlhl", "?", "x")
+    named = [any(f"  {key}  │" in frame for key in "hlyubn") for frame in shown.frames]
+    assert named == [True] * 5 + [False] * 3 + [True]
+
+
+def test_a_typed_move_closes_the_help() -> None:
+    shown = play(game("hexworld"), "?", ":", "w enter")
+    assert "actions: " in shown.frames[1]
+    assert "actions: " not in shown.last
+    assert "turn 1. at (6,2)" in shown.last
+
+
 def test_help_that_is_longer_than_the_screen_comes_in_parts() -> None:
     shown = play(game("hexworld"), "?", *["space"] * 4, "h", size=(50, 14))
     for number in (1, 2, 3, 4):

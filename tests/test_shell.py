@@ -92,6 +92,19 @@ def test_a_recording_that_is_looked_at_is_played_on_from_where_it_stands(tmp_pat
     assert check(file).ok
 
 
+def test_a_path_with_a_blank_is_told_as_a_shell_takes_it(tmp_path: Path) -> None:
+    words = ("play hexworld --seed 7 -o 'a b.dmt'", "e", "save 'c d.dmt'")
+    done = run(*(w for line in words for w in ("-e", line)), folder=tmp_path)
+    assert "dmplay resume 'c d.dmt' goes on" in done.stdout
+    assert "replay: dmplay replay 'a b.dmt'\n" in done.stderr
+
+
+def test_a_figure_is_drawn_as_outside_the_shell(tmp_path: Path) -> None:
+    for env in ({}, {"PYTHONIOENCODING": "ascii"}, {"DMPLAY_ASCII": "1"}):
+        alone = run("figure", "F.2", folder=tmp_path, **env).stdout
+        assert run("-e", "figure F.2", folder=tmp_path, **env).stdout.rstrip() == alone.rstrip()
+
+
 @pytest.mark.parametrize(
     ("line", "message"),
     [
@@ -341,7 +354,11 @@ def test_a_script_is_echoed_after_the_prompts_and_played(
     ("line", "message"),
     [
         ("nee", "line 3: unknown action 'nee'; did you mean ne or e?"),
-        ("undo 3", "line 3: undo 3: 1 turns were played"),
+        ("act e e", "line 3: act: got 'e e', expected one action; ';' stands between"),
+        ("act", "line 3: act: expected an action"),
+        ("new 5", "line 3: new: got '5', expected nothing after it"),
+        ("quit now", "line 3: quit: got 'now', expected nothing after it"),
+        ("undo 3", "line 3: undo 3: 1 turn was played"),
         ("play chess", "line 3: unknown problem 'chess'"),
         ("play hexworld --sed 3", "line 3: no such option: --sed"),
         ("step", "line 3: step: people play here; agent SEAT NAME seats an agent"),

@@ -68,6 +68,20 @@ def test_a_restart_has_the_same_dice_and_a_new_game_has_others(tmp_path: Path) -
     assert f"--seed {fresh}" in seat.game.again
 
 
+def test_another_agent_or_parameter_meets_the_same_dice(tmp_path: Path) -> None:
+    seat = table(tmp_path)
+    start = seat.game.situation()
+    for line in ("agent optimal", "set discount 0.5", "agent human"):
+        typed(seat, line)
+        assert (seat.game.seed, seat.game.situation()) == (7, start)
+    typed(seat, "new")
+    fresh = seat.game.seed
+    typed(seat, "agent random")
+    assert (seat.game.seed, seat.game.shows_seed) == (fresh, False)
+    assert "--seat agent=random" in seat.game.again
+    assert "--set discount=0.5" in seat.game.again
+
+
 def test_a_game_begins_anew_with_what_was_set_before(tmp_path: Path) -> None:
     seat = table(tmp_path, problem="predator-prey", strict=True, turns=9)
     typed(seat, "agent predator random")
@@ -244,7 +258,7 @@ def test_games_begun_on_the_screen_are_all_kept(tmp_path: Path) -> None:
 
 def test_words_of_several_lines_open_a_page_and_several_commands_are_done(tmp_path: Path) -> None:
     seat = table(tmp_path)
-    shown = play(seat.game, ":", "help enter", "x", ":", "w;w enter")
+    shown = play(seat.game, ":", "help space turns enter", "x", ":", "w;w enter")
     assert "act ACTION: play an action" in shown.frames[2]
     assert "act ACTION: play an action" not in shown.frames[3]
     assert "turn 2 " in shown.last

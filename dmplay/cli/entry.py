@@ -12,6 +12,9 @@ from dmplay.cli.program import ABORTED, USAGE, sentence
 from dmplay.errors import DmplayError
 
 COMPLETING = "_DMPLAY_COMPLETE"  # set by a shell that asks what can follow
+NAMED = "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION"  # has typer take a shell by its name
+SCRIPTS = ("--install-completion", "--show-completion")
+OPEN = {"=": "VALUE", ":": "VALUE", "/": "..."}  # endings after which a word goes on
 USAGE_CODE, INTERRUPT_CODE = 2, 130
 
 
@@ -23,6 +26,8 @@ def run() -> int:
         if not _spoken_to():
             return _no_words()
         sys.argv.append("shell")
+    if sys.argv[1] in SCRIPTS and len(sys.argv) > 2:
+        os.environ[NAMED] = "1"
     try:
         code = app(standalone_mode=False, prog_name="dmplay")
     except (DmplayError, USAGE) as error:
@@ -34,16 +39,27 @@ def run() -> int:
 
 def _complete() -> int:
     """Answers a shell that asks what can follow."""
-    kept = ""
-    if os.environ[COMPLETING] == "complete_bash":
+    kept, bash = "", os.environ[COMPLETING] == "complete_bash"
+    if bash:
         words = os.environ.get("COMP_WORDS", "").replace(" ", "\n").split("\n")
         whole, at, kept = rejoined(words, int(os.environ.get("COMP_CWORD", "0")))
         os.environ |= {"COMP_WORDS": "\n".join(whole), "COMP_CWORD": str(at)}
     with contextlib.redirect_stdout(io.StringIO()) as found, contextlib.suppress(SystemExit):
         app(prog_name="dmplay")
-    lines = [line.removeprefix(kept) for line in found.getvalue().split("\n")]
-    print(*filter(None, lines), sep="\n")
+    lines = [line.removeprefix(kept) for line in found.getvalue().split("\n") if line]
+    print(*(_for_bash(lines) if bash else lines), sep="\n")
     return 0
+
+
+def _for_bash(lines: list[str]) -> list[str]:
+    """What bash puts in as it stands: blanks escaped, and no blank after a word that goes on.
+
+    It ends a word with a blank unless there are two that begin alike.
+    """
+    lines = [line.replace(" ", "\\ ") for line in lines]
+    if len(lines) == 1 and lines[0][-1:] in OPEN:
+        lines.append(lines[0] + OPEN[lines[0][-1]])
+    return lines
 
 
 def _spoken_to() -> bool:

@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import sys
 from collections.abc import Sequence
 from typing import Any
 
@@ -16,9 +17,22 @@ KINDS = {  # click's names of kinds, the longer first, in plain words
 ABORTED: type[Exception] = typer.Abort  # Ctrl-C
 
 
+class _Paper(io.StringIO):
+    """What is printed, in the characters that another stream has."""
+
+    def __init__(self, encoding: str) -> None:
+        super().__init__()
+        self._encoding = encoding
+
+    @property
+    def encoding(self) -> str:  # type: ignore[override] # of no use to the text itself
+        """The other stream's."""
+        return self._encoding
+
+
 def program(commands: Any, words: Sequence[str], table: object) -> str:
     """What `commands`, click's, print for these words; games they set up are put on the table."""
-    with contextlib.redirect_stdout(io.StringIO()) as printed:
+    with contextlib.redirect_stdout(_Paper(sys.stdout.encoding)) as printed:
         try:
             commands([*words], standalone_mode=False, prog_name="dmplay", obj=table)
         except USAGE as error:

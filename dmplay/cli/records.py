@@ -7,6 +7,7 @@ import typer
 
 from dmplay.cli import options
 from dmplay.errors import BadParameter
+from dmplay.shell.terminal import Wishes, here
 
 MISMATCH_CODE = 3
 
@@ -39,6 +40,7 @@ def verify(
     return 0 if all(good) else MISMATCH_CODE
 
 
+@options.wishes("ascii", "width")
 def export(
     file: options.File,
     svg: Annotated[bool, typer.Option("--svg", help="a picture of the screen")] = False,
@@ -53,6 +55,8 @@ def export(
     ] = None,
     output: options.Output = None,
     trust: options.Trust = False,
+    *,
+    wishes: Wishes,
 ) -> None:
     """Write a recorded game as a picture, a screen recording, text, a table or data.
 
@@ -67,7 +71,10 @@ def export(
         "svg": svg, "film": film, "html": html, "cast": cast, "text": text, "csv": csv,
         "json": json,
     }  # fmt: skip
-    print_export(file, _one_of(wanted), at, output, trusted=trust)
+    printed = output is None or str(output) == "-"
+    ascii_ = here(wishes).ascii if printed else wishes.ascii
+    form = _one_of(wanted)
+    print_export(file, form, at, output, width=wishes.width, ascii_=ascii_, trusted=trust)
 
 
 def review(

@@ -9,7 +9,7 @@ from dmplay.cli import config, options
 from dmplay.shell.terminal import Wishes, here
 
 
-@options.wishes("json", "width")
+@options.wishes("json", "color", "width")
 def list_(kind: options.Kind = "", *, wishes: Wishes) -> None:
     """List the problems: table F.1 of the book.
 
@@ -19,7 +19,7 @@ def list_(kind: options.Kind = "", *, wishes: Wishes) -> None:
     """
     from dmplay.shell import reports
 
-    reports.print_list(kind, json=wishes.json, width=wishes.width)
+    reports.print_list(kind, wishes)
 
 
 @options.wishes("json", "motion")

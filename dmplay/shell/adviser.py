@@ -1,7 +1,8 @@
 """Hints: what a good player would do in a seat, and what that player knows of values."""
 
+from collections.abc import Sequence
 from functools import cached_property
-from math import prod
+from math import floor, isfinite, log10, prod
 
 from dmplay import catalog
 from dmplay.core import Interval
@@ -9,7 +10,20 @@ from dmplay.session import Follower, Session
 from dmplay.views._canvas import Overlay
 
 MOST = 10  # actions whose values are told
+LEAST, FINEST = 2, 6  # decimals of values
 LARGE = 50_000  # states times joint actions that take longer than a moment to solve
+
+
+def decimals(values: Sequence[float]) -> int:
+    """The decimals, two to six, that tell these values from one another, or from nothing."""
+    known = [value for value in values if isfinite(value)] or [0.0]
+    apart = max(known) - min(known) or abs(known[0])
+    return min(max(1 - floor(log10(apart)), LEAST), FINEST) if apart else LEAST
+
+
+def fixed(value: float, places: int) -> str:
+    """A value with so many decimals; no zero is negative."""
+    return f"{round(value, places) + 0.0:.{places}f}"
 
 
 class Adviser:
@@ -69,7 +83,8 @@ class Adviser:
         known = [(label, float(value)) for label, value, open_ in each if open_]
         if len(known) > MOST:
             known = sorted(known, key=lambda pair: -pair[1])[:MOST]
-        return "values: " + ", ".join(f"{label} {value:.2f}" for label, value in known)
+        places = decimals([value for _, value in known])
+        return "values: " + ", ".join(f"{label} {fixed(value, places)}" for label, value in known)
 
     def overlay(self, kind: str) -> Overlay | None:
         """Values, policy or states of every state, where the adviser knows them."""

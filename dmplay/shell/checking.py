@@ -130,10 +130,11 @@ def print_reports(
             print(clean(str(report)))
         elif not quiet:
             unfinished = ", unfinished" if report.unfinished else ""
-            print(f"ok {clean(report.path)} ({report.turns} turns{unfinished})")
+            turns = f"{report.turns} turn{'s' * (report.turns != 1)}"
+            print(f"ok {clean(report.path)} ({turns}{unfinished})")
     if not (json or quiet):
         bad = len(good) - sum(good)
-        print(f"{len(good)} verified, {bad} failed" if bad else f"{len(good)} verified")
+        print(f"{sum(good)} verified, {bad} failed" if bad else f"{len(good)} verified")
 
 
 def _data(report: Report, fine: bool) -> dict[str, object]:

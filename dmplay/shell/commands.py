@@ -5,7 +5,7 @@ from difflib import get_close_matches
 from typing import NamedTuple
 
 from dmplay.core import Interval
-from dmplay.errors import UnknownName
+from dmplay.errors import BadParameter, UnknownName
 from dmplay.names import problem_names
 from dmplay.shell import game_commands as of_game
 from dmplay.shell import table_commands as of_table
@@ -54,7 +54,10 @@ def _act(table: Table, argument: str) -> str:
     except UnknownName:
         labels = game.problem.actions[game.watcher]
         known = [] if isinstance(labels, Interval) else [*labels]
-        word = argument.partition(" ")[0]
+        word, _, rest = argument.partition(" ")
+        if not word or (rest and word.lower() in known):
+            told = f"act: got {argument!r}, expected one action; ';' stands between several"
+            raise BadParameter(told if rest else "act: expected an action") from None
         near = get_close_matches(word.lower(), known, cutoff=0.5)  # an action before a command
         names = known if near else [*known, *(command.name for command in COMMANDS)]
         raise UnknownName("action", word, names) from None
@@ -122,11 +125,21 @@ TOPICS: Mapping[str, tuple[Command, ...]] = {
         Command(
             "play", "PROBLEM ...", "begin a game, with the options of dmplay play", of_table.play
         ),
-        Command("new", "", "the same game with fresh dice", of_table.new, "N", "N"),
-        Command("restart", "", "the same game under the same dice", of_table.restart, "R", "R"),
-        Command("seed", "[N]", "the same game under these dice", of_table.seed),
-        Command("agent", "[SEAT] [NAME]", "the same game with NAME in a seat", of_table.agent),
-        Command("set", "[NAME] [VALUE]", "the same game with another parameter", of_table.set_),
+        Command("new", "", "again, with fresh dice", of_table.new, "N", "N"),
+        Command("restart", "", "again, under the same dice", of_table.restart, "R", "R"),
+        Command("seed", "[N]", "again, under these dice", of_table.seed),
+        Command(
+            "agent",
+            "[SEAT] [NAME]",
+            "again, under the same dice, with NAME in a seat",
+            of_table.agent,
+        ),
+        Command(
+            "set",
+            "[NAME] [VALUE]",
+            "again, under the same dice, with another parameter",
+            of_table.set_,
+        ),
         Command("screen", "", "the game on the full screen", of_table.screen),
     ),
     "files": (
@@ -203,12 +216,19 @@ def _typed(table: Table, line: str) -> str:
     """Does a line in which no alias stands."""
     word, _, argument = line.strip().partition(" ")
     if is_command(word) and not _names_action(table, word):
-        return named(word).run(table, argument.strip())
+        return _done(named(word), table, argument.strip())
     if not table.playing:
         if word.partition(":")[0] not in problem_names():
             raise UnknownName("command", word, [*(c.name for c in COMMANDS), *problem_names()])
         return of_table.play(table, line)
     return _act(table, line.strip())
+
+
+def _done(command: Command, table: Table, argument: str) -> str:
+    """Does a command; what it does not take is not left unsaid."""
+    if argument and not command.argument:
+        raise BadParameter(f"{command.name}: got {argument!r}, expected nothing after it")
+    return command.run(table, argument)
 
 
 def _names_action(table: Table, word: str) -> bool:

@@ -31,10 +31,10 @@ def screens(game: Playback, room: Room) -> Iterator[Text]:
         yield compose(game, room, Shown(), log)
 
 
-def _last(game: Playback, turn: int | None) -> Text:
+def _last(game: Playback, turn: int | None, room: Room) -> Text:
     """The screen after a turn, or after the last."""
     shown = Text("")
-    for shown in screens(game, ROOM._replace(height=SHORT_ROOM_ROWS)):
+    for shown in screens(game, room._replace(height=SHORT_ROOM_ROWS)):
         if len(game.session.turns) == turn:
             return shown
     if turn is not None:
@@ -42,49 +42,49 @@ def _last(game: Playback, turn: int | None) -> Text:
     return shown
 
 
-def svg(game: Playback, turn: int | None) -> str:
+def svg(game: Playback, turn: int | None, room: Room) -> str:
     """A picture of the screen after a turn."""
-    return picture(_last(game, turn), f"dmplay {game.name}", width=ROOM.width)
+    return picture(_last(game, turn, room), f"dmplay {game.name}", width=room.width)
 
 
-def film(game: Playback, turn: int | None) -> str:
+def film(game: Playback, turn: int | None, room: Room) -> str:
     """The screen turn by turn, as an animated picture."""
-    shown = [*screens(game, ROOM._replace(height=SHORT_ROOM_ROWS))]
-    return pictures(shown, f"dmplay {game.name}", ROOM.width)
+    shown = [*screens(game, room._replace(height=SHORT_ROOM_ROWS))]
+    return pictures(shown, f"dmplay {game.name}", room.width)
 
 
-def html(game: Playback, turn: int | None) -> str:
+def html(game: Playback, turn: int | None, room: Room) -> str:
     """A page with the screen after a turn."""
-    drawn = console(ROOM.width)
-    drawn.print(_last(game, turn), soft_wrap=True)
+    drawn = console(room.width)
+    drawn.print(_last(game, turn, room), soft_wrap=True)
     return drawn.export_html(inline_styles=True)
 
 
-def cast(game: Playback, turn: int | None) -> str:
+def cast(game: Playback, turn: int | None, room: Room) -> str:
     """A screen recording, asciicast version 2, a second a turn."""
     head = {
         "version": 2,
-        "width": ROOM.width,
-        "height": ROOM.height,
+        "width": room.width,
+        "height": room.height,
         "title": f"dmplay {game.name}",
     }
     rows = [json.dumps(head)]
-    for second, shown in enumerate(screens(game, ROOM)):
+    for second, shown in enumerate(screens(game, room)):
         drawn = ansi(shown, "default").replace("\n", "\r\n")  # as to a terminal in raw mode
         rows.append(json.dumps([float(second), "o", f"\x1b[H\x1b[2J{drawn}"]))
     return "\n".join([*rows, ""])
 
 
-def text(game: Playback, turn: int | None) -> str:
+def text(game: Playback, turn: int | None, room: Room) -> str:
     """Every turn in words, with the board under it."""
     parts = []
-    for shown in screens(game, ROOM._replace(height=SHORT_ROOM_ROWS)):
+    for shown in screens(game, room._replace(height=SHORT_ROOM_ROWS)):
         rows = [row.rstrip() for row in shown.plain.split("\n")]
         parts.append("\n".join(rows).rstrip())
     return "\n\n".join([*parts, ""])
 
 
-def table(game: Playback, turn: int | None) -> str:
+def table(game: Playback, turn: int | None, room: Room) -> str:
     """A row a turn as comma-separated values, a column a fact and seat."""
     rows = []
     for facts in _facts(game):
@@ -102,7 +102,7 @@ def table(game: Playback, turn: int | None) -> str:
     return out.getvalue()
 
 
-def data(game: Playback, turn: int | None) -> str:
+def data(game: Playback, turn: int | None, room: Room) -> str:
     """The whole game as one JSON object."""
     turns = list(_facts(game))
     facts = header_facts(game.transcript.header)
@@ -115,13 +115,24 @@ def _facts(game: Playback) -> Iterator[dict[str, object]]:
         yield turn_facts(game.session)
 
 
-FORMATS: dict[str, Callable[[Playback, int | None], str]] = {
+STILL = ("svg", "html")
+FORMATS: dict[str, Callable[[Playback, int | None, Room], str]] = {
     "svg": svg, "film": film, "html": html, "cast": cast, "text": text, "csv": table, "json": data,
 }  # fmt: skip
 
 
-def print_export(
-    file: Path, form: str, turn: int | None, output: Path | None, *, trusted: bool
+def print_export(  # noqa: PLR0913 - a file, and what is wanted of it
+    file: Path,
+    form: str,
+    turn: int | None,
+    output: Path | None,
+    *,
+    width: int | None = None,
+    ascii_: bool = False,
+    trusted: bool = False,
 ) -> None:
     """Writes a transcript in another form."""
-    write(output, FORMATS[form](Playback(file, trusted=trusted), turn))
+    if turn is not None and form not in STILL:
+        raise BadParameter(f"--at: a turn of --{' or --'.join(STILL)}, not of --{form}")
+    room = Room(width or ROOM.width, ROOM.height, ascii_)
+    write(output, FORMATS[form](Playback(file, trusted=trusted), turn, room))

@@ -47,11 +47,12 @@ class Shown(NamedTuple):
     page: Sequence[str] = ()  # an answer of several lines
     part: int = 0  # which part of help or page, where they are longer than the screen
     curtain: str = ""  # the agent before whose turn nothing is shown
+    keys_until: int = KEYS_SHOWN  # the turn from which on the board names no keys
 
 
 NOTHING = Shown()
 KEYS = (
-    Key("V", "overlay", "values, policy, state names or nothing on the board"),
+    Key("V", "overlay", "values, policy or states on the board, where it has them"),
     Key("P", "pause", "let agents or the clock play, or stop them"),
     Key("Space", "step", "one turn of agents"),
     Key("+", "faster", "agents play faster"),
@@ -187,7 +188,7 @@ def _body(game: Game, room: Room, shown: Shown, log: list[str], body: int) -> li
         max(body - LOG - 1, 1),
         room.ascii,
         game.adviser.overlay(shown.overlay),
-        keys=game.waiting is not None and view.turn < KEYS_SHOWN,
+        keys=game.waiting is not None and view.turn < shown.keys_until,
         around=room.height - body + LOG + 1,
     )
     board = game.draw(look)

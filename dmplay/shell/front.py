@@ -3,6 +3,7 @@
 import contextlib
 import sys
 from collections.abc import Iterator, Sequence
+from shlex import quote
 
 from dmplay import __version__, catalog
 from dmplay.shell.plain import Objects, Reporter, Sentences, Silence, play
@@ -85,7 +86,7 @@ def epilogue(table: Table) -> None:
     rows = [f"transcript: {recorder.path}" for recorder in whole]
     if whole:
         trust = "" if catalog.stem(whole[-1].session.problem) else " --trust"
-        rows.append(f"replay: dmplay replay {whole[-1].path}{trust}")
+        rows.append(f"replay: dmplay replay {quote(str(whole[-1].path))}{trust}")
     if table.playing and table.game.again:
         rows.append(f"again: {table.game.again}")
     for row in rows:

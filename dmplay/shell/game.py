@@ -1,5 +1,6 @@
 """A game that people play: a session, who sits where, its transcript, and its words."""
 
+import re
 from collections.abc import Mapping, Sequence
 from itertools import zip_longest
 from pathlib import Path
@@ -9,7 +10,7 @@ from rich.text import Text
 
 from dmplay.core import Interval, Problem
 from dmplay.dice import Dice
-from dmplay.errors import BadParameter
+from dmplay.errors import BadParameter, UnknownName
 from dmplay.policies.script import EndOfScript
 from dmplay.session import Session, View
 from dmplay.shell import facts
@@ -25,6 +26,7 @@ from dmplay.views._style_of import style_of
 
 FRAME = Look(width=80, height=24)
 PAIR = 2
+NUMERIC = re.compile(r"\s*[-+]?\.?\d")
 
 
 def frame(session: Session) -> str:
@@ -210,7 +212,14 @@ class Game:
 
     def read(self, word: str) -> float:
         """The action that a person typed: its name, an alias, its number or a key."""
-        return action_of(self.problem, self.watcher, word, self.keys_of(self.watcher))
+        try:
+            return action_of(self.problem, self.watcher, word, self.keys_of(self.watcher))
+        except UnknownName:
+            labels = self.problem.actions[self.watcher]
+            if isinstance(labels, Interval) or not self.types_numbers or not NUMERIC.match(word):
+                raise
+            wanted = f"a whole number from {labels[0]} to {labels[-1]}"
+            raise BadParameter(f"action: got {word!r}, expected {wanted}") from None
 
     def key(self, key: str) -> tuple[int, float] | None:
         """Whose action a key plays, and which: of who is to choose, or each with keys of its own

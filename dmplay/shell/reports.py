@@ -3,6 +3,7 @@
 import shutil
 from dataclasses import fields
 from json import dumps
+from textwrap import fill
 
 from rich.console import Console
 from rich.table import Table
@@ -13,6 +14,7 @@ from dmplay.describe import summary
 from dmplay.errors import UnknownName
 from dmplay.names import problem_names
 from dmplay.shell.keymap import AS_DRAWN, Keys, hands
+from dmplay.shell.terminal import Wishes, here
 
 WIDE = 100  # columns of a table that goes into a pipe
 GAP = 1  # columns between two
@@ -39,23 +41,26 @@ def of_kind(kind: str) -> list[dict[str, str]]:
 
 def table(known: list[dict[str, str]], width: int) -> Table:
     """Table F.1 for people, in so many columns of the terminal."""
-    shown = _fitting(known, width)
+    shown = fitting(known, width)
     drawn = Table(box=None, header_style="bold", pad_edge=False, padding=(0, GAP, 0, 0))
     for heading in shown:
-        drawn.add_column(heading, no_wrap=heading != "kind")
+        drawn.add_column(heading, no_wrap=heading != "kind" and len(shown) > 1, overflow="fold")
     for one in known:
         drawn.add_row(*(_short(one[heading]) for heading in shown))
     return drawn
 
 
-def _fitting(known: list[dict[str, str]], width: int) -> list[str]:
-    """As many headings, from the left, as there is room for; a kind may take two rows."""
-    shown, left = [], width + GAP
+def fitting(known: list[dict[str, str]], width: int) -> list[str]:
+    """As many headings, from the left, as there is room for, at least one; a kind may take two
+    rows.
+    """
+    shown: list[str] = []
+    left = width + GAP
     for heading in known[0]:
         cells = [_short(one[heading]) for one in known]
         words = " ".join(cells).split() if heading == "kind" else cells
         left -= max(map(len, [heading, *words])) + GAP
-        if left < 0:
+        if left < 0 and shown:
             break
         shown.append(heading)
     return shown
@@ -187,14 +192,18 @@ def print_agents(name: str, *, json: bool) -> None:
                 print(f"    {key}: {meaning}.")
 
 
-def print_list(kind: str, *, json: bool, width: int | None = None) -> None:
-    """Prints table F.1, or its problems of one kind, in so many columns or as there are."""
+def print_list(kind: str, wishes: Wishes) -> None:
+    """Prints table F.1, or its problems of one kind, and what there was no room for."""
     known = of_kind(kind)
-    if json:
+    if wishes.json:
         print(dumps(known))
         return
-    wide = width or shutil.get_terminal_size((WIDE, 0)).columns
-    Console(width=wide, highlight=False).print(table(known, wide))
+    wide, color = wishes.width or shutil.get_terminal_size((WIDE, 0)).columns, here(wishes).color
+    drawn = Console(width=wide, force_terminal=color, no_color=not color, highlight=False)
+    drawn.print(table(known, wide))
+    left_out = [*known[0]][len(fitting(known, wide)) :]
+    if left_out:
+        print(fill(f"no room for {', '.join(left_out)}; --width or --json has all", wide))
 
 
 def print_info(name: str, keys: Keys, *, json: bool) -> None:

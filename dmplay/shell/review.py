@@ -13,6 +13,7 @@ from dmplay.chance import Reals
 from dmplay.core import Interval
 from dmplay.errors import BadParameter
 from dmplay.session import Follower, Session
+from dmplay.shell.adviser import decimals, fixed
 from dmplay.shell.checking import replace
 from dmplay.shell.seats import HUMAN
 from dmplay.solvers.value_iteration import best
@@ -33,11 +34,12 @@ class Move(NamedTuple):
     def __str__(self) -> str:
         """One line."""
         told = f"turn {self.turn}, {self.seat}: chose {self.chosen}"
-        each = ", ".join(f"{name} {value:.2f}" for name, value in self.values.items())
+        places = decimals([*self.values.values()])
+        each = ", ".join(f"{name} {fixed(value, places)}" for name, value in self.values.items())
         if self.chosen in self.best:
             return f"{told}, the best. values: {each}"
         names = " or ".join(self.best)
-        return f"{told}, best {names}, regret {self.regret:.2f}. values: {each}"
+        return f"{told}, best {names}, regret {fixed(self.regret, places)}. values: {each}"
 
 
 def moves(session: Session, people: list[int]) -> Iterator[Move]:
@@ -77,7 +79,8 @@ def summary(reviewed: list[Move]) -> str:
     right = sum(move.chosen in move.best for move in reviewed)
     lost = sum(move.regret for move in reviewed)
     worst = max(reviewed, key=lambda move: move.regret)
-    told = f"review: {right} of {len(reviewed)} moves the best, regret {lost:.2f} in all"
+    total = fixed(lost, decimals([lost]))
+    told = f"review: {right} of {len(reviewed)} moves the best, regret {total} in all"
     return told if right == len(reviewed) else f"{told}, most in turn {worst.turn}"
 
 

@@ -9,7 +9,7 @@ from rich.text import Text
 from dmplay.errors import DmplayError
 from dmplay.shell import frame
 from dmplay.shell.commands import COMMANDS, parts, typed
-from dmplay.shell.frame import Room, Shown
+from dmplay.shell.frame import KEYS_SHOWN, Room, Shown
 from dmplay.shell.game import Game
 from dmplay.shell.log import Log
 from dmplay.shell.number import Number
@@ -42,6 +42,7 @@ class Screen:
         self.message = ""
         self.overlay = 0
         self.help = False
+        self.keys_until = KEYS_SHOWN  # the turn from which on the board names no keys
         self.page: list[str] = []  # an answer of several lines
         self.part = 0  # of the help or the page
         self.before = table.game.watcher  # who sits before the screen
@@ -51,6 +52,8 @@ class Screen:
         self.leaving = False  # whether q was warned of
         self.paused = False  # whether the clock of real time stands
         self._room = Room(80, 24)
+        if table.game.people and table.game.asked and table.game.recorder is None:
+            self.message = "this game is not kept: there is no place to write to"
 
     @property
     def game(self) -> Game:
@@ -72,7 +75,8 @@ class Screen:
         """What the screen adds to the game."""
         curtain = self.game.problem.agents[self.game.watcher] if self.curtained else ""
         kind = OVERLAYS[self.overlay]
-        return Shown(self.message, kind, self.help, self.page, self.part, curtain)
+        part = self.part
+        return Shown(self.message, kind, self.help, self.page, part, curtain, self.keys_until)
 
     @property
     def log(self) -> list[str]:
@@ -173,6 +177,7 @@ class Screen:
         """Does what a key of the shell says."""
         if key == "?":
             self.help = True
+            self.keys_until = len(self.game.session.turns) + KEYS_SHOWN
         elif key == "V":
             self.next_overlay()
         elif key in ("P", "A"):
@@ -242,6 +247,7 @@ class Screen:
 
     def type(self, line: str) -> None:
         """Does what a line of the command row says; raises Leave."""
+        self.help, self.page, self.part = False, [], 0
         with self.told():
             for part in parts(line):
                 if self.curtained:  # the rest of the line is not for the one who comes next
@@ -265,7 +271,7 @@ class Screen:
     def fresh(self) -> None:
         """Forgets the game before this one."""
         self._log, self.before = Log(self.game), self.game.watcher
-        self.number, self.prefix = Number(), ""
+        self.number, self.prefix, self.keys_until = Number(), "", KEYS_SHOWN
         self.held, self.auto, self.paused, self.reviewed = None, False, False, False
 
     def note(self, before: int) -> None:

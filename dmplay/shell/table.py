@@ -71,12 +71,15 @@ class Table:
         self.put(new(replace(wanted, **changes)))  # type: ignore[arg-type] # fields of a request
         return self.began()
 
-    def restart(self) -> str:
-        """Begins the same game again under the same dice, known or not as before."""
+    def restart(self, **changes: object) -> str:
+        """Begins the same game again but for these changes under the same dice, known or not as
+        before.
+        """
         self._asked()
         old = self.game
-        told = self.begin(seed=old.seed)
-        self.game.tells_seed, self.game.again = old.tells_seed, old.again
+        told = self.begin(seed=old.seed, **changes)
+        self.game.tells_seed = old.tells_seed
+        self.game.again = old.again and self._asked().command(self.game.name, old.seed)
         return told if old.tells_seed else self.began()
 
     def _asked(self) -> Request:

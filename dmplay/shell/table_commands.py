@@ -1,6 +1,7 @@
 """What can be done at a table, in words: games begun, gone on with, kept and looked at."""
 
 from pathlib import Path
+from shlex import quote
 
 from dmplay import catalog
 from dmplay.errors import BadParameter
@@ -49,7 +50,7 @@ def seed(table: Table, argument: str) -> str:
 
 
 def agent(table: Table, argument: str) -> str:
-    """Begins the same game with somebody else in a seat; alone, tells who sits where."""
+    """Begins the game again with somebody else in a seat; alone, tells who sits where."""
     game = table.game
     words = argument.split()
     if not words:
@@ -57,18 +58,18 @@ def agent(table: Table, argument: str) -> str:
         return f"seats: {', '.join(f'{name} {who}' for name, who in seats)}."
     name, who = (game.problem.agents[0], words[0]) if len(words) == 1 else words[:2]
     game.problem.seat(name)
-    return table.begin(seats=[*(game.asked.seats if game.asked else ()), f"{name}={who}"])
+    return table.restart(seats=[*(game.asked.seats if game.asked else ()), f"{name}={who}"])
 
 
 def set_(table: Table, argument: str) -> str:
-    """Begins the same game with another parameter; alone, tells them all."""
+    """Begins the game again with another parameter; alone, tells them all."""
     game = table.game
     if not argument:
         known = catalog.parameters(game.problem)
         return "\n".join(f"{name} {value}" for name, value in known.items())
     key, _, value = argument.replace("=", " ", 1).partition(" ")
     settings = [*(game.asked.settings if game.asked else ()), f"{key}={value.strip()}"]
-    return table.begin(settings=settings)
+    return table.restart(settings=settings)
 
 
 def save(table: Table, argument: str) -> str:
@@ -80,7 +81,7 @@ def save(table: Table, argument: str) -> str:
         return f"kept as you play: {recorder.path}"
     name = words_of(argument)[0]
     copied(recorder, Path(name))
-    return f"saved {name}; dmplay resume {name} goes on"
+    return f"saved {name}; dmplay resume {quote(name)} goes on"
 
 
 def branch(table: Table, argument: str) -> str:
