@@ -3,8 +3,9 @@ from functools import partial
 
 import numpy as np
 
+from dmplay import catalog
 from dmplay.views import predator_prey
-from dmplay.views._canvas import Look, fit
+from dmplay.views._canvas import Look, Overlay, fit
 from dmplay.views._hexgrid import LEFT
 from tests import games
 
@@ -27,6 +28,32 @@ def test_the_hunt_at_its_start_with_the_keys() -> None:
    │     │     │     │     │     │
      ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱"""
     )
+
+
+def test_an_overlay_is_of_you_on_each_hex_with_the_prey_where_it_is() -> None:
+    view = after()
+    best = catalog.agent(view.problem, 0, "best-response:to=flee")
+    states = view.problem.enumerated()
+    values = best.values(best.begin(states))
+    assert values is not None
+    drawn = fit(predator_prey, view, Look(80, 24, overlay=Overlay("values", values))).plain
+    assert (
+        drawn
+        == """\
+    ╱   ╲ ╱   ╲ ╱   ╲
+   │     │     │  @  │
+   │-8.48│-8.16│     │
+ ╱   ╲ ╱   ╲ ╱   ╲ ╱     ╱   ╲ ╱   ╲
+│     │     │     │     │     │     │
+│-8.48│     │-7.54│     │-8.16│-8.41│
+  ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
+   │     │     │  o  │     │     │
+   │-8.16│-7.54│     │-7.62│-8.16│
+     ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱"""
+    )
+    prey, there = view.observation[1], [list(map(int, state)) for state in states]
+    moved = there.index([view.problem.hexes.index((0, 0)), int(prey)])  # type: ignore[attr-defined]
+    assert f"{values[moved].max():.2f}" == "-8.16"
 
 
 def test_several_on_one_hex() -> None:

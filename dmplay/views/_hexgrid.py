@@ -9,11 +9,13 @@
 from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
+import numpy as np
 from rich.text import Text
 
 from dmplay.problems import _hex
 from dmplay.problems._hex import DIRECTIONS, Hex, neighbours
-from dmplay.views._canvas import Canvas, Look
+from dmplay.solvers.value_iteration import best
+from dmplay.views._canvas import Canvas, Look, short
 
 ARROWS = ("→", "↗", "↖", "←", "↙", "↘")
 COMPASS = ("E", "NE", "NW", "W", "SW", "SE")
@@ -90,6 +92,21 @@ def _fill(canvas: Canvas, x: int, y: int, content: Cell, size: Size) -> None:
     canvas.put(x + 1, y + 1, content.mark[:room].center(room), content.style)
     if size.lines > 1:
         canvas.put(x + 1, y + 2, content.note[:room].center(room), content.style)
+
+
+def overlaid(look: Look, state: int, size: Size) -> Cell:
+    """What an overlay writes into a hex that stands for a state: value, best actions or index."""
+    assert look.overlay
+    values, kind = look.overlay.values[state], look.overlay.kind
+    if kind == "states":
+        text = str(state)
+    elif kind == "values":
+        text = short(values.max(), size.width - 1)
+    else:
+        names = COMPASS if look.ascii else ARROWS
+        chosen = [names[a] for a in np.flatnonzero(best(values))]
+        text = chosen[0] if len(chosen) == 1 or size.lines == 1 else "/".join(chosen)[:5]
+    return Cell(text, style="cyan") if size.lines == 1 else Cell("", text, style="cyan")
 
 
 def key_of(look: Look, way: int) -> str:

@@ -2,18 +2,14 @@
 
 from collections.abc import Iterator
 
-import numpy as np
 from rich.text import Text
 
 from dmplay.problems import _hex
 from dmplay.problems._hex import DIRECTIONS, Hex, neighbours
 from dmplay.problems.hexworld import HexWorld
 from dmplay.session import View
-from dmplay.solvers.value_iteration import best
-from dmplay.views._canvas import Look, short, signed
+from dmplay.views._canvas import Look, signed
 from dmplay.views._hexgrid import (
-    ARROWS,
-    COMPASS,
     FAMILY,
     KEYS,
     LEFT,
@@ -21,6 +17,7 @@ from dmplay.views._hexgrid import (
     Size,
     grids,
     key_of,
+    overlaid,
     steps,
     walked,
     ways,
@@ -55,8 +52,7 @@ def boards(view: View, look: Look) -> Iterator[Text]:
         dot = note or "."
         mark = glyph
         if look.overlay and pay is None:
-            text = _overlay(look, problem.hexes.index(hex_), size)
-            mark, note, style = (text, "", "cyan") if size.lines == 1 else ("", text, "cyan")
+            mark, note, _, style = overlaid(look, problem.hexes.index(hex_), size)
         if hex_ == here:
             return Cell("@", note, "@", "bold reverse")
         if look.keys and not look.overlay and hex_ in around and _here(view) and pay is None:
@@ -64,19 +60,6 @@ def boards(view: View, look: Look) -> Iterator[Text]:
         return Cell(mark, note, dot, style)
 
     yield from grids(problem.hexes, cell)
-
-
-def _overlay(look: Look, state: int, size: Size) -> str:
-    """What an overlay writes into a hex."""
-    assert look.overlay
-    values = look.overlay.values[state]
-    if look.overlay.kind == "states":
-        return str(state)
-    if look.overlay.kind == "values":
-        return short(values.max(), size.width - 1)
-    names = COMPASS if look.ascii else ARROWS
-    chosen = [names[a] for a in np.flatnonzero(best(values))]
-    return chosen[0] if len(chosen) == 1 or size.lines == 1 else "/".join(chosen)[:5]
 
 
 def _moved(view: View) -> tuple[str, str]:

@@ -18,6 +18,7 @@ from dmplay.views._hexgrid import (
     Size,
     grids,
     key_of,
+    overlaid,
     steps,
     walked,
     ways,
@@ -56,11 +57,17 @@ def _feeding(view: View, turn: int = -1) -> list[bool]:
 
 
 def boards(view: View, look: Look) -> Iterator[Text]:
-    """The map, the largest first."""
+    """The map, the largest first; an overlay is of you on each hex, the others where they are."""
     problem, places = _problem(view), _places(view)
     here = places[view.seat]
     around = neighbours(here)
     free = look.keys and not _feeding(view)[view.seat]
+
+    def elsewhere(hex_: Hex) -> int:
+        """The state in which you are on this hex, all others where they are."""
+        state = view.observation.copy()
+        state[view.seat] = problem.hexes.index(hex_)
+        return int(problem.index(state[None])[0])
 
     def cell(hex_: Hex, size: Size) -> Cell:
         key = key_of(look, around.index(hex_)) if free and hex_ in around else ""
@@ -72,7 +79,9 @@ def boards(view: View, look: Look) -> Iterator[Text]:
             note = together if len(together) <= room else together[: room - 1] + "…"
             return Cell("*", note, "*", style)
         if marks:
-            return Cell(marks[0], key, marks[0], style)
+            return Cell(marks[0], "" if look.overlay else key, marks[0], style)
+        if look.overlay:
+            return overlaid(look, elsewhere(hex_), size)
         return Cell(key, style="green")
 
     yield from grids(problem.hexes, cell)
