@@ -81,7 +81,7 @@ def panel(view: View) -> list[tuple[str, str]]:
     reward = f"{view.rewards[-1]:.2f}" if view.rewards else "-"
     return [
         ("last", last),
-        ("moved", moved.removeprefix("moved ").partition(",")[0]),
+        ("moved", moved.removeprefix("moved ").removeprefix("left by the ").partition(",")[0]),
         ("reward", reward),
         ("p(go)", f"{1 - problem.slip:.2f}"),
         ("slip", f"{problem.slip / 2:.2f} x2"),
