@@ -573,7 +573,7 @@ def test_a_recording_with_turns_taken_back_is_told_in_lines(tmp_path: Path) -> N
     done = run("replay", "game.dmt", folder=tmp_path)
     assert done.returncode == 0
     told = [line.partition(".")[0] for line in done.stdout.splitlines()]
-    assert told[1:-1] == ["turn 1", "undone", "turn 1", "undone", "turn 1"]
+    assert told[1:-1] == ["turn 1", "undone", "turn 1", "turn 1, rerolled"]
     assert run("replay", "game.dmt", "--json", folder=tmp_path).returncode == 0
 
 
