@@ -17,7 +17,7 @@ from dataclasses import Field, fields, replace
 from types import ModuleType
 from typing import Any, NamedTuple
 
-from dmplay.core import Policy, Problem
+from dmplay.core import Policy, Problem, check_bounds
 from dmplay.errors import BadParameter, BadPolicy, UnknownName
 from dmplay.names import problem_names, stem_of
 from dmplay.outside import attribute, is_outside
@@ -141,13 +141,35 @@ def agent(problem: Problem, seat: int, name: str) -> Policy:
     if base not in known:
         raise UnknownName("agent", base, ["human", *known, "script", "replay"])
     make = known[base]
-    settings = _settings(make, given, base)
-    return make(problem, seat, **settings)
+    made = make(problem, seat, **_settings(make, given, base))
+    if hasattr(made, "__dataclass_fields__"):
+        check_bounds(made)
+    return made
 
 
 def hint(problem: Problem, seat: int) -> str | None:
     """The agent whose values and choices serve as hints, if there is one."""
     return _named(problem, seat, "HINT")
+
+
+def adviser(problem: Problem, seat: int, turns: int | None = None) -> tuple[str, Policy] | None:
+    """The agent whose values and choices serve as hints in a game of so many turns, with its name.
+
+    One that plans a whole game plans this one, one that looks ahead does not look beyond the end.
+    """
+    from dmplay.policies._valued import Countdown, Planner
+
+    name = hint(problem, seat)
+    if name is None:
+        return None
+    policy = agent(problem, seat, name)
+    if turns is None or not isinstance(policy, Planner):
+        return name, policy
+    whole = isinstance(policy, Countdown) and turns <= policy.FARTHEST
+    horizon = turns if whole else min(turns, policy.horizon)
+    if horizon != policy.horizon:
+        name, policy = f"{name}:horizon={horizon}", replace(policy, horizon=horizon)
+    return name, policy
 
 
 def partner(problem: Problem, seat: int) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from itertools import product
-from typing import NamedTuple, Protocol, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
@@ -94,6 +94,19 @@ def parameter(
     return field(default=default, metadata=facts)
 
 
+def check_bounds(made: Any) -> None:
+    """Refuses numbers of a dataclass that are out of the bounds of their `parameter`."""
+    for one in fields(made):
+        value = getattr(made, one.name)
+        if not isinstance(value, float | int) or "low" not in one.metadata:
+            continue
+        low, high = one.metadata["low"], one.metadata["high"]
+        if not (low <= value <= high) or (one.metadata["above"] and value == low):
+            bound = "above" if one.metadata["above"] else "at least"
+            span = f"{bound} {low:g}" + (f" and at most {high:g}" if high < math.inf else "")
+            raise BadParameter(f"{one.name}: got {value:g}, expected a number {span}")
+
+
 @dataclass(frozen=True)
 class Problem(ABC):
     """A decision problem: n agents, one Markov state; arrays are batch-first and C-ordered.
@@ -146,15 +159,7 @@ class Problem(ABC):
 
     def __post_init__(self) -> None:
         """Refuses parameters out of bounds."""
-        for one in fields(self):
-            value = getattr(self, one.name)
-            if not isinstance(value, float | int) or not one.metadata:
-                continue
-            low, high = one.metadata["low"], one.metadata["high"]
-            if not (low <= value <= high) or (one.metadata["above"] and value == low):
-                bound = "above" if one.metadata["above"] else "at least"
-                span = f"{bound} {low:g}" + (f" and at most {high:g}" if high < math.inf else "")
-                raise BadParameter(f"{one.name}: got {value:g}, expected a number {span}")
+        check_bounds(self)
 
     @abstractmethod
     def opening(self, rows: int) -> tuple[Chance, ...]:

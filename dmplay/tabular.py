@@ -10,6 +10,10 @@ import numpy as np
 
 from dmplay.chance import Array, Categorical, Chance, Ints, Reals
 from dmplay.core import Outcome, Problem, exact
+from dmplay.errors import BadParameter
+
+CERTAIN = 1e-9  # probabilities this close are equal
+DEPENDS = "observations depend on the state before: put what is seen into the state, or use search"
 
 
 class Tables(NamedTuple):
@@ -111,18 +115,31 @@ def joint_observation(problem: Problem, observations: Array) -> Ints:
     return joint
 
 
+def _allowed(problem: Problem, s: Array, a: Ints) -> Ints:
+    """Joint actions `[B, n]`, each illegal one changed for the first legal one of its agent."""
+    legal = problem.legal(s)
+    if legal is None:
+        return a
+    able = np.take_along_axis(legal, a[:, :, None], axis=2)[:, :, 0]
+    return np.asarray(np.where(able, a, legal.argmax(axis=2)))
+
+
 def tabulate(problem: Problem) -> Tables:
     """The arrays of any finite problem, read from `exact`.
 
-    Where an observation depends on more than (joint action, next state) the array cannot hold it;
-    no problem here has such. Pairs (action, next state) that never occur observe the first label.
+    An action that a state does not allow stands for the first that it does, which adds no choice.
+    Pairs (action, next state) that never occur observe the first label. Raises BadParameter where
+    an observation depends on more than (joint action, next state): the array cannot hold it.
     """
-    if isinstance(problem, Tabular):
-        return problem.tables
     states = problem.enumerated()
     choices = joint_actions(problem)
     size, many = len(states), len(choices)
     s, a = np.repeat(states, many, axis=0), np.tile(choices, (size, 1))
+    a = _allowed(problem, s, a)
+    if isinstance(problem, Tabular):
+        tables, counts = problem.tables, [len(labels) for labels in problem.actions]
+        at = s.reshape(size, many), np.ravel_multi_index(tuple(a.T), counts).reshape(size, many)
+        return tables._replace(transition=tables.transition[at], rewards=tables.rewards[at])
     p, outcome = exact(problem, s, a)
     row = np.arange(len(p))[:, None]
     after = problem.index(outcome.state.reshape(p.size, *states.shape[1:])).reshape(p.shape)
@@ -137,6 +154,12 @@ def tabulate(problem: Problem) -> Tables:
         np.add.at(observation, (np.broadcast_to(row % many, p.shape), after, seen), p)
         observation[..., 0] += observation.sum(axis=2) == 0
         observation /= observation.sum(axis=2, keepdims=True)
+        for first in range(0, len(p), many):  # state by state, which bounds the memory
+            joint = np.zeros_like(observation)
+            here = slice(first, first + many)
+            np.add.at(joint, (row[:many], after[here], seen[here]), p[here])
+            if abs(joint - transition[here, :, None] * observation).max() > CERTAIN:
+                raise BadParameter(DEPENDS)
     return Tables(
         transition.reshape(size, many, size), rewards.reshape(size, many, -1), observation
     )

@@ -7,11 +7,14 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay import Interval, Labels, Tables, Tabular, catalog
+from dmplay import Interval, Labels, Outcome, Problem, Tables, Tabular, catalog
+from dmplay.chance import Array, Bools, Categorical, Chance
 from dmplay.dice import Dice
+from dmplay.errors import BadParameter, BadPolicy
 from dmplay.session import Session
 from dmplay.shell.game import Game
 from dmplay.shell.seats import HUMAN
+from dmplay.solutions import every
 from tests.test_cli import run
 from tests.test_readme import TIGER
 
@@ -42,6 +45,74 @@ class Lamp(Tabular):
 
 
 @dataclass(frozen=True)
+class Key(Tabular):
+    """One who has taken the key may open; who has not may take it or wait, and is not let in."""
+
+    actions = (Labels(("take", "wait", "open")),)
+    names, start_belief = ("before", "with the key", "done"), np.array([1.0, 0.0, 0.0])
+    discount: float = 0.9
+    tables = Tables(
+        np.eye(3)[[[1, 0, 2], [1, 1, 2], [2, 2, 2]]],
+        np.array([[[-1.0], [0.0], [10.0]], [[0.0], [0.0], [10.0]], [[0.0], [0.0], [0.0]]]),
+    )
+
+    def legal(self, s: Array) -> Bools:
+        able = np.array([[True, True, False], [False, True, True], [True, True, True]])
+        return np.asarray(able[s][:, None])
+
+    def terminal(self, s: Array) -> Bools:
+        return np.asarray(s == 2)
+
+
+@dataclass(frozen=True)
+class Flip(Problem):
+    """A coin that is turned or not: what is seen is whether it was."""
+
+    discount: float = 0.9
+    actions = (Labels(("heads", "tails")),)
+    observations = (Labels(("same", "turned")),)
+    states, horizon = 2, 5
+
+    def opening(self, rows: int) -> tuple[Chance, ...]:
+        return (Categorical(np.ones((rows, 1))),)
+
+    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
+        return events[0]
+
+    def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
+        return (Categorical(np.full((len(s), 1), 0.5)),)
+
+    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+        paid = np.where(a[:, 0] == s, 1.0, 0.0)
+        return Outcome(events[0], paid[:, None], np.asarray(events[0] != s, int)[:, None])
+
+    def notation(self, s: Array) -> str:
+        return str(int(s))
+
+    def parse(self, text: str) -> Array:
+        return np.array(int(text))
+
+
+@dataclass(frozen=True)
+class Four(Tabular):
+    """Four hidden states of which each has an action: plans are soon too many."""
+
+    discount: float = 0.9
+    horizon = 6
+    actions = (Labels(("look", "a", "b", "c", "d")),)
+    observations = (Labels(("x", "y")),)
+    names = ("a", "b", "c", "d")
+    tables = Tables(
+        np.stack([np.eye(4)] + [np.full((4, 4), 0.25)] * 4, axis=1),
+        np.hstack([np.full((4, 1), -0.1), 2 * np.eye(4) - 1])[:, :, None],
+        np.stack(
+            [np.array([[0.9, 0.1], [0.6, 0.4], [0.4, 0.6], [0.1, 0.9]])]
+            + [np.full((4, 2), 0.5)] * 4
+        ),
+    )
+
+
+@dataclass(frozen=True)
 class Dial(Lamp):
     """One whose actions are real numbers."""
 
@@ -67,6 +138,31 @@ def test_a_problem_has_the_agents_that_its_kind_allows(
 ) -> None:
     assert [*catalog.agents(problem)] == [*agents, "random", "search"]
     assert catalog.hint(problem, 0) == hint
+
+
+def test_what_is_not_legal_is_neither_valued_nor_best() -> None:
+    found = every.solution(Key())
+    assert [(row["state"], row["best"]) for row in found.rows] == [
+        ("before", "take"), ("with the key", "open"), ("done", "take wait open"),
+    ]  # fmt: skip
+    assert [row["value"] for row in found.rows] == pytest.approx([8.0, 10.0, 0.0])
+    assert game(Key()).adviser.hint() == "hint (optimal): take. values: take 8.00, wait 7.20"
+    played = dmplay.rollout(Key(), [catalog.agent(Key(), 0, "optimal")], episodes=1)
+    assert played.returns[0, 0] == pytest.approx(8.0)
+
+
+def test_what_is_seen_of_the_state_before_is_left_to_a_search() -> None:
+    assert [*catalog.agents(Flip())] == ["random", "search"]
+    assert catalog.hint(Flip(), 0) == "search"
+    with pytest.raises(BadParameter, match="observations depend on the state before: put what is"):
+        every.solution(Flip())
+
+
+def test_a_hint_is_searched_where_plans_are_too_many() -> None:
+    played = game(Four(discount=1.0))
+    assert played.adviser.hint().startswith("hint (search): ")
+    with pytest.raises(BadPolicy, match="plans are too many; search needs none"):
+        catalog.agent(Four(discount=1.0), 0, "plan").values((np.full((1, 4), 0.25),))
 
 
 def test_the_tiger_is_listened_to_until_a_door_is_worth_it() -> None:

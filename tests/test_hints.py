@@ -36,7 +36,8 @@ def game(name: str, seat: int) -> Game:
 @cache
 def adviser_of(name: str, seat: int) -> Policy:
     problem = dmplay.load(name)
-    return catalog.agent(problem, seat, catalog.hint(problem, seat) or "random")
+    found = catalog.adviser(problem, seat, TURNS)
+    return found[1] if found else catalog.agent(problem, seat, "random")
 
 
 def values(played: Game, seat: int) -> Reals | None:
@@ -94,6 +95,25 @@ def test_a_hint_is_the_best_of_the_values_that_it_tells(name: str, seat: int) ->
         assert numbers == {label: fixed(legal[label], *places) for label in numbers}
         assert len(numbers) == min(len(legal), DIGITS)
         assert min(legal[label] for label in numbers) >= sorted(legal.values())[-len(numbers)]
+
+
+@pytest.mark.parametrize(
+    ("name", "turns", "played", "hint"),
+    [
+        ("catch", 1, "", "hint (optimal:horizon=1): 50. values: 10 8.74, 20 16.04, 30 21.35"),
+        ("catch", 10, "", "hint (optimal): 50. values: 10 153.94"),
+        ("machine-replacement", 9, "m" * 8, "hint (optimal:horizon=9): manufacture. values: "),
+        ("crying-baby", 1, "", "hint (optimal): feed. values: feed -24.67"),
+    ],
+)
+def test_a_hint_for_a_game_of_so_many_turns_plans_no_further(
+    name: str, turns: int, played: str, hint: str
+) -> None:
+    problem = dmplay.load(name)
+    one = Game(name, Session(problem, dmplay.Dice(11), [None], limit=turns), [HUMAN])
+    for key in played:
+        one.choose(one.read(key))
+    assert one.adviser.hint().startswith(hint)
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,9 @@
 from collections.abc import Callable
 
 from dmplay.core import Interval, Policy, Problem
+from dmplay.errors import BadParameter
 from dmplay.policies._solved import Optimal, Plan, Qmdp, Seeing
+from dmplay.tabular import tabulate
 
 FEW_SEEN, FEW_HIDDEN = 1000, 4  # states that a table, and alpha vectors, are made of
 
@@ -16,9 +18,18 @@ def POLICIES(problem: Problem) -> dict[str, Callable[..., Policy]]:  # noqa: N80
     ends = problem.discount < 1.0
     if problem.observations is None:
         return {"optimal": Seeing} if ends and problem.states <= FEW_SEEN else {}
-    if problem.states > FEW_HIDDEN:
+    if problem.states > FEW_HIDDEN or not _listed(problem):
         return {}
     return {"plan": Plan} | ({"optimal": Optimal, "qmdp": Qmdp} if ends else {})
+
+
+def _listed(problem: Problem) -> bool:
+    """Whether arrays can hold the problem."""
+    try:
+        tabulate(problem)
+    except BadParameter:
+        return False
+    return True
 
 
 def HINT(problem: Problem, seat: int) -> str:  # noqa: N802

@@ -15,6 +15,8 @@ from dmplay.solvers import alpha_vectors, value_iteration
 from dmplay.solvers.alpha_vectors import Stage
 from dmplay.tabular import tabulate
 
+HARDLY = 1.0 - 1e-6  # a discount
+
 
 @dataclass(frozen=True)
 class Seeing(Reactive):
@@ -25,9 +27,17 @@ class Seeing(Reactive):
         return value_iteration.optimal(tabulate(self.problem), self.problem.discount)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """The first of the best actions."""
+        """The first of the best actions; of equal ones undiscounted, what pays sooner."""
         q = self.values(memory) if legal is None else np.where(legal, self.values(memory), -np.inf)
+        if self.problem.discount == 1.0:
+            sooner = self._sooner[self.problem.index(memory[0])]
+            q = np.where(value_iteration.best(q), sooner, -np.inf)
         return value_iteration.greedy(q)
+
+    @cached_property
+    def _sooner(self) -> Reals:
+        """Q with hardly a discount: an exit now is worth more than one later."""
+        return value_iteration.optimal(tabulate(self.problem), HARDLY)
 
     def values(self, memory: Memory) -> Reals:
         """Q* of each action."""

@@ -36,6 +36,8 @@ class Countdown(Planner):
     The memory is the belief and the number of turns done.
     """
 
+    FARTHEST = 100  # turns that it can plan in time
+
     @abstractmethod
     def ahead(self, b: Reals, left: int) -> Reals:
         """Q `[B, A]` of beliefs `[B, S]` with so many rewards to come."""

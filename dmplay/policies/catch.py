@@ -50,6 +50,8 @@ class Thompson(Believing):
 class Optimal(Countdown):
     """The best throw for its belief in a game of `horizon` throws, by exact search."""
 
+    FARTHEST = 10
+
     @cached_property
     def _search(self) -> BoundedSearch:
         return BoundedSearch(tabulate(self.problem), self.problem.discount)

@@ -1,14 +1,17 @@
 """Hints: what a good player would do in a seat, and what that player knows of values."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from math import floor, isfinite, log10, prod
+from typing import TypeVar
 
 from dmplay import catalog
-from dmplay.core import Interval
+from dmplay.core import Interval, Policy
+from dmplay.errors import BadPolicy
 from dmplay.session import Follower, Session
 from dmplay.views._canvas import Overlay
 
+T = TypeVar("T")
 MOST = 10  # actions whose values are told
 LEAST, FINEST = 2, 6  # decimals of values
 LARGE = 50_000  # states times joint actions that take longer than a moment to solve
@@ -34,15 +37,18 @@ class Adviser:
         self.seat = seat
 
     @cached_property
+    def _found(self) -> tuple[str, Policy] | None:
+        """The agent, if there is one; found out late, as a first frame does not need it."""
+        return catalog.adviser(self.session.problem, self.seat, self.session.limit)
+
+    @property
     def name(self) -> str | None:
-        """The agent's, if there is one; found out late, as a first frame does not need it."""
-        return catalog.hint(self.session.problem, self.seat)
+        """The agent's name."""
+        return self._found and self._found[0]
 
     @cached_property
     def _follower(self) -> Follower | None:
-        problem = self.session.problem
-        policy = catalog.agent(problem, self.seat, self.name) if self.name else None
-        return Follower(self.session, self.seat, policy) if policy else None
+        return Follower(self.session, self.seat, self._found[1]) if self._found else None
 
     @property
     def slow(self) -> bool:
@@ -58,6 +64,17 @@ class Adviser:
             return "the game is over"
         return "" if self._follower else "no agent here knows values; dmplay info lists the agents"
 
+    def _asked(self, ask: Callable[[Follower], T]) -> T:
+        """An answer of the agent; of a search, where there is too much for the agent to plan."""
+        assert self._follower
+        try:
+            return ask(self._follower)
+        except BadPolicy:
+            problem = self.session.problem
+            self._found = "search", catalog.agent(problem, self.seat, "search")
+            self._follower = Follower(self.session, self.seat, self._found[1])
+            return ask(self._follower)
+
     def hint(self) -> str:
         """What the adviser would do here, with the value of each legal action."""
         why = self.silent()
@@ -67,13 +84,12 @@ class Adviser:
 
     def choice(self) -> str:
         """The adviser's name, and what it would do here."""
-        assert self._follower
-        best = self.session.problem.action_name(self.seat, self._follower.choose())
+        best = self.session.problem.action_name(self.seat, self._asked(Follower.choose))
         return f"({self.name}): {best}"
 
     def values(self) -> str:
         """The adviser's value of each legal action; '' where it knows none."""
-        values = self._follower.values() if self._follower else None
+        values = self._asked(Follower.values) if self._follower else None
         labels = self.session.problem.actions[self.seat]
         if values is None or isinstance(labels, Interval):
             return ""

@@ -48,9 +48,9 @@ def moves(session: Session, people: list[int]) -> Iterator[Move]:
     past = Session(problem, session.source, limit=session.limit, opening=session.opening)
     advisers = {}
     for seat in people:
-        name = catalog.hint(problem, seat)
-        if name and not isinstance(problem.actions[seat], Interval):
-            advisers[seat] = Follower(past, seat, catalog.agent(problem, seat, name))
+        found = catalog.adviser(problem, seat, session.limit)
+        if found and not isinstance(problem.actions[seat], Interval):
+            advisers[seat] = Follower(past, seat, found[1])
     for number, turn in enumerate(session.turns, 1):
         for seat, adviser in advisers.items():
             values = adviser.values()

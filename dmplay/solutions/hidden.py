@@ -4,6 +4,8 @@ import numpy as np
 
 from dmplay import belief, catalog
 from dmplay.core import Problem
+from dmplay.errors import BadPolicy
+from dmplay.policies._valued import Countdown
 from dmplay.solutions._solution import Row, Solution, Tick, names
 from dmplay.solutions.played import simulation
 from dmplay.solvers import alpha_vectors
@@ -19,7 +21,9 @@ def vectors(problem: Problem, tick: Tick) -> Solution:
     """The alpha vectors of a game without end or, where that has no value, of some turns."""
     tables = tabulate(problem)
     start = belief.prior(problem)
-    if problem.discount < 1.0 and problem.horizon == TURNS:
+    found = catalog.adviser(problem, 0, problem.horizon)
+    counts = found is not None and isinstance(found[1], Countdown)  # a game of so many turns
+    if problem.discount < 1.0 and problem.horizon == TURNS and not counts:
         stage: Stage = alpha_vectors.infinite(tables, problem.discount)
         method = "alpha vectors, without end"
     else:
@@ -32,19 +36,26 @@ def vectors(problem: Problem, tick: Tick) -> Solution:
         for vector, able in zip(stage.vectors, stage.actions, strict=True)
     ]
     value = float((stage.vectors @ start).max())
-    return Solution(method, f"{len(rows)} vectors; value {value:.6g} at the start", rows)
+    more = f", at most {stage.gap:.1g} more" if stage.gap else ""
+    return Solution(method, f"{len(rows)} vectors; value {value:.6g} at the start{more}", rows)
 
 
 def first(problem: Problem, tick: Tick) -> Solution:
     """The value of each first action, by the agent that knows the optimum."""
-    name = catalog.hint(problem, 0)
-    agent = catalog.agent(problem, 0, name or "random")
-    q = agent.values(agent.begin(np.full(1, -1)))
+    found = catalog.adviser(problem, 0, problem.horizon)
+    if found is None:
+        return simulation(problem, tick)
+    name, agent = found
+    try:
+        q = agent.values(agent.begin(np.full(1, -1)))
+    except BadPolicy:  # more plans than can be listed
+        return simulation(problem, tick, ["search"])
     if q is None:
         return simulation(problem, tick)
     rows: list[Row] = [
         {"first": problem.action_name(0, a), "value": float(value), "best": "*" if able else ""}
         for a, (value, able) in enumerate(zip(q[0], best(q[0]), strict=True))
     ]
-    told = f"value {q.max():.6g} at the start, {problem.horizon} turns to go"
+    turns = getattr(agent, "horizon", None)
+    told = f"value {q.max():.6g} at the start" + (f", {turns} turns to go" if turns else "")
     return Solution(f"the agent {name}", told, rows)

@@ -44,9 +44,9 @@ def mean(sample: Reals) -> dict[str, object]:
     return {"mean return": float(sample.mean()), "standard error": float(error)}
 
 
-def simulation(problem: Problem, tick: Tick) -> Solution:
-    """What the usual agents earn."""
-    names = [catalog.quick(problem, seat) for seat in range(len(problem.agents))]
+def simulation(problem: Problem, tick: Tick, agents: Sequence[str] = ()) -> Solution:
+    """What these agents earn, or the usual ones."""
+    names = agents or [catalog.quick(problem, seat) for seat in range(len(problem.agents))]
     policies = [catalog.agent(problem, seat, name) for seat, name in enumerate(names)]
     played = games(problem, policies, tick, episodes=GAMES, turns=problem.horizon)
     rows: list[Row] = [

@@ -25,13 +25,17 @@ def sweeps(problem: Problem, tick: Tick) -> Solution:
         tick(done / SWEEPS)
     q = value_iteration.optimal(tables, problem.discount)
     off = float(abs(q.max(axis=1) - values).max())
+    states = problem.enumerated()
+    legal = problem.legal(states)
+    if legal is not None:  # where nothing is legal the game is over
+        q = np.where(legal[:, 0] | ~legal[:, 0].any(axis=1, keepdims=True), q, -np.inf)
     rows: list[Row] = [
         {
             "state": problem.notation(s),
             "value": float(row.max()),
             "best": names(problem, best(row)),
         }
-        for s, row in zip(problem.enumerated(), q, strict=True)
+        for s, row in zip(states, q, strict=True)
     ]
     last = f"below {STILL:g}" if change < STILL else f"{change:.3g}"
     told = f"change {last} after {done} sweeps"

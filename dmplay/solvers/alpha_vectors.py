@@ -9,13 +9,15 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.chance import Bools, Ints, Reals
-from dmplay.errors import BadParameter
+from dmplay.errors import BadParameter, BadPolicy
 from dmplay.solvers.double_description import SLACK
 from dmplay.solvers.envelope import envelope
 from dmplay.solvers.value_iteration import SLACK as EQUAL
 from dmplay.tabular import Tables
 
 ROUNDS = 200  # of policy iteration; those here need a handful
+WORK = 200_000  # pairs of plans times states squared: as much as takes some seconds
+MOST = 300  # plans of a controller
 
 
 class Plans(NamedTuple):
@@ -31,10 +33,11 @@ class Stage(NamedTuple):
     plans: tuple[Plans, ...]  # of each action
     vectors: Reals  # [N, S], those best on a set of beliefs of positive measure
     actions: Bools  # [N, A], the first actions that have this vector
+    gap: float = 0.0  # how much more a belief may be worth
 
 
 def stages(tables: Tables, discount: float, horizon: int) -> list[Stage]:
-    """The stages with 1, 2, ... `horizon` rewards to come."""
+    """The stages with 1, 2, ... `horizon` rewards to come; raises BadPolicy for too many plans."""
     found: list[Stage] = []
     after = np.zeros((1, len(tables.transition)))
     for _ in range(horizon):
@@ -47,7 +50,7 @@ def infinite(tables: Tables, discount: float) -> Stage:
     """The stage of a game without end, by policy iteration over controllers (section 23.2).
 
     `discount` below 1. It starts from repeating one action for ever, and ends with the controller
-    that one more stage does not improve.
+    that one more stage does not improve, or before it is too large; then a `gap` is left.
     """
     many, _, kinds = _observation(tables).shape
     actions = np.arange(many)
@@ -56,8 +59,11 @@ def infinite(tables: Tables, discount: float) -> Stage:
         vectors = _evaluate(tables, discount, controller)
         stage = backup(tables, discount, vectors)
         old = envelope(vectors)
-        if ((stage.vectors @ old.beliefs.T).max(axis=0) <= old.values + SLACK).all():
+        gain = float(((stage.vectors @ old.beliefs.T).max(axis=0) - old.values).max())
+        if gain <= SLACK:
             break
+        if len(vectors) > MOST:  # by Bellman's residual
+            return stage._replace(gap=gain * discount / (1.0 - discount))
         controller = _improved(controller, vectors, stage)
     return stage
 
@@ -107,6 +113,9 @@ def _plans(tables: Tables, discount: float, after: Reals, a: int) -> Plans:
 
 def _joined(one: Plans, other: Plans) -> Plans:
     """The best of all pairs of two sets of plans, values added."""
+    if len(one.vectors) * len(other.vectors) * one.vectors.shape[1] ** 2 > WORK:
+        pairs = f"{len(one.vectors)} times {len(other.vectors)}"
+        raise BadPolicy(f"alpha vectors: {pairs} plans are too many; search needs none")
     i, j = np.indices((len(one.vectors), len(other.vectors))).reshape(2, -1)
     vectors = one.vectors[i] + other.vectors[j]
     useful = envelope(vectors).needed

@@ -10,7 +10,8 @@ from dmplay.chance import Array, Ints, Reals
 from dmplay.core import Problem
 from dmplay.tabular import joint_actions
 
-SETTLED = 1e-3  # a sweep that changes no value by more is the last
+SETTLED = 1e-3  # a sweep that changes no value by more is the last;
+FAINT = 1e-10  # with a discount, by which what is far differs but little
 MOST_SWEEPS = 2000
 USUAL = 200  # sweeps after which about half is done
 
@@ -69,7 +70,8 @@ def optimal(
     over = problem.terminal(states)
     values: Reals = np.zeros(len(states))
     sweeps, change = 0, np.inf
-    while change > SETTLED and sweeps < MOST_SWEEPS:
+    settled = SETTLED if problem.discount == 1.0 else FAINT
+    while change > settled and sweeps < MOST_SWEEPS:
         each = [
             rewards + problem.discount * going * interpolated(values, corners, weights)
             for corners, weights, rewards, going in around

@@ -38,12 +38,15 @@ class Team(NamedTuple):
 def team(
     problem: CollaborativePredatorPrey, tick: Callable[[float], None] = lambda share: None
 ) -> Team:
-    """The rules that the gradient leads to from random moves; `discount` below 1."""
+    """The best of the rules that the gradient comes by from random moves: the first, those that
+    seemed best and the last; `discount` below 1.
+    """
     check(problem)
     hunt = _Hunt(problem)
     rules = _tilted()
     values: Reals = np.zeros(hunt.rewards.shape)
     visits: Reals = np.zeros(hunt.rewards.shape)
+    tried, most = [rules.copy()], -np.inf
     for turn in range(ROUNDS):
         for seat in (0, 1):
             walks = [hunt.walks(rule) for rule in rules]
@@ -52,7 +55,14 @@ def team(
             worth = hunt.worth(seat, values, visits, walks[1 - seat])
             rules[seat] *= np.exp(STEP * (worth - worth.max(axis=1, keepdims=True)))
             rules[seat] /= rules[seat].sum(axis=1, keepdims=True)
+        if values.mean() > most:  # about what the rules before these earn
+            most, tried[1:] = values.mean(), [rules.copy()]
         tick((turn + 1) / ROUNDS)
+    return max((_measured(hunt, one) for one in [*tried, rules]), key=lambda team: team.value)
+
+
+def _measured(hunt: "_Hunt", rules: Reals) -> Team:
+    """A team of these rules, of a few digits, with what it earns."""
     rules = np.round(rules, DIGITS)
     rules /= rules.sum(axis=2, keepdims=True)
     return Team(rules, hunt.value(rules))
