@@ -97,3 +97,9 @@ def test_the_nearest_strategy_to_one_is_itself() -> None:
 def test_softmax_refuses_negative_numbers() -> None:
     with pytest.raises(BadParameter, match="precision -1"):
         dmplay.agent(PRISONERS, 0, "softmax:precision=-1")
+
+
+@pytest.mark.parametrize("given", ["generous-tit-for-tat:forgiveness=2", "gradient-ascent:rate=-1"])
+def test_parameters_out_of_bounds_are_refused(given: str) -> None:
+    with pytest.raises(BadParameter, match="expected a number at least 0"):
+        dmplay.agent(dmplay.load("prisoners-dilemma"), 0, given)

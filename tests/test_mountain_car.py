@@ -73,6 +73,11 @@ def test_the_optimal_agent_takes_the_fewest_turns_known(start: float, fewest: in
     assert -values.max() == pytest.approx(fewest, abs=8)
 
 
+def test_a_discount_to_which_the_goal_is_faint_changes_no_turn() -> None:
+    near = dmplay.load("mountain-car", discount=0.9)
+    assert len(list(course(near, dmplay.agent(near, 0, "optimal"), [-0.5, 0.0], 500))) == 106
+
+
 @pytest.mark.parametrize("game", [PROBLEM, GYM])
 def test_the_optimal_agent_comes_there_from_anywhere_before_one_who_pumps(
     game: dmplay.Problem,

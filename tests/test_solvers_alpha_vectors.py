@@ -139,6 +139,16 @@ def test_the_unending_baby_is_ignored_up_to_a_belief_and_then_fed() -> None:
     assert stage.actions.tolist() == [[True, False, False], [False, False, True]]
 
 
+def test_an_optimum_without_a_finite_controller_is_told_with_its_gap() -> None:
+    baby = dmplay.load("crying-baby", becomes_hungry=0.0)
+    stage = alpha_vectors.infinite(tabulate(baby), baby.discount)
+    sated = float(stage.vectors[:, 0].max())
+    assert sated == pytest.approx(0.0, abs=1e-9)  # who never gets hungry is left alone
+    assert 0 < stage.gap < 1e-3
+    hungry = alpha_vectors.values(stage.vectors, np.array([[0.0, 1.0]]))[0]
+    assert -15.0 - stage.gap <= hungry <= -15.0 + 1e-9  # fed once
+
+
 def test_a_problem_whose_state_is_seen_is_refused() -> None:
     with pytest.raises(BadParameter, match="one with observations"):
         alpha_vectors.stages(tables("hexworld"), 0.9, 1)

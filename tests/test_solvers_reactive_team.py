@@ -56,6 +56,14 @@ def test_on_the_standard_map_it_beats_every_rule_that_does_not_mix() -> None:
     assert found.value > -0.6 > worth(problem, model, sure)
 
 
+def test_rules_are_never_worse_than_those_it_begins_with() -> None:
+    triangle = dmplay.load("collaborative-predator-prey:triangle", slip=0.0)
+    assert isinstance(triangle, CollaborativePredatorPrey)
+    hunt = reactive_team._Hunt(triangle)
+    assert reactive_team.team(triangle).value >= hunt.value(reactive_team._tilted()) - 1e-9
+    assert reactive_team.team(triangle).value > 40
+
+
 @pytest.mark.parametrize(
     "settings", [{"predators": 3}, {"discount": 1.0}, {"hexes": [[q, 0] for q in range(18)]}]
 )

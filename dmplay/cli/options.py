@@ -114,7 +114,7 @@ Figure = Annotated[
     str,
     typer.Argument(
         metavar="FIGURE",
-        help="F.2, F.9 ... F.16, T.1, T.2; all if not given",
+        help="F.2, F.9 ... F.16, T.1, T.2; their names if not given",
         autocompletion=known.figures,
     ),
 ]

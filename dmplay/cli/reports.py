@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from dmplay.cli import config, options
+from dmplay.errors import BadParameter
 from dmplay.shell.terminal import Wishes, here
 
 
@@ -63,6 +64,8 @@ def figure(
 
     if name:
         drawing.print_figure(name, here(wishes), output, svg=svg)
+    elif svg or output:
+        raise BadParameter("figure: --svg and -o want a figure, as F.2; dmplay figure names them")
     else:
         drawing.print_names()
 

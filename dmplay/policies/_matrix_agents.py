@@ -55,7 +55,7 @@ class Softmax(_Mixed):
         """Refuses negative numbers."""
         if not (self.precision >= 0 and self.level >= 0):
             got = f"precision {self.precision:g}, level {self.level}"
-            raise BadParameter(f"level-k: got {got}, expected numbers of at least 0")
+            raise BadParameter(f"got {got}, expected numbers of at least 0")
 
     @cached_property
     def _mix(self) -> Categorical:

@@ -7,14 +7,12 @@ import numpy as np
 
 from dmplay import belief
 from dmplay.chance import Array, Bools, Reals, among
-from dmplay.core import Memory, Percept, exact, parameter
+from dmplay.core import Memory, Percept, check_bounds, exact, parameter
 from dmplay.dice import spread
 from dmplay.errors import BadParameter, BadPolicy
 from dmplay.policies._believing import Believing
 from dmplay.solvers.uct import Tree
 from dmplay.solvers.value_iteration import best
-
-LEAST = {"simulations": 1, "depth": 1, "exploration": 0.0}
 
 
 @dataclass(frozen=True)
@@ -31,10 +29,7 @@ class Search(Believing):
 
     def __post_init__(self) -> None:
         """Refuses numbers out of bounds, and problems without a belief to search from."""
-        for name, least in LEAST.items():
-            if not getattr(self, name) >= least:
-                got = f"{name}: got {getattr(self, name):g}"
-                raise BadParameter(f"{got}, expected a number at least {least:g}")
+        check_bounds(self)
         if self._hidden:
             try:
                 belief.prior(self.problem)

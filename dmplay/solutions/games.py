@@ -17,7 +17,11 @@ def equilibria(problem: MatrixGame, tick: Tick) -> Solution:
             row[agent] = mixed(problem, seat, mix)
             row[f"pays {agent}"] = float(pay[seat])
         rows.append(row)
-    return Solution("support enumeration", f"{len(rows)} Nash equilibria of one round", rows)
+    return Solution(
+        "support enumeration",
+        f"{len(rows)} Nash equilibri{'um' if len(rows) == 1 else 'a'} of one round",
+        rows,
+    )
 
 
 def hunt(problem: PredatorPrey, tick: Tick) -> Solution:
