@@ -12,7 +12,8 @@ each of these is a name, or a function of problem and seat.
 import importlib
 import importlib.util
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import Field, fields, replace
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -152,10 +153,13 @@ def hint(problem: Problem, seat: int) -> str | None:
     return _named(problem, seat, "HINT")
 
 
-def adviser(problem: Problem, seat: int, turns: int | None = None) -> tuple[str, Policy] | None:
+def adviser(
+    problem: Problem, seat: int, turns: int | None = None, seats: Sequence[str] = ()
+) -> tuple[str, Policy] | None:
     """The agent whose values and choices serve as hints in a game of so many turns, with its name.
 
-    One that plans a whole game plans this one, one that looks ahead does not look beyond the end.
+    One that plans a whole game plans this one, one that looks ahead does not look beyond the end,
+    and one that answers others answers those who sit in the other `seats`, if it can.
     """
     from dmplay.policies._valued import Countdown, Planner
 
@@ -163,13 +167,22 @@ def adviser(problem: Problem, seat: int, turns: int | None = None) -> tuple[str,
     if name is None:
         return None
     policy = agent(problem, seat, name)
+    rest = [n for n in range(len(seats)) if n != seat]
+    rivals = {seats[n] for n in rest}
+    if hasattr(policy, "to") and len(rivals) == 1 and rivals != {partner(problem, n) for n in rest}:
+        with suppress(BadParameter):  # it has no answer to them
+            return _changed(name, policy, to=rivals.pop())
     if turns is None or not isinstance(policy, Planner):
         return name, policy
     whole = isinstance(policy, Countdown) and turns <= policy.FARTHEST
     horizon = turns if whole else min(turns, policy.horizon)
-    if horizon != policy.horizon:
-        name, policy = f"{name}:horizon={horizon}", replace(policy, horizon=horizon)
-    return name, policy
+    return (name, policy) if horizon == policy.horizon else _changed(name, policy, horizon=horizon)
+
+
+def _changed(name: str, policy: Any, **changes: object) -> tuple[str, Policy]:
+    """An agent with other parameters, and its name."""
+    told = ",".join(f"{key}={value}" for key, value in changes.items())
+    return f"{name}:{told}", replace(policy, **changes)
 
 
 def partner(problem: Problem, seat: int) -> str:

@@ -117,6 +117,31 @@ def test_a_hint_for_a_game_of_so_many_turns_plans_no_further(
 
 
 @pytest.mark.parametrize(
+    ("rival", "hint"),
+    [
+        ("flee", "hint (best-response): "),
+        ("random", "hint (best-response:to=random): "),
+        ("chase", "hint (best-response:to=chase): "),
+        ("equilibrium", "hint (best-response): "),
+        ("human", "hint (best-response): "),
+    ],
+)
+def test_a_hint_answers_who_sits_there_if_it_can(rival: str, hint: str) -> None:
+    problem = dmplay.load("predator-prey")
+    other = None if rival == HUMAN else catalog.agent(problem, 1, rival)
+    seats = (HUMAN, rival)
+    one = Game("predator-prey", Session(problem, dmplay.Dice(11), [None, other]), seats)
+    assert one.adviser.hint().startswith(hint)
+    if rival == "random":
+        answer = catalog.agent(problem, 0, "best-response:to=random")
+        known = answer.values(answer.begin(one.session.state[None]))
+        assert known is not None
+        one.choose(0.0)
+        (move, *_) = moves(one.session, [0], seats)
+        assert [*move.values.values()] == known[0].tolist()
+
+
+@pytest.mark.parametrize(
     ("values", "shown"),
     [
         ([6.2701, 5.4688, 3.0], ["6.27", "5.47", "3.00"]),

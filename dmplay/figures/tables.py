@@ -1,5 +1,8 @@
 """Figures F.14 and F.15, the payoff tables, and the tables F.1 and F.2."""
 
+import re
+import sys
+
 import numpy as np
 from rich.text import Text
 
@@ -34,7 +37,7 @@ def rock_paper_scissors() -> Text:
 def problems() -> Text:
     """The kind and the spaces of every problem."""
     rows = [["problem", "kind", "agents", "states", "actions", "observations", "discount"]]
-    for name in problem_names():
+    for name in sorted(problem_names(), key=_section):
         problem = catalog.load(name)
         rows.append([name, problem.kind, *summary(problem).values()])
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
@@ -43,6 +46,13 @@ def problems() -> Text:
         cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
         text.append("  ".join(cells).rstrip() + "\n", style="" if number else "bold")
     return text
+
+
+def _section(name: str) -> int:
+    """The section of the appendix that a problem's module names as its source."""
+    told = sys.modules[type(catalog.load(name)).__module__].__doc__ or ""
+    found = re.search(r"appendix F\.(\d+)", told)
+    return int(found[1]) if found else 0
 
 
 def machine() -> Text:

@@ -32,14 +32,15 @@ def fixed(value: float, places: int) -> str:
 class Adviser:
     """The problem's own adviser beside a seat of a session; it only looks on."""
 
-    def __init__(self, session: Session, seat: int) -> None:
+    def __init__(self, session: Session, seat: int, seats: Sequence[str] = ()) -> None:
         self.session = session
         self.seat = seat
+        self.seats = seats  # who plays, by name
 
     @cached_property
     def _found(self) -> tuple[str, Policy] | None:
         """The agent, if there is one; found out late, as a first frame does not need it."""
-        return catalog.adviser(self.session.problem, self.seat, self.session.limit)
+        return catalog.adviser(self.session.problem, self.seat, self.session.limit, self.seats)
 
     @property
     def name(self) -> str | None:

@@ -302,7 +302,7 @@ class Game:
         """Who gives hints to the watcher."""
         seat = self.watcher
         if seat not in self._advisers:
-            self._advisers[seat] = Adviser(self.session, seat)
+            self._advisers[seat] = Adviser(self.session, seat, self.seats)
         return self._advisers[seat]
 
     def result(self) -> str:

@@ -140,7 +140,7 @@ def review(game: Game, argument: str) -> str:
 
     if not game.session.over or not game.people:
         raise BadParameter("review: it values the moves of people, once the game is over")
-    found = list(reviewing.moves(game.session, game.people))
+    found = list(reviewing.moves(game.session, game.people, game.seats))
     game.notes = "".join(reviewing.notes(found))
     return "\n".join([*map(str, found), reviewing.summary(found)])
 

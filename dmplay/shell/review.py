@@ -1,7 +1,7 @@
 """Looking back at a person's moves: what each action was worth, the best, and the regret."""
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from json import dumps
 from pathlib import Path
 from typing import NamedTuple
@@ -42,13 +42,13 @@ class Move(NamedTuple):
         return f"{told}, best {names}, regret {fixed(self.regret, places)}. values: {each}"
 
 
-def moves(session: Session, people: list[int]) -> Iterator[Move]:
-    """Every move of these seats whose value the problem's adviser knows, in order."""
+def moves(session: Session, people: list[int], seats: Sequence[str] = ()) -> Iterator[Move]:
+    """Every move of these people that the adviser can value, in order; `seats` says who plays."""
     problem = session.problem
     past = Session(problem, session.source, limit=session.limit, opening=session.opening)
     advisers = {}
     for seat in people:
-        found = catalog.adviser(problem, seat, session.limit)
+        found = catalog.adviser(problem, seat, session.limit, seats)
         if found and not isinstance(problem.actions[seat], Interval):
             advisers[seat] = Follower(past, seat, found[1])
     for number, turn in enumerate(session.turns, 1):
@@ -84,11 +84,13 @@ def summary(reviewed: list[Move]) -> str:
     return told if right == len(reviewed) else f"{told}, most in turn {worst.turn}"
 
 
-def in_time(session: Session, people: list[int], seconds: float) -> list[Move] | None:
+def in_time(
+    session: Session, people: list[int], seats: Sequence[str], seconds: float
+) -> list[Move] | None:
     """The whole review if it can be had within so many seconds; else None."""
     until = time.monotonic() + seconds
     done = []
-    for move in moves(session, people):
+    for move in moves(session, people, seats):
         done.append(move)
         if time.monotonic() > until:
             return None
@@ -103,7 +105,8 @@ def print_review(path: Path, *, write: bool, json: bool, trusted: bool) -> None:
     seats = list(game.transcript.header.seats.values())
     while game.unattended():
         pass
-    reviewed = list(moves(game.session, [n for n, who in enumerate(seats) if who == HUMAN]))
+    people = [n for n, who in enumerate(seats) if who == HUMAN]
+    reviewed = list(moves(game.session, people, seats))
     if json:
         print(dumps([move._asdict() for move in reviewed]))
     else:

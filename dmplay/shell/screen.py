@@ -290,7 +290,8 @@ class Screen:
             from dmplay.shell import review  # not needed before
 
             self.reviewed = True
-            found = review.in_time(self.game.session, self.game.people, REVIEW_TIME)
+            game = self.game
+            found = review.in_time(game.session, game.people, game.seats, REVIEW_TIME)
             if found:
                 self.log.append(review.summary(found))
         recorder = self.game.recorder

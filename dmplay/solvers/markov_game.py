@@ -98,5 +98,5 @@ def _opposed(problem: Problem) -> Tables:
     spread = first - first.mean()
     slope = float((spread * second).sum() / ((spread * spread).sum() or 1.0))
     if slope >= 0 or abs(second - second.mean() - slope * spread).max() > SETTLED:
-        raise BadParameter("got rewards of which one is no falling linear function of the other")
+        raise BadParameter("got rewards that are not opposed: one must fall as the other rises")
     return tables
