@@ -179,6 +179,17 @@ def adviser(
     return (name, policy) if horizon == policy.horizon else _changed(name, policy, horizon=horizon)
 
 
+def for_turns(problem: Problem, seat: int, name: str, turns: int) -> str:
+    """The agent of this name in a game of so many turns: one that plans a whole game plans this."""
+    from dmplay.policies._valued import Countdown
+
+    if name not in agents(problem):
+        return name
+    policy = agent(problem, seat, name)
+    counts = isinstance(policy, Countdown) and policy.horizon != turns <= policy.FARTHEST
+    return f"{name}:horizon={turns}" if counts else name
+
+
 def _changed(name: str, policy: Any, **changes: object) -> tuple[str, Policy]:
     """An agent with other parameters, and its name."""
     told = ",".join(f"{key}={value}" for key, value in changes.items())

@@ -119,6 +119,22 @@ def test_bad_input_is_one_clear_line_and_exit_code_2(
     assert done.stdout == ""
 
 
+@pytest.mark.parametrize(
+    ("words", "seated"),
+    [
+        ("catch --agent optimal --turns 3", "optimal:horizon=3"),
+        ("catch --agent optimal:horizon=7 --turns 3", "optimal:horizon=7"),
+        ("catch --agent optimal --turns 30", "optimal"),  # more throws than it can plan
+        ("machine-replacement --agent qmdp --turns 30", "qmdp:horizon=30"),
+        ("crying-baby --agent plan --turns 3", "plan"),  # which only looks ahead
+    ],
+)
+def test_who_plans_a_whole_game_plans_this_one(words: str, seated: str, tmp_path: Path) -> None:
+    run(tmp_path, *words.split(), "--seed", "1", "-o", "g.dmt", "-q")
+    assert f'seats: {{"agent": "{seated}"}}\n' in (tmp_path / "g.dmt").read_text()
+    assert run(tmp_path, "verify", "g.dmt").returncode == 0
+
+
 def test_a_number_that_is_no_action_is_told_the_bounds(tmp_path: Path) -> None:
     done = run(tmp_path, "travelers-dilemma", stdin="101\n")
     assert (

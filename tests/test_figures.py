@@ -40,6 +40,13 @@ def test_a_figure_has_allowed_glyphs_an_ascii_form_and_a_picture(name: str) -> N
     assert drawing.picture(shown, title) == drawing.picture(draw(), title)
 
 
+def test_table_f1_stands_in_the_books_order() -> None:
+    rows = drawing.figure("T.1")[1]().plain.splitlines()[1:]
+    names = [row.split()[0] for row in rows if row]
+    assert names[:3] == ["hexworld", "2048", "cart-pole"]
+    assert names[-2:] == ["multicaregiver-crying-baby", "collaborative-predator-prey"]
+
+
 def test_figure_f2_has_the_values_of_the_line() -> None:
     assert drawn("F.2").endswith(
         "│  →  │  →  │  →  │  →  │  →  │  →  │  ◆  │\n"

@@ -32,6 +32,9 @@ def new(request: Request) -> Game:
     problem = found.problem
     keys = hands(problem, request.keys)
     seats = _seats(request, found)
+    if request.turns is not None and request.turns > 0:
+        turns = request.turns
+        seats = [catalog.for_turns(problem, n, who, turns) for n, who in enumerate(seats)]
     _answered(problem, seats, asks=request.asks)
     policies = [seat_policy(problem, seat, who) for seat, who in enumerate(seats)]
     seed = (
