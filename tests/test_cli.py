@@ -40,12 +40,12 @@ def test_a_recording_tells_a_reroll_as_the_turn_that_came_of_it(tmp_path: Path) 
     run(tmp_path, "2048", "--seed", "7", "-o", "g.dmt", stdin="left\nreroll\nundo\nup\n")
     told = run(tmp_path, "replay", "g.dmt").stdout.splitlines()
     assert [row.partition(". ")[0] for row in told[1:-1]] == [
-        "turn 1", "turn 1, rerolled", "undone", "turn 1, rerolled",
+        "turn 1", "turn 1, under other dice", "undone", "turn 1, under other dice",
     ]  # fmt: skip
     assert told[3] == "undone. turn 0."
     text = run(tmp_path, "export", "g.dmt", "--text").stdout
-    assert text.count("turn 1, rerolled. slid left.") == 3
-    assert "undone. turn 0.\n turn 1, rerolled. slid up." in text
+    assert text.count("turn 1, under other dice. slid left.") == 3
+    assert "undone. turn 0.\n turn 1, under other dice. slid up." in text
 
 
 def test_the_end_of_input_is_a_clean_end(tmp_path: Path) -> None:
@@ -140,6 +140,11 @@ def test_a_number_that_is_no_action_is_told_the_bounds(tmp_path: Path) -> None:
     assert (
         "error: line 1: action: got '101', expected a whole number from 2 to 100\n" in done.stderr
     )
+    done = run(tmp_path, "catch", "--agent", "script:50,105")
+    told = (
+        "script action 2: action: got '105', expected a whole number from 10 to 100 in steps of 10"
+    )
+    assert done.stderr.startswith(f"error: {told}\n")
     done = run(tmp_path, "simple-regulator", stdin="1_0\n")
     assert "error: line 1: action: got '1_0', expected a number from -10 to 10\n" in done.stderr
 

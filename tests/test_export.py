@@ -89,6 +89,14 @@ def test_a_table_has_a_row_a_turn(file: Path) -> None:
     assert rows[2]["rewards agent"] == "-1"
 
 
+def test_data_and_tables_name_what_is_no_turn(tmp_path: Path) -> None:
+    run(tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin="w\nreroll\nundo\ne\n")
+    data = json.loads(export(tmp_path / "g.dmt", "--json"))
+    assert [turn.get("event") for turn in data["turns"]] == [None, None, "reroll", "undo", None]
+    rows = list(csv.DictReader(io.StringIO(export(tmp_path / "g.dmt", "--csv"))))
+    assert [row["event"] for row in rows] == ["", "", "reroll", "undo", ""]
+
+
 def test_data_is_one_object(file: Path) -> None:
     game = json.loads(export(file, "--json"))
     assert game["seed"] == 7

@@ -145,13 +145,25 @@ def test_tab_hints_without_playing() -> None:
     assert played.session.turns == []
 
 
+def test_before_the_first_turn_there_are_no_dice_to_throw_anew() -> None:
+    assert "reroll: no turn was played yet" in play(game("2048"), ":", "reroll enter").last
+
+
+@pytest.mark.parametrize("rows", [1, 2, 3])
+def test_the_command_row_is_there_on_the_smallest_screens(rows: int) -> None:
+    played = game("hexworld")
+    shown = play(played, ":", "w", "enter", size=(40, rows))
+    assert " :w" in shown.frames[2].split("\n")
+    assert "turn 1. at (6,2)" in shown.last
+
+
 def test_a_turn_under_other_dice_is_in_the_log() -> None:
     shown = play(game("2048"), "left", ":", "reroll enter", ":", "reroll enter", "L").last
     told = [row.strip() for row in shown.split("\n") if "slid left." in row]
     assert told == [
         "turn 1. slid left. new 2 in row 3, column 2. reward 4. return 4.",
-        "turn 1, rerolled. slid left. new 2 in row 3, column 2. reward 4. return 4.",
-        "turn 1, rerolled. slid left. new 4 in row 4, column 1. reward 4. return 4.",
+        "turn 1, under other dice. slid left. new 2 in row 3, column 2. reward 4.",
+        "turn 1, under other dice. slid left. new 4 in row 4, column 1. reward 4.",
     ]
 
 
@@ -324,6 +336,22 @@ def test_a_screen_without_room_for_a_board_is_played_in_text() -> None:
     assert shown.last.split("\n")[2:4] == [" turn 1. at (6,2).", "   chose W, moved …"]
 
 
+def test_a_page_stays_open_on_a_screen_that_needs_fewer_parts() -> None:
+    played = game("hexworld")
+    shown = Shown(help=True, part=9)
+    for size in ((80, 4), (80, 10), (80, 24), (200, 60)):
+        rows = compose(played, Room(*size), shown, []).plain.split("\n")
+        assert len(rows) == size[1]
+
+
+@pytest.mark.parametrize("rows", [1, 2, 3, 4, 5, 6])
+def test_a_curtain_on_the_smallest_screens_names_who_is_next(rows: int) -> None:
+    curtain = Shown(curtain="caregiver2")
+    drawn = compose(game("multicaregiver-crying-baby"), Room(60, rows), curtain, []).plain
+    assert "caregiver2 is next" in drawn
+    assert "heard" not in drawn
+
+
 @pytest.mark.parametrize("problem", PROBLEMS)
 @pytest.mark.parametrize("rows", [1, 2, 3, 4, 5])
 def test_the_smallest_screens_tell_what_is_most_urgent(problem: str, rows: int) -> None:
@@ -339,7 +367,7 @@ def test_the_smallest_screens_tell_what_is_most_urgent(problem: str, rows: int) 
 def test_a_terminal_of_one_row_shows_one_line_of_text_while_keys_act() -> None:
     shown = play(game("hexworld"), "l", "e", "?", size=(40, 1))
     assert shown.frames == [
-        " need 19x3; playing in text. at (7,2). …",
+        " need 19x9; playing in text. at (7,2). …",
         " turn 1. at (8,2). chose E, moved E. re…",
         " e: no such key; ? shows them",
         " actions: l e,  u ne,  y nw,  h w,  b",

@@ -177,6 +177,16 @@ def test_f1_is_help_that_fits_a_screen_and_names_every_command(
         )
 
 
+def test_help_knows_actions_and_problems(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    made = shell()
+    made.do("help hexworld")
+    made.do("play hexworld")
+    made.do("help ne")
+    told = capsys.readouterr().out.splitlines()
+    assert told[0] == "hexworld: a problem; play hexworld begins it, info hexworld tells of it"
+    assert told[-1] == "ne: an action; its name alone plays it"
+
+
 @pytest.mark.parametrize("topic", TOPICS)
 def test_help_tells_of_a_topic_what_each_command_does(
     topic: str, place: Path, capsys: pytest.CaptureFixture[str]

@@ -385,6 +385,18 @@ def test_two_who_hear_different_things_have_a_curtain_in_the_shell(tmp_path: Pat
         assert terminal.left_clean()
 
 
+def test_who_leaves_the_screen_for_the_shell_is_shown_nothing_of_the_next(tmp_path: Path) -> None:
+    with Terminal("shell", folder=tmp_path) as terminal:
+        play = "play multicaregiver-crying-baby --vs human --seed 3"
+        terminal.ready().press(f"{play}{ENTER}", "t0 caregiver1]>").calm()
+        terminal.press(f"screen{ENTER}", "you: caregiver1").calm().press("i", "caregiver2 is next")
+        terminal.press(ENTER, "you: caregiver2").press("f", "caregiver1 is next").calm()
+        terminal.press("q", "caregiver1 is next: nobody else should look now. Enter goes on.")
+        assert "heard" not in terminal.calm().text
+        terminal.press(ENTER, "t1 caregiver1]>").press(CTRL_D)
+        assert terminal.ended() == 0
+
+
 def test_a_script_of_two_who_hear_different_things_waits_for_nobody(tmp_path: Path) -> None:
     lines = "play multicaregiver-crying-baby --vs human --seed 3\nfeed; sing\nfeed\n"
     given = [word for line in lines.split("\n") if line for word in ("-e", line)]
@@ -573,7 +585,7 @@ def test_a_recording_with_turns_taken_back_is_told_in_lines(tmp_path: Path) -> N
     done = run("replay", "game.dmt", folder=tmp_path)
     assert done.returncode == 0
     told = [line.partition(".")[0] for line in done.stdout.splitlines()]
-    assert told[1:-1] == ["turn 1", "undone", "turn 1", "turn 1, rerolled"]
+    assert told[1:-1] == ["turn 1", "undone", "turn 1", "turn 1, under other dice"]
     assert run("replay", "game.dmt", "--json", folder=tmp_path).returncode == 0
 
 

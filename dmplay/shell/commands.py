@@ -82,6 +82,10 @@ def _quit(table: Table, argument: str) -> str:
 def _help(table: Table, argument: str) -> str:
     if argument.lower() in TOPICS:
         return "\n".join(map(_line, TOPICS[argument.lower()]))
+    if _names_action(table, argument):
+        return f"{argument}: an action; its name alone plays it"
+    if argument.partition(":")[0] in problem_names():
+        return f"{argument}: a problem; play {argument} begins it, info {argument} tells of it"
     if argument:
         return _line(named(argument, [*TOPICS]))
     rows = ["an action is played by its name. help tells more of a command, or of a topic:"]

@@ -38,7 +38,8 @@ def _last(game: Playback, turn: int | None, room: Room) -> Text:
         if len(game.session.turns) == turn:
             return shown
     if turn is not None:
-        raise BadParameter(f"--at: got {turn}, the game has {len(game.session.turns)} turns")
+        many = len(game.session.turns)
+        raise BadParameter(f"--at: got {turn}, the game has {many} turn{'s' * (many != 1)}")
     return shown
 
 
@@ -111,8 +112,12 @@ def data(game: Playback, turn: int | None, room: Room) -> str:
 
 def _facts(game: Playback) -> Iterator[dict[str, object]]:
     yield turn_facts(game.session)
+    before = 0
     while game.unattended():
-        yield turn_facts(game.session)
+        now = len(game.session.turns)
+        event = {1: {}, 0: {"event": "reroll"}}.get(now - before, {"event": "undo"})
+        yield turn_facts(game.session) | event
+        before = now
 
 
 STILL = ("svg", "html")

@@ -69,21 +69,28 @@ def compose(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
     if room.height < SMALL:
         rows = [_fitted(_urgent(game, room, shown, log), room), below][: room.height]
         return _rows([_fitted(_title(game, room), room), *rows][-room.height :])
-    covered = shown.message or shown.curtain or shown.help or shown.page
-    if room.height == SMALL and log and not covered:
-        shown = shown._replace(message=log[-1])
+    if room.height == SMALL and not (shown.message or shown.curtain):
+        shown = shown._replace(message=_beside(game, room, shown, log))
     return _rows([upper(game, room, shown, log), message(room, shown), below])
+
+
+def _beside(game: Game, room: Room, shown: Shown, log: list[str]) -> str:
+    """What the row of messages tells where the body has one row alone."""
+    if shown.help or shown.page:
+        many = len(pages(game, room, shown))
+        return f"part {min(shown.part, many - 1) + 1} of {many}. Space goes on"
+    return log[-1] if log else game.situation()
 
 
 def _urgent(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
     """One row: the curtain, a row of a page, the message, what happened last, how it stands."""
     if shown.curtain:
-        return _curtain(shown.curtain, room)[1]
+        return _curtain(shown.curtain, room)[0]
     if shown.help or shown.page:
-        return pages(game, room, shown)[shown.part][0]
+        return _part(game, room, shown)[0]
     if shown.message or log:
         return Text(f" {clean(shown.message or log[-1])}")
-    board = game.draw(Look(room.width, 1, room.ascii))
+    board = game.draw(Look(room.width, 1, room.ascii, around=LOG + SMALL))
     needed = [board.plain] if isinstance(board, Needed) else []
     return Text(" " + ". ".join([*needed, game.situation()]))
 
@@ -103,11 +110,17 @@ def upper(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
     if shown.curtain:
         title, parts = _name(game), _curtain(shown.curtain, room)
     elif shown.help or shown.page:
-        title, parts = _title(game, room), pages(game, room, shown)[shown.part]
+        title, parts = _title(game, room), _part(game, room, shown)
     else:
         title, parts = _title(game, room), _body(game, room, shown, log, body)
     parts += [Text("")] * (body - len(parts))
     return _rows([_fitted(row, room) for row in [title, *parts][: room.height - 2]])
+
+
+def _part(game: Game, room: Room, shown: Shown) -> list[Text]:
+    """The part of help or page that is shown; the last where a larger screen needs fewer."""
+    parts = pages(game, room, shown)
+    return parts[min(shown.part, len(parts) - 1)]
 
 
 def pages(game: Game, room: Room, shown: Shown) -> list[list[Text]]:
@@ -132,7 +145,8 @@ def pages(game: Game, room: Room, shown: Shown) -> list[list[Text]]:
 def _curtain(agent: str, room: Room) -> list[Text]:
     """What hides one person's board from the other while they change places."""
     told = f"{clean(agent)} is next: nobody else should look now. Enter shows the board."
-    return [Text(""), *_page([told], room)]
+    rows = _page([told], room)
+    return [Text(""), *rows] if len(rows) < room.height - 3 else rows
 
 
 def _rows(rows: list[Text]) -> Text:

@@ -1,6 +1,5 @@
 """A game that people play: a session, who sits where, its transcript, and its words."""
 
-import re
 from collections.abc import Mapping, Sequence
 from itertools import zip_longest
 from pathlib import Path
@@ -10,7 +9,7 @@ from rich.text import Text
 
 from dmplay.core import Interval, Problem
 from dmplay.dice import Dice
-from dmplay.errors import BadParameter, UnknownName
+from dmplay.errors import BadParameter
 from dmplay.policies.script import EndOfScript
 from dmplay.session import Session, View
 from dmplay.shell import facts
@@ -26,7 +25,6 @@ from dmplay.views._style_of import style_of
 
 FRAME = Look(width=80, height=24)
 PAIR = 2
-NUMERIC = re.compile(r"\s*[-+]?\.?\d")
 
 
 def frame(session: Session) -> str:
@@ -181,6 +179,8 @@ class Game:
     def reroll(self) -> None:
         """Plays the last turn again under other dice; the transcript says so."""
         self._may("reroll")
+        if not self.session.turns:
+            raise BadParameter("reroll: no turn was played yet")
         self._chosen.clear()
         self._undone.clear()
         with whole():
@@ -212,14 +212,7 @@ class Game:
 
     def read(self, word: str) -> float:
         """The action that a person typed: its name, an alias, its number or a key."""
-        try:
-            return action_of(self.problem, self.watcher, word, self.keys_of(self.watcher))
-        except UnknownName:
-            labels = self.problem.actions[self.watcher]
-            if isinstance(labels, Interval) or not self.types_numbers or not NUMERIC.match(word):
-                raise
-            wanted = f"a whole number from {labels[0]} to {labels[-1]}"
-            raise BadParameter(f"action: got {word!r}, expected {wanted}") from None
+        return action_of(self.problem, self.watcher, word, self.keys_of(self.watcher))
 
     def key(self, key: str) -> tuple[int, float] | None:
         """Whose action a key plays, and which: of who is to choose, or each with keys of its own
@@ -271,7 +264,7 @@ class Game:
         As the watcher may know it, unless `seat` says who.
         """
         view = self.view() if seat is None else self.session.view(seat)
-        rerolled = ", rerolled" if view.turn in self.session.rerolls else ""
+        rerolled = ", under other dice" if view.turn in self.session.rerolls else ""
         parts = [f"turn {view.turn}{rerolled}.", self.style.told(view)]
         if view.rewards is not None:
             parts.append(f"reward {view.rewards[-1]:.6g}. return {self.returned(view):.6g}.")

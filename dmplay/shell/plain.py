@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from typing import Protocol, TextIO
 
 from dmplay.errors import BadParameter, DmplayError
+from dmplay.session import Turn
 from dmplay.shell.commands import Leave, own_parts, parts, typed
 from dmplay.shell.game import Game
 from dmplay.shell.table import Table
@@ -168,14 +169,21 @@ def _watch(game: Game, reporter: Reporter) -> None:
 def _do(table: Table, line: str, terminal: Terminal, reporter: Reporter) -> None:
     """Does a line, and reports what came of it."""
     game, before = table.game, len(table.game.session.turns)
+    last = game.session.turns[-1] if before else None
     words = typed(table, line)
     if table.game is not game:
         reporter.end(game)
         reporter.start(table.game, terminal)
-    elif len(game.session.turns) > before and "\n" not in words:
+    elif _played(game, before, last) and "\n" not in words:
         reporter.turn(game)
     elif words:
         reporter.words(words)
+
+
+def _played(game: Game, before: int, last: Turn | None) -> bool:
+    """Whether there is another last turn: one more, or the same under other dice."""
+    now = game.session.turns
+    return len(now) > before or (len(now) == before > 0 and now[-1] is not last)
 
 
 def handed_over(game: Game) -> str:

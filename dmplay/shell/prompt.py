@@ -135,7 +135,9 @@ def _ready() -> None:
 
 def _screen(shell: Shell) -> str:
     """Shows the game on the full screen."""
-    code = run_screen(Screen(shell.table, shell.terminal, shell.speed))
+    screen = Screen(shell.table, shell.terminal, shell.speed)
+    code = run_screen(screen)
+    shell.before = screen.before  # who sat there last sits here
     if code > 128 and code != 128 + signal.SIGINT:
         raise SystemExit(code)
     return ""

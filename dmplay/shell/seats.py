@@ -1,5 +1,6 @@
 """Who sits where: people, agents, scripts and recordings, and how a word or a key is an action."""
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -19,6 +20,7 @@ HUMAN = PERSON
 UNASKED = (HUMAN, "script", "replay")  # seats whose actions only the file can tell
 DIGITS = 10  # keys that are the number of an action
 DIGIT_KEYS = "0123456789"
+NUMERIC = re.compile(r"\s*[-+]?\.?\d")
 
 
 def action_of(
@@ -30,8 +32,21 @@ def action_of(
     except UnknownName:
         by_key = action_by_key(problem, seat, word, keys)
         if by_key is None:
+            _check_bounds(problem, seat, word)
             raise
         return by_key
+
+
+def _check_bounds(problem: Problem, seat: int, word: str) -> None:
+    """Refuses a number where actions are other whole numbers, and tells which."""
+    labels = problem.actions[seat]
+    if isinstance(labels, Interval) or not all(label.isdigit() for label in labels):
+        return
+    if NUMERIC.match(word):
+        step = int(labels[1]) - int(labels[0])
+        tens = f" in steps of {step}" if step > 1 else ""
+        wanted = f"a whole number from {labels[0]} to {labels[-1]}{tens}"
+        raise BadParameter(f"action: got {word!r}, expected {wanted}") from None
 
 
 def action_by_key(

@@ -27,7 +27,7 @@ class Shell:
         self.terminal = terminal
         self.speed = speed  # turns a second when agents play on the screen
         self.typed = terminal.typed  # whether people type, not a script
-        self._before: int | None = None  # the seat of who sits at the terminal
+        self.before: int | None = None  # the seat of who sits at the terminal
         self._over: Game | None = None  # the game whose end was told
 
     @property
@@ -57,7 +57,7 @@ class Shell:
             for part in own_parts(self.table, line) if self.typed else parts(line):
                 words = typed(self.table, part)
                 if self.game is not game:
-                    self._before = self.game.watcher if self.game else None
+                    self.before = self.game.watcher if self.game else None
                 if not self.curtained or self._turns() == before:
                     self._say(words)
         finally:  # what was done before a fault is seen too
@@ -71,12 +71,12 @@ class Shell:
         """Whether somebody else is to choose, who alone may see what comes."""
         game = self.game
         different = game is not None and game.private and game.waiting is not None
-        return self.typed and different and self.table.game.watcher != self._before
+        return self.typed and different and self.table.game.watcher != self.before
 
     def change_places(self) -> None:
         """Waits for the one who is next to sit down, and shows what this one may see."""
         words = handed_over(self.table.game)
-        self._before = self.table.game.watcher
+        self.before = self.table.game.watcher
         self._say(words)
         if self.terminal.screen:
             self._show(fresh=False)
