@@ -149,14 +149,6 @@ def test_before_the_first_turn_there_are_no_dice_to_throw_anew() -> None:
     assert "reroll: no turn was played yet" in play(game("2048"), ":", "reroll enter").last
 
 
-@pytest.mark.parametrize("rows", [1, 2, 3])
-def test_the_command_row_is_there_on_the_smallest_screens(rows: int) -> None:
-    played = game("hexworld")
-    shown = play(played, ":", "w", "enter", size=(40, rows))
-    assert " :w" in shown.frames[2].split("\n")
-    assert "turn 1. at (6,2)" in shown.last
-
-
 def test_a_turn_under_other_dice_is_in_the_log() -> None:
     shown = play(game("2048"), "left", ":", "reroll enter", ":", "reroll enter", "L").last
     told = [row.strip() for row in shown.split("\n") if "slid left." in row]

@@ -491,6 +491,14 @@ def test_a_narrower_screen_than_there_is_can_be_asked_for(
         assert terminal.ended() == 0
 
 
+@pytest.mark.parametrize("rows", [1, 2, 3])
+def test_a_command_is_typed_on_the_smallest_screens(rows: int, tmp_path: Path) -> None:
+    with Terminal("hexworld", "--seed", "7", folder=tmp_path, size=(40, rows)) as terminal:
+        terminal.ready().press(":ac", " :ac").press(f"t w{ENTER}", "turn 1. at (6,2)")
+        terminal.press("q")
+        assert terminal.ended() == 0
+
+
 def test_a_screen_is_never_wider_than_the_terminal(tmp_path: Path) -> None:
     words = ("hexworld", "--seed", "7", "--width", "200")
     with Terminal(*words, folder=tmp_path, size=(50, 14)) as terminal:

@@ -92,6 +92,8 @@ def _layout(screen: Screen, painter: Painter, line: Buffer, *, hidden: bool) -> 
         Window(typed, height=1),
         Window(FormattedTextControl(row), height=1),
     ]
+    if painter.size()[1] < len(rows):  # no room beside what is typed
+        rows = rows[1:2]
     menu = Float(CompletionsMenu(max_height=MENU), xcursor=True, ycursor=True)
     return Layout(FloatContainer(HSplit(rows), [menu]), focused_element=typed)
 
