@@ -19,9 +19,9 @@ _HOMES = {
     "Span": "chance",
     "Tables": "tabular",
     "Tabular": "tabular",
-    "agent": "catalog",
+    "agent": "finding.catalog",
     "exact": "core",
-    "load": "catalog",
+    "load": "finding.catalog",
     "rollout": "rollouts",
 }
 __all__ = [*_HOMES]  # noqa: PLE0604 - the names above

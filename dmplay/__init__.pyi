@@ -1,5 +1,3 @@
-from dmplay.catalog import agent as agent
-from dmplay.catalog import load as load
 from dmplay.chance import Categorical as Categorical
 from dmplay.chance import Normal as Normal
 from dmplay.chance import Pick as Pick
@@ -11,6 +9,8 @@ from dmplay.core import Policy as Policy
 from dmplay.core import Problem as Problem
 from dmplay.core import exact as exact
 from dmplay.dice import Dice as Dice
+from dmplay.finding.catalog import agent as agent
+from dmplay.finding.catalog import load as load
 from dmplay.rollouts import rollout as rollout
 from dmplay.session import Session as Session
 from dmplay.tabular import Tables as Tables

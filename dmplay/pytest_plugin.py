@@ -49,7 +49,7 @@ class TranscriptItem(pytest.Item):
 
     def runtest(self) -> None:
         """Fails with the report of `dmplay verify`."""
-        from dmplay.shell import checking
+        from dmplay.game import checking
 
         trusted = bool(self.config.getini("dmplay_trust"))
         path = Path(os.path.relpath(self.path))

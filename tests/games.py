@@ -12,9 +12,9 @@ from dmplay.chance import Reals
 from dmplay.cli.app import app
 from dmplay.cli.program import program
 from dmplay.core import Problem
+from dmplay.game.request import Request
+from dmplay.game.start import new
 from dmplay.session import View
-from dmplay.shell.request import Request
-from dmplay.shell.start import new
 from dmplay.transcript.reading import read
 
 PROGRAM = partial(program, get_command(app))  # the command line, as a table asks it

@@ -9,18 +9,18 @@ from prompt_toolkit.application import get_app
 from prompt_toolkit.input import PipeInput, create_pipe_input
 from rich.text import Text
 
-from dmplay import catalog
 from dmplay.dice import Dice
+from dmplay.finding import catalog
+from dmplay.game.game import Game
+from dmplay.game.seats import HUMAN, seat_policy
+from dmplay.game.table import Table
+from dmplay.screen import toolkit
+from dmplay.screen.frame import Room
+from dmplay.screen.painter import Painter
+from dmplay.screen.screen import Screen
 from dmplay.session import Session, Source
-from dmplay.shell import toolkit
-from dmplay.shell.commands import Leave
-from dmplay.shell.frame import Room
-from dmplay.shell.game import Game
-from dmplay.shell.painter import Painter
-from dmplay.shell.screen import Screen
-from dmplay.shell.seats import HUMAN, seat_policy
-from dmplay.shell.table import Table
-from dmplay.shell.terminal import Terminal
+from dmplay.terminal import Terminal
+from dmplay.words.commands import Leave
 
 SEQUENCES = {
     "left": "\x1b[D", "right": "\x1b[C", "up": "\x1b[A", "down": "\x1b[B",

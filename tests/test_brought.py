@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay import Interval, Labels, Outcome, Problem, Tables, Tabular, catalog
+from dmplay import Interval, Labels, Outcome, Problem, Tables, Tabular
 from dmplay.chance import Array, Bools, Categorical, Chance
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter, BadPolicy
+from dmplay.finding import catalog
+from dmplay.game.game import Game
+from dmplay.game.seats import HUMAN
 from dmplay.session import Session
-from dmplay.shell.game import Game
-from dmplay.shell.seats import HUMAN
 from dmplay.solutions import every
 from tests.test_cli import run
 from tests.test_readme import TIGER

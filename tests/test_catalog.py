@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 import dmplay
-from dmplay import catalog
 from dmplay.errors import BadParameter, DmplayError, UnknownName
-from dmplay.names import problem_names
+from dmplay.finding import catalog
+from dmplay.finding.names import problem_names
 
 
 def test_a_problem_is_loaded_with_variant_and_parameters() -> None:

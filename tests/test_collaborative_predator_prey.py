@@ -4,15 +4,16 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay import belief, catalog
+from dmplay import belief
 from dmplay.core import Percept, Policy, Problem
 from dmplay.errors import BadPolicy, ImpossibleObservation
+from dmplay.finding import catalog
+from dmplay.game.game import Game
+from dmplay.game.table import Table
 from dmplay.problems import _hex
 from dmplay.problems._hunt import STANDARD
-from dmplay.shell.commands import typed
-from dmplay.shell.game import Game
-from dmplay.shell.table import Table
 from dmplay.transcript.format import turn_facts
+from dmplay.words.commands import typed
 
 E, NE, NW, W, SW, SE = range(6)
 PREY, NOTHING = 0, 1

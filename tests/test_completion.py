@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from dmplay.cli.group import rejoined
-from dmplay.names import problem_names
+from dmplay.finding.names import problem_names
 from tests.terminals import DMPLAY, clean_environment
 
 pytestmark = pytest.mark.slow  # starts the program again and again

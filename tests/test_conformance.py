@@ -12,12 +12,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import dmplay
-from dmplay import catalog
 from dmplay.chance import Array, Bools, Chance, Normal, Reals, Span, sample
 from dmplay.core import Interval, Memory, Outcome, Percept, Policy, Problem, exact, exact_start
 from dmplay.dice import NATURE, Dice, uniforms
 from dmplay.errors import BadParameter, BadPolicy, IllegalAction, UnknownName
-from dmplay.names import problem_names
+from dmplay.finding import catalog
+from dmplay.finding.names import problem_names
 from dmplay.policies.general import Random
 from dmplay.rollouts import rollout
 from dmplay.session import Session, View

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay import catalog
 from dmplay.core import Percept
 from dmplay.errors import BadParameter, BadPolicy
+from dmplay.finding import catalog
 from dmplay.policies._solved import Optimal, Plan, Qmdp
 from dmplay.problems.crying_baby import CryingBaby
 from dmplay.rollouts import rollout

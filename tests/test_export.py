@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from dmplay.shell.checking import check
+from dmplay.game.checking import check
 from tests.games import read
 from tests.test_cli import run
 

@@ -3,35 +3,36 @@
 import pytest
 
 from dmplay.errors import UnknownName
-from dmplay.shell import drawing
+from dmplay.figures import every
+from dmplay.reports import drawing
 from dmplay.views._canvas import plainly, size
 from tests.test_views import GLYPHS
 
 
 def drawn(name: str) -> str:
-    _, draw = drawing.figure(name)
+    _, draw = every.figure(name)
     return draw().plain
 
 
 def test_every_figure_of_the_appendix_is_here() -> None:
-    assert list(drawing.figures()) == [
+    assert list(every.figures()) == [
         "F.2", "F.9", "F.10", "F.11", "F.12", "F.13", "F.14", "F.15", "F.16", "T.1", "T.2",
     ]  # fmt: skip
 
 
 @pytest.mark.parametrize("name", ["F.2", "f2", "figure F.2"])
 def test_a_figure_is_found_however_it_is_written(name: str) -> None:
-    assert drawing.figure(name) == drawing.figures()["F.2"]
+    assert every.figure(name) == every.figures()["F.2"]
 
 
 def test_a_figure_that_is_not_there_is_told() -> None:
     with pytest.raises(UnknownName, match=r"unknown figure 'F.3'; did you mean"):
-        drawing.figure("F.3")
+        every.figure("F.3")
 
 
-@pytest.mark.parametrize("name", list(drawing.figures()))
+@pytest.mark.parametrize("name", list(every.figures()))
 def test_a_figure_has_allowed_glyphs_an_ascii_form_and_a_picture(name: str) -> None:
-    title, draw = drawing.figure(name)
+    title, draw = every.figure(name)
     shown = draw()
     assert {glyph for glyph in shown.plain if not glyph.isascii()} <= GLYPHS
     assert plainly(shown).plain.isascii()
@@ -41,7 +42,7 @@ def test_a_figure_has_allowed_glyphs_an_ascii_form_and_a_picture(name: str) -> N
 
 
 def test_table_f1_stands_in_the_books_order() -> None:
-    rows = drawing.figure("T.1")[1]().plain.splitlines()[1:]
+    rows = every.figure("T.1")[1]().plain.splitlines()[1:]
     names = [row.split()[0] for row in rows if row]
     assert names[:3] == ["hexworld", "2048", "cart-pole"]
     assert names[-2:] == ["multicaregiver-crying-baby", "collaborative-predator-prey"]

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay import catalog
 from dmplay.chance import Reals
 from dmplay.core import Interval, Policy
+from dmplay.finding import catalog
+from dmplay.game.adviser import decimals, fixed
+from dmplay.game.game import Game
+from dmplay.game.review import Move, moves
+from dmplay.game.seats import DIGITS, HUMAN
 from dmplay.session import Session
-from dmplay.shell.adviser import decimals, fixed
-from dmplay.shell.game import Game
-from dmplay.shell.review import Move, moves
-from dmplay.shell.seats import DIGITS, HUMAN
 from dmplay.solvers.value_iteration import best
 from tests.test_conformance import CASES
 

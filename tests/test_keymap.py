@@ -4,18 +4,18 @@ from collections.abc import Mapping
 
 import pytest
 
-from dmplay import catalog
 from dmplay.core import Interval
 from dmplay.errors import DmplayError
-from dmplay.names import problem_names
-from dmplay.shell.commands import COMMANDS, typed
-from dmplay.shell.frame import Room, keys
-from dmplay.shell.game import Game
-from dmplay.shell.keymap import AS_DRAWN, CLUSTERS, Keys, hands
-from dmplay.shell.reports import about
-from dmplay.shell.seats import HUMAN, action_by_key
-from dmplay.shell.table import Table
+from dmplay.finding import catalog
+from dmplay.finding.names import problem_names
+from dmplay.game.game import Game
+from dmplay.game.keymap import AS_DRAWN, CLUSTERS, Keys, hands
+from dmplay.game.seats import HUMAN, action_by_key
+from dmplay.game.table import Table
+from dmplay.reports.problems import about
+from dmplay.screen.frame import Room, keys
 from dmplay.views._style_of import style_of
+from dmplay.words.commands import COMMANDS, typed
 from tests.screens import SEQUENCES, game, play
 
 PRESSED = [

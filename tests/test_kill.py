@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.shell.checking import check
+from dmplay.game.checking import check
 from tests.terminals import DMPLAY, clean_environment
 
 pytestmark = pytest.mark.slow

@@ -9,15 +9,21 @@ import pytest
 
 HOUSE = Path(__file__).parent.parent / "dmplay"
 FLOORS = (
-    "errors", "names", "typed", "outside", "chance", "core", "describe", "tabular", "belief",
-    "dice", "session", "rollouts", "transcript", "problems", "solvers", "policies", "catalog",
-    "solutions", "views", "figures", "shell", "cli", "pytest_plugin", "__main__",
+    "errors", "chance", "core", "dice", "describe", "tabular", "belief", "session", "rollouts",
+    "problems", "solvers", "policies", "transcript", "finding", "terminal", "signals", "styles",
+    "views", "figures", "solutions", "game", "words", "screen", "reports", "prompt", "front", "cli",
+    "pytest_plugin", "__main__",
 )  # fmt: skip
 SCREENS = {"rich", "typer", "prompt_toolkit"}
 ALLOWED = {  # what a floor may load beside the standard library and numpy
+    "styles": {"rich"},
     "views": {"rich"},
     "figures": {"rich"},
-    "shell": {"rich", "prompt_toolkit"},
+    "game": {"rich"},
+    "words": {"prompt_toolkit"},
+    "screen": {"rich", "prompt_toolkit"},
+    "reports": {"rich"},
+    "prompt": {"prompt_toolkit"},
     "cli": {"typer"},
     "pytest_plugin": {"pytest"},
 }
@@ -80,9 +86,9 @@ def test_a_first_frame_is_drawn_without_the_toolkit_and_without_agents() -> None
     never = {"prompt_toolkit", "dmplay.policies.hexworld", "dmplay.solvers.alpha_vectors"}
     code = (
         "import sys\nfrom pathlib import Path\n"
-        "from dmplay.shell.frame import Room, Shown, compose\n"
-        "from dmplay.shell.request import Request\nfrom dmplay.shell.start import new\n"
-        "from dmplay.shell import screen, table\n"
+        "from dmplay.screen.frame import Room, Shown, compose\n"
+        "from dmplay.game.request import Request\nfrom dmplay.game.start import new\n"
+        "from dmplay.game import table\nfrom dmplay.screen import screen\n"
         "game = new(Request('hexworld', seed=7, record=Path('/dev/null')))\n"
         "compose(game, Room(80, 24), Shown(), [])\n"
         f"print('LOADED', sorted({never!r} & set(sys.modules)))"

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay import belief, catalog
+from dmplay import belief
 from dmplay.core import Percept
 from dmplay.errors import BadParameter, BadPolicy
+from dmplay.finding import catalog
 from dmplay.policies.multicaregiver_crying_baby import BestResponse
 from dmplay.problems.multicaregiver_crying_baby import (
     FEED,

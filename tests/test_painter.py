@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.text import Text
 
-from dmplay.shell import styles
-from dmplay.shell.painter import Painter, Place
+from dmplay import styles
+from dmplay.screen.painter import Painter, Place
 from tests.screens import Easel, Paper
 
 COLUMNS, ROWS = 24, 6

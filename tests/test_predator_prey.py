@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay import catalog
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, BadPolicy
+from dmplay.finding import catalog
 from dmplay.problems import _hex
 from dmplay.problems._hunt import STANDARD
 

@@ -4,14 +4,14 @@ import json
 
 import pytest
 
-from dmplay import catalog
 from dmplay.errors import DmplayError
+from dmplay.finding import catalog
+from dmplay.game.game import Game
+from dmplay.game.seats import HUMAN
+from dmplay.game.table import Table
+from dmplay.screen.frame import Room, Shown, compose
 from dmplay.session import Session
-from dmplay.shell.commands import COMMANDS, typed
-from dmplay.shell.frame import Room, Shown, compose
-from dmplay.shell.game import Game
-from dmplay.shell.seats import HUMAN
-from dmplay.shell.table import Table
+from dmplay.words.commands import COMMANDS, typed
 from tests.games import Scripted
 from tests.test_conformance import CASES, Told, draws, load, twins
 

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from dmplay.shell.progress import Bar
+from dmplay.reports.progress import Bar
 
 
 def drawn(

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.shell import frame
-from dmplay.shell.export import ROOM, film
-from dmplay.shell.playback import Playback
-from dmplay.shell.request import Request
-from dmplay.shell.screen import Screen
-from dmplay.shell.start import new
-from dmplay.shell.table import Table
-from dmplay.shell.terminal import Terminal
+from dmplay.game.playback import Playback
+from dmplay.game.request import Request
+from dmplay.game.start import new
+from dmplay.game.table import Table
+from dmplay.reports.export import ROOM, film
+from dmplay.screen import frame
+from dmplay.screen.screen import Screen
+from dmplay.terminal import Terminal
 from tests.terminals import DMPLAY, clean_environment
 
 ROOT = Path(__file__).parent.parent

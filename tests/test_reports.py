@@ -7,8 +7,8 @@ from rich.console import Console
 
 import dmplay
 from dmplay.describe import summary
-from dmplay.shell import reports
-from dmplay.shell.terminal import Wishes
+from dmplay.reports import problems as reports
+from dmplay.terminal import Wishes
 
 # Table F.1 as printed: agents, states, actions, observations, discount.
 PRINTED = {

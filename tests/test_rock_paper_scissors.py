@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay import catalog
+from dmplay.finding import catalog
 from dmplay.policies._matrix_agents import BestResponse
 from dmplay.problems.rock_paper_scissors import RockPaperScissors
 from dmplay.session import Session

@@ -10,18 +10,18 @@ import numpy as np
 import pytest
 from rich.cells import cell_len
 
-from dmplay import catalog
 from dmplay.chance import Reals
-from dmplay.names import problem_names
-from dmplay.shell import frame
-from dmplay.shell.checking import check
-from dmplay.shell.commands import COMMANDS, typed
-from dmplay.shell.frame import Room, Shown, compose
-from dmplay.shell.game import Game
-from dmplay.shell.request import Request
-from dmplay.shell.seats import HUMAN
-from dmplay.shell.start import new
-from dmplay.shell.table import Table
+from dmplay.finding import catalog
+from dmplay.finding.names import problem_names
+from dmplay.game.checking import check
+from dmplay.game.game import Game
+from dmplay.game.request import Request
+from dmplay.game.seats import HUMAN
+from dmplay.game.start import new
+from dmplay.game.table import Table
+from dmplay.screen import frame
+from dmplay.screen.frame import Room, Shown, compose
+from dmplay.words.commands import COMMANDS, typed
 from tests.screens import SEQUENCES, Played, game, play, press
 
 PROBLEMS = ("2048", "crying-baby", "hexworld", "prisoners-dilemma")

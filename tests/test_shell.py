@@ -14,17 +14,17 @@ from prompt_toolkit.document import Document
 from prompt_toolkit.input import create_pipe_input
 from prompt_toolkit.output import DummyOutput
 
+from dmplay import prompt
 from dmplay.errors import UnknownName
-from dmplay.names import problem_names
-from dmplay.shell import prompt
-from dmplay.shell.checking import check
-from dmplay.shell.commands import COMMANDS, TOPICS, typed
-from dmplay.shell.completion.completer import Words
-from dmplay.shell.completion.line import candidates
-from dmplay.shell.table import Table
-from dmplay.shell.terminal import Terminal as Wished
-from dmplay.shell.words import Shell
+from dmplay.finding.names import problem_names
+from dmplay.game.checking import check
+from dmplay.game.table import Table
+from dmplay.terminal import Terminal as Wished
 from dmplay.transcript.reading import read
+from dmplay.words.commands import COMMANDS, TOPICS, typed
+from dmplay.words.completion.candidates import candidates
+from dmplay.words.completion.completer import Words
+from dmplay.words.shell import Shell
 from tests.games import PROGRAM
 from tests.terminals import CTRL_C, CTRL_D, CTRL_Z, DMPLAY, ENTER, TAB, Terminal, clean_environment
 from tests.test_terminal import colours, values

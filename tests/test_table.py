@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 
 from dmplay.errors import BadParameter, UnknownName
-from dmplay.shell.checking import check
-from dmplay.shell.commands import typed
-from dmplay.shell.playback import Playback
-from dmplay.shell.request import Request
-from dmplay.shell.start import new
-from dmplay.shell.table import Table, following
+from dmplay.game.checking import check
+from dmplay.game.playback import Playback
+from dmplay.game.request import Request
+from dmplay.game.start import new
+from dmplay.game.table import Table, following
 from dmplay.transcript.reading import read
+from dmplay.words.commands import typed
 from tests.games import PROGRAM
 from tests.screens import play
 from tests.terminals import DMPLAY, Terminal, clean_environment
@@ -104,7 +104,7 @@ def test_what_cannot_begin_leaves_the_game_as_it_is(tmp_path: Path) -> None:
 
 
 def test_a_resumed_game_can_begin_anew(tmp_path: Path) -> None:
-    from dmplay.shell.start import resumed
+    from dmplay.game.start import resumed
 
     seat = table(tmp_path, settings=["slip=0.1"])
     typed(seat, "e")

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.shell.checking import check
+from dmplay.game.checking import check
 from tests.terminals import (
     BACKSPACE,
     CTRL_C,

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 import dmplay
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter, BadTranscript
-from dmplay.shell.checking import check, update
-from dmplay.shell.request import Request
-from dmplay.shell.start import branched, new, resumed
+from dmplay.game.checking import check, update
+from dmplay.game.request import Request
+from dmplay.game.start import branched, new, resumed
 from dmplay.transcript.format import number
 from dmplay.transcript.reading import parse, read
 from tests.games import altered, recorded

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay import catalog
 from dmplay.errors import BadParameter, UnknownName
+from dmplay.finding import catalog
 from dmplay.policies._matrix_agents import Softmax
 from dmplay.policies.travelers_dilemma import Claim
 from dmplay.problems.travelers_dilemma import CLAIMS, TravelersDilemma

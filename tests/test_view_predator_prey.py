@@ -3,7 +3,7 @@ from functools import partial
 
 import numpy as np
 
-from dmplay import catalog
+from dmplay.finding import catalog
 from dmplay.views import predator_prey
 from dmplay.views._canvas import Look, Overlay, fit
 from dmplay.views._hexgrid import LEFT

@@ -4,12 +4,12 @@ import pytest
 from wcwidth import wcswidth
 
 import dmplay
-from dmplay import catalog
 from dmplay.core import Problem
 from dmplay.dice import Dice
-from dmplay.names import problem_names
+from dmplay.finding import catalog
+from dmplay.finding.names import problem_names
+from dmplay.game.seats import action_by_key
 from dmplay.session import Session
-from dmplay.shell.seats import action_by_key
 from dmplay.solvers import value_iteration
 from dmplay.tabular import tabulate
 from dmplay.views import crying_baby, game_2048, hexworld, prisoners_dilemma

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from dmplay.errors import BadParameter, UnknownName
-from dmplay.names import problem_names
+from dmplay.finding.names import problem_names
 
 PROJECT = "dmplay.toml"
 Table = dict[str, object]

@@ -79,7 +79,7 @@ def _no_words() -> int:
 
 def _fail(message: str) -> int:
     """An error in one line; the exit code."""
-    from dmplay.shell.terminal import clean
+    from dmplay.terminal import clean
 
     print(f"error: {clean(message)}", file=sys.stderr)
     return USAGE_CODE

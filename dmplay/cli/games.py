@@ -9,7 +9,7 @@ import typer
 from dmplay.cli import config, options
 from dmplay.cli.program import program
 from dmplay.errors import BadParameter
-from dmplay.shell.terminal import Wishes, here
+from dmplay.terminal import Wishes, here
 
 
 @options.wishes()
@@ -44,8 +44,8 @@ def play(
       dmplay play crying-baby --agent feed-when-crying -o game.dmt
       printf 'e\\nne\\nquit\\n' | dmplay play hexworld
     """
-    from dmplay.shell.request import Request
-    from dmplay.shell.start import new
+    from dmplay.game.request import Request
+    from dmplay.game.start import new
 
     if str(record) == "-" and not quiet:
         raise BadParameter("-o -: only with --quiet; else the game itself is told there")
@@ -77,8 +77,8 @@ def resume(
       dmplay resume
       dmplay resume game.dmt
     """
-    from dmplay.shell import saves
-    from dmplay.shell.start import resumed
+    from dmplay.game import saves
+    from dmplay.game.start import resumed
 
     terminal, table = here(wishes), _table(ctx)
     file = file or saves.latest_unfinished()
@@ -102,7 +102,7 @@ def replay(
       dmplay replay game.dmt
       dmplay replay game.dmt --plain
     """
-    from dmplay.shell.playback import Playback
+    from dmplay.game.playback import Playback
 
     terminal, table = here(wishes), _table(ctx)
     table.put(Playback(file, trusted=trust))
@@ -129,7 +129,7 @@ def branch(
     \b
       dmplay branch game.dmt --at 7 -o other.dmt
     """
-    from dmplay.shell.start import branched
+    from dmplay.game.start import branched
 
     terminal, table = here(wishes), _table(ctx)
     asks, wanted = ctx.obj is not None or terminal.asks, options.wanted_keys(keys)
@@ -154,7 +154,7 @@ def shell(
       dmplay shell < game.dm
       dmplay -e 'play hexworld --seed 7' -e ne -e 'hint; quit'
     """
-    from dmplay.shell.front import converse
+    from dmplay.front import converse
 
     terminal = here(wishes)
     if not terminal.asks and not execute:
@@ -164,8 +164,8 @@ def shell(
 
 def _table(ctx: typer.Context) -> Any:
     """The table of the shell that asks, else one with what the command line and files add to it."""
-    from dmplay.shell.commands import is_command
-    from dmplay.shell.table import Table
+    from dmplay.game.table import Table
+    from dmplay.words.commands import is_command
 
     if ctx.obj is not None:
         return ctx.obj
@@ -177,6 +177,6 @@ def _table(ctx: typer.Context) -> Any:
 
 def _sit(ctx: typer.Context, table: Any, terminal: Any, **how: Any) -> int:
     """Plays the game at a table; a shell that asks for it does that itself."""
-    from dmplay.shell.front import run
+    from dmplay.front import run
 
     return 0 if ctx.obj is not None else run(table, terminal, **how)

@@ -10,8 +10,8 @@ from typer.core import TyperGroup
 
 from dmplay.cli import config
 from dmplay.errors import DmplayError, UnknownName
-from dmplay.names import problem_names
-from dmplay.shell.completion import known
+from dmplay.finding.names import problem_names
+from dmplay.words.completion import known
 
 USUAL_RATE = "50"  # turns a second of a bare --rate
 BREAKS = ":="  # where bash takes words apart

@@ -9,24 +9,24 @@ from typing import Annotated, Any, Literal
 import typer
 
 from dmplay.cli import config
-from dmplay.shell.completion import known
-from dmplay.shell.terminal import Wishes
+from dmplay.terminal import Wishes
+from dmplay.words.completion import known
 
 
 def _agents(ctx: typer.Context, incomplete: str) -> list[str]:
-    from dmplay.shell.completion.problem import agents
+    from dmplay.words.completion.problem import agents
 
     return agents(_problem(ctx), incomplete)
 
 
 def _seats(ctx: typer.Context, incomplete: str) -> list[str]:
-    from dmplay.shell.completion.problem import seats
+    from dmplay.words.completion.problem import seats
 
     return seats(_problem(ctx), incomplete)
 
 
 def _parameters(ctx: typer.Context) -> list[str]:
-    from dmplay.shell.completion.problem import parameters
+    from dmplay.words.completion.problem import parameters
 
     return parameters(_problem(ctx))
 
@@ -46,7 +46,7 @@ def _problem(ctx: typer.Context) -> str:
 
 def wanted_keys(preset: str | None) -> Any:
     """The keys of a preset, and those of the files."""
-    from dmplay.shell.keymap import Keys as Wanted
+    from dmplay.game.keymap import Keys as Wanted
 
     return Wanted(preset or "", config.keys())
 

@@ -7,7 +7,7 @@ import typer
 
 from dmplay.cli import options
 from dmplay.errors import BadParameter
-from dmplay.shell.terminal import Wishes, here
+from dmplay.terminal import Wishes, here
 
 MISMATCH_CODE = 3
 
@@ -29,7 +29,7 @@ def verify(
       dmplay verify transcripts
       dmplay verify transcripts --update
     """
-    from dmplay.shell import checking
+    from dmplay.game import checking
 
     files = list(checking.files(paths))
     if update:
@@ -65,7 +65,7 @@ def export(
       dmplay export game.dmt --film -o film.svg
       dmplay export game.dmt --csv
     """
-    from dmplay.shell.export import print_export
+    from dmplay.reports.export import print_export
 
     wanted = {
         "svg": svg, "film": film, "html": html, "cast": cast, "text": text, "csv": csv,
@@ -89,7 +89,7 @@ def review(
       dmplay review game.dmt
       dmplay review game.dmt --write
     """
-    from dmplay.shell.review import print_review
+    from dmplay.game.review import print_review
 
     print_review(file, write=write, json=json, trusted=trust)
 

@@ -7,7 +7,7 @@ import typer
 
 from dmplay.cli import config, options
 from dmplay.errors import BadParameter
-from dmplay.shell.terminal import Wishes, here
+from dmplay.terminal import Wishes, here
 
 
 @options.wishes("json", "color", "width")
@@ -18,7 +18,7 @@ def list_(kind: options.Kind = "", *, wishes: Wishes) -> None:
       dmplay list
       dmplay list pomdp --json
     """
-    from dmplay.shell import reports
+    from dmplay.reports import problems as reports
 
     reports.print_list(kind, wishes)
 
@@ -37,8 +37,8 @@ def solve(
       dmplay solve hexworld --set slip=0.1
       dmplay solve rock-paper-scissors --json
     """
-    from dmplay.shell import solving
-    from dmplay.shell.request import pairs
+    from dmplay.game.request import pairs
+    from dmplay.reports import solving
 
     name = f"{problem}:{variant}" if variant else problem
     motion = wishes.motion
@@ -60,7 +60,7 @@ def figure(
       dmplay figure F.2
       dmplay figure F.11 --svg -o regions.svg
     """
-    from dmplay.shell import drawing
+    from dmplay.reports import drawing
 
     if name:
         drawing.print_figure(name, here(wishes), output, svg=svg)
@@ -77,7 +77,7 @@ def agents(problem: options.Name, json: options.Json = False) -> None:
       dmplay agents 2048
       dmplay agents prisoners-dilemma --json
     """
-    from dmplay.shell import reports
+    from dmplay.reports import problems as reports
 
     reports.print_agents(problem, json=json)
 
@@ -89,7 +89,7 @@ def info(problem: options.Name, json: options.Json = False, keys: options.Keys =
       dmplay info hexworld
       dmplay info crying-baby --json
     """
-    from dmplay.shell import reports
+    from dmplay.reports import problems as reports
 
     reports.print_info(problem, options.wanted_keys(keys), json=json)
 

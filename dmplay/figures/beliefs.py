@@ -3,9 +3,9 @@
 import numpy as np
 from rich.text import Text
 
-from dmplay import catalog
 from dmplay.chance import Reals
 from dmplay.core import Labels, Problem
+from dmplay.finding import catalog
 from dmplay.solvers import alpha_vectors
 from dmplay.solvers.alpha_vectors import Stage
 from dmplay.solvers.value_iteration import greedy

@@ -3,8 +3,8 @@
 import numpy as np
 from rich.text import Text
 
-from dmplay import catalog
 from dmplay.chance import Reals
+from dmplay.finding import catalog
 from dmplay.solvers import collision_grid
 from dmplay.solvers.value_iteration import SLACK, best
 from dmplay.views._canvas import Canvas

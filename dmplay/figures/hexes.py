@@ -3,9 +3,9 @@
 import numpy as np
 from rich.text import Text
 
-from dmplay import catalog
 from dmplay.chance import Array
 from dmplay.core import Problem, exact_start
+from dmplay.finding import catalog
 from dmplay.problems._hex import Hex
 from dmplay.problems.hexworld import HexWorld
 from dmplay.problems.predator_prey import PredatorPrey

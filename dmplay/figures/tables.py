@@ -6,12 +6,12 @@ import sys
 import numpy as np
 from rich.text import Text
 
-from dmplay import catalog
 from dmplay.chance import Reals
 from dmplay.core import Labels, Problem
 from dmplay.describe import summary
 from dmplay.dice import Dice
-from dmplay.names import problem_names
+from dmplay.finding import catalog
+from dmplay.finding.names import problem_names
 from dmplay.session import Session
 from dmplay.tabular import tabulate
 from dmplay.views import _payoffs

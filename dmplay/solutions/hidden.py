@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from dmplay import belief, catalog
+from dmplay import belief
 from dmplay.core import Problem
 from dmplay.errors import BadPolicy
+from dmplay.finding import catalog
 from dmplay.policies._valued import Countdown
 from dmplay.solutions._solution import Row, Solution, Tick, names
 from dmplay.solutions.played import simulation

@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay import catalog
 from dmplay.chance import Ints, Reals
 from dmplay.core import Policy, Problem
+from dmplay.finding import catalog
 from dmplay.rollouts import rollout
 from dmplay.solutions._solution import Row, Solution, Tick
 

@@ -4,9 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay import belief, catalog
+from dmplay import belief
 from dmplay.chance import Reals
 from dmplay.core import Problem
+from dmplay.finding import catalog
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
 from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
 from dmplay.solutions._solution import Row, Solution, Tick, part

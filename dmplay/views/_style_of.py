@@ -4,8 +4,8 @@ import importlib
 import importlib.util
 from typing import cast
 
-from dmplay import catalog
 from dmplay.core import Problem
+from dmplay.finding import catalog
 from dmplay.views import generic
 from dmplay.views._canvas import Style
 

@@ -5,10 +5,10 @@ from statistics import median
 
 import numpy as np
 
-from dmplay import catalog
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Interval, Problem
-from dmplay.names import problem_names
+from dmplay.finding import catalog
+from dmplay.finding.names import problem_names
 
 ROWS = (1, 100, 10_000)
 PEER_ROWS = 8192

@@ -7,9 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay import belief, catalog
+from dmplay import belief
 from dmplay.chance import Reals
 from dmplay.core import Problem
+from dmplay.finding import catalog
 from dmplay.policies.mountain_car import GRID
 from dmplay.policies.multicaregiver_crying_baby import BestResponse
 from dmplay.problems.simple_regulator import SimpleRegulator

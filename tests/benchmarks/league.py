@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay import catalog
 from dmplay.core import Policy, Problem
 from dmplay.errors import DmplayError
-from dmplay.names import problem_names
+from dmplay.finding import catalog
+from dmplay.finding.names import problem_names
 from dmplay.rollouts import rollout
 from tests.benchmarks.known import Known, best_known, best_team
 

@@ -1,0 +1,33 @@
+"""Every figure and table of the book's appendix F that is drawn, by name."""
+
+import importlib
+from collections.abc import Callable
+from pathlib import Path
+
+from rich.text import Text
+
+from dmplay.errors import UnknownName
+
+Figure = tuple[str, Callable[[], Text]]
+
+
+def figures() -> dict[str, Figure]:
+    """Every figure by name: its title and what draws it."""
+    found: dict[str, Figure] = {}
+    for file in sorted(Path(__file__).parent.glob("[a-z]*.py")):
+        found |= getattr(importlib.import_module(f"dmplay.figures.{file.stem}"), "FIGURES", {})
+    return dict(sorted(found.items(), key=lambda item: _order(item[0])))
+
+
+def _order(name: str) -> tuple[str, int]:
+    letter, _, number = name.partition(".")
+    return letter, int(number)
+
+
+def figure(name: str) -> Figure:
+    """The figure of this name, `F.10`, `f10` or `figure F.10`."""
+    known = figures()
+    for key, found in known.items():
+        if key.replace(".", "").lower() == name.rsplit(maxsplit=1)[-1].replace(".", "").lower():
+            return found
+    raise UnknownName("figure", name, known)

@@ -1,0 +1,114 @@
+"""Hints: what a good player would do in a seat, and what that player knows of values."""
+
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from math import floor, isfinite, log10, prod
+from typing import TypeVar
+
+from dmplay.core import Interval, Policy
+from dmplay.errors import BadPolicy
+from dmplay.finding import catalog
+from dmplay.session import Follower, Session
+from dmplay.views._canvas import Overlay
+
+T = TypeVar("T")
+MOST = 10  # actions whose values are told
+LEAST, FINEST = 2, 6  # decimals of values
+LARGE = 50_000  # states times joint actions that take longer than a moment to solve
+
+
+def decimals(values: Sequence[float]) -> int:
+    """The decimals, two to six, that tell these values from one another, or from nothing."""
+    known = [value for value in values if isfinite(value)] or [0.0]
+    apart = max(known) - min(known) or abs(known[0])
+    return min(max(1 - floor(log10(apart)), LEAST), FINEST) if apart else LEAST
+
+
+def fixed(value: float, places: int) -> str:
+    """A value with so many decimals; no zero is negative."""
+    return f"{round(value, places) + 0.0:.{places}f}"
+
+
+class Adviser:
+    """The problem's own adviser beside a seat of a session; it only looks on."""
+
+    def __init__(self, session: Session, seat: int, seats: Sequence[str] = ()) -> None:
+        self.session = session
+        self.seat = seat
+        self.seats = seats  # who plays, by name
+
+    @cached_property
+    def _found(self) -> tuple[str, Policy] | None:
+        """The agent, if there is one; found out late, as a first frame does not need it."""
+        return catalog.adviser(self.session.problem, self.seat, self.session.limit, self.seats)
+
+    @property
+    def name(self) -> str | None:
+        """The agent's name."""
+        return self._found and self._found[0]
+
+    @cached_property
+    def _follower(self) -> Follower | None:
+        return Follower(self.session, self.seat, self._found[1]) if self._found else None
+
+    @property
+    def slow(self) -> bool:
+        """Whether its first answer is still to come, and takes longer than a moment."""
+        problem = self.session.problem
+        states = problem.states if isinstance(problem.states, int) else 1
+        actions = [1 if isinstance(one, Interval) else len(one) for one in problem.actions]
+        return "_follower" not in vars(self) and states * prod(actions) > LARGE
+
+    def silent(self) -> str:
+        """Why nobody gives advice here; '' where somebody does."""
+        if self.session.over:
+            return "the game is over"
+        return "" if self._follower else "no agent here knows values; dmplay info lists the agents"
+
+    def _asked(self, ask: Callable[[Follower], T]) -> T:
+        """An answer of the agent; of a search, where there is too much for the agent to plan."""
+        assert self._follower
+        try:
+            return ask(self._follower)
+        except BadPolicy:
+            problem = self.session.problem
+            self._found = "search", catalog.agent(problem, self.seat, "search")
+            self._follower = Follower(self.session, self.seat, self._found[1])
+            return ask(self._follower)
+
+    def hint(self) -> str:
+        """What the adviser would do here, with the value of each legal action."""
+        why = self.silent()
+        if why:
+            return f"no hint: {why}"
+        return ". ".join(filter(None, (f"hint {self.choice()}", self.values())))
+
+    def choice(self) -> str:
+        """The adviser's name, and what it would do here."""
+        best = self.session.problem.action_name(self.seat, self._asked(Follower.choose))
+        return f"({self.name}): {best}"
+
+    def values(self) -> str:
+        """The adviser's value of each legal action; '' where it knows none."""
+        values = self._asked(Follower.values) if self._follower else None
+        labels = self.session.problem.actions[self.seat]
+        if values is None or isinstance(labels, Interval):
+            return ""
+        legal = self.session.legal(self.seat)
+        able = [True] * len(labels) if legal is None else legal
+        each = zip(labels, values, able, strict=True)
+        known = [(label, float(value)) for label, value, open_ in each if open_]
+        if len(known) > MOST:
+            known = sorted(known, key=lambda pair: -pair[1])[:MOST]
+        places = decimals([value for _, value in known])
+        return "values: " + ", ".join(f"{label} {fixed(value, places)}" for label, value in known)
+
+    def overlay(self, kind: str) -> Overlay | None:
+        """Values, policy or states of every state, where the adviser knows them."""
+        problem = self.session.problem
+        finite = isinstance(problem.states, int) and problem.states > 1
+        if not kind or not finite or problem.observations or self._follower is None:
+            return None
+        policy = self._follower.policy
+        values = policy.values(policy.begin(problem.enumerated()))
+        return None if values is None else Overlay(kind, values)

@@ -1,0 +1,142 @@
+"""Verifying files and folders of transcripts, and rewriting them."""
+
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from json import dumps
+from pathlib import Path
+
+from dmplay.errors import BadParameter, BadTranscript, DmplayError
+from dmplay.finding import catalog
+from dmplay.game.game import frame
+from dmplay.game.saves import INPUT, standard
+from dmplay.game.seats import asked_again
+from dmplay.terminal import clean
+from dmplay.transcript.reading import Transcript, read
+from dmplay.transcript.report import Finding, Report, fault
+from dmplay.transcript.rewriting import rewritten
+from dmplay.transcript.verify import verify
+
+SUFFIX = ".dmt"
+
+
+def files(paths: Sequence[Path]) -> Iterator[Path]:
+    """The transcripts that these paths name, folders searched to the bottom, in order."""
+    for path in (standard(path, INPUT) for path in paths):
+        if path.is_dir():
+            found = sorted(path.rglob(f"*{SUFFIX}"))
+            if not found:
+                raise BadParameter(f"{path}: no {SUFFIX} file in this folder")
+            yield from found
+        elif path.exists():
+            yield path
+        else:
+            raise BadParameter(f"{path}: no such file or folder")
+
+
+def loaded(transcript: Transcript, *, trusted: bool) -> catalog.Loaded:
+    """The problem of a transcript; nothing that the file names is imported unless trusted."""
+    header, entries = transcript.header, transcript.header_block.entries
+    for key, parameters in (("problem", {}), ("set", header.parameters)):
+        try:
+            found = catalog.resolve(header.problem, parameters, trusted=trusted)
+        except DmplayError as error:
+            line = entries.get(key, entries["problem"]).line
+            hint = "" if trusted else "; if it is yours, add --trust"
+            text = f"{transcript.path}:{line}: {error}{hint if key == 'problem' else ''}"
+            raise BadTranscript(text) from None
+    return found
+
+
+def readable(path: Path) -> Transcript:
+    """The transcript in a file, `-` for the standard input; or BadParameter where none is read."""
+    try:
+        return read(standard(path, INPUT))
+    except OSError as error:
+        raise BadParameter(f"{path}: {error.strerror}") from None
+
+
+def check(path: Path, *, trusted: bool = False) -> Report:
+    """Verifies one file; a fault of form is a finding too."""
+    try:
+        transcript = read(path)
+        problem = loaded(transcript, trusted=trusted).problem
+        policies = asked_again(problem, dict(transcript.header.seats), trusted=trusted)
+    except BadTranscript as error:
+        return Report(str(path), [fault(str(path), error, "form")])
+    except OSError as error:
+        raise BadParameter(f"{path}: {error.strerror}") from None
+    except DmplayError as error:
+        line = transcript.header_block.entries["seats"].line
+        return Report(str(path), [Finding("facts", str(path), line, "seats", str(error))])
+    return verify(transcript, problem, policies, frame)
+
+
+def update(path: Path, *, trusted: bool = False) -> str:
+    """Rewrites one file as it would be written today; returns the diff, '' where none is."""
+    import difflib
+
+    if path == INPUT:
+        raise BadParameter("--update: the standard input cannot be rewritten")
+    transcript = read(path)
+    problem = loaded(transcript, trusted=trusted).problem
+    policies = asked_again(problem, dict(transcript.header.seats), trusted=trusted)
+    before = path.read_text(encoding="utf-8")
+    after = rewritten(transcript, problem, policies, frame)
+    if after == before:
+        return ""
+    replace(path, after)
+    rows = difflib.unified_diff(
+        before.splitlines(), after.splitlines(), f"{path}", f"{path} (rewritten)", lineterm="", n=1
+    )
+    return "\n".join(rows)
+
+
+def replace(path: Path, content: str) -> None:
+    """The new content in one step: a reader sees the old file or the new one."""
+    import tempfile
+
+    handle, name = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
+    try:
+        with open(handle, "w", encoding="utf-8", newline="\n") as file:
+            file.write(content)
+        os.chmod(name, path.stat().st_mode & 0o777)
+        os.replace(name, path)
+    except OSError as error:
+        Path(name).unlink(missing_ok=True)
+        raise BadParameter(f"cannot write {path}: {error.strerror}") from None
+
+
+def print_updates(paths: Sequence[Path], *, trusted: bool) -> None:
+    """Rewrites files, showing what changes in each."""
+    for path in paths:
+        try:
+            diff = update(path, trusted=trusted)
+        except BadTranscript as error:
+            print(f"not rewritten: {error}", file=sys.stderr)
+            continue
+        if diff:
+            print(diff)
+
+
+def print_reports(
+    reports: Sequence[Report], good: Sequence[bool], *, json: bool, quiet: bool
+) -> None:
+    """A line for each good file, all findings of a bad one, and a sum; or an object a file."""
+    for report, fine in zip(reports, good, strict=True):
+        if json:
+            print(dumps(_data(report, fine)))
+        elif not fine:
+            print(clean(str(report)))
+        elif not quiet:
+            unfinished = ", unfinished" if report.unfinished else ""
+            turns = f"{report.turns} turn{'s' * (report.turns != 1)}"
+            print(f"ok {clean(report.path)} ({turns}{unfinished})")
+    if not (json or quiet):
+        bad = len(good) - sum(good)
+        print(f"{sum(good)} verified, {bad} failed" if bad else f"{len(good)} verified")
+
+
+def _data(report: Report, fine: bool) -> dict[str, object]:
+    findings = [one._asdict() for one in report.findings]
+    return {"path": report.path, "ok": fine, "turns": report.turns, "findings": findings}

@@ -1,0 +1,50 @@
+"""A number that is typed or nudged on the screen before Enter plays it."""
+
+from dmplay.core import Interval
+from dmplay.game.game import Game
+
+DIGITS = frozenset("0123456789.-")
+
+
+class Number:
+    """What is written of a number so far."""
+
+    def __init__(self) -> None:
+        self.text = ""
+
+    def press(self, game: Game, key: str) -> bool:
+        """Writes, nudges or takes back; False if the key does none of it."""
+        if key in game.nudges:
+            self.text = self._nudged(game, game.nudges[key])
+        elif game.types_numbers and key in DIGITS:
+            self.text += key
+        elif key == "backspace" and self.text:
+            self.text = self.text[:-1]
+        else:
+            return False
+        return True
+
+    def shown(self, game: Game) -> str:
+        """The number, or as many stars where another person must not read it."""
+        written = self.text if len(game.people) == 1 else "*" * len(self.text)
+        return f"{written}   Enter plays it" if written else ""
+
+    def taken(self) -> str:
+        """What was written; nothing is from now on."""
+        text, self.text = self.text, ""
+        return text
+
+    def _nudged(self, game: Game, step: float) -> str:
+        """The number written, or the last one played, moved by a step within its bounds."""
+        actions, view = game.problem.actions[game.watcher], game.view()
+        last = game.problem.action_name(game.watcher, view.actions[-1]) if view.turn else "0"
+        try:
+            value = float(self.text or last)
+        except ValueError:
+            value = 0.0
+        if isinstance(actions, Interval):
+            return f"{min(max(value + step, actions.low), actions.high):.9g}"
+        numbers = [int(label) for label in actions]
+        fresh = not self.text and not view.turn
+        value = numbers[len(numbers) // 2] if fresh else value + step
+        return str(int(min(max(value, numbers[0]), numbers[-1])))

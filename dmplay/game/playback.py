@@ -1,0 +1,72 @@
+"""A recorded game, to look at turn by turn."""
+
+from pathlib import Path
+
+from dmplay.dice import Dice
+from dmplay.errors import BadParameter
+from dmplay.game.checking import loaded, readable
+from dmplay.game.game import Game
+from dmplay.session import Session
+from dmplay.transcript.format import CHOSEN
+from dmplay.transcript.reading import Block
+from dmplay.transcript.replay import play, start
+
+
+class Playback(Game):
+    """A recorded game to step through; nothing in it is hidden any more."""
+
+    def __init__(self, path: Path, *, trusted: bool = False) -> None:
+        self.transcript = readable(path)
+        found = loaded(self.transcript, trusted=trusted)
+        self._problem = found.problem
+        self._place = 0
+        seats = list(self.transcript.header.seats.values())
+        super().__init__(found.name, self._session(0), seats)
+        self.people = []
+        self.reveal = True
+
+    def _session(self, blocks: int) -> Session:
+        header = self.transcript.header
+        session = start(self.transcript, self._problem, Dice(header.seed, header.episode))
+        for block in self._blocks()[:blocks]:
+            play(self.transcript, block, session)
+        return session
+
+    def _blocks(self) -> list[Block]:
+        return self.transcript.blocks[1:]
+
+    def unattended(self) -> bool:
+        """Shows the next turn or event; False at the end of the file."""
+        if self._place >= len(self._blocks()):
+            reason = self.transcript.reason
+            self.session.end(reason if reason in CHOSEN else "unfinished")
+            return False
+        blocks = self._blocks()[self._place :]
+        for block in blocks[: 1 + (blocks[0].kind == "reroll")]:  # with the turn that came of it
+            play(self.transcript, block, self.session)
+            self._place += 1
+        return True
+
+    @property
+    def source(self) -> Path | None:
+        """The file that is looked at."""
+        return Path(self.transcript.path)
+
+    def redo(self) -> None:
+        """A recording is only looked at."""
+        raise BadParameter("a recording is only looked at; branch plays on")
+
+    def reroll(self) -> None:
+        """A recording is only looked at."""
+        self.redo()
+
+    def undo(self, turns: int = 1) -> None:
+        """Shows the place so many turns or events back."""
+        if self._place < turns:
+            raise BadParameter("this is the beginning")
+        for _ in range(turns):
+            self._place -= 1
+            if self._place and self._blocks()[self._place - 1].kind == "reroll":
+                self._place -= 1
+        self.session = self._session(self._place)
+        self._advisers.clear()

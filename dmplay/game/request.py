@@ -1,0 +1,98 @@
+"""What game is wanted: as the command line, a transcript or the game before it has it."""
+
+import json
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from dmplay.errors import BadParameter
+from dmplay.game.keymap import AS_DRAWN, Keys
+from dmplay.transcript.format import PERSON, Header
+
+
+@dataclass(frozen=True)
+class Request:
+    """A game that is wanted."""
+
+    problem: str
+    variant: str = ""
+    settings: Sequence[str] = ()  # NAME=VALUE
+    seed: int | None = None
+    episode: int = 0
+    agent: str = PERSON
+    others: str = ""
+    seats: Sequence[str] = ()  # NAME=AGENT
+    turns: int | None = None
+    record: Path | None = None
+    frames: bool = False
+    force: bool = False
+    strict: bool = False
+    reveal: bool = False
+    parameters: Mapping[str, object] = field(default_factory=dict)
+    keep: bool = False  # in the state folder, though nobody plays
+    keys: Keys = AS_DRAWN
+    asks: bool = True  # whether a person may be asked to choose
+
+    @property
+    def name(self) -> str:
+        """The problem with its variant."""
+        return f"{self.problem}:{self.variant}" if self.variant else self.problem
+
+    def configured(self) -> dict[str, object]:
+        """The parameters that differ from the default."""
+        return {**self.parameters, **pairs(self.settings, "--set")}
+
+    def command(self, name: str, seed: int) -> str:
+        """The command that plays the same game with the same dice."""
+        settings = [f"{key}={json.dumps(value)}" for key, value in self.parameters.items()]
+        words = ["dmplay", name]
+        for option, values in (("--set", [*settings, *self.settings]), ("--seat", self.seats)):
+            words += [word for value in values for word in (option, value)]
+        if self.agent != PERSON:
+            words += ["--agent", self.agent]
+        if self.others:
+            words += ["--vs", self.others]
+        if self.turns is not None:
+            words += ["--turns", str(self.turns)]
+        if self.episode:
+            words += ["--episode", str(self.episode)]
+        wishes = {"--strict": self.strict, "--reveal": self.reveal, "--frames": self.frames}
+        words += [option for option, wish in wishes.items() if wish]
+        return shlex.join([*words, "--seed", str(seed)])
+
+
+def words_of(line: str) -> list[str]:
+    """The words of a line, as a shell takes them apart."""
+    try:
+        return shlex.split(line)
+    except ValueError as error:  # a quotation without end
+        raise BadParameter(f"got {line!r}: {str(error).lower()}") from None
+
+
+def pairs(settings: Sequence[str], option: str) -> dict[str, object]:
+    """The settings `NAME=VALUE` of an option."""
+    found: dict[str, object] = {}
+    for setting in settings:
+        key, equals, value = setting.partition("=")
+        if not equals:
+            raise BadParameter(f"{option}: got {setting!r}, expected NAME=VALUE")
+        found[key.strip()] = value.strip()
+    return found
+
+
+def repeated(header: Header, seats: Sequence[str], record: Path, keys: Keys) -> Request:
+    """The game of a transcript, with those who sit there now."""
+    return Request(
+        header.problem,
+        seed=header.seed,
+        episode=header.episode,
+        agent=seats[0],
+        seats=[f"{name}={who}" for name, who in zip(header.seats, seats, strict=True)],
+        turns=header.turns,
+        record=record,
+        strict=header.strict,
+        reveal=header.reveal,
+        parameters=header.parameters,
+        keys=keys,
+    )

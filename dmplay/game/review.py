@@ -1,0 +1,125 @@
+"""Looking back at a person's moves: what each action was worth, the best, and the regret."""
+
+import time
+from collections.abc import Iterator, Sequence
+from json import dumps
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay.chance import Reals
+from dmplay.core import Interval
+from dmplay.errors import BadParameter
+from dmplay.finding import catalog
+from dmplay.game.adviser import decimals, fixed
+from dmplay.game.checking import replace
+from dmplay.game.seats import HUMAN
+from dmplay.session import Follower, Session
+from dmplay.solvers.value_iteration import best
+
+MARK = "# review "
+
+
+class Move(NamedTuple):
+    """One move of a person, valued."""
+
+    turn: int
+    seat: str
+    chosen: str
+    best: tuple[str, ...]
+    regret: float
+    values: dict[str, float]
+
+    def __str__(self) -> str:
+        """One line."""
+        told = f"turn {self.turn}, {self.seat}: chose {self.chosen}"
+        places = decimals([*self.values.values()])
+        each = ", ".join(f"{name} {fixed(value, places)}" for name, value in self.values.items())
+        if self.chosen in self.best:
+            return f"{told}, the best. values: {each}"
+        names = " or ".join(self.best)
+        return f"{told}, best {names}, regret {fixed(self.regret, places)}. values: {each}"
+
+
+def moves(session: Session, people: list[int], seats: Sequence[str] = ()) -> Iterator[Move]:
+    """Every move of these people that the adviser can value, in order; `seats` says who plays."""
+    problem = session.problem
+    past = Session(problem, session.source, limit=session.limit, opening=session.opening)
+    advisers = {}
+    for seat in people:
+        found = catalog.adviser(problem, seat, session.limit, seats)
+        if found and not isinstance(problem.actions[seat], Interval):
+            advisers[seat] = Follower(past, seat, found[1])
+    for number, turn in enumerate(session.turns, 1):
+        for seat, adviser in advisers.items():
+            values = adviser.values()
+            if values is not None:
+                yield _move(past, seat, number, int(turn.actions[seat]), values)
+        past.advance(list(turn.actions), turn.draws)
+
+
+def _move(past: Session, seat: int, turn: int, action: int, values: Reals) -> Move:
+    """A move valued against the best that was open."""
+    labels = past.problem.actions[seat]
+    assert not isinstance(labels, Interval)
+    legal = past.legal(seat)
+    able = np.ones(len(labels), bool) if legal is None else legal
+    known = np.where(able, values, -np.inf)
+    top = tuple(labels[a] for a in np.flatnonzero(best(known)))
+    each = {labels[a]: float(known[a]) for a in np.flatnonzero(able)}
+    regret = 0.0 if labels[action] in top else float(known.max() - known[action])
+    return Move(turn, past.problem.agents[seat], labels[action], top, regret, each)
+
+
+def summary(reviewed: list[Move]) -> str:
+    """How many moves were the best, and what the others lost."""
+    if not reviewed:
+        return "review: no agent here knows the values of these moves"
+    right = sum(move.chosen in move.best for move in reviewed)
+    lost = sum(move.regret for move in reviewed)
+    worst = max(reviewed, key=lambda move: move.regret)
+    total = fixed(lost, decimals([lost]))
+    told = f"review: {right} of {len(reviewed)} moves the best, regret {total} in all"
+    return told if right == len(reviewed) else f"{told}, most in turn {worst.turn}"
+
+
+def in_time(
+    session: Session, people: list[int], seats: Sequence[str], seconds: float
+) -> list[Move] | None:
+    """The whole review if it can be had within so many seconds; else None."""
+    until = time.monotonic() + seconds
+    done = []
+    for move in moves(session, people, seats):
+        done.append(move)
+        if time.monotonic() > until:
+            return None
+    return done
+
+
+def print_review(path: Path, *, write: bool, json: bool, trusted: bool) -> None:
+    """Prints the review of a transcript; keeps it as notes after the end where asked to."""
+    from dmplay.game.playback import Playback
+
+    game = Playback(path, trusted=trusted)
+    seats = list(game.transcript.header.seats.values())
+    while game.unattended():
+        pass
+    people = [n for n, who in enumerate(seats) if who == HUMAN]
+    reviewed = list(moves(game.session, people, seats))
+    if json:
+        print(dumps([move._asdict() for move in reviewed]))
+    else:
+        print(*reviewed, summary(reviewed), sep="\n")
+    if write and game.transcript.end is None:
+        raise BadParameter(f"{path}: the game is unfinished; a review is kept after its end")
+    if write:
+        rows = path.read_text(encoding="utf-8").splitlines(keepends=True)
+        kept = [row for row in rows if not row.startswith(MARK)]
+        replace(path, "".join([*kept, *notes(reviewed)]))
+
+
+def notes(reviewed: list[Move]) -> list[str]:
+    """The review as notes for the end of a transcript."""
+    told = [*map(str, reviewed), summary(reviewed)]
+    return [f"{MARK}{line.removeprefix('review: ')}\n" for line in told]

@@ -1,0 +1,121 @@
+"""The table: the game that is played now, and how the next one begins."""
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from dmplay.errors import BadParameter
+from dmplay.game import saves
+from dmplay.game.game import Game
+from dmplay.game.request import Request
+from dmplay.game.start import new
+from dmplay.transcript.recorder import Recorder
+
+NOTHING: Mapping[str, str] = {}
+NUMBERED = re.compile(r"(.*)-(\d+)")
+Program = Callable[[Sequence[str], "Table"], str]
+
+
+class Table:
+    """Holds one game at a time; each is ended, and its transcript with it, before the next."""
+
+    def __init__(
+        self,
+        game: Game | None = None,
+        program: Program | None = None,
+        aliases: Mapping[str, str] = NOTHING,
+    ) -> None:
+        self.ended: list[Recorder] = []  # of the games so far, each once
+        self.open_screen: Callable[[], str] | None = None  # where there is one to open
+        self.aliases = aliases
+        self._program = program  # what the command line does with words
+        self._game: Game | None = None
+        if game:
+            self.put(game)
+
+    @property
+    def game(self) -> Game:
+        """The game that is played now; raises BadParameter where none is."""
+        if self._game is None:
+            raise BadParameter("no game is played; play PROBLEM begins one, list names them")
+        return self._game
+
+    @property
+    def playing(self) -> bool:
+        """Whether there is a game."""
+        return self._game is not None
+
+    def put(self, game: Game) -> None:
+        """Plays this game from now on."""
+        self.end()
+        if self.ended and saves.dropped(self.ended[-1]):
+            self.ended.pop()
+        self._game = game
+
+    def end(self, reason: str = "quit") -> None:
+        """Ends the game, if there is one, and its transcript."""
+        if self._game is None:
+            return
+        self._game.finish(reason)
+        recorder = self._game.recorder
+        if recorder and recorder not in self.ended:
+            self.ended.append(recorder)
+
+    def begin(self, **changes: object) -> str:
+        """Begins the same game anew but for these changes, with fresh dice if none are given."""
+        asked = self._asked()
+        record = asked.record and following(asked.record)
+        keep = asked.keep or self.game.recorder is not None
+        wanted = replace(asked, record=record, force=False, seed=None, keep=keep)
+        self.put(new(replace(wanted, **changes)))  # type: ignore[arg-type] # fields of a request
+        return self.began()
+
+    def restart(self, **changes: object) -> str:
+        """Begins the same game again but for these changes under the same dice, known or not as
+        before.
+        """
+        self._asked()
+        old = self.game
+        told = self.begin(seed=old.seed, **changes)
+        self.game.tells_seed = old.tells_seed
+        self.game.again = old.again and self._asked().command(self.game.name, old.seed)
+        return told if old.tells_seed else self.began()
+
+    def _asked(self) -> Request:
+        if self.game.asked is None:
+            raise BadParameter("a recording is only looked at; branch plays on")
+        return self.game.asked
+
+    def began(self) -> str:
+        """What game began, and where the one before it is."""
+        seed = f", seed {self.game.seed}" if self.game.shows_seed else ""
+        last = f" kept: {self.ended[-1].path}" if self.ended else ""
+        return f"new game of {self.game.name}{seed}.{last}"
+
+    def free(self, path: Path) -> Path:
+        """A name for a game that goes on from this file: beside it, or where games are kept."""
+        kept = None if self.game.recorder else saves.new(self.game.name)
+        return kept or following(path)
+
+    def ask(self, words: Sequence[str]) -> str:
+        """What the command line prints for these words; games that it sets up come here."""
+        if self._program is None:
+            raise BadParameter(f"{words[0]}: only the command line knows it")
+        return self._program(words, self)
+
+
+def following(path: Path) -> Path:
+    """A free name for the next game's file: `game.dmt`, `game-2.dmt`, `game-3.dmt`; a device's own.
+
+    The number goes on from the one that the name ends with.
+    """
+    if path.exists() and not path.is_file():
+        return path
+    found = NUMBERED.fullmatch(path.stem)
+    stem, number = (found[1], int(found[2])) if found else (path.stem, 1)
+    while True:
+        number += 1
+        free = path.with_stem(f"{stem}-{number}")
+        if not free.exists():
+            return free

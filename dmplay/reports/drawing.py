@@ -1,0 +1,93 @@
+"""Figures on the terminal and as pictures."""
+
+import io
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich._export_format import CONSOLE_SVG_FORMAT
+from rich.console import Console
+from rich.text import Text
+
+from dmplay.errors import BadParameter
+from dmplay.figures.every import figure, figures
+from dmplay.styles import ansi
+from dmplay.terminal import Terminal
+from dmplay.views._canvas import plainly, size
+
+# Rich's own template, but nothing is loaded from elsewhere.
+SVG = re.sub(r"@font-face {{.*?}}\n", "", CONSOLE_SVG_FORMAT, flags=re.DOTALL).replace(
+    "Fira Code, monospace", "'Fira Code', 'DejaVu Sans Mono', Menlo, Consolas, monospace"
+)
+VIEW_BOX = re.compile(r'viewBox="[^"]*"')
+FILM = """
+.film > svg {{ visibility: hidden; animation: turn {length}s infinite }}
+@keyframes turn {{ 0% {{ visibility: visible }} {share:.4f}%, 100% {{ visibility: hidden }} }}
+@media (prefers-reduced-motion: reduce) {{
+  .film > svg {{ animation: none }}
+  .film > svg:last-child {{ visibility: visible }}
+}}
+"""
+
+
+def console(width: int) -> Console:
+    """A console that draws a text as it is and remembers it."""
+    return Console(
+        width=width, record=True, file=io.StringIO(), force_terminal=True,
+        color_system="standard", legacy_windows=False, highlight=False,
+    )  # fmt: skip
+
+
+def picture(text: Text, title: str, *, width: int = 0, name: str = "dmplay") -> str:
+    """A text as SVG, as wide as it is if no width is given; `name` begins all names in it."""
+    drawn = console(width or size(text)[0] + 1)
+    drawn.print(text, soft_wrap=True)
+    return drawn.export_svg(title=title, unique_id=name, code_format=SVG)
+
+
+def film(texts: Sequence[Text], title: str, width: int) -> str:
+    """Texts as one animated SVG, a second each; the last alone for who wants no motion."""
+    pictures = [picture(text, title, width=width, name=f"t{n}") for n, text in enumerate(texts)]
+    box = VIEW_BOX.search(pictures[0])
+    assert box
+    timed = [
+        one.replace("<svg", f'<svg style="animation-delay: {second}s"', 1)
+        for second, one in enumerate(pictures)
+    ]
+    style = FILM.format(length=len(texts), share=100 / len(texts))
+    head = f'<svg class="film" {box[0]} xmlns="http://www.w3.org/2000/svg">'
+    return "\n".join([head, f"<style>{style}</style>", *timed, "</svg>", ""])
+
+
+def show(text: Text, terminal: Terminal) -> None:
+    """Prints a text, in colour and in Unicode where the terminal can."""
+    shown = plainly(text) if terminal.ascii else text
+    if terminal.color:
+        print(ansi(shown, terminal.theme))
+    else:
+        print("\n".join(row.rstrip() for row in shown.plain.split("\n")))
+
+
+def write(path: Path | None, content: str) -> None:
+    """Writes to a file, or to the standard output."""
+    if path is None or str(path) == "-":
+        print(content, end="")
+        return
+    try:
+        path.write_text(content, encoding="utf-8", newline="\n")
+    except OSError as error:
+        raise BadParameter(f"cannot write {path}: {error.strerror}") from None
+
+
+def print_names() -> None:
+    """Prints the name and title of every figure."""
+    print(*(f"{key:<5} {title}" for key, (title, _) in figures().items()), sep="\n")
+
+
+def print_figure(name: str, terminal: Terminal, output: Path | None, *, svg: bool) -> None:
+    """Prints a figure; as a picture where that or a file is asked for."""
+    title, draw = figure(name)
+    if svg or output:
+        write(output, picture(draw(), title))
+    else:
+        show(draw(), terminal)

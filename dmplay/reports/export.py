@@ -1,0 +1,143 @@
+"""A recorded game as something else: pictures, a screen recording, text, a table, data."""
+
+import csv
+import io
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from rich.text import Text
+
+from dmplay.errors import BadParameter
+from dmplay.game.playback import Playback
+from dmplay.reports.drawing import console, picture, write
+from dmplay.reports.drawing import film as pictures
+from dmplay.screen.frame import Room, Shown, compose
+from dmplay.styles import ansi
+from dmplay.transcript.format import end_facts, header_facts, turn_facts
+
+ROOM = Room(80, 24)
+SHORT_ROOM_ROWS = 18
+
+
+def screens(game: Playback, room: Room) -> Iterator[Text]:
+    """The screen before the first turn and after every turn or event."""
+    log: list[str] = []
+    yield compose(game, room, Shown(), log)
+    before = 0
+    while game.unattended():
+        log.append(game.change(before))
+        before = len(game.session.turns)
+        yield compose(game, room, Shown(), log)
+
+
+def _last(game: Playback, turn: int | None, room: Room) -> Text:
+    """The screen after a turn, or after the last."""
+    shown = Text("")
+    for shown in screens(game, room._replace(height=SHORT_ROOM_ROWS)):
+        if len(game.session.turns) == turn:
+            return shown
+    if turn is not None:
+        many = len(game.session.turns)
+        raise BadParameter(f"--at: got {turn}, the game has {many} turn{'s' * (many != 1)}")
+    return shown
+
+
+def svg(game: Playback, turn: int | None, room: Room) -> str:
+    """A picture of the screen after a turn."""
+    return picture(_last(game, turn, room), f"dmplay {game.name}", width=room.width)
+
+
+def film(game: Playback, turn: int | None, room: Room) -> str:
+    """The screen turn by turn, as an animated picture."""
+    shown = [*screens(game, room._replace(height=SHORT_ROOM_ROWS))]
+    return pictures(shown, f"dmplay {game.name}", room.width)
+
+
+def html(game: Playback, turn: int | None, room: Room) -> str:
+    """A page with the screen after a turn."""
+    drawn = console(room.width)
+    drawn.print(_last(game, turn, room), soft_wrap=True)
+    return drawn.export_html(inline_styles=True)
+
+
+def cast(game: Playback, turn: int | None, room: Room) -> str:
+    """A screen recording, asciicast version 2, a second a turn."""
+    head = {
+        "version": 2,
+        "width": room.width,
+        "height": room.height,
+        "title": f"dmplay {game.name}",
+    }
+    rows = [json.dumps(head)]
+    for second, shown in enumerate(screens(game, room)):
+        drawn = ansi(shown, "default").replace("\n", "\r\n")  # as to a terminal in raw mode
+        rows.append(json.dumps([float(second), "o", f"\x1b[H\x1b[2J{drawn}"]))
+    return "\n".join([*rows, ""])
+
+
+def text(game: Playback, turn: int | None, room: Room) -> str:
+    """Every turn in words, with the board under it."""
+    parts = []
+    for shown in screens(game, room._replace(height=SHORT_ROOM_ROWS)):
+        rows = [row.rstrip() for row in shown.plain.split("\n")]
+        parts.append("\n".join(rows).rstrip())
+    return "\n\n".join([*parts, ""])
+
+
+def table(game: Playback, turn: int | None, room: Room) -> str:
+    """A row a turn as comma-separated values, a column a fact and seat."""
+    rows = []
+    for facts in _facts(game):
+        row: dict[str, object] = {}
+        for key, value in facts.items():
+            parts = value if isinstance(value, dict) else {"": value}
+            for name, one in parts.items():
+                row[f"{key} {name}".strip()] = json.dumps(one) if isinstance(one, list) else one
+        rows.append(row)
+    out = io.StringIO()
+    columns = list(dict.fromkeys(column for row in rows for column in row))
+    writer = csv.DictWriter(out, columns, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return out.getvalue()
+
+
+def data(game: Playback, turn: int | None, room: Room) -> str:
+    """The whole game as one JSON object."""
+    turns = list(_facts(game))
+    facts = header_facts(game.transcript.header)
+    return json.dumps(facts | {"turns": turns, "end": end_facts(game.session)}, indent=1) + "\n"
+
+
+def _facts(game: Playback) -> Iterator[dict[str, object]]:
+    yield turn_facts(game.session)
+    before = 0
+    while game.unattended():
+        now = len(game.session.turns)
+        event = {1: {}, 0: {"event": "reroll"}}.get(now - before, {"event": "undo"})
+        yield turn_facts(game.session) | event
+        before = now
+
+
+STILL = ("svg", "html")
+FORMATS: dict[str, Callable[[Playback, int | None, Room], str]] = {
+    "svg": svg, "film": film, "html": html, "cast": cast, "text": text, "csv": table, "json": data,
+}  # fmt: skip
+
+
+def print_export(  # noqa: PLR0913 - a file, and what is wanted of it
+    file: Path,
+    form: str,
+    turn: int | None,
+    output: Path | None,
+    *,
+    width: int | None = None,
+    ascii_: bool = False,
+    trusted: bool = False,
+) -> None:
+    """Writes a transcript in another form."""
+    if turn is not None and form not in STILL:
+        raise BadParameter(f"--at: a turn of --{' or --'.join(STILL)}, not of --{form}")
+    room = Room(width or ROOM.width, ROOM.height, ascii_)
+    write(output, FORMATS[form](Playback(file, trusted=trusted), turn, room))

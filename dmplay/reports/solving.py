@@ -1,0 +1,68 @@
+"""Solutions on the terminal: found once, kept, and told."""
+
+import hashlib
+import os
+from collections.abc import Mapping
+from json import dumps, loads
+from pathlib import Path
+
+from dmplay import __version__
+from dmplay.finding import catalog
+from dmplay.reports.progress import Bar
+from dmplay.solutions._solution import Solution, Tick
+from dmplay.solutions.every import solution
+
+
+def cached(name: str, parameters: Mapping[str, object], tick: Tick) -> Solution:
+    """The solution, kept in the user's cache folder by name, parameters and the code's state.
+
+    That of a problem from elsewhere is found anew: its code may be another by now.
+    """
+    loaded = catalog.resolve(name, parameters)
+    if not catalog.stem(loaded.problem):
+        return solution(loaded.problem, tick)
+    made = [loaded.name, loaded.parameters, __version__, *_code()]
+    key = dumps(made, sort_keys=True, default=str)
+    root = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    file = Path(root) / "dmplay" / "solve" / f"{hashlib.sha256(key.encode()).hexdigest()[:16]}.json"
+    try:
+        return Solution(**loads(file.read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError):
+        pass
+    found = solution(loaded.problem, tick)
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(dumps(found._asdict()), encoding="utf-8")
+    except OSError:
+        pass  # a solution that is not kept is found again
+    return found
+
+
+def _code() -> list[int]:
+    """The times of this package's files: another checkout solves anew."""
+    return [file.stat().st_mtime_ns for file in sorted(Path(__file__).parent.parent.rglob("*.py"))]
+
+
+def told(name: str, found: Solution) -> str:
+    """The solution for people: method, result and a table."""
+    columns = list(found.rows[0]) if found.rows else []
+    cells = [columns] + [[_cell(row[column]) for column in columns] for row in found.rows]
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    lines = [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in cells
+    ]
+    return "\n".join([f"{name}: {found.method}", found.result, "", *lines])
+
+
+def _cell(value: object) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def print_solution(
+    name: str, parameters: Mapping[str, object], *, json: bool = False, motion: bool = True
+) -> None:
+    """Prints the solution of a problem; while it is sought, how far that is."""
+    with Bar(f"solving {name}", quiet=json, motion=motion) as bar:
+        found = cached(name, parameters, bar)
+    print(dumps({"problem": name} | found._asdict()) if json else told(name, found))

@@ -1,0 +1,317 @@
+"""The play screen as text: title, board and side panel, log, message and keys, to the column."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from rich.text import Text
+
+from dmplay.game.facts import sentence
+from dmplay.game.game import Game
+from dmplay.game.keymap import SHOWN
+from dmplay.rollouts import MOST_TURNS
+from dmplay.terminal import clean
+from dmplay.views._canvas import ASCII, Look, Needed, size
+from dmplay.words.commands import COMMANDS, named
+
+PANEL = 17  # columns of the side panel at least
+LOG = 2  # rows of the log at least
+SMALL = 4  # rows under which there is no board
+KEYS_SHOWN = 5  # turns for which the board names the keys
+COLON = ": command"
+OVER_KEYS = (("new", "restart", "undo", "help", "quit"), ("new", "help", "quit"), ("help",))
+ROW_KEYS = (("hint", "undo", "help", "quit"), ("hint", "help", "quit"), ("help", "quit"), ("help",))
+
+
+class Room(NamedTuple):
+    """The terminal: its size and whether it can draw."""
+
+    width: int
+    height: int
+    ascii: bool = False
+
+
+class Key(NamedTuple):
+    """A key that only the screen has: how it is shown, its name, what it does."""
+
+    shown: str
+    name: str
+    help: str
+
+
+class Shown(NamedTuple):
+    """What the front end adds: a message, the overlay, a page in place of the board."""
+
+    message: str = ""
+    overlay: str = ""
+    help: bool = False
+    page: Sequence[str] = ()  # an answer of several lines
+    part: int = 0  # which part of help or page, where they are longer than the screen
+    curtain: str = ""  # the agent before whose turn nothing is shown
+    keys_until: int = KEYS_SHOWN  # the turn from which on the board names no keys
+
+
+NOTHING = Shown()
+KEYS = (
+    Key("V", "overlay", "values, policy or states on the board, where it has them"),
+    Key("P", "pause", "let agents or the clock play, or stop them"),
+    Key("Space", "step", "one turn of agents"),
+    Key("+", "faster", "agents play faster"),
+    Key("-", "slower", "agents play slower"),
+)
+
+
+def compose(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
+    """The whole screen: exactly `height` rows, none wider than the room.
+
+    Under four rows: what is most urgent in one, below it the keys, above it the title.
+    """
+    below = keys(game, room, shown)
+    if room.height < SMALL:
+        rows = [_fitted(_urgent(game, room, shown, log), room), below][: room.height]
+        return _rows([_fitted(_title(game, room), room), *rows][-room.height :])
+    if room.height == SMALL and not (shown.message or shown.curtain):
+        shown = shown._replace(message=_beside(game, room, shown, log))
+    return _rows([upper(game, room, shown, log), message(room, shown), below])
+
+
+def _beside(game: Game, room: Room, shown: Shown, log: list[str]) -> str:
+    """What the row of messages tells where the body has one row alone."""
+    if shown.help or shown.page:
+        many = len(pages(game, room, shown))
+        return f"part {min(shown.part, many - 1) + 1} of {many}. Space goes on"
+    return log[-1] if log else game.situation()
+
+
+def _urgent(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
+    """One row: the curtain, a row of a page, the message, what happened last, how it stands."""
+    if shown.curtain:
+        return _curtain(shown.curtain, room)[0]
+    if shown.help or shown.page:
+        return _part(game, room, shown)[0]
+    if shown.message or log:
+        return Text(f" {clean(shown.message or log[-1])}")
+    board = game.draw(Look(room.width, 1, room.ascii, around=LOG + SMALL))
+    needed = [board.plain] if isinstance(board, Needed) else []
+    return Text(" " + ". ".join([*needed, game.situation()]))
+
+
+def message(room: Room, shown: Shown) -> Text:
+    """The row that answers the last key."""
+    return _fitted(Text(f" {clean(shown.message)}"), room)
+
+
+def upper(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
+    """All but the command row and the key row: exactly `height - 2` rows.
+
+    Fit order: the side panel goes first, then the log shrinks to two rows, then the board to its
+    smaller forms, at last to one line of text.
+    """
+    body = room.height - 3
+    if shown.curtain:
+        title, parts = _name(game), _curtain(shown.curtain, room)
+    elif shown.help or shown.page:
+        title, parts = _title(game, room), _part(game, room, shown)
+    else:
+        title, parts = _title(game, room), _body(game, room, shown, log, body)
+    parts += [Text("")] * (body - len(parts))
+    return _rows([_fitted(row, room) for row in [title, *parts][: room.height - 2]])
+
+
+def _part(game: Game, room: Room, shown: Shown) -> list[Text]:
+    """The part of help or page that is shown; the last where a larger screen needs fewer."""
+    parts = pages(game, room, shown)
+    return parts[min(shown.part, len(parts) - 1)]
+
+
+def pages(game: Game, room: Room, shown: Shown) -> list[list[Text]]:
+    """Help, or an answer of several lines, in parts that the screen holds."""
+    rows = _help(game, room) if shown.help else _page([*map(clean, shown.page)], room)
+    body = max(room.height - 3, 1)
+    if len(rows) <= body:
+        return [rows]
+    if body == 1:
+        return [[row] for row in rows]
+    held = body - 1
+    many = -(-len(rows) // held)
+    parts = []
+    for number in range(1, many + 1):
+        part = rows[(number - 1) * held : number * held]
+        does = "Space goes on" if number < many else "any key goes back"
+        last = Text(f" part {number} of {many}. {does}", style="dim")
+        parts.append([*part, *[Text("")] * (held - len(part)), last])
+    return parts
+
+
+def _curtain(agent: str, room: Room) -> list[Text]:
+    """What hides one person's board from the other while they change places."""
+    told = f"{clean(agent)} is next: nobody else should look now. Enter shows the board."
+    rows = _page([told], room)
+    return [Text(""), *rows] if len(rows) < room.height - 3 else rows
+
+
+def _rows(rows: list[Text]) -> Text:
+    return Text("\n", no_wrap=True).join(rows)
+
+
+def _fitted(row: Text, room: Room) -> Text:
+    row.truncate(room.width, overflow="ellipsis")  # nothing is cut silently
+    if room.ascii:
+        row.plain = row.plain.translate(ASCII)
+    return row
+
+
+def _title(game: Game, room: Room) -> Text:
+    """The game and how it stands; closer together and without the seed where there is no room."""
+    seed = [f"seed {game.seed}"] if game.shows_seed else []
+    facts = _facts(game)
+    wide = _headed(game, _name(game), "   ", [*seed, *facts])
+    if len(wide.plain) <= room.width:
+        return wide
+    return _headed(game, Text(f" {clean(game.name)} ", style="bold"), "  ", facts)
+
+
+def _headed(game: Game, name: Text, gap: str, facts: Sequence[str]) -> Text:
+    title = name.append(gap[1:] + gap.join(facts), style="not bold")
+    if game.session.over:
+        title.append(f"{gap}{game.session.ending}", style="bold")
+    return title
+
+
+def _facts(game: Game) -> list[str]:
+    """Turn, return, who you are, and who the others are."""
+    view = game.view()
+    limit = f"/{view.limit}" if view.limit not in (None, MOST_TURNS) else ""
+    facts = [f"turn {view.turn}{limit}"]
+    if view.rewards is not None:
+        facts.append(f"return {game.returned(view):.6g}")
+    if game.people:
+        facts.append(f"you: {game.problem.agents[game.watcher]}")
+    seats = enumerate(zip(game.problem.agents, game.seats, strict=True))
+    you = game.watcher if game.people else None
+    return [*facts, *(f"{agent}: {clean(who)}" for seat, (agent, who) in seats if seat != you)]
+
+
+def _name(game: Game) -> Text:
+    return Text(f" dmplay {clean(game.name)}  ", style="bold")
+
+
+def _body(game: Game, room: Room, shown: Shown, log: list[str], body: int) -> list[Text]:
+    view = game.view()
+    look = Look(
+        room.width,
+        max(body - LOG - 1, 1),
+        room.ascii,
+        game.adviser.overlay(shown.overlay),
+        keys=game.waiting is not None and view.turn < shown.keys_until,
+        around=room.height - body + LOG + 1,
+    )
+    board = game.draw(look)
+    long = [shown.message] if len(shown.message) >= room.width else []  # its row cuts it
+    if isinstance(board, Needed):
+        left = max(body - 1, 0)
+        words = _log(game, room, long, log, left) if log else _page([game.situation()], room)
+        return [board, *words[:left]]
+    wide, _ = size(board)
+    panel = game.style.panel(view)
+    if not game.session.over and game.people:
+        panel = [*panel, ("hint", "Tab")]
+    beside = room.width - wide - 2 >= PANEL
+    rows = board.split("\n", allow_blank=True)
+    drawn = list(rows)
+    if beside:
+        while len(drawn) < min(len(panel), body - LOG - 1):
+            drawn.append(Text(""))
+        longest = max(len(label) for label, _ in panel)
+        for row, (label, value) in zip(drawn, panel, strict=False):
+            row.pad_right(wide + 2 - len(row.plain))
+            row.append(f"{label:<{longest}} ", style="dim").append(value, style="bold")
+    left = body - len(drawn) - 1
+    return [*drawn, Text(""), *_log(game, room, long, log, max(left, 0))]
+
+
+def _log(game: Game, room: Room, long: list[str], log: list[str], rows: int) -> list[Text]:
+    """The last events, wrapped; after the game, what was hidden; a message too long for its row."""
+    lines = [*log, *map(sentence, game.debrief())]
+    if game.session.over:
+        lines.append(f"over: {game.result()}")
+    lines += map(clean, long)
+    shown: list[Text] = []
+    for line in reversed(lines[-rows:] if rows else []):
+        told = _page([line], room)
+        if len(shown) + len(told) <= rows:
+            shown = [*told, *shown]
+        else:  # a line is told whole, unless there is no room for the last one
+            return shown or _cut(told, rows, room)
+    return shown
+
+
+def _cut(lines: list[Text], rows: int, room: Room) -> list[Text]:
+    """As many rows as there is room for, the last with the sign that it goes on."""
+    *before, last = lines[:rows]
+    last.truncate(room.width - 1)
+    return [*before, last.append("…")]
+
+
+def _page(lines: Sequence[str], room: Room) -> list[Text]:
+    """Lines of text, wrapped."""
+    out: list[Text] = []
+    for line in lines:
+        words = Text(" ")
+        for word in _pieces(line, max(room.width - 4, 1)):  # blanks stand around it
+            if len(words.plain) + len(word) + 1 > room.width and words.plain.strip():
+                out.append(words)
+                words = Text("   ")
+            words.append(word + " ")
+        out.append(words)
+    return out
+
+
+def _pieces(line: str, most: int) -> list[str]:
+    """The words of a line; of one that no row holds, such as a path, its parts."""
+    return [
+        word[at : at + most] for word in line.split(" ") for at in range(0, max(len(word), 1), most)
+    ]
+
+
+def _help(game: Game, room: Room) -> list[Text]:
+    """The keys of the game, of the screen and of the commands; commands without one; wrapped."""
+    actions = [f"{SHOWN.get(key, key)} {label}" for key, label, _ in game.legal(game.watcher)[:10]]
+    keyed = [(c.shown, f"{c.name} {c.argument}".strip(), c.help) for c in COMMANDS if c.key]
+    others = [command.name for command in COMMANDS if not command.key]
+    return _page(
+        [
+            f"actions: {',  '.join(actions) or 'a number, and Enter'}",
+            "keys",
+            *(f"  {shown:<7} {name:<14} {help_}" for shown, name, help_ in [*KEYS, *keyed]),
+            f"commands, typed after ':'  {' '.join(others)}",
+        ],
+        room,
+    )
+
+
+def keys(game: Game, room: Room, shown: Shown = NOTHING) -> Text:
+    """The keys that count now, the game's before the shell's; illegal ones in brackets and dim."""
+    row = Text(" ")
+    if shown.curtain:
+        return _fitted(row.append("Enter shows the board  q quit"), room)
+    if game.waiting is not None and game.types_numbers:
+        nudges = " ".join(SHOWN.get(key, key) for key in game.nudges)
+        told = f"type a number, Enter plays it  {nudges} nudge it  "
+        least = len(" ".join(map(_shown, ROW_KEYS[-2])))
+        row.append(told if len(told) + least < room.width else "a number, Enter  ")
+    elif game.waiting is not None:
+        for key, label, able in game.legal(game.watcher):
+            words = label if key == label else f"{SHOWN.get(key, key)} {label}"
+            row.append(words if able else f"[{words}]", style="" if able else "dim").append("  ")
+    over = game.session.over and game.asked is not None
+    watch = [] if game.people or over else ["Space step", "P play"]
+    names = OVER_KEYS if over else ROW_KEYS
+    tails = ["  ".join([*watch, *map(_shown, some), COLON]) for some in names[:-1]]
+    tails += ["  ".join(map(_shown, some)) for some in names[-2:]]
+    left = room.width - len(row.plain)
+    tail = next((tail for tail in tails if len(tail) <= left), "")
+    return _fitted(row.append(tail, style="dim"), room)
+
+
+def _shown(name: str) -> str:
+    return f"{named(name).shown} {name}"

@@ -1,0 +1,24 @@
+"""The full screen from its first frame to its last."""
+
+import contextlib
+import sys
+
+from dmplay.screen.painter import Painter
+from dmplay.screen.screen import Screen
+from dmplay.terminal import silent
+
+
+def show(screen: Screen) -> int:
+    """Shows the screen until the player leaves; returns the exit code."""
+    painter = Painter(sys.stdout, screen.terminal.theme, screen.terminal.width)
+    try:
+        with silent(sys.stdin):
+            # The first frame stands before the toolkit, a tenth of a second, is imported.
+            painter.enter()
+            screen.paint(painter)
+            from dmplay.screen import toolkit
+
+            return toolkit.run(screen, painter)
+    finally:
+        with contextlib.suppress(OSError):  # the terminal itself may be gone
+            painter.leave()

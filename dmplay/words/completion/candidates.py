@@ -1,0 +1,90 @@
+"""What can stand at the end of a line of the shell."""
+
+from collections.abc import Callable
+
+from dmplay.core import Interval
+from dmplay.game.table import Table
+from dmplay.words.commands import COMMANDS, TOPICS
+from dmplay.words.completion import known
+from dmplay.words.completion.problem import agents, parameters, seats
+
+OPTIONS = (
+    "--variant", "--set", "--seed", "--episode", "--agent", "--vs", "--seat", "--turns", "--record",
+    "--frames", "--force", "--reveal", "--strict",
+)  # fmt: skip
+FORMATS = ("--svg", "--film", "--html", "--cast", "--text", "--csv", "--json", "--at", "--output")
+
+
+def candidates(table: Table, before: str) -> list[str]:
+    """The words that can follow what stands before the cursor, the one under it left out."""
+    words = before.split()
+    if not words:
+        names = [command.name for command in COMMANDS]
+        return [
+            *actions(table),
+            *names,
+            *table.aliases,
+            *([] if table.playing else known.problems()),
+        ]
+    command, *rest = words
+    last = rest[-1] if rest else ""
+    if command == "play" or (not table.playing and command in known.problems()):
+        return _options(rest if command == "play" else words, last)
+    if command in ("info", "agents", "solve"):
+        return [] if rest else _specs()
+    if command == "agent":
+        return _seats(table, rest)
+    if command in ("load", "replay", "save", "export", "resume"):
+        files = [] if rest else known.transcripts()
+        return [*files, *FORMATS] if command == "export" else files
+    simple: dict[str, Callable[[], list[str]]] = {
+        "act": lambda: actions(table),
+        "set": lambda: [] if rest else [name.rstrip("=") for name in _parameters(table)],
+        "seed": known.seeds,
+        "figure": known.figures,
+        "list": lambda: [*known.KINDS],
+        "help": lambda: [*TOPICS, *(one.name for one in COMMANDS)],
+    }
+    return simple[command]() if command in simple else []
+
+
+def actions(table: Table) -> list[str]:
+    """The labels of the actions of the one who chooses."""
+    if not table.playing:
+        return []
+    labels = table.game.problem.actions[table.game.watcher]
+    return [] if isinstance(labels, Interval) else [*labels]
+
+
+def _specs() -> list[str]:
+    """Every problem and every variant."""
+    names = known.problems()
+    return names + [spec for name in names for spec in known.problems(f"{name}:")]
+
+
+def _options(rest: list[str], last: str) -> list[str]:
+    """What can follow `play`: a problem, its options and their values."""
+    if not rest:
+        return _specs()
+    values = {
+        "--agent": agents, "--vs": agents, "--seat": _seated, "--set": parameters,
+    }  # fmt: skip
+    if last in values:
+        return values[last](rest[0])
+    return known.seeds() if last == "--seed" else [*OPTIONS]
+
+
+def _seated(problem: str) -> list[str]:
+    """Every seat with everyone who can play there."""
+    return [seat + agent for seat in seats(problem) for agent in agents(problem)]
+
+
+def _parameters(table: Table) -> list[str]:
+    return parameters(table.game.name) if table.playing else []
+
+
+def _seats(table: Table, rest: list[str]) -> list[str]:
+    if not table.playing or len(rest) > 1:
+        return []
+    game = table.game
+    return agents(game.name) if rest else [*game.problem.agents]

@@ -1,0 +1,53 @@
+"""Names that can be typed next, those of problems without an import of one."""
+
+import os
+from pathlib import Path
+
+from dmplay.finding.names import problem_names
+
+KINDS = ("MDP", "POMDP", "simple", "Markov", "POMG", "Dec-POMDP")
+SEEDS = 20  # of games played before
+
+
+def problems(word: str = "") -> list[str]:
+    """The problems; once a name stands before a colon, its variants."""
+    base, colon, _ = word.partition(":")
+    if not colon or base not in problem_names():
+        return problem_names()
+    from dmplay.finding import catalog
+
+    return [f"{base}:{variant}" for variant in catalog.variants(base) if variant]
+
+
+def figures() -> list[str]:
+    """The figures and tables of the book."""
+    from dmplay.figures import every
+
+    return [*every.figures()]
+
+
+def transcripts(word: str = "") -> list[str]:
+    """The transcripts and folders that a path can go on to."""
+    folder = Path(word).parent if word and not word.endswith("/") else Path(word or ".")
+    try:
+        found = sorted(folder.iterdir())
+    except OSError:
+        return []
+    names = [f"{path}/" if path.is_dir() else str(path) for path in found]
+    return [name for name in names if name.endswith((".dmt", "/")) and not name.startswith(".")]
+
+
+def seeds() -> list[str]:
+    """The seeds of the games that are kept, the last first."""
+    from dmplay.game.saves import folder
+
+    found: dict[str, None] = {}
+    for path in sorted(folder(os.environ).glob("*.dmt"), reverse=True)[:SEEDS]:
+        with path.open(encoding="utf-8", errors="replace") as file:
+            for line in file:
+                key, _, value = line.partition(": ")
+                if key == "seed":
+                    found[value.strip()] = None
+                if not line.strip():  # the header ends
+                    break
+    return [*found]

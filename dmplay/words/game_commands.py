@@ -1,0 +1,154 @@
+"""What can be asked of a game, and done to it, in words: each takes what was typed after it."""
+
+import numpy as np
+
+from dmplay.core import Interval
+from dmplay.errors import BadParameter
+from dmplay.game.game import Game
+from dmplay.transcript.format import lines
+
+LIKELIEST = 8  # states that the belief is told of
+
+
+def count(argument: str, command: str, default: int = 1) -> int:
+    """A number of turns that was typed."""
+    if not argument:
+        return default
+    if not argument.isascii() or not argument.isdecimal() or int(argument) < 1:
+        raise BadParameter(f"{command}: got {argument!r}, expected a number of turns, as 2")
+    return int(argument)
+
+
+def undo(game: Game, argument: str) -> str:
+    """Takes back turns, or a choice."""
+    before = len(game.session.turns)
+    game.undo(count(argument, "undo"))
+    now = len(game.session.turns)
+    return game.change(before) if now < before else "your choice is taken back."
+
+
+def redo(game: Game, argument: str) -> str:
+    """Plays again what was taken back, and tells each turn."""
+    told = []
+    for _ in range(count(argument, "redo")):
+        game.redo()
+        told.append(game.said())
+    return "\n".join(told)
+
+
+def reroll(game: Game, argument: str) -> str:
+    """Throws the last turn's dice anew."""
+    game.reroll()
+    return game.said()
+
+
+def step(game: Game, argument: str) -> str:
+    """So many turns of a game that plays by itself, one if no number is given."""
+    return _played(game, "step", count(argument, "step"))
+
+
+def auto(game: Game, argument: str) -> str:
+    """All turns, or so many, of a game that plays by itself."""
+    return _played(game, "auto", count(argument, "auto", default=0))
+
+
+def _played(game: Game, command: str, turns: int) -> str:
+    """Plays turns of agents, all if the number is 0, and tells each."""
+    if game.people:
+        raise BadParameter(f"{command}: people play here; agent SEAT NAME seats an agent")
+    told: list[str] = []
+    before = len(game.session.turns)
+    while (not turns or len(told) < turns) and game.unattended():
+        told.append(game.change(before))
+        before = len(game.session.turns)
+    return "\n".join(told) or f"the game is over ({game.session.ending})"
+
+
+def look(game: Game, argument: str) -> str:
+    """The situation in sentences."""
+    return game.situation()
+
+
+def legal(game: Game, argument: str) -> str:
+    """The actions that can be played."""
+    seat = game.watcher
+    known = game.problem.actions[seat]
+    if isinstance(known, Interval):
+        return f"legal: a number from {known.low:g} to {known.high:g}."
+    if game.types_numbers:
+        return f"legal: a number from {known[0]} to {known[-1]}."
+    able = [
+        f"{label} ({key})" if _typed(game, key) == label else label
+        for key, label, able in game.legal(seat)
+        if able
+    ]
+    return f"legal: {', '.join(able) or 'none'}."
+
+
+def _typed(game: Game, word: str) -> str:
+    """The action that a typed word plays: a name before a key."""
+    return game.problem.action_name(game.watcher, game.read(word))
+
+
+def belief(game: Game, argument: str) -> str:
+    """The likeliest hidden states with their probabilities."""
+    view = game.view()
+    if view.beliefs is None:
+        if game.problem.observations is not None:
+            return "belief: too many states to tell."
+        return "belief: every agent sees the state here."
+    belief, states = view.beliefs[-1], game.problem.enumerated()
+    order = np.argsort(-belief, kind="stable")[:LIKELIEST]
+    told = [f"{game.problem.notation(states[i])} {belief[i]:.3f}" for i in order]
+    rest = len(states) - len(order)
+    if rest:
+        others = f"{rest} other state{'s' * (rest > 1)}"
+        told.append(f"{others} {max(1.0 - belief[order].sum(), 0.0):.3f}")
+    return f"belief: {', '.join(told)}."
+
+
+def state(game: Game, argument: str) -> str:
+    """The state in one line, where it may be known."""
+    hidden = game.problem.observations is not None
+    if hidden and not (game.reveal or game.session.over):
+        return "state: hidden until the game is over, or with --reveal."
+    return f"state: {game.problem.notation(game.session.state)}"
+
+
+def hint(game: Game, argument: str) -> str:
+    """What a good player would do, and what each action is worth."""
+    return game.adviser.hint()
+
+
+def values(game: Game, argument: str) -> str:
+    """What each action is worth."""
+    why = game.adviser.silent()
+    if why:
+        return f"no values: {why}"
+    return game.adviser.values() or "no values: the adviser knows none"
+
+
+def policy(game: Game, argument: str) -> str:
+    """What a good player would do."""
+    why = game.adviser.silent()
+    return f"no policy: {why}" if why else f"policy {game.adviser.choice()}"
+
+
+def review(game: Game, argument: str) -> str:
+    """What each move of the people was worth; kept as notes once the transcript ends."""
+    from dmplay.game import review as reviewing  # not needed before
+
+    if not game.session.over or not game.people:
+        raise BadParameter("review: it values the moves of people, once the game is over")
+    found = list(reviewing.moves(game.session, game.people, game.seats))
+    game.notes = "".join(reviewing.notes(found))
+    return "\n".join([*map(str, found), reviewing.summary(found)])
+
+
+def transcript(game: Game, argument: str) -> str:
+    """Where the transcript is, and its last turn without what is hidden."""
+    if game.recorder is None:
+        return "transcript: none is written; --record FILE writes one"
+    turns = len(game.session.turns)
+    path = f"transcript: {turns} turn{'s' * (turns != 1)} in {game.recorder.path}"
+    return "\n".join([path, "", *lines(game.public())])

@@ -1,0 +1,223 @@
+"""Play in plain lines: appended, never repainted, for pipes, screen readers and dumb terminals."""
+
+import contextlib
+import getpass
+import json
+import sys
+from collections.abc import Iterator
+from typing import Protocol, TextIO
+
+from dmplay.errors import BadParameter, DmplayError
+from dmplay.game.game import Game
+from dmplay.game.table import Table
+from dmplay.session import Turn
+from dmplay.terminal import Terminal, clean
+from dmplay.transcript.format import end_facts
+from dmplay.words.commands import Leave, own_parts, parts, typed
+
+
+class Reporter(Protocol):
+    """How a game is told: in sentences, as data, or not at all."""
+
+    def start(self, game: Game, terminal: Terminal) -> None:
+        """Before the first turn."""
+
+    def turn(self, game: Game) -> None:
+        """After each turn."""
+
+    def words(self, text: str) -> None:
+        """What a command answers."""
+
+    def prompt(self, game: Game) -> str:
+        """What stands before a typed line."""
+
+    def end(self, game: Game) -> None:
+        """After the last turn."""
+
+
+class Sentences:
+    """Tells a game in sentences."""
+
+    def __init__(self) -> None:
+        self._typed = False
+
+    def start(self, game: Game, terminal: Terminal) -> None:
+        """The first line names the switch that chose this mode."""
+        self._typed = terminal.typed
+        seed = f", seed {game.seed}" if game.shows_seed else ""
+        if not game.people:
+            print(f"{clean(game.name)}{seed}. {', '.join(map(clean, game.seats))}.", flush=True)
+            return
+        help_ = "type help, look, legal, or an action."
+        print(f"plain mode (from {terminal.why}). {clean(game.name)}{seed}. {help_}")
+        print(game.situation(), flush=True)
+
+    def turn(self, game: Game) -> None:
+        """One line; one for each of several people who see different things, if none looks on."""
+        if not game.private:
+            print(game.said(), flush=True)
+        elif not self._typed:
+            for seat in game.people:
+                print(f"{game.problem.agents[seat]} {game.said(seat)}", flush=True)
+
+    def words(self, text: str) -> None:
+        """As they are."""
+        print(text, flush=True)
+
+    def prompt(self, game: Game) -> str:
+        """`action> `, with the agent's name where several people play."""
+        agent = f"{game.problem.agents[game.watcher]} " if len(game.people) > 1 else ""
+        return f"{agent}action> "
+
+    def end(self, game: Game) -> None:
+        """The result, and what was hidden."""
+        for row in game.closing():
+            print(row, flush=True)
+
+
+class Objects:
+    """Tells a game as data: one JSON object a line."""
+
+    def start(self, game: Game, terminal: Terminal) -> None:
+        """Problem, seats, the seed if it was given, and what is known at first."""
+        seats = dict(zip(game.problem.agents, game.seats, strict=True))
+        facts: dict[str, object] = {"problem": game.name, "seats": seats}
+        if game.shows_seed:
+            facts["seed"] = game.seed
+        self._print("start", facts | game.public())
+
+    def turn(self, game: Game) -> None:
+        """What the seat may know of the turn; everything where no person sits."""
+        for seat in game.people if game.private else [game.watcher]:
+            self._print("turn", game.public(seat))
+
+    def words(self, text: str) -> None:
+        """What a command answers, under `words`."""
+        self._print("words", {"text": text})
+
+    def prompt(self, game: Game) -> str:
+        """Nothing: the output is data."""
+        return ""
+
+    def end(self, game: Game) -> None:
+        """The ending with return and total, the seed, and what was hidden."""
+        facts = end_facts(game.session) | {"seed": game.seed}
+        rows = game.debrief()
+        self._print("end", facts | ({"debrief": rows} if rows else {}))
+
+    def _print(self, event: str, facts: dict[str, object]) -> None:
+        print(json.dumps({"event": event} | facts), flush=True)
+
+
+class Silence:
+    """Tells nothing: for games that are only recorded."""
+
+    def start(self, game: Game, terminal: Terminal) -> None:
+        """Nothing."""
+
+    def turn(self, game: Game) -> None:
+        """Nothing."""
+
+    def words(self, text: str) -> None:
+        """Nothing."""
+
+    def prompt(self, game: Game) -> str:
+        """Nothing."""
+        return ""
+
+    def end(self, game: Game) -> None:
+        """Nothing."""
+
+
+def play(table: Table, terminal: Terminal, stdin: TextIO, reporter: Reporter) -> None:
+    """Plays at a table in lines until the game is over, the input ends or the player leaves.
+
+    A line that cannot be done is told and asked again where a person types; piped, it ends the
+    game and raises BadParameter with the line's number.
+    """
+    reporter.start(table.game, terminal)
+    if table.game.people:
+        for number, line in _lines(table, terminal, stdin, reporter):
+            try:
+                for part in own_parts(table, line) if terminal.typed else parts(line):
+                    _do(table, part, terminal, reporter)
+            except Leave:
+                break
+            except DmplayError as error:
+                if not terminal.typed:
+                    table.end("illegal")
+                    raise BadParameter(f"line {number}: {error}") from None
+                reporter.words(f"error: {error}")
+    else:
+        _watch(table.game, reporter)
+    table.end()
+    reporter.end(table.game)
+
+
+def _watch(game: Game, reporter: Reporter) -> None:
+    """Plays a game without people to its end."""
+    before = 0
+    while game.unattended():
+        now = len(game.session.turns)
+        if now < before:  # a recording may take turns back
+            reporter.words(game.change(before))
+        else:
+            reporter.turn(game)
+        before = now
+
+
+def _do(table: Table, line: str, terminal: Terminal, reporter: Reporter) -> None:
+    """Does a line, and reports what came of it."""
+    game, before = table.game, len(table.game.session.turns)
+    last = game.session.turns[-1] if before else None
+    words = typed(table, line)
+    if table.game is not game:
+        reporter.end(game)
+        reporter.start(table.game, terminal)
+    elif _played(game, before, last) and "\n" not in words:
+        reporter.turn(game)
+    elif words:
+        reporter.words(words)
+
+
+def _played(game: Game, before: int, last: Turn | None) -> bool:
+    """Whether there is another last turn: one more, or the same under other dice."""
+    now = game.session.turns
+    return len(now) > before or (len(now) == before > 0 and now[-1] is not last)
+
+
+def handed_over(game: Game) -> str:
+    """Waits for the one who is next to sit down; what this one learned."""
+    name = game.problem.agents[game.watcher]
+    with contextlib.suppress(EOFError):
+        getpass.getpass(f"{name} is next: nobody else should look now. Enter goes on.")
+    return game.said(game.watcher) if game.session.turns else game.situation()
+
+
+def _lines(
+    table: Table, terminal: Terminal, stdin: TextIO, reporter: Reporter
+) -> Iterator[tuple[int, str]]:
+    """The lines typed or piped, with their numbers; `#` begins a comment."""
+    number, before = 0, table.game.watcher
+    while not table.game.session.over:
+        game, prompt = table.game, reporter.prompt(table.game)
+        number += 1
+        if terminal.typed and game.private and game.watcher != before:
+            before = game.watcher
+            reporter.words(handed_over(game))
+        if terminal.typed and len(table.game.people) > 1:  # nobody reads the other's choice
+            try:
+                line = getpass.getpass(prompt) + "\n"
+            except EOFError:
+                return
+        else:
+            sys.stdout.write(prompt)
+            sys.stdout.flush()
+            line = stdin.readline()
+        shown = line.partition("#")[0].strip()
+        if prompt and not terminal.typed:
+            sys.stdout.write(clean(shown) + "\n")
+        if not line:
+            return
+        if shown:
+            yield number, shown

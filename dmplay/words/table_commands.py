@@ -1,0 +1,120 @@
+"""What can be done at a table, in words: games begun, gone on with, kept and looked at."""
+
+from pathlib import Path
+from shlex import quote
+
+from dmplay.errors import BadParameter
+from dmplay.finding import catalog
+from dmplay.game.request import words_of
+from dmplay.game.saves import copied
+from dmplay.game.table import Table
+
+
+def play(table: Table, argument: str) -> str:
+    """Begins a game, with the options of the command line."""
+    words = words_of(argument)
+    if not words:
+        raise BadParameter("play: expected a problem, as play hexworld --seed 7")
+    return table.ask(["play", *words]) or table.began()
+
+
+def load(table: Table, argument: str) -> str:
+    """Goes on with a recorded game."""
+    said = table.ask(["resume", *words_of(argument)])
+    return said or f"resumed {table.game.name}. turn {len(table.game.session.turns)}."
+
+
+def replay(table: Table, argument: str) -> str:
+    """Looks at a recorded game."""
+    said = table.ask(["replay", *words_of(argument)])
+    return said or f"replaying {table.game.name}. step, auto and undo move in it."
+
+
+def new(table: Table, argument: str) -> str:
+    """Begins the same game with fresh dice."""
+    return table.begin()
+
+
+def restart(table: Table, argument: str) -> str:
+    """Begins the same game under the same dice."""
+    return table.restart()
+
+
+def seed(table: Table, argument: str) -> str:
+    """Begins the same game under these dice; alone, tells them."""
+    if not argument:
+        return f"seed: {table.game.seed if table.game.shows_seed else 'told after the game'}"
+    if not argument.isascii() or not argument.isdecimal():
+        raise BadParameter(f"seed: got {argument!r}, expected a whole number, as 7")
+    return table.begin(seed=int(argument))
+
+
+def agent(table: Table, argument: str) -> str:
+    """Begins the game again with somebody else in a seat; alone, tells who sits where."""
+    game = table.game
+    words = argument.split()
+    if not words:
+        seats = zip(game.problem.agents, game.seats, strict=True)
+        return f"seats: {', '.join(f'{name} {who}' for name, who in seats)}."
+    name, who = (game.problem.agents[0], words[0]) if len(words) == 1 else words[:2]
+    game.problem.seat(name)
+    return table.restart(seats=[*(game.asked.seats if game.asked else ()), f"{name}={who}"])
+
+
+def set_(table: Table, argument: str) -> str:
+    """Begins the game again with another parameter; alone, tells them all."""
+    game = table.game
+    if not argument:
+        known = catalog.parameters(game.problem)
+        return "\n".join(f"{name} {value}" for name, value in known.items())
+    key, _, value = argument.replace("=", " ", 1).partition(" ")
+    settings = [*(game.asked.settings if game.asked else ()), f"{key}={value.strip()}"]
+    return table.restart(settings=settings)
+
+
+def save(table: Table, argument: str) -> str:
+    """Copies the transcript so far to a file; alone, tells where it is kept."""
+    recorder = table.game.recorder
+    if recorder is None:
+        raise BadParameter("save: no transcript is written; --record FILE writes one")
+    if not argument:
+        return f"kept as you play: {recorder.path}"
+    name = words_of(argument)[0]
+    copied(recorder, Path(name))
+    return f"saved {name}; dmplay resume {quote(name)} goes on"
+
+
+def branch(table: Table, argument: str) -> str:
+    """Plays on from an earlier turn, this one if none is named, in a file of its own."""
+    game, turns = table.game, len(table.game.session.turns)
+    if game.strict:
+        raise BadParameter("branch: this game is strict")
+    if argument and not (argument.isascii() and argument.isdecimal()):
+        raise BadParameter(f"branch: got {argument!r}, expected a turn, 0 to {turns}")
+    source = game.source
+    if source is None:
+        raise BadParameter("branch: no transcript is written; --record FILE writes one")
+    at = argument or str(turns)
+    table.ask(["branch", str(source), "--at", at, "-o", str(table.free(source))])
+    return f"on from turn {at}. {table.began()}"
+
+
+def export(table: Table, argument: str) -> str:
+    """Writes a game, this one if no file is named, as a picture, a table or data."""
+    words = words_of(argument)
+    if not words or words[0].startswith("-"):
+        recorder, hidden = table.game.recorder, table.game.problem.observations is not None
+        if recorder is None:
+            raise BadParameter("export: no transcript is written; name a file")
+        if hidden and not (table.game.session.over or table.game.reveal):
+            raise BadParameter("export: it would tell what is hidden until the game is over")
+        words = [str(recorder.path), *words]
+    return table.ask(["export", *words]) or "written."
+
+
+def screen(table: Table, argument: str) -> str:
+    """Opens the full screen; back in the shell after it."""
+    game = table.game
+    if table.open_screen is None:
+        raise BadParameter("screen: it opens from the shell, on a terminal")
+    return table.open_screen() or f"{game.name} again in words."
