@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.games import altered, recorded
+from tests.support.games import altered, recorded
 
 pytestmark = pytest.mark.slow  # starts the program again and again
 

@@ -16,7 +16,7 @@ from dmplay.reports.export import ROOM, film
 from dmplay.screen import frame
 from dmplay.screen.screen import Screen
 from dmplay.terminal import Terminal
-from tests.terminals import DMPLAY, clean_environment
+from tests.support.terminals import DMPLAY, clean_environment
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")

@@ -8,7 +8,7 @@ from dmplay.dice import Dice
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
 from dmplay.policies.script import Script
 from dmplay.session import Follower
-from tests.games import session
+from tests.support.games import session
 
 E, NE, NW, W, SW, SE = range(6)
 COOPERATE, DEFECT = 0, 1

@@ -5,7 +5,7 @@ from itertools import cycle, islice
 from statistics import median, quantiles
 
 from tests.benchmarks.terminal import DMPLAY, Program
-from tests.terminals import DOWN, LEFT, READY, RIGHT
+from tests.support.terminals import DOWN, LEFT, READY, RIGHT
 
 LATE = 400  # turns played before the late games are timed
 GAMES = {

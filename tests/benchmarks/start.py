@@ -10,7 +10,7 @@ from statistics import median
 from typing import NamedTuple
 
 from tests.benchmarks.terminal import DMPLAY, Program, processor
-from tests.terminals import READY, clean_environment
+from tests.support.terminals import READY, clean_environment
 
 FOUR = "import typer, rich, numpy, prompt_toolkit"
 GAME = ("hexworld", "--seed", "7")

@@ -11,7 +11,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from tests.terminals import clean_environment
+from tests.support.terminals import clean_environment
 
 DMPLAY = (sys.executable, "-m", "dmplay")
 QUIET = 0.02  # seconds without output that end a frame

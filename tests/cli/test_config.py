@@ -1,0 +1,320 @@
+"""Settings: flag over variable over the project's file over the user's over the default."""
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from dmplay.cli import config
+from dmplay.cli.app import app
+from dmplay.cli.settings import GENERAL, defaults, in_force, options
+from dmplay.errors import DmplayError
+from tests.support.terminals import clean_environment
+
+GROUP: Any = typer.main.get_command(app)
+EVERY = [(name, option) for name, command in GROUP.commands.items() for option in options(command)]
+VALUES: Mapping[str, tuple[object, ...]] = {  # four apart from the default, by click's type
+    "int": (3, 4, 5, 6),
+    "float": (3.0, 4.0, 5.0, 6.0),
+    "choice": (),
+    "": ("a", "b", "c", "d"),
+}
+SET: Mapping[str, object] = {
+    "plain": True, "ascii": True, "speed": 7.0, "width": 60, "theme": "mono",
+    "motion": False, "input": False,
+}  # fmt: skip
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A project folder, with the user's file in `home`."""
+    for name in [*os.environ]:
+        if name.startswith("DMPLAY"):
+            monkeypatch.delenv(name)
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "home"))
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "home" / "dmplay").mkdir(parents=True)
+    config.files.cache_clear()
+    yield tmp_path
+    config.files.cache_clear()
+
+
+def write(path: Path, text: str) -> None:
+    path.write_text(text, encoding="utf-8")
+    config.files.cache_clear()
+
+
+def users(place: Path, text: str) -> None:
+    write(place / "home" / "dmplay" / "config.toml", text)
+
+
+def projects(place: Path, text: str) -> None:
+    write(place / "dmplay.toml", text)
+
+
+def context(*words: str) -> Any:
+    """The context of the program called with these words, its files read."""
+    return GROUP.make_context("dmplay", list(words), resilient_parsing=True)
+
+
+def found(name: str, option: str, *flags: str) -> tuple[object, str]:
+    """The value of an option as its command takes it, and where it came from."""
+    command = GROUP.commands[name]
+    with (
+        context(name) as root,
+        command.make_context(name, [*flags], parent=root, resilient_parsing=True) as made,
+    ):
+        one = options(command)[option]
+        return made.params[one.name], made.get_parameter_source(one.name).name
+
+
+@pytest.mark.parametrize(("name", "option"), EVERY)
+def test_a_flag_wins_over_a_variable_over_the_project_over_the_user(
+    name: str, option: str, place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one = options(GROUP.commands[name])[option]
+    kind = next(kind for kind in VALUES if one.type.name.startswith(kind))
+    other = not one.default
+    several = VALUES[kind] if kind != "choice" else [*one.type.choices, one.type.choices[0]]
+    flag, variable, project, user = [other] * 4 if one.is_bool_flag else several[:4]
+    wrapped = [(v,) if one.multiple else v for v in (flag, variable, project, user)]
+    default = found(name, option)
+    assert default[1] == "DEFAULT"
+    users(place, f"[{name}]\n{option} = {json.dumps(wrapped[3])}\n")
+    assert found(name, option) == (wrapped[3], "DEFAULT_MAP")
+    projects(place, f"[{name}]\n{option} = {json.dumps(wrapped[2])}\n")
+    assert found(name, option) == (wrapped[2], "DEFAULT_MAP")
+    own = one.envvar or f"DMPLAY_{name.upper()}_{one.name.upper()}"
+    monkeypatch.setenv(own, str(int(other)) if one.is_bool_flag else str(variable))
+    assert found(name, option) == (wrapped[1], "ENVIRONMENT")
+    bare = f"--{option}" if other else f"--no-{option}"
+    flags = [bare] if one.is_bool_flag else [f"--{option}", str(flag)]
+    assert found(name, option, *flags) == (wrapped[0], "COMMANDLINE")
+
+
+@pytest.mark.parametrize("option", GENERAL)
+def test_a_general_setting_reaches_every_command_that_has_it(option: str, place: Path) -> None:
+    value = SET.get(option, "never")
+    users(place, f"{option} = {json.dumps(value)}\n")
+    having = [name for name, command in GROUP.commands.items() if option in options(command)]
+    assert len(having) > 1
+    for name in having:
+        assert found(name, option) == (value, "DEFAULT_MAP")
+
+
+def test_a_command_of_its_own_wins_in_a_file_and_a_project_over_both(place: Path) -> None:
+    users(place, 'color = "never"\n[play]\ncolor = "always"\n')
+    assert found("play", "color")[0] == "always"
+    assert found("replay", "color")[0] == "never"
+    projects(place, 'color = "auto"\n')
+    assert found("play", "color")[0] == "auto"
+
+
+def test_what_a_file_switches_on_a_flag_switches_off(place: Path) -> None:
+    users(place, "plain = true\nascii = true\n")
+    assert found("play", "plain", "--no-plain") == (False, "COMMANDLINE")
+    assert found("play", "ascii", "--no-ascii") == (False, "COMMANDLINE")
+
+
+@pytest.mark.parametrize("name", ["DMPLAY_WIDTH", "DMPLAY_PLAY_TURNS"])
+def test_a_variable_that_is_wrong_is_named(name: str, place: Path) -> None:
+    done = run("hexworld", folder=place, **{name: "wide"})
+    assert done.returncode == 2
+    option = f"--{name.rpartition('_')[2].lower()}"
+    told = f"error: {name}: invalid value for '{option}': 'wide' is not a whole number; see"
+    assert done.stderr.startswith(told)
+
+
+def test_every_setting_is_shown_with_its_source(
+    place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    users(place, 'theme = "mono"\n[play]\nturns = 20\n')
+    projects(place, "[play]\nspeed = 9\n")
+    monkeypatch.setenv("DMPLAY_COLOR", "never")
+    monkeypatch.setenv("DMPLAY_PLAY_AGENT", "random")
+    rows = {one.name: (one.value, one.source) for one in in_force(context("config", "show"))}
+    assert {f"{name}.{option}" for name, option in EVERY} == set(rows)
+    assert rows["play.turns"] == (20, str(place / "home" / "dmplay" / "config.toml"))
+    assert rows["play.speed"] == (9.0, "dmplay.toml")
+    assert rows["replay.speed"] == (2.0, "default")
+    assert rows["shell.theme"][0] == "mono"
+    assert rows["play.color"] == ("never", "DMPLAY_COLOR")
+    assert rows["play.agent"] == ("random", "DMPLAY_PLAY_AGENT")
+    assert rows["play.seed"] == (None, "default")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('colour = "never"', "dmplay.toml: unknown setting 'colour'; did you mean color?"),
+        ("seed = 3", "dmplay.toml: unknown setting 'seed'; did you mean"),
+        ("[plya]\nturns = 3", "dmplay.toml: unknown table 'plya'; did you mean play"),
+        ("[play]\nturn = 3", "dmplay.toml: [play]: unknown setting 'turn'; did you mean turns?"),
+        ("[play]\nforce = true", "dmplay.toml: [play]: unknown setting 'force'"),
+        ("[play]\nturns = 'x'", "dmplay.toml: play.turns: got 'x', expected a whole number"),
+        ("[play]\nturns = true", "dmplay.toml: play.turns: got True, expected a whole number"),
+        ("speed = 0", "dmplay.toml: speed: 0.0 is not in the range"),
+        ("plain = 1", "dmplay.toml: plain: got 1, expected true or false"),
+        ("[play]\nset = 'a=1'", "dmplay.toml: play.set: got 'a=1', expected a list"),
+        ("[play]\nset = [1]", "dmplay.toml: play.set: got 1, expected text"),
+        ("[play]\nagent = './bot.py:Bot'", "dmplay.toml: play.agent: got './bot.py:Bot'; only"),
+        ("[play]\nseat = ['a=bots.mine:Bot']", "dmplay.toml: play.seat: got 'a=bots.mine:Bot'"),
+        ("keys = 'vi'", "dmplay.toml: keys: got 'vi', expected a table, [keys]"),
+        ("[keys]\npreset = 3", "dmplay.toml: keys.preset: got 3, expected text"),
+        ("[keys]\npreset = 'emacs'", "dmplay.toml: keys.preset: 'emacs' is not one of 'vi'"),
+        ("[play]\nkeys = 'emacs'", "dmplay.toml: play.keys: 'emacs' is not one of 'vi', 'left'"),
+        ("color = 'red'", "dmplay.toml: color: 'red' is not one of 'auto', 'always', 'never'"),
+        ("[keys]\nhex = 'vi'", "dmplay.toml: keys.hex: got 'vi', expected a table"),
+        ("[keys.hexwrld]\na = 'e'", "dmplay.toml: unknown keys 'hexwrld'; did you mean hexworld"),
+        ("[keys.hex]\na = 3", "dmplay.toml: keys.hex.a: got 3, expected text"),
+        ("[aliases]\nplay = 'list'", "dmplay.toml: aliases.play: play is a command"),
+        ("[aliases]\ncatch = 'list'", "dmplay.toml: aliases.catch: catch is a problem"),
+        ("[aliases]\n'a b' = 'list'", "dmplay.toml: aliases.a b: got 'a b', expected one plain"),
+        ("[aliases]\nx = ' '", "dmplay.toml: aliases.x: got ' ', expected a command"),
+        ("x = [", "dmplay.toml: invalid value (at end of document)"),
+        ("a = 1\na = 2", "dmplay.toml: cannot overwrite a value"),
+    ],
+)
+def test_a_wrong_file_is_one_clear_line(text: str, message: str, place: Path) -> None:
+    projects(place, text)
+    with pytest.raises(DmplayError) as error:
+        defaults(GROUP.commands)
+    assert str(error.value).startswith(message)
+    assert "\n" not in str(error.value)
+
+
+def test_a_file_that_is_not_text_is_one_clear_line(place: Path) -> None:
+    (place / "dmplay.toml").write_bytes(b"\xff\xfe = 1")
+    with pytest.raises(DmplayError, match=r"^dmplay.toml: 'utf-8' codec"):
+        config.files()
+
+
+def refused(read: Callable[[], object]) -> bool:
+    """Whether a file is refused, which must be one line that names it."""
+    message = ""
+    try:
+        read()
+    except DmplayError as error:
+        message = str(error)
+    assert not message or message.startswith("dmplay.toml: ")
+    assert len(message.splitlines()) <= 1
+    return bool(message)
+
+
+WORDS = st.sampled_from(
+    ["play", "keys", "aliases", "color", "speed", "turns", "hex", "preset", "set", "seat", "x", ""]
+)
+VALUE = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=4),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(WORDS, inner, max_size=3),
+    max_leaves=6,
+)
+
+
+def toml(value: Any) -> str:
+    """A value as TOML has it inline; None as nonsense."""
+    if isinstance(value, dict):
+        return f"{{{', '.join(f'{json.dumps(key)} = {toml(v)}' for key, v in value.items())}}}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(toml, value))}]"
+    if isinstance(value, float):
+        return repr(value)
+    return json.dumps(value)
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@given(told=st.dictionaries(WORDS, VALUE, max_size=4))
+def test_any_file_is_read_or_refused_in_one_line(told: dict[str, Any], place: Path) -> None:
+    projects(place, "\n".join(f"{json.dumps(key)} = {toml(v)}" for key, v in told.items()))
+    read: dict[str, dict[str, object]] = {}
+    if not refused(lambda: read.update(defaults(GROUP.commands))):
+        assert set(told) <= {*GENERAL, "keys", "aliases", *GROUP.commands}
+        for name, values in read.items():
+            assert values.keys() <= {one.name for one in GROUP.commands[name].params}
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@given(text=st.text(st.characters(codec="utf-8"), max_size=60))
+def test_any_text_is_read_or_refused_in_one_line(text: str, place: Path) -> None:
+    projects(place, text)
+    refused(config.files)
+
+
+# The program
+
+
+def run(*words: str, folder: Path, stdin: str = "", **env: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "dmplay", *words], input=stdin, capture_output=True, text=True,
+        env=clean_environment(folder, XDG_CONFIG_HOME=str(folder / "home"), **env), cwd=folder,
+        timeout=60, check=False,
+    )  # fmt: skip
+
+
+def test_aliases_are_commands_on_the_command_line_and_in_the_shell(place: Path) -> None:
+    users(place, '[aliases]\nhw = "play hexworld --seed 7"\neast = "act e; look"\n')
+    done = run("hw", "--turns", "1", folder=place, stdin="e\n")
+    assert "turn 1. at (8,2)." in done.stdout
+    done = run(folder=place, stdin="hw --turns 3\neast\n")
+    assert done.returncode == 0
+    assert "turn 1. at (8,2)." in done.stdout
+    assert "at (8,2). E wall." in done.stdout
+
+
+def test_an_alias_does_not_hide_a_command_of_the_shell(place: Path) -> None:
+    users(place, '[aliases]\nundo = "list"\n')
+    done = run("shell", "-e", "list", folder=place)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "error: aliases.undo: undo is a command; give another name\n"
+
+
+def test_an_alias_leads_nowhere_but_once_and_an_action_wins_over_it(place: Path) -> None:
+    users(place, '[aliases]\ntwice = "e; twice"\ne = "quit"\n')
+    done = run("hexworld", "--seed", "7", "--turns", "1", folder=place, stdin="e\n")
+    assert "turn 1. at (8,2)." in done.stdout
+    done = run("hexworld", "--seed", "7", folder=place, stdin="twice\n")
+    assert done.returncode == 2
+    assert "error: line 1: unknown action 'twice'" in done.stderr
+
+
+def test_a_wrong_file_stops_the_program_but_not_the_command_that_finds_it(place: Path) -> None:
+    projects(place, 'colour = "never"\n')
+    done = run("hexworld", folder=place)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.count("\n") == 1
+    shown = run("config", "path", folder=place)
+    assert shown.stdout == f"{place}/home/dmplay/config.toml\ndmplay.toml\n"
+
+
+def test_what_is_set_is_played(place: Path) -> None:
+    users(place, '[play]\nturns = 1\nset = ["slip=0"]\n[keys]\npreset = "left"\n')
+    done = run("hexworld", "--seed", "7", folder=place, stdin="keys\na\n")
+    assert "keys: e d, ne e, nw w, w a, sw z, se x." in done.stdout
+    assert "turn 1. at (6,2). chose W, moved W." in done.stdout
+    assert "over: turn limit after 1 turn." in done.stdout
+    shown = json.loads(run("config", "show", "--json", folder=place, DMPLAY_ASCII="1").stdout)
+    told = {one["name"]: (one["value"], one["source"]) for one in shown}
+    assert told["play.ascii"] == (True, "DMPLAY_ASCII")
+    assert told["play.keys"] == ("left", f"{place}/home/dmplay/config.toml")
+
+
+def test_no_reader_of_files_is_loaded_where_there_is_none(place: Path) -> None:
+    code = (
+        "import sys; sys.argv[1:] = ['list', '--help']\nfrom dmplay.__main__ import main\n"
+        "try:\n    main()\nexcept SystemExit:\n    print('tomllib' in sys.modules)"
+    )
+    for text, loaded in ((None, "False"), ("plain = true\n", "True")):
+        if text:
+            projects(place, text)
+        done = subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=place
+        )
+        assert done.stdout.splitlines()[-1] == loaded

@@ -1,0 +1,97 @@
+"""The book's figures, drawn from the problems and their solutions."""
+
+import pytest
+
+from dmplay.errors import UnknownName
+from dmplay.figures import every
+from dmplay.reports import drawing
+from dmplay.views._canvas import plainly, size
+from tests.views.test_views import GLYPHS
+
+
+def drawn(name: str) -> str:
+    _, draw = every.figure(name)
+    return draw().plain
+
+
+def test_every_figure_of_the_appendix_is_here() -> None:
+    assert list(every.figures()) == [
+        "F.2", "F.9", "F.10", "F.11", "F.12", "F.13", "F.14", "F.15", "F.16", "T.1", "T.2",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["F.2", "f2", "figure F.2"])
+def test_a_figure_is_found_however_it_is_written(name: str) -> None:
+    assert every.figure(name) == every.figures()["F.2"]
+
+
+def test_a_figure_that_is_not_there_is_told() -> None:
+    with pytest.raises(UnknownName, match=r"unknown figure 'F.3'; did you mean"):
+        every.figure("F.3")
+
+
+@pytest.mark.parametrize("name", list(every.figures()))
+def test_a_figure_has_allowed_glyphs_an_ascii_form_and_a_picture(name: str) -> None:
+    title, draw = every.figure(name)
+    shown = draw()
+    assert {glyph for glyph in shown.plain if not glyph.isascii()} <= GLYPHS
+    assert plainly(shown).plain.isascii()
+    assert size(shown)[0] <= 110
+    assert drawing.picture(shown, title).startswith("<svg")
+    assert drawing.picture(shown, title) == drawing.picture(draw(), title)
+
+
+def test_table_f1_stands_in_the_books_order() -> None:
+    rows = every.figure("T.1")[1]().plain.splitlines()[1:]
+    names = [row.split()[0] for row in rows if row]
+    assert names[:3] == ["hexworld", "2048", "cart-pole"]
+    assert names[-2:] == ["multicaregiver-crying-baby", "collaborative-predator-prey"]
+
+
+def test_figure_f2_has_the_values_of_the_line() -> None:
+    assert drawn("F.2").endswith(
+        "│  →  │  →  │  →  │  →  │  →  │  →  │  ◆  │\n"
+        "│ 2.37│ 3.22│ 4.21│ 5.36│ 6.68│ 8.22│ +10 │\n"
+        "  ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱\n"
+    )
+
+
+def test_figure_f9_has_its_climb_region_at_a_rising_aircraft() -> None:
+    rows = drawn("F.9").splitlines()
+    level = [row[8:49] for row in rows[25:46]]
+    rising = [row[56:97] for row in rows[25:46]]
+    # At 5 m/s advisories reach from 2 to 37 s; level, climb above is descend below mirrored.
+    columns = [t for t in range(41) if any(row[t] in "↑↓" for row in rising)]
+    assert (min(columns), max(columns)) == (2, 37)
+    assert max(t for t in range(41) if any(row[t] == "↑" for row in rising)) == 25
+    swap = str.maketrans("↑↓", "↓↑")
+    assert [row.translate(swap) for row in level[:10]] == level[:10:-1]
+
+
+def test_figure_f10_draws_the_ten_step_function_and_the_endless_one() -> None:
+    assert "(-9.69, -31.63)" in drawn("F.10")
+    assert "feed (-13.06, -23.06)" in drawn("F.10")
+    assert "ignore (-16.31, -38.25)" in drawn("F.10")
+    assert "feed (-19.67, -29.67)" in drawn("F.10")
+
+
+def test_figure_f11_has_two_regions_of_manufacture() -> None:
+    rows = drawn("F.11").splitlines()
+    assert any("immmr" in row for row in rows)
+
+
+def test_figure_f12_has_twenty_triangles() -> None:
+    assert drawn("F.12").count(" step") == 20
+
+
+def test_figure_f16_has_the_predator_above_the_prey() -> None:
+    rows = drawn("F.16").splitlines()
+    (predator,) = (n for n, row in enumerate(rows) if "│  P  │" in row)
+    (prey,) = (n for n, row in enumerate(rows) if "│  o  │" in row)
+    assert prey == predator + 6
+
+
+def test_table_f2_is_the_printed_one() -> None:
+    words = [row.split() for row in drawn("T.2").splitlines()]
+    assert words[5][:6] == ["0.81", "0.18", "0.01", "1", "0", "0.6525"]
+    assert words[7][:6] == ["0", "0", "1", "0.25", "0.75", "0"]

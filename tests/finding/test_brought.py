@@ -1,0 +1,212 @@
+"""Problems that a user brings: their agents, hints and words, by kind and size alone."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay import Interval, Labels, Outcome, Problem, Tables, Tabular
+from dmplay.chance import Array, Bools, Categorical, Chance
+from dmplay.dice import Dice
+from dmplay.errors import BadParameter, BadPolicy
+from dmplay.finding import catalog
+from dmplay.game.game import Game
+from dmplay.game.seats import HUMAN
+from dmplay.session import Session
+from dmplay.solutions import every
+from tests.cli.test_cli import run
+from tests.test_readme import TIGER
+
+TOLD: dict[str, type[Tabular]] = {}
+exec(TIGER, TOLD)  # the README's own
+Tiger = TOLD["Tiger"]
+
+
+@dataclass(frozen=True)
+class Patient(Tiger):  # type: ignore[misc, valid-type]
+    """The tiger without an end."""
+
+    horizon = None
+    discount: float = 0.95
+
+
+@dataclass(frozen=True)
+class Lamp(Tabular):
+    """Two states that are seen: light is worth 1 a turn, the switch costs 0.5."""
+
+    actions = (Labels(("wait", "switch")),)
+    names, start_belief = ("dark", "light"), np.array([1.0, 0.0])
+    discount: float = 0.5
+    tables = Tables(
+        np.array([[[1.0, 0.0], [0.0, 1.0]], [[0.0, 1.0], [1.0, 0.0]]]),
+        np.array([[[0.0], [-0.5]], [[1.0], [0.5]]]),
+    )
+
+
+@dataclass(frozen=True)
+class Key(Tabular):
+    """One who has taken the key may open; who has not may take it or wait, and is not let in."""
+
+    actions = (Labels(("take", "wait", "open")),)
+    names, start_belief = ("before", "with the key", "done"), np.array([1.0, 0.0, 0.0])
+    discount: float = 0.9
+    tables = Tables(
+        np.eye(3)[[[1, 0, 2], [1, 1, 2], [2, 2, 2]]],
+        np.array([[[-1.0], [0.0], [10.0]], [[0.0], [0.0], [10.0]], [[0.0], [0.0], [0.0]]]),
+    )
+
+    def legal(self, s: Array) -> Bools:
+        able = np.array([[True, True, False], [False, True, True], [True, True, True]])
+        return np.asarray(able[s][:, None])
+
+    def terminal(self, s: Array) -> Bools:
+        return np.asarray(s == 2)
+
+
+@dataclass(frozen=True)
+class Flip(Problem):
+    """A coin that is turned or not: what is seen is whether it was."""
+
+    discount: float = 0.9
+    actions = (Labels(("heads", "tails")),)
+    observations = (Labels(("same", "turned")),)
+    states, horizon = 2, 5
+
+    def opening(self, rows: int) -> tuple[Chance, ...]:
+        return (Categorical(np.ones((rows, 1))),)
+
+    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
+        return events[0]
+
+    def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
+        return (Categorical(np.full((len(s), 1), 0.5)),)
+
+    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+        paid = np.where(a[:, 0] == s, 1.0, 0.0)
+        return Outcome(events[0], paid[:, None], np.asarray(events[0] != s, int)[:, None])
+
+    def notation(self, s: Array) -> str:
+        return str(int(s))
+
+    def parse(self, text: str) -> Array:
+        return np.array(int(text))
+
+
+@dataclass(frozen=True)
+class Four(Tabular):
+    """Four hidden states of which each has an action: plans are soon too many."""
+
+    discount: float = 0.9
+    horizon = 6
+    actions = (Labels(("look", "a", "b", "c", "d")),)
+    observations = (Labels(("x", "y")),)
+    names = ("a", "b", "c", "d")
+    tables = Tables(
+        np.stack([np.eye(4)] + [np.full((4, 4), 0.25)] * 4, axis=1),
+        np.hstack([np.full((4, 1), -0.1), 2 * np.eye(4) - 1])[:, :, None],
+        np.stack(
+            [np.array([[0.9, 0.1], [0.6, 0.4], [0.4, 0.6], [0.1, 0.9]])]
+            + [np.full((4, 2), 0.5)] * 4
+        ),
+    )
+
+
+@dataclass(frozen=True)
+class Dial(Lamp):
+    """One whose actions are real numbers."""
+
+    actions = (Interval(-1.0, 1.0),)  # type: ignore[assignment]
+
+
+def game(problem: dmplay.Problem) -> Game:
+    return Game("mine", Session(problem, Dice(7, 0), [None]), [HUMAN])
+
+
+@pytest.mark.parametrize(
+    ("problem", "agents", "hint"),
+    [
+        (Tiger(), ["plan"], "plan"),
+        (Patient(), ["plan", "optimal", "qmdp"], "optimal"),
+        (Lamp(), ["optimal"], "optimal"),
+        (Lamp(discount=1.0), [], "search"),
+        (Dial(), [], "search"),
+    ],
+)
+def test_a_problem_has_the_agents_that_its_kind_allows(
+    problem: Tabular, agents: list[str], hint: str
+) -> None:
+    assert [*catalog.agents(problem)] == [*agents, "random", "search"]
+    assert catalog.hint(problem, 0) == hint
+
+
+def test_what_is_not_legal_is_neither_valued_nor_best() -> None:
+    found = every.solution(Key())
+    assert [(row["state"], row["best"]) for row in found.rows] == [
+        ("before", "take"), ("with the key", "open"), ("done", "take wait open"),
+    ]  # fmt: skip
+    assert [row["value"] for row in found.rows] == pytest.approx([8.0, 10.0, 0.0])
+    assert game(Key()).adviser.hint() == "hint (optimal): take. values: take 8.00, wait 7.20"
+    played = dmplay.rollout(Key(), [catalog.agent(Key(), 0, "optimal")], episodes=1)
+    assert played.returns[0, 0] == pytest.approx(8.0)
+
+
+def test_what_is_seen_of_the_state_before_is_left_to_a_search() -> None:
+    assert [*catalog.agents(Flip())] == ["random", "search"]
+    assert catalog.hint(Flip(), 0) == "search"
+    with pytest.raises(BadParameter, match="observations depend on the state before: put what is"):
+        every.solution(Flip())
+
+
+def test_a_hint_is_searched_where_plans_are_too_many() -> None:
+    played = game(Four(discount=1.0))
+    assert played.adviser.hint().startswith("hint (search): ")
+    with pytest.raises(BadPolicy, match="plans are too many; search needs none"):
+        catalog.agent(Four(discount=1.0), 0, "plan").values((np.full((1, 4), 0.25),))
+
+
+def test_the_tiger_is_listened_to_until_a_door_is_worth_it() -> None:
+    played = game(Tiger())
+    assert played.adviser.hint() == (
+        "hint (plan): listen. values: listen 9.44, open-left -36.25, open-right -36.25"
+    )
+    assert played.situation() == (
+        "nothing yet. belief: left 0.500, right 0.500. actions: listen, open-left, open-right."
+    )
+
+
+def test_an_unending_tiger_is_worth_what_the_literature_says() -> None:
+    policy = catalog.agent(Patient(), 0, "optimal")
+    values = policy.values(policy.begin(np.full(1, -1)))
+    assert values is not None
+    assert values.max() == pytest.approx(19.3714, abs=1e-3)
+
+
+def test_a_lamp_is_switched_on_and_left() -> None:
+    policy = catalog.agent(Lamp(), 0, "optimal")
+    values = policy.values(policy.begin(np.array([0, 1])))
+    assert values is not None
+    assert values.tolist() == [[0.25, 0.5], [2.0, 0.75]]
+
+
+def test_a_lamp_goes_where_its_switch_says() -> None:
+    played = game(Lamp())
+    for action, state in (("wait", "dark"), ("switch", "light"), ("wait", "light")):
+        played.choose(played.read(action))
+        assert played.problem.notation(played.session.state) == state
+        assert played.view().observation == played.session.state
+    assert [turn.rewards.tolist() for turn in played.session.turns] == [[0.0], [-0.5], [1.0]]
+
+
+def test_a_problem_without_values_is_advised_by_a_search() -> None:
+    assert game(Lamp(discount=1.0)).adviser.hint().startswith("hint (search): ")
+
+
+def test_each_agent_needs_actions_of_its_own(tmp_path: Path) -> None:
+    (tmp_path / "pair.py").write_text(
+        TIGER.replace("    names", '    agents = ("a", "b")\n    names')
+    )
+    done = run(tmp_path, f"{tmp_path}/pair.py:Tiger")
+    assert done.returncode == 2
+    assert done.stderr.endswith(":Tiger: got 1 action sets for 2 agents, one each\n")

@@ -1,0 +1,194 @@
+"""Hints, overlays, reviews and an agent's values tell the same numbers."""
+
+import re
+from collections.abc import Iterator
+from functools import cache
+
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay.chance import Reals
+from dmplay.core import Interval, Policy
+from dmplay.finding import catalog
+from dmplay.game.adviser import decimals, fixed
+from dmplay.game.game import Game
+from dmplay.game.review import Move, moves
+from dmplay.game.seats import DIGITS, HUMAN
+from dmplay.session import Session
+from dmplay.solvers.value_iteration import best
+from tests.laws.test_conformance import CASES
+
+TURNS = 3
+SEATS = [(name, seat) for name in CASES for seat in range(len(dmplay.load(name).agents))]
+every_seat = pytest.mark.parametrize(("name", "seat"), SEATS)
+
+
+def game(name: str, seat: int) -> Game:
+    """A game of one person and the usual others."""
+    problem = dmplay.load(name)
+    who = [catalog.partner(problem, i) for i in range(len(problem.agents))]
+    seated = [None if i == seat else catalog.agent(problem, i, w) for i, w in enumerate(who)]
+    who[seat] = HUMAN
+    return Game(name, Session(problem, dmplay.Dice(11), seated, limit=TURNS), who)
+
+
+@cache
+def adviser_of(name: str, seat: int) -> Policy:
+    problem = dmplay.load(name)
+    found = catalog.adviser(problem, seat, TURNS)
+    return found[1] if found else catalog.agent(problem, seat, "random")
+
+
+def values(played: Game, seat: int) -> Reals | None:
+    """What an adviser's `values` says that follows these turns by itself."""
+    session, adviser = played.session, adviser_of(played.name, seat)
+    memory = adviser.begin(session.observation(seat, 0)[None])
+    for turn in range(1, len(session.turns) + 1):
+        memory = adviser.update(memory, session.percept(seat, turn))
+    known = adviser.values(memory)
+    return None if known is None else known[0]
+
+
+def situations(played: Game, seat: int) -> Iterator[int]:
+    """The turns of a game in which the person does something else each time, and their number."""
+    for turn in range(TURNS):
+        if played.session.over:
+            return
+        yield turn
+        labels = played.problem.actions[seat]
+        able = played.session.legal(seat)
+        if isinstance(labels, Interval):
+            played.choose(0.5 * turn)
+        else:
+            legal = np.arange(len(labels)) if able is None else np.flatnonzero(able)
+            played.choose(float(legal[turn % len(legal)]))
+
+
+def told(hint: str) -> tuple[str, dict[str, str]]:
+    """The advice of a hint, and each number in it."""
+    found = re.fullmatch(r"hint \((\S+)\): (\S+?)(?:\. values: (.*))?", hint)
+    assert found, hint
+    pairs = [pair.rsplit(" ", 1) for pair in (found[3] or "").split(", ") if pair]
+    return found[2], dict(pairs)
+
+
+@every_seat
+def test_a_hint_is_the_best_of_the_values_that_it_tells(name: str, seat: int) -> None:
+    played = game(name, seat)
+    if catalog.hint(played.problem, seat) is None:
+        assert played.adviser.hint().startswith("no hint")
+        return
+    for _ in situations(played, seat):
+        advice, numbers = told(played.adviser.hint())
+        known = values(played, seat)
+        if known is None:
+            assert numbers == {}
+            continue
+        able = [able for _, _, able in played.legal(seat)]
+        labels = played.problem.actions[seat]
+        legal = {str(labels[a]): known[a] for a in np.flatnonzero(able)}
+        top = best(np.array(list(legal.values())))
+        assert advice in [label for label, first in zip(legal, top, strict=True) if first]
+        places = {len(number.partition(".")[2]) for number in numbers.values()}
+        assert len(places) == 1
+        assert numbers == {label: fixed(legal[label], *places) for label in numbers}
+        assert len(numbers) == min(len(legal), DIGITS)
+        assert min(legal[label] for label in numbers) >= sorted(legal.values())[-len(numbers)]
+
+
+@pytest.mark.parametrize(
+    ("name", "turns", "played", "hint"),
+    [
+        ("catch", 1, "", "hint (optimal:horizon=1): 50. values: 10 8.74, 20 16.04, 30 21.35"),
+        ("catch", 10, "", "hint (optimal): 50. values: 10 153.94"),
+        ("machine-replacement", 9, "m" * 8, "hint (optimal:horizon=9): manufacture. values: "),
+        ("crying-baby", 1, "", "hint (optimal): feed. values: feed -24.67"),
+    ],
+)
+def test_a_hint_for_a_game_of_so_many_turns_plans_no_further(
+    name: str, turns: int, played: str, hint: str
+) -> None:
+    problem = dmplay.load(name)
+    one = Game(name, Session(problem, dmplay.Dice(11), [None], limit=turns), [HUMAN])
+    for key in played:
+        one.choose(one.read(key))
+    assert one.adviser.hint().startswith(hint)
+
+
+@pytest.mark.parametrize(
+    ("rival", "hint"),
+    [
+        ("flee", "hint (best-response): "),
+        ("random", "hint (best-response:to=random): "),
+        ("chase", "hint (best-response:to=chase): "),
+        ("equilibrium", "hint (best-response): "),
+        ("human", "hint (best-response): "),
+    ],
+)
+def test_a_hint_answers_who_sits_there_if_it_can(rival: str, hint: str) -> None:
+    problem = dmplay.load("predator-prey")
+    other = None if rival == HUMAN else catalog.agent(problem, 1, rival)
+    seats = (HUMAN, rival)
+    one = Game("predator-prey", Session(problem, dmplay.Dice(11), [None, other]), seats)
+    assert one.adviser.hint().startswith(hint)
+    if rival == "random":
+        answer = catalog.agent(problem, 0, "best-response:to=random")
+        known = answer.values(answer.begin(one.session.state[None]))
+        assert known is not None
+        one.choose(0.0)
+        (move, *_) = moves(one.session, [0], seats)
+        assert [*move.values.values()] == known[0].tolist()
+
+
+@pytest.mark.parametrize(
+    ("values", "shown"),
+    [
+        ([6.2701, 5.4688, 3.0], ["6.27", "5.47", "3.00"]),
+        ([-0.0141, -0.0074, -0.01], ["-0.0141", "-0.0074", "-0.0100"]),
+        ([0.00001, 0.00002], ["0.000010", "0.000020"]),
+        ([-0.0146], ["-0.015"]),
+        ([-0.001, 0.5], ["0.00", "0.50"]),
+        ([0.0, 0.0], ["0.00", "0.00"]),
+        ([2500.5, -np.inf], ["2500.50", "-inf"]),
+    ],
+)
+def test_values_are_told_apart_by_their_decimals(values: list[float], shown: list[str]) -> None:
+    assert [fixed(value, decimals(values)) for value in values] == shown
+
+
+@every_seat
+def test_a_review_values_each_move_as_the_hint_did(name: str, seat: int) -> None:
+    played = game(name, seat)
+    expected, advised = [], []
+    for _ in situations(played, seat):
+        expected.append(values(played, seat))
+        if expected[-1] is not None:
+            advised.append(told(played.adviser.hint())[0])
+    reviewed: list[Move] = list(moves(played.session, [seat]))
+    known = [one for one in expected if one is not None]
+    assert len(reviewed) == len(known) or catalog.hint(played.problem, seat) is None
+    for move, row, advice in zip(reviewed, known, advised, strict=True):
+        labels = played.problem.actions[seat]
+        assert not isinstance(labels, Interval)
+        assert move.values == {label: row[labels.index(label)] for label in move.values}
+        assert advice in move.best
+        assert move.regret == pytest.approx(max(move.values.values()) - move.values[move.chosen])
+
+
+@every_seat
+def test_an_overlay_draws_the_values_of_the_hint(name: str, seat: int) -> None:
+    played = game(name, seat)
+    for _ in situations(played, seat):
+        drawn = played.adviser.overlay("values")
+        if drawn is None:
+            continue
+        here = played.problem.index(played.session.state[None])[0]
+        known = values(played, seat)
+        assert known is not None
+        assert drawn.values[here].tolist() == known.tolist()
+
+
+@pytest.mark.parametrize("name", ["hexworld", "hexworld:straight-line", "predator-prey"])
+def test_every_state_of_a_small_seen_problem_has_an_overlay(name: str) -> None:
+    assert game(name, 0).adviser.overlay("values") is not None

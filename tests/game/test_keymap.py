@@ -1,0 +1,172 @@
+"""Which key plays what: presets, a player's own keys, and what may not be bound."""
+
+from collections.abc import Mapping
+
+import pytest
+
+from dmplay.core import Interval
+from dmplay.errors import DmplayError
+from dmplay.finding import catalog
+from dmplay.finding.names import problem_names
+from dmplay.game.game import Game
+from dmplay.game.keymap import AS_DRAWN, CLUSTERS, Keys, hands
+from dmplay.game.seats import HUMAN, action_by_key
+from dmplay.game.table import Table
+from dmplay.reports.problems import about
+from dmplay.screen.frame import Room, keys
+from dmplay.views._style_of import style_of
+from dmplay.words.commands import COMMANDS, typed
+from tests.support.screens import SEQUENCES, game, play
+
+PRESSED = [
+    name
+    for name in problem_names()
+    if not isinstance(catalog.load(name).actions[0], Interval)
+    and len(catalog.load(name).actions[0]) <= 10
+]
+
+
+def held(problem: str, wanted: Keys, *seats: str) -> Game:
+    """A game in which these keys play."""
+    made = game(problem, *seats)
+    made.hands = hands(made.problem, wanted)
+    return made
+
+
+def own(family: str, **bound: str) -> Keys:
+    return Keys("", {family: ("dmplay.toml", bound)})
+
+
+@pytest.mark.parametrize("preset", CLUSTERS)
+@pytest.mark.parametrize("name", PRESSED)
+def test_every_preset_plays_every_action_and_no_key_plays_two(name: str, preset: str) -> None:
+    problem = catalog.load(name)
+    labels = problem.actions[0]
+    assert not isinstance(labels, Interval)
+    plain, preferred = hands(problem, AS_DRAWN).keys, hands(problem, Keys(preset)).keys
+    assert {**preferred, **plain} == {**plain, **preferred}  # what a key plays stays the same
+    for number, label in enumerate(labels):
+        assert action_by_key(problem, 0, str((number + 1) % 10), preferred) == number
+        for key, bound in preferred.items():
+            if bound == label and not key.isdigit():
+                assert action_by_key(problem, 0, key, preferred) == number
+
+
+@pytest.mark.parametrize(
+    ("name", "preset", "first"),
+    [
+        ("hexworld", "", "l u y h b n"),
+        ("hexworld", "vi", "l u y h b n"),
+        ("hexworld", "left", "d e w a z x"),
+        ("hexworld", "arrows", "right|up right|up left|left|down left|down right"),
+        ("hexworld", "digits", "1 2 3 4 5 6"),
+        ("2048", "vi", "h j l k"),
+        ("2048", "left", "a s d w"),
+        ("2048", "arrows", "left down right up"),
+        ("cart-pole", "left", "a d"),
+        ("mountain-car", "left", "a space d"),
+        ("collision-avoidance", "vi", "j space k"),
+        ("crying-baby", "left", "f s i"),  # their letters say what they do
+        ("rock-paper-scissors", "digits", "1 2 3"),
+        ("machine-replacement", "arrows", "m e i r"),
+    ],
+)
+def test_a_preset_leads(name: str, preset: str, first: str) -> None:
+    shown = [key for key, _, _ in held(name, Keys(preset)).legal(0)]
+    assert shown == first.split("|" if "|" in first else " ")
+
+
+@pytest.mark.parametrize("preset", ["left", "arrows", "digits"])
+def test_the_board_the_key_row_help_and_info_show_the_keys_in_force(preset: str) -> None:
+    hex_ = held("hexworld", Keys(preset))
+    east = {"left": "d", "arrows": "→", "digits": "1"}[preset]
+    shown = play(hex_, "?").frames
+    assert f"  @  │  {east}  │" in shown[0]
+    assert f" {east} e  " in shown[0].split("\n")[-1]
+    assert f"actions: {east} e,  " in shown[1]
+    assert f"e {hex_.legal(0)[0][0]}" in typed(Table(hex_), "keys")
+    told: Mapping[str, str] = about("hexworld", Keys(preset))["keys"]  # type: ignore[assignment]
+    assert next(key for key, label in told.items() if label == "e") == hex_.legal(0)[0][0]
+    assert f"{east} " in keys(hex_, Room(80, 24)).plain
+
+
+def test_a_key_of_ones_own_plays_and_is_shown_and_the_others_go_on() -> None:
+    made = held("hexworld", own("hex", k="nw", h="e", j="w"))
+    shown = play(made, "k", "h", "j", "n")
+    names = [made.problem.action_name(0, turn.actions[0]) for turn in made.session.turns]
+    assert names == ["nw", "e", "w", "se"]
+    assert " h e  u ne  k nw  j w  b sw  n se" in shown.frames[0].split("\n")[-1]
+
+
+def test_keys_of_a_problem_come_before_those_of_its_family() -> None:
+    both = {"hex": ("a.toml", {"k": "nw"}), "predator-prey": ("b.toml", {"k": "ne"})}
+    assert hands(catalog.load("predator-prey"), Keys("", both)).keys["k"] == "ne"
+    assert hands(catalog.load("hexworld"), Keys("", both)).keys["k"] == "nw"
+    feed = own("crying-baby", x="feed")
+    assert hands(catalog.load("multicaregiver-crying-baby"), feed).keys["x"] == "feed"
+
+
+def test_typed_words_are_names_before_they_are_keys() -> None:
+    made = held("hexworld", Keys("left"))
+    assert made.read("e") == made.problem.action(0, "e")
+    assert made.key("e") == (0, made.problem.action(0, "ne"))
+
+
+def test_two_people_are_each_shown_the_keys_of_their_hand() -> None:
+    for preset, hands_ in (("", ("l", "d")), ("left", ("d", "l"))):
+        made = held("predator-prey", Keys(preset), HUMAN, HUMAN)
+        first, second = play(made, hands_[0]).frames
+        for shown, key in zip((first, second), hands_, strict=True):
+            assert f" {key} e  " in shown.split("\n")[-1]
+        assert f" {hands_[1]}  " in second
+
+
+def test_words_are_told_no_key_that_is_another_actions_name() -> None:
+    made = held("hexworld", Keys("left"))
+    assert typed(Table(made), "legal") == "legal: e (d), ne, nw, w (a), sw (z), se (x)."
+
+
+def test_with_the_left_hand_taken_a_second_person_has_the_right() -> None:
+    for preset, keys_ in (("", "hd"), ("left", "al")):
+        made = held("predator-prey", Keys(preset), HUMAN, HUMAN)
+        play(made, *keys_)
+        (turn,) = made.session.turns
+        names = [made.problem.action_name(seat, turn.actions[seat]) for seat in range(2)]
+        assert names == ["w", "e"]
+
+
+@pytest.mark.parametrize(
+    ("problem", "wanted", "message"),
+    [
+        ("hexworld", own("hex", h="e"), "dmplay.toml: keys.hex: h plays w already; give w a key"),
+        ("hexworld", own("hex", up="e"), "keys.hex: up begins 'up"),
+        (
+            "hexworld",
+            own("hex", k="north"),
+            "keys.hex.k: unknown action 'north'; expected one of e",
+        ),
+        ("hexworld", own("hex", K="e"), "keys.hex: 'K' is the shell's or a number"),
+        ("hexworld", own("hex", q="e"), "keys.hex: 'q' is the shell's or a number"),
+        ("hexworld", own("hex", **{"3": "e"}), "keys.hex: '3' is the shell's or a number"),
+        ("hexworld", own("hex", **{":": "e"}), "keys.hex: ':' is the shell's or a number"),
+        ("hexworld", own("hex", tab="e"), "keys.hex: 'tab' is the shell's or a number"),
+        ("hexworld", own("hex", lft="e"), "keys.hex: unknown key 'lft'; did you mean left"),
+        ("simple-regulator", own("simple-regulator", x="1"), "a number is typed here"),
+        ("hexworld", Keys("emacs"), "--keys: got 'emacs', expected one of vi, left, arrows"),
+    ],
+)
+def test_what_cannot_be_bound_is_refused_in_one_line(
+    problem: str, wanted: Keys, message: str
+) -> None:
+    with pytest.raises(DmplayError) as error:
+        hands(catalog.load(problem), wanted)
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("name", problem_names())
+def test_no_key_of_a_view_is_a_key_of_the_shell(name: str) -> None:
+    style = style_of(catalog.load(name))
+    bound = {*style.KEYS, *getattr(style, "LEFT", {}), *getattr(style, "NUDGES", {})}
+    assert not bound & {command.key for command in COMMANDS}
+    assert all(len(word) == 1 or word in SEQUENCES for key in bound for word in key.split())

@@ -1,0 +1,330 @@
+"""One game after another: each is ended in good order, and its file with it, before the next."""
+
+import json
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from dmplay.errors import BadParameter, UnknownName
+from dmplay.game.checking import check
+from dmplay.game.playback import Playback
+from dmplay.game.request import Request
+from dmplay.game.start import new
+from dmplay.game.table import Table, following
+from dmplay.transcript.reading import read
+from dmplay.words.commands import typed
+from tests.support.games import PROGRAM
+from tests.support.screens import play
+from tests.support.terminals import DMPLAY, Terminal, clean_environment
+
+
+def table(path: Path, **options: object) -> Table:
+    """A table with a game of seed 7, or of other options."""
+    wanted: dict[str, object] = {"problem": "hexworld", "seed": 7, "record": path / "game.dmt"}
+    return Table(new(Request(**{**wanted, **options})))  # type: ignore[arg-type]
+
+
+def ending(path: Path) -> tuple[object, object]:
+    """Why a recorded game ended, and after how many turns; the file verifies."""
+    assert check(path).ok
+    end = read(path).end
+    assert end is not None
+    facts = json.loads(json.dumps(end["end"]))
+    return facts["reason"], facts["turns"]
+
+
+@pytest.mark.parametrize("command", ["new", "restart", "seed 8", "set slip 0.1", "agent optimal"])
+def test_the_game_before_is_quit_whole_and_the_next_has_a_file_of_its_own(
+    command: str, tmp_path: Path
+) -> None:
+    seat = table(tmp_path)
+    typed(seat, "e")
+    told = typed(seat, command)
+    assert f"kept: {tmp_path / 'game.dmt'}" in told
+    assert seat.game.session.turns == []
+    seat.end()
+    assert ending(tmp_path / "game.dmt") == ("quit", 1)
+    assert ending(tmp_path / "game-2.dmt") == ("quit", 0)
+
+
+def test_a_strict_game_has_no_branch(tmp_path: Path) -> None:
+    with pytest.raises(BadParameter, match="branch: this game is strict"):
+        typed(table(tmp_path, strict=True), "branch 0")
+
+
+def test_a_restart_has_the_same_dice_and_a_new_game_has_others(tmp_path: Path) -> None:
+    seat = table(tmp_path)
+    first = typed(seat, "e")
+    typed(seat, "restart")
+    assert typed(seat, "e") == first
+    assert (seat.game.seed, seat.game.shows_seed) == (7, True)
+    typed(seat, "new")
+    assert seat.game.seed != 7
+    assert not seat.game.shows_seed
+    fresh = seat.game.seed
+    assert str(fresh) not in typed(seat, "restart")
+    assert (seat.game.seed, seat.game.shows_seed) == (fresh, False)
+    assert f"--seed {fresh}" in seat.game.again
+
+
+def test_another_agent_or_parameter_meets_the_same_dice(tmp_path: Path) -> None:
+    seat = table(tmp_path)
+    start = seat.game.situation()
+    for line in ("agent optimal", "set discount 0.5", "agent human"):
+        typed(seat, line)
+        assert (seat.game.seed, seat.game.situation()) == (7, start)
+    typed(seat, "new")
+    fresh = seat.game.seed
+    typed(seat, "agent random")
+    assert (seat.game.seed, seat.game.shows_seed) == (fresh, False)
+    assert "--seat agent=random" in seat.game.again
+    assert "--set discount=0.5" in seat.game.again
+
+
+def test_a_game_begins_anew_with_what_was_set_before(tmp_path: Path) -> None:
+    seat = table(tmp_path, problem="predator-prey", strict=True, turns=9)
+    typed(seat, "agent predator random")
+    typed(seat, "set discount=0.5")
+    typed(seat, "new")
+    asked = seat.game.asked
+    assert asked is not None
+    assert (asked.strict, asked.turns, seat.game.seats[0]) == (True, 9, "random")
+    assert seat.game.problem.discount == 0.5
+
+
+def test_what_cannot_begin_leaves_the_game_as_it_is(tmp_path: Path) -> None:
+    seat = table(tmp_path)
+    typed(seat, "e")
+    for line in ("seed x", "set slip 3", "set slop 1", "agent bst", "agent prey random"):
+        with pytest.raises((BadParameter, UnknownName)):
+            typed(seat, line)
+    assert len(seat.game.session.turns) == 1
+    assert seat.game.session.ending is None
+
+
+def test_a_resumed_game_can_begin_anew(tmp_path: Path) -> None:
+    from dmplay.game.start import resumed
+
+    seat = table(tmp_path, settings=["slip=0.1"])
+    typed(seat, "e")
+    seat.end()
+    again = Table(resumed(tmp_path / "game.dmt"))
+    typed(again, "restart")
+    assert again.game.seed == 7
+    assert not again.game.shows_seed
+    again.end()
+    assert ending(tmp_path / "game-2.dmt") == ("quit", 0)
+    assert read(tmp_path / "game-2.dmt").header.parameters == {"slip": 0.1}
+
+
+def test_a_recording_is_not_begun_anew(tmp_path: Path) -> None:
+    seat = table(tmp_path)
+    seat.end()
+    for command in ("new", "restart", "seed 3"):
+        with pytest.raises(BadParameter, match="a recording is only looked at"):
+            typed(Table(Playback(tmp_path / "game.dmt")), command)
+
+
+def test_a_saved_copy_goes_on_or_is_whole(tmp_path: Path) -> None:
+    seat = table(tmp_path, turns=2)
+    typed(seat, "e")
+    typed(seat, f"save {tmp_path / 'one.dmt'}")
+    typed(seat, "e")
+    typed(seat, f"save {tmp_path / 'two.dmt'}")
+    assert check(tmp_path / "one.dmt").unfinished
+    assert ending(tmp_path / "two.dmt") == ("turn limit", 2)
+    with pytest.raises(BadParameter, match="exists; give another name"):
+        typed(seat, f"save {tmp_path / 'two.dmt'}")
+    assert (tmp_path / "game.dmt").read_text() in (tmp_path / "two.dmt").read_text()
+
+
+def test_a_name_goes_on_counting_from_its_number(tmp_path: Path) -> None:
+    for name, after in (("a.dmt", "a-2.dmt"), ("run-7.dmt", "run-8.dmt")):
+        assert following(tmp_path / name) == tmp_path / after
+    (tmp_path / "a-2.dmt").touch()
+    assert following(tmp_path / "a.dmt") == tmp_path / "a-3.dmt"
+    assert following(Path("/dev/null")) == Path("/dev/null")
+
+
+def test_a_kept_game_in_which_nothing_was_done_makes_room(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    seat = table(tmp_path, record=None)
+    typed(seat, "new")
+    typed(seat, "e")
+    typed(seat, "undo")
+    typed(seat, "new")
+    assert len([*(tmp_path / "dmplay" / "games").iterdir()]) == 2
+
+
+@pytest.mark.parametrize("command", ["transcript", "save", "export --csv", "seed", "new", "values"])
+def test_commands_of_the_table_tell_nothing_hidden(command: str, tmp_path: Path) -> None:
+    told = []
+    for opening in (5, 6):  # hungry, sated
+        game = table(tmp_path, problem="crying-baby", seed=opening, record=tmp_path / "g.dmt")
+        game.game.tells_seed = False
+        try:
+            told.append(typed(game, command))
+        except BadParameter as error:
+            told.append(str(error))
+        (tmp_path / "g.dmt").unlink()
+    assert told[0] == told[1]
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("load", "no unfinished game"),
+        ("load {}", "somebody plays this game now"),
+        ("play catch -o {} --force", "somebody plays this game now"),
+    ],
+)
+def test_the_file_of_the_game_that_is_played_is_left_alone(
+    line: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    seat = Table(new(Request("hexworld", seed=7)), PROGRAM)
+    assert seat.game.recorder is not None
+    path = seat.game.recorder.path
+    typed(seat, "e")
+    with pytest.raises(BadParameter, match=message):
+        typed(seat, line.format(path))
+    typed(seat, "w")
+    seat.end()
+    assert ending(path) == ("quit", 2)
+
+
+def test_a_review_is_for_people_after_the_game_and_is_kept_with_it(tmp_path: Path) -> None:
+    seat = table(tmp_path, problem="crying-baby", turns=2)
+    typed(seat, "feed")
+    with pytest.raises(BadParameter, match="once the game is over"):
+        typed(seat, "review")
+    typed(seat, "feed")
+    told = typed(seat, "review").splitlines()
+    assert told[0].startswith("turn 1, agent: chose feed, the best. values: feed -")
+    assert told[1].startswith("turn 2, agent: chose feed, best ignore, regret ")
+    assert told[-1].startswith("review: 1 of 2 moves the best, regret ")
+    seat.end()
+    path = tmp_path / "game.dmt"
+    assert path.read_text().splitlines()[-3:] == [
+        f"# review {line.removeprefix('review: ')}" for line in told
+    ]
+    assert ending(path) == ("turn limit", 2)
+    watched = table(tmp_path, agent="optimal", record=tmp_path / "other.dmt")
+    typed(watched, "auto")
+    with pytest.raises(BadParameter, match="it values the moves of people"):
+        typed(watched, "review")
+
+
+# On the screen
+
+
+@pytest.mark.parametrize("key", ["N", "f2", "R", ":new", ":restart"])
+def test_a_key_begins_anew_on_the_screen(key: str, tmp_path: Path) -> None:
+    seat = table(tmp_path)
+    shown = play(seat.game, "h", *([":", f"{key[1:]} enter"] if key[0] == ":" else [key]), "h")
+    assert "turn 1. " in shown.frames[1]
+    fresh = shown.frames[-2]
+    assert "turn 0 " in fresh
+    assert "turn 1. " not in fresh
+    assert "new game of hexworld" in fresh
+    assert "turn 1 " in shown.last
+    assert ending(tmp_path / "game.dmt") == ("quit", 1)
+
+
+def test_the_transcript_opens_on_a_page_that_any_key_closes(tmp_path: Path) -> None:
+    shown = play(table(tmp_path).game, "h", "T", "h", "S")
+    assert "1 turn in" in shown.frames[2]
+    assert 'actions: {"agent": "w"}' in shown.frames[2]
+    assert "turn 1 " in shown.frames[3]
+    assert "1 turn in" not in shown.frames[3]
+    assert "kept as you play: " in shown.last
+
+
+@pytest.mark.slow
+def test_games_begun_on_the_screen_are_all_kept(tmp_path: Path) -> None:
+    with Terminal("hexworld", "--seed", "7", "-o", "game.dmt", folder=tmp_path) as terminal:
+        terminal.ready().press("h", "turn 1 ").press("N", "new game").press("h", "turn 1 ")
+        terminal.press("R", "game-2.dmt").press("h", "turn 1 ").press("q")
+        assert terminal.ended() == 0
+        for name in ("game.dmt", "game-2.dmt", "game-3.dmt"):
+            assert f"transcript: {name}" in terminal.text
+            assert ending(tmp_path / name)[1] == 1  # fresh dice may begin at an exit
+    told = [(tmp_path / name).read_text() for name in ("game-2.dmt", "game-3.dmt")]
+    assert told[0] == told[1]
+
+
+def test_words_of_several_lines_open_a_page_and_several_commands_are_done(tmp_path: Path) -> None:
+    seat = table(tmp_path)
+    shown = play(seat.game, ":", "help space turns enter", "x", ":", "w;w enter")
+    assert "act ACTION: play an action" in shown.frames[2]
+    assert "act ACTION: play an action" not in shown.frames[3]
+    assert "turn 2 " in shown.last
+
+
+def test_the_command_row_completes_what_it_can(tmp_path: Path) -> None:
+    shown = play(table(tmp_path).game, ":", "rest", "tab")
+    assert " :restart" in shown.last
+
+
+# In lines
+
+
+def run(*words: str, stdin: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [*DMPLAY, *words], input=stdin, capture_output=True, text=True, cwd=folder,
+        env=clean_environment(folder), timeout=60, check=False,
+    )  # fmt: skip
+
+
+def test_a_game_begun_in_lines_is_told_from_its_start(tmp_path: Path) -> None:
+    words = ("hexworld", "--seed", "7", "-o", "game.dmt")
+    done = run(*words, stdin="e\nrestart\ne\nplay catch --seed 3\nquit\n", folder=tmp_path)
+    assert done.returncode == 0
+    told = [line for line in done.stdout.splitlines() if not line.startswith("action>")]
+    assert told[2:6] == [
+        "turn 1. at (8,2). chose E, moved E. reward 0. return 0.",
+        "over: quit after 1 turn. agent return 0, total 0.",
+        *told[:2],
+    ]
+    assert told[6] == told[2]
+    assert "catch, seed 3." in told[8]
+    assert "transcript: game.dmt\ntranscript: game-2.dmt\n" in done.stderr
+    assert ending(tmp_path / "game-2.dmt") == ("quit", 1)
+
+
+def test_as_data_the_end_of_one_game_stands_before_the_start_of_the_next(tmp_path: Path) -> None:
+    words = ("crying-baby", "--seed", "7", "--json")
+    done = run(*words, stdin="feed\nnew\nfeed\n", folder=tmp_path)
+    events = [json.loads(line) for line in done.stdout.splitlines()]
+    told = [one["event"] for one in events]
+    assert told == ["start", "turn", "end", "start", "turn", "end"]
+    assert "seed" in events[0]
+    assert "seed" not in events[3]
+
+
+@pytest.mark.parametrize("words", [("hexworld", "--seed", "7"), ("shell",)])
+def test_a_state_folder_that_cannot_be_had_is_one_warning_for_all_games(
+    words: tuple[str, ...], tmp_path: Path
+) -> None:
+    (tmp_path / "state").write_text("a file where the folder should be")
+    typed_ = "play hexworld --seed 7\ne\nnew\nrestart\nplay catch\n"
+    done = run(*words, stdin=typed_, folder=tmp_path)
+    assert done.returncode == 0
+    warnings = [line for line in done.stderr.splitlines() if line.startswith("warning: ")]
+    assert len(warnings) == 1
+    assert "not kept" in warnings[0]
+    assert "transcript: " not in done.stderr
+
+
+@pytest.mark.slow
+def test_without_a_state_folder_the_shell_plays_on_and_remembers_no_lines(tmp_path: Path) -> None:
+    (tmp_path / "state").write_text("a file where the folder should be")
+    with Terminal(folder=tmp_path) as terminal:
+        terminal.ready().press("play hexworld --seed 7\r", "t0]>").press("e\r", "t1]>")
+        terminal.calm().press("new\r", "new game of hexworld.").calm()
+        terminal.press("\x1b[A", lambda: terminal.text.count("]> new") == 2).press("\x15\x04")
+        assert terminal.ended() == 0
+        assert terminal.printed.count("warning: ") == 1

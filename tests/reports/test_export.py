@@ -1,0 +1,162 @@
+"""Recorded games as pictures, screen recordings, text, tables and data; reviewed and branched."""
+
+import csv
+import io
+import json
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from dmplay.game.checking import check
+from tests.cli.test_cli import run
+from tests.support.games import read
+
+pytestmark = pytest.mark.slow  # starts the program again and again
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    run(tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin="e\nne\nundo\nw\n")
+    return tmp_path / "g.dmt"
+
+
+def export(file: Path, *words: str) -> str:
+    done = run(file.parent, "export", "g.dmt", *words)
+    assert (done.returncode, done.stderr) == (0, "")
+    return done.stdout
+
+
+def test_a_picture_is_the_same_every_time_and_of_the_turn_asked_for(file: Path) -> None:
+    first = export(file, "--svg", "--at", "1")
+    assert first == export(file, "--svg", "--at", "1")
+    assert first.startswith("<svg")
+    assert first != export(file, "--svg")
+    assert "turn&#160;1" in first
+
+
+def test_a_film_shows_every_screen_for_a_second_and_the_last_where_nothing_may_move(
+    file: Path,
+) -> None:
+    film = export(file, "--film")
+    assert film == export(file, "--film")
+    root = ElementTree.fromstring(film)
+    style, *screens = root
+    assert [one.get("style") for one in screens] == [f"animation-delay: {n}s" for n in range(5)]
+    assert "animation: turn 5s infinite" in (style.text or "")
+    assert "prefers-reduced-motion" in (style.text or "")
+
+
+@pytest.mark.parametrize("form", ["--svg", "--film", "--html"])
+def test_a_picture_loads_nothing_from_elsewhere(file: Path, form: str) -> None:
+    drawn = export(file, form)
+    assert "url(http" not in drawn.replace('"', "").replace("'", "")
+    assert "@font-face" not in drawn
+
+
+def test_a_page_is_html(file: Path) -> None:
+    assert export(file, "--html").startswith("<!DOCTYPE html>")
+
+
+def test_a_screen_recording_is_an_asciicast_of_a_frame_a_turn(file: Path) -> None:
+    head, *frames = map(json.loads, export(file, "--cast").splitlines())
+    assert head["version"] == 2
+    assert [frame[0] for frame in frames] == [0.0, 1.0, 2.0, 3.0, 4.0]
+    assert all(frame[1] == "o" and "hexworld" in frame[2] for frame in frames)
+
+
+def test_text_tells_every_screen(file: Path) -> None:
+    told = export(file, "--text")
+    assert told.count("dmplay hexworld") == 5
+    assert "turn 2. at (8,2). chose NE, bumped, stayed." in told
+    assert all(row == row.rstrip() for row in told.splitlines())
+
+
+def test_text_is_as_wide_as_wanted_and_in_ascii_where_wanted_or_needed(file: Path) -> None:
+    assert "╱" in export(file, "--text")
+    assert max(map(len, export(file, "--text", "--width", "45").splitlines())) <= 45
+    plain = export(file, "--text", "--ascii")
+    assert plain.isascii()
+    done = run(file.parent, "export", "g.dmt", "--text", PYTHONIOENCODING="ascii")
+    assert done.stdout == plain
+    assert export(file, "--cast", "--ascii").isascii()
+
+
+def test_a_table_has_a_row_a_turn(file: Path) -> None:
+    rows = list(csv.DictReader(io.StringIO(export(file, "--csv"))))
+    assert [row["turn"] for row in rows] == ["0", "1", "2", "1", "2"]
+    assert rows[1]["actions agent"] == "e"
+    assert rows[2]["rewards agent"] == "-1"
+
+
+def test_data_and_tables_name_what_is_no_turn(tmp_path: Path) -> None:
+    run(tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin="w\nreroll\nundo\ne\n")
+    data = json.loads(export(tmp_path / "g.dmt", "--json"))
+    assert [turn.get("event") for turn in data["turns"]] == [None, None, "reroll", "undo", None]
+    rows = list(csv.DictReader(io.StringIO(export(tmp_path / "g.dmt", "--csv"))))
+    assert [row["event"] for row in rows] == ["", "", "reroll", "undo", ""]
+
+
+def test_data_is_one_object(file: Path) -> None:
+    game = json.loads(export(file, "--json"))
+    assert game["seed"] == 7
+    assert game["end"]["turns"] == 2
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ([], "export: choose one of --svg, --film, --html"),
+        (["--svg", "--csv"], "export: choose one of"),
+        (["--svg", "--at", "9"], "--at: got 9, the game has 2 turns"),
+        (["--text", "--at", "1"], "--at: a turn of --svg or --html, not of --text"),
+        (["--csv", "-o", "no/g.csv"], "cannot write no/g.csv: No such file or directory"),
+    ],
+)
+def test_a_wish_that_cannot_be_met_is_one_line(file: Path, words: list[str], message: str) -> None:
+    done = run(file.parent, "export", "g.dmt", *words)
+    assert done.returncode == 2
+    assert done.stderr.startswith(f"error: {message}")
+
+
+def test_a_review_values_every_move_and_is_kept_as_notes(file: Path) -> None:
+    told = run(file.parent, "review", "g.dmt", "--write").stdout.splitlines()
+    assert told[0].startswith("turn 1, agent: chose e, best se, regret 0.78. values: e 6.27, ")
+    assert told[-1] == "review: 0 of 2 moves the best, regret 1.36 in all, most in turn 1"
+    assert check(file).ok
+    notes = [row for row in file.read_text().splitlines() if row.startswith("# review ")]
+    assert len(notes) == len(told)
+    before = file.read_text()
+    run(file.parent, "review", "g.dmt", "--write")
+    assert file.read_text() == before
+    data = json.loads(run(file.parent, "review", "g.dmt", "--json").stdout)
+    assert data[0]["best"] == ["se"]
+
+
+def test_a_review_without_values_says_so(tmp_path: Path) -> None:
+    run(tmp_path, "prisoners-dilemma", "--seed", "7", "-o", "g.dmt", stdin="c\nd\n")
+    told = run(tmp_path, "review", "g.dmt").stdout
+    assert told == "review: no agent here knows the values of these moves\n"
+
+
+def test_a_branch_shares_the_first_turns_and_its_dice(file: Path) -> None:
+    done = run(file.parent, "branch", "g.dmt", "--at", "1", "-o", "b.dmt", stdin="ne\nquit\n")
+    assert done.returncode == 0
+    other = file.parent / "b.dmt"
+    assert check(other).ok
+    kept, new = read(file), read(other)
+    assert kept.blocks[1]["draws"] == new.blocks[1]["draws"]
+    assert kept.blocks[2]["draws"] == new.blocks[2]["draws"]
+    assert new.blocks[2]["actions"] == {"agent": "ne"}
+    late = run(file.parent, "branch", "g.dmt", "--at", "9", "-o", "c.dmt")
+    assert late.stderr == "error: --at: got 9, g.dmt has 2 turns\n"
+
+
+def test_a_branch_keeps_the_dice_that_were_thrown_anew(tmp_path: Path) -> None:
+    moves = "w\nw\nreroll\nreroll\nw\n"
+    run(tmp_path, "hexworld", "--seed", "3", "-o", "g.dmt", stdin=moves)
+    run(tmp_path, "branch", "g.dmt", "--at", "2", "-o", "b.dmt", stdin="e\nundo 2\nw\n")
+    assert check(tmp_path / "b.dmt").ok
+    draws = [block["draws"] for block in read(tmp_path / "g.dmt").blocks if block.kind == "turn"]
+    told = [block["draws"] for block in read(tmp_path / "b.dmt").blocks if block.kind == "turn"]
+    assert told == [*draws[:3], *draws[4:], draws[4]]

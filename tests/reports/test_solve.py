@@ -1,0 +1,163 @@
+"""Solutions: the numbers of the book's cases, their method, and their cache."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+import dmplay
+from dmplay.solutions.every import solution
+from tests.cli.test_cli import run
+from tests.laws.test_conformance import CASES
+from tests.test_readme import TIGER
+
+
+def test_the_line_is_solved_by_value_iteration() -> None:
+    found = solution(dmplay.load("hexworld:straight-line"))
+    assert found.method == "value iteration"
+    assert "after 34 sweeps" in found.result
+    assert found.rows[5] == {"state": "(5,0)", "value": pytest.approx(8.219178), "best": "e"}
+    assert found.rows[7]["value"] == 0
+
+
+def test_without_slips_and_discount_every_hex_is_worth_the_best_exit() -> None:
+    found = solution(dmplay.load("hexworld", slip=0.0, discount=1.0))
+    assert "policy iteration" not in found.result
+    exits = {"(0,1)": 5.0, "(2,0)": -10.0, "over": 0.0}
+    assert all(row["value"] == exits.get(str(row["state"]), 10.0) for row in found.rows)
+
+
+def test_the_crying_baby_has_two_vectors_without_end() -> None:
+    found = solution(dmplay.load("crying-baby"))
+    assert [row["first"] for row in found.rows] == ["feed", "ignore"]
+    assert found.rows[1]["at sated"] == pytest.approx(-16.305483)
+
+
+def test_the_machine_has_thirteen_vectors_for_twenty_turns() -> None:
+    assert len(solution(dmplay.load("machine-replacement")).rows) == 13
+
+
+def test_ten_throws_begin_at_fifty_metres() -> None:
+    found = solution(dmplay.load("catch"))
+    assert [row["first"] for row in found.rows if row["best"]] == ["50"]
+
+
+@pytest.mark.parametrize(
+    ("name", "first"),
+    [
+        ("prisoners-dilemma", "defect"),
+        ("rock-paper-scissors", "rock 0.3333 paper 0.3333 scissors 0.3333"),
+        ("travelers-dilemma", "2"),
+    ],
+)
+def test_a_simple_game_has_its_only_equilibrium(name: str, first: str) -> None:
+    found = solution(dmplay.load(name))
+    assert [row["agent1"] for row in found.rows] == [first]
+
+
+@pytest.mark.slow
+def test_one_planner_of_the_hunt_is_worth_what_the_cases_say() -> None:
+    found = solution(dmplay.load("collaborative-predator-prey"))
+    assert "mean 21.0506 over 1728 states" in found.result
+
+
+def test_the_regulator_is_solved_in_closed_form() -> None:
+    assert "U(s) = -(1 s^2 + 0.09)" in solution(dmplay.load("simple-regulator")).result
+    undiscounted = solution(dmplay.load("simple-regulator:undiscounted"))
+    assert "20 turns" in undiscounted.method
+
+
+def test_the_pole_is_held_by_the_gain_of_a_settled_riccati_equation() -> None:
+    found = solution(dmplay.load("cart-pole"))
+    assert [row["of"] for row in found.rows] == ["x", "v", "theta", "omega"]
+    residual = float(found.result.split()[1])
+    assert residual < 1e-10
+    left = re.search(r"at most (\S+) of a deviation", found.result)
+    assert left
+    assert 0.9 < float(left[1]) < 1
+
+
+def test_the_car_takes_106_turns_from_the_valley() -> None:
+    found = solution(dmplay.load("mountain-car"))
+    assert "181 x 141 points" in found.result
+    valley = found.rows[0]
+    assert valley["start"] == "-0.5 0.0"
+    assert valley["turns driven"] == 106
+    assert valley["value"] == pytest.approx(-106, abs=1.5)
+
+
+def test_the_hunt_of_one_against_one_is_solved_to_a_gap_of_nothing() -> None:
+    problem = dmplay.load("predator-prey:triangle")
+    found = solution(problem)
+    assert len(found.rows) == 9
+    assert found.method.startswith("equilibrium")
+    assert "after 4 rounds" in found.result
+    caught = found.rows[0]
+    assert caught["state"] == "(0,1) (0,1)"
+    # Everything is near everything: whoever sees the other flee may as well go anywhere.
+    assert caught["value prey"] == pytest.approx(-50 * (float(str(caught["value predator"])) + 10))
+
+
+def test_joint_plans_of_caregivers_earn_what_one_planner_does() -> None:
+    found = solution(dmplay.load("multicaregiver-crying-baby"))
+    for row in found.rows:
+        assert row["value"] == pytest.approx(row["one planner"])
+        assert float(str(row["value"])) <= float(str(row["one who sees"])) + 1e-9
+    assert found.rows[-1]["value"] == pytest.approx(-16.775)
+    assert found.rows[-1]["plans"] == "42 x 42"
+    assert "at most -35 without end" in found.result
+
+
+def test_no_team_that_does_not_see_earns_what_the_planner_does() -> None:
+    found = solution(dmplay.load("collaborative-predator-prey:triangle"))
+    assert found.rows[0]["team"] == "one planner who sees all"
+    assert {row["team"] for row in found.rows[1:]} == {
+        "reactive", "random", "qmdp", "chase-belief", "sweep",
+    }  # fmt: skip
+
+
+def test_what_has_no_exact_solution_is_simulated_and_says_so() -> None:
+    found = solution(dmplay.load("predator-prey:triangle", predators=2))
+    assert "no exact solution" in found.method
+    assert [row["seat"] for row in found.rows] == ["predator1", "predator2", "prey1"]
+
+
+LONG = ("collaborative-predator-prey", "collaborative-predator-prey:sighted")  # teams are simulated
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=pytest.mark.slow if name in LONG else ()) for name in CASES],
+)
+def test_a_solution_tells_how_far_it_is_and_never_goes_back(name: str) -> None:
+    shares: list[float] = []
+    found = solution(dmplay.load(name), shares.append)
+    assert found.rows
+    assert all(row.keys() == found.rows[0].keys() for row in found.rows)
+    assert shares == sorted(shares)
+    assert not shares or (shares[0] >= 0 and shares[-1] <= 1)
+
+
+def test_a_solution_is_printed_kept_and_told_as_data(tmp_path: Path) -> None:
+    cache = str(tmp_path / "cache")
+    words = ["solve", "hexworld", "--set", "slip=0.1"]
+    first = run(tmp_path, *words, XDG_CACHE_HOME=cache)
+    assert first.stdout.startswith("hexworld: value iteration\n")
+    (kept,) = (tmp_path / "cache" / "dmplay" / "solve").iterdir()
+    kept.write_text(kept.read_text().replace("value iteration", "from the cache"))
+    assert run(tmp_path, *words, XDG_CACHE_HOME=cache).stdout.startswith("hexworld: from the cache")
+    kept.write_text("torn")
+    data = run(tmp_path, *words, "--json", XDG_CACHE_HOME=cache).stdout
+    assert json.loads(data)["method"] == "value iteration"
+    other = run(tmp_path, "solve", "hexworld", "--json", XDG_CACHE_HOME=cache).stdout
+    assert json.loads(other)["rows"] != json.loads(data)["rows"]
+
+
+def test_a_problem_from_elsewhere_is_solved_as_it_stands_now(tmp_path: Path) -> None:
+    code = tmp_path / "tiger.py"
+    code.write_text(TIGER)
+    before = run(tmp_path, "solve", "./tiger.py:Tiger").stdout
+    assert "./tiger.py:Tiger: alpha vectors, 10 turns\n" in before
+    code.write_text(TIGER.replace("-100", "-10"))
+    assert run(tmp_path, "solve", "./tiger.py:Tiger").stdout != before

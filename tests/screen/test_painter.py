@@ -1,0 +1,131 @@
+"""The painter: whatever stood on the screen before, a frame looks as if it were painted first."""
+
+import io
+
+import pyte
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rich.text import Text
+
+from dmplay import styles
+from dmplay.screen.painter import Painter, Place
+from tests.support.screens import Easel, Paper
+
+COLUMNS, ROWS = 24, 6
+STYLES = ("", "bold", "dim red", "reverse", "bold bright_cyan")
+
+
+def painted(*frames: Text, cursor: Place | None = None) -> Easel:
+    """An easel on which these frames were painted one after the other."""
+    easel = Easel(Paper(), COLUMNS, ROWS)
+    easel.enter()
+    for frame in frames:
+        easel.paint(frame, cursor)
+    return easel
+
+
+def cells(easel: Easel) -> list[list[object]]:
+    """Every cell of the screen, glyph and style."""
+    screen = easel.paper.screen
+    return [[screen.buffer[y][x] for x in range(COLUMNS)] for y in range(ROWS)]
+
+
+@st.composite
+def rows(draw: st.DrawFn) -> Text:
+    """A row of a few pieces in some styles; some with characters that take two cells."""
+    row = Text()
+    for _ in range(draw(st.integers(0, 3))):
+        glyphs = draw(st.sampled_from(("ab ", "◆│ ", "深 x")))
+        size = draw(st.integers(1, 4))
+        row.append(draw(st.text(glyphs, max_size=size)), draw(st.sampled_from(STYLES)))
+    return row
+
+
+def frame(*lines: Text) -> Text:
+    padded = [*lines, *[Text("")] * (ROWS - len(lines))]
+    return Text("\n").join(padded)
+
+
+frames = st.lists(rows(), min_size=ROWS, max_size=ROWS).map(lambda lines: frame(*lines))
+
+
+@given(st.lists(frames, max_size=3), frames)
+def test_a_frame_looks_the_same_whatever_stood_there_before(before: list[Text], now: Text) -> None:
+    assert cells(painted(*before, now)) == cells(painted(now))
+
+
+@given(st.lists(rows(), min_size=ROWS + 4, max_size=ROWS + 4), st.integers(1, 4))
+def test_rows_that_move_up_look_as_if_written_anew(lines: list[Text], by: int) -> None:
+    before, now = frame(*lines[:ROWS]), frame(*lines[by : by + ROWS])
+    assert cells(painted(before, now)) == cells(painted(now))
+
+
+def test_a_log_that_moves_up_is_scrolled_not_written() -> None:
+    log = [Text(f"turn {turn}. moved to e.") for turn in range(9)]
+    title = Text("dmplay")
+    easel = painted(frame(title, *log[:5]))
+    start = easel.paper.tell()
+    easel.paint(frame(title, *log[1:6]))
+    written = easel.paper.getvalue()[start:]
+    assert easel.paper.text.split("\n")[1:] == [line.plain for line in log[1:6]]
+    assert written == "\x1b[2;6r\x1b[6;1H\x1b[m\n\x1b[r\x1b[6;1Hturn 5. moved to e."
+
+
+def test_one_changed_cell_costs_one_jump_and_one_character() -> None:
+    easel = painted(frame(Text("│  h  │  @  │")))
+    start = easel.paper.tell()
+    easel.paint(frame(Text("│  h  │  o  │")))
+    assert easel.paper.getvalue()[start:] == "\x1b[1;10Ho"
+
+
+def test_a_frame_that_is_the_same_writes_nothing() -> None:
+    easel = painted(frame(Text("still")), cursor=Place(2, 0))
+    start = easel.paper.tell()
+    easel.paint(frame(Text("still")), Place(2, 0))
+    assert easel.paper.getvalue()[start:] == ""
+
+
+@pytest.mark.parametrize("place", [Place(0, 0), Place(5, 3)])
+def test_the_real_cursor_stands_where_it_is_told_and_hides_otherwise(place: Place) -> None:
+    easel = painted(frame(Text("some")), cursor=place)
+    cursor = easel.paper.screen.cursor
+    assert (cursor.x, cursor.y, cursor.hidden) == (*place, False)
+    easel.paint(frame(Text("other")))
+    assert easel.paper.screen.cursor.hidden
+
+
+def test_another_size_is_painted_whole() -> None:
+    easel = painted(frame(Text("before")))
+    easel.resize(COLUMNS + 6, ROWS)
+    easel.paint(frame(Text("before")))
+    assert easel.paper.text.startswith("before")
+
+
+@pytest.mark.parametrize(
+    ("theme", "codes"),
+    [
+        ("default", ["1;34", "2", "96", ""]),
+        ("mono", ["1", "2", "", ""]),
+        ("high-contrast", ["1;94", "", "96", ""]),
+    ],
+)
+def test_a_theme_says_which_weights_and_colours_are_written(theme: str, codes: list[str]) -> None:
+    wanted = ("bold blue", "dim", "bright_cyan", "")
+    found = [row[0][1] for row in styles.rows(frame_of(wanted), theme)]
+    assert found == codes
+
+
+def frame_of(wanted: tuple[str, ...]) -> Text:
+    return Text("\n").join(Text("goal", style) for style in wanted)
+
+
+def test_what_leaves_the_screen_gives_it_back() -> None:
+    paper = io.StringIO()
+    painter = Painter(paper, "default")
+    painter.enter()
+    painter.listen()
+    painter.leave()
+    stream = pyte.Stream(pyte.Screen(COLUMNS, ROWS))
+    stream.feed(paper.getvalue())
+    assert paper.getvalue().endswith("\x1b[?2004l\x1b[m\x1b[?1049l\x1b[?25h")

@@ -1,0 +1,627 @@
+"""The play screen without a terminal: what each key does, and what each size shows."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from itertools import count
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rich.cells import cell_len
+
+from dmplay.chance import Reals
+from dmplay.finding import catalog
+from dmplay.finding.names import problem_names
+from dmplay.game.checking import check
+from dmplay.game.game import Game
+from dmplay.game.request import Request
+from dmplay.game.seats import HUMAN
+from dmplay.game.start import new
+from dmplay.game.table import Table
+from dmplay.screen import frame
+from dmplay.screen.frame import Room, Shown, compose
+from dmplay.words.commands import COMMANDS, typed
+from tests.support.screens import SEQUENCES, Played, game, play, press
+
+PROBLEMS = ("2048", "crying-baby", "hexworld", "prisoners-dilemma")
+SIZES = ((80, 24), (60, 20), (50, 14), (200, 60), (20, 5), (9, 3))
+OPEN_BOARD = 1  # a seed of 2048 whose first board slides every way
+BOX = {
+    "hexworld": """\
+ hexworld  turn 1  return 0  you: agent
+ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲
+│   │   │   │   │   │   │ h │ @ │ l │   │
+ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱
+  │ ◆ │   │   │   │   │       │ n │   │
+ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲   ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲
+│   │   │ ✗ │   │   │   │   │   │   │ ◆ │
+ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱     ╲ ╱ ╲ ╱ ╲ ╱     ╲ ╱
+
+ turn 1. at (6,2). chose W, moved W. reward 0.
+   return 0.
+
+
+ l e  u ne  y nw  h w  b sw  n se  ? help  q quit""",
+    "2048": """\
+ 2048  turn 1  return 4  you: agent
+    ·    ·    ·    ·  score   4
+    ·    ·    ·    ·  largest 4
+    4    2    ·    ·  empty   14
+    ·    ·    ·    ·  last    left
+                      merged  4
+                      hint    Tab
+
+ turn 1. slid left. new 2 in row 3, column 2.
+   reward 4. return 4.
+
+
+
+ [left]  down  right  up  ? help  q quit""",
+    "crying-baby": """\
+ crying-baby  turn 1/20  you: agent
+heard  quiet
+
+sated   ████████████████████ 1.000
+hungry  ···················· 0.000
+history of hungry ▅▁··················
+
+ turn 1. quiet. chose feed. belief: sated 1.000,
+   hungry 0.000.
+
+
+
+
+ f feed  s sing  i ignore  ? help  q quit""",
+    "prisoners-dilemma": """\
+ prisoners-dilemma  turn 1/10  return -4  you: ag…
+          │cooperate │  defect
+──────────┼──────────┼──────────
+>cooperate│  -1, -1  │ [-4, 0]
+ defect   │  0, -4   │  -3, -3
+
+agent1 (you) C
+agent2       D
+
+ turn 1. agent1 chose cooperate. agent2 chose
+   defect. reward -4. return -4.
+
+
+ c cooperate  d defect  ? help  q quit  : command""",
+}
+FIRST = {"hexworld": ("h",), "2048": ("left",), "crying-baby": ("f",)}
+
+
+@pytest.mark.parametrize("problem", PROBLEMS)
+def test_a_small_screen_shows_the_first_turn(problem: str) -> None:
+    keys = FIRST.get(problem, ("c", "d"))
+    shown = play(game(problem), *keys, size=(50, 14))
+    assert shown.last == BOX[problem]
+
+
+@pytest.mark.parametrize("size", [(80, 24), (60, 20), (50, 14), (200, 60)])
+@pytest.mark.parametrize("problem", PROBLEMS)
+def test_what_the_terminal_shows_is_what_was_composed(problem: str, size: tuple[int, int]) -> None:
+    shown = play(game(problem), "L", "V", "?", size=size)
+    untouched = compose(game(problem), Room(*size), Shown(), [])
+    assert shown.frames[0].split("\n") == [row.rstrip() for row in untouched.plain.split("\n")]
+    assert len(shown.frames) == 4
+    assert "keys\n" in shown.last
+
+
+# Keys
+
+
+def bound() -> Iterator[tuple[str, str, str]]:
+    """Problem, key and the label of the action, digits included."""
+    for problem in PROBLEMS:
+        played = game(problem)
+        yield from ((problem, key, label) for key, label in played.style.KEYS.items())
+        labels = played.problem.actions[0]
+        yield from ((problem, str(n), str(label)) for n, label in enumerate(labels, 1))
+
+
+@pytest.mark.parametrize(("problem", "key", "label"), [*bound()])
+def test_every_key_of_a_view_plays_its_action(problem: str, key: str, label: str) -> None:
+    seats = [HUMAN, "grim"] if problem == "prisoners-dilemma" else [HUMAN]
+    played = game(problem, *seats, seed=OPEN_BOARD)
+    play(played, key)
+    assert len(played.session.turns) == 1
+    chosen = played.session.turns[0].actions[0]
+    assert played.problem.action_name(0, chosen) == label
+
+
+def test_the_first_arrow_of_a_diagonal_explains_itself_and_no_other_key_completes_it() -> None:
+    shown = play(game("hexworld"), "up", "x", "down", "right")
+    assert "up, then left or right: a diagonal" in shown.frames[1]
+    assert "x: no such key" in shown.frames[2]
+    assert "turn 1. " in shown.last
+    assert "chose SE" in shown.last
+
+
+def test_tab_hints_without_playing() -> None:
+    played = game("hexworld")
+    assert "hint (optimal): se. values: e 6.27, ne 5.47" in play(played, "tab").last
+    assert played.session.turns == []
+
+
+def test_before_the_first_turn_there_are_no_dice_to_throw_anew() -> None:
+    assert "reroll: no turn was played yet" in play(game("2048"), ":", "reroll enter").last
+
+
+def test_a_turn_under_other_dice_is_in_the_log() -> None:
+    shown = play(game("2048"), "left", ":", "reroll enter", ":", "reroll enter", "L").last
+    told = [row.strip() for row in shown.split("\n") if "slid left." in row]
+    assert told == [
+        "turn 1. slid left. new 2 in row 3, column 2. reward 4. return 4.",
+        "turn 1, under other dice. slid left. new 2 in row 3, column 2. reward 4.",
+        "turn 1, under other dice. slid left. new 4 in row 4, column 1. reward 4.",
+    ]
+
+
+@pytest.mark.slow
+def test_a_hint_that_takes_its_time_says_so_the_first_time() -> None:
+    shown = play(game("collaborative-predator-prey"), "tab", "tab")
+    assert "one moment" in shown.frames[1]
+    assert "hint (qmdp): " in shown.frames[2]
+    assert "one moment" not in shown.last
+
+
+@pytest.mark.parametrize("key", ["backspace", "c-_"])
+def test_undo_and_redo_have_keys(key: str) -> None:
+    played = game("hexworld")
+    shown = play(played, "h", "h", key, "c-r")
+    assert "undone. turn 1." in shown.frames[3]
+    assert "turn 2 " in shown.last
+    assert "nothing was taken back" in play(played, "c-r").last
+    assert "undo 1: 0 turns were played" in play(game("hexworld"), key).last
+
+
+@pytest.mark.parametrize("key", ["?", "f1"])
+def test_help_names_every_action_and_every_command(key: str) -> None:
+    shown = play(game("hexworld"), key, "h")
+    for command in COMMANDS:
+        assert command.name in shown.frames[1]
+        assert command.shown in shown.frames[1]
+    assert "actions: l e,  u ne,  y nw,  h w,  b sw,  n se" in shown.frames[1]
+    for shown_key in "VP+-":
+        assert f"   {shown_key} " in shown.frames[1]
+    assert "turn 0 " in shown.last
+    assert "actions:" not in shown.last
+
+
+def test_help_brings_the_keys_back_onto_the_board() -> None:
+    played = game("hexworld", parameters={"rewards": []})
+    shown = play(played, *"hlhlhl", "?", "x")
+    named = [any(f"  {key}  │" in frame for key in "hlyubn") for frame in shown.frames]
+    assert named == [True] * 5 + [False] * 3 + [True]
+
+
+def test_a_typed_move_closes_the_help() -> None:
+    shown = play(game("hexworld"), "?", ":", "w enter")
+    assert "actions: " in shown.frames[1]
+    assert "actions: " not in shown.last
+    assert "turn 1. at (6,2)" in shown.last
+
+
+def test_help_that_is_longer_than_the_screen_comes_in_parts() -> None:
+    shown = play(game("hexworld"), "?", *["space"] * 4, "h", size=(50, 14))
+    for number in (1, 2, 3, 4):
+        goes_on = "Space goes on" if number < 4 else "any key goes back"
+        assert f"part {number} of 4. {goes_on}" in shown.frames[number]
+    parts = "".join(shown.frames[1:5])
+    assert all(command.name in parts for command in COMMANDS)
+    assert "part" not in shown.frames[5]
+    assert "turn 1 " in shown.last
+
+
+def test_look_tells_the_whole_situation_though_its_row_cuts_it() -> None:
+    shown = play(game("hexworld"), "L").last
+    assert "\n at (7,2). E (8,2) floor. NE wall. " in shown
+    assert "goal\n   +10 at (9,0): 2 steps.\n" in shown
+
+
+def test_overlays_take_turns() -> None:
+    shown = play(game("hexworld"), "V", "V", "V", "V", size=(80, 24))
+    assert "overlay: values" in shown.frames[1]
+    assert "│ 7.04│" in shown.frames[1]
+    assert "overlay: policy" in shown.frames[2]
+    assert "  ↘  " in shown.frames[2]
+    assert "overlay: states" in shown.frames[3]
+    assert "│  22 │" in shown.frames[3]
+    assert "overlay: none" in shown.frames[4]
+
+
+@pytest.mark.parametrize(("problem", "size"), [("crying-baby", (80, 24)), ("hexworld", (40, 12))])
+def test_a_board_without_overlays_says_so(problem: str, size: tuple[int, int]) -> None:
+    shown = play(game(problem), "V", size=size)
+    assert "this board has no overlays" in shown.last
+    assert shown.frames[1].replace("this board has no overlays", "").split() == (
+        shown.frames[0].split()
+    )
+
+
+def test_a_key_without_a_meaning_says_so() -> None:
+    assert "z: no such key; ? shows them" in play(game("crying-baby"), "z").last
+
+
+def test_repainting_changes_nothing_on_the_screen() -> None:
+    shown = play(game("hexworld"), "h", "c-l")
+    assert shown.frames[1] == shown.frames[2]
+
+
+@pytest.mark.parametrize(("key", "code"), [("q", 0), ("c-d", 0), ("c-c", 130)])
+def test_three_keys_leave(key: str, code: int) -> None:
+    assert play(game("hexworld"), key, "h").code == code
+
+
+def test_the_command_row_plays_undoes_refuses_and_closes() -> None:
+    played = game("hexworld")
+    shown = play(
+        played, ":", "w enter", ":", "act space e enter", ":", "undo enter", ":", "hnt enter",
+        ":", "undo", "escape", "h",
+    )  # fmt: skip
+    assert shown.frames[1].split("\n")[-2] == " :"
+    assert "turn 1 " in shown.frames[2]
+    assert "turn 2 " in shown.frames[4]
+    assert "undone. turn 1." in shown.frames[6]
+    assert "unknown action 'hnt'; did you mean hint" in shown.frames[8]
+    assert " :undo" in shown.frames[10]
+    assert " :undo" not in shown.frames[11]
+    assert "turn 2 " in shown.last
+    assert play(game("hexworld"), ":", "quit enter", "h").code == 0
+
+
+def test_the_command_row_closed_by_ctrl_c_ends_the_game() -> None:
+    assert play(game("hexworld"), ":", "un", "c-c").code == 130
+
+
+def test_the_command_row_lists_what_completes_it() -> None:
+    shown = play(game("hexworld"), ":", "play space hexw", "tab", "escape")
+    assert "hexworld:straight-line" in shown.frames[3]
+
+
+def test_words_typed_in_the_command_row_are_no_keys() -> None:
+    played = game("hexworld")
+    shown = play(played, ":", "hlq?:")
+    assert " :hlq?:" in shown.last
+    assert played.session.turns == []
+
+
+def test_agents_are_stepped_and_a_person_is_not() -> None:
+    played = game("hexworld", "optimal")
+    assert "turn 2 " in play(played, "space", "right").last
+    assert "no such key" in play(game("crying-baby"), "right").last
+    assert "turn 0/20" in play(game("crying-baby"), "space").last
+
+
+def test_turns_that_are_played_at_once_are_all_in_the_log() -> None:
+    shown = play(game("hexworld", "optimal"), ":", "auto enter", "x").last
+    told = [row.partition(".")[0].strip() for row in shown.split("\n") if " chose " in row]
+    assert told == ["turn 1", "turn 2", "turn 3"]
+
+
+def test_agents_play_and_stop_by_one_key_faster_or_slower() -> None:
+    shown = play(game("hexworld", "optimal"), "+", "+", "-", "P", "P")
+    assert "3 turns a second" in shown.frames[1]
+    assert "4.5 turns a second" in shown.frames[2]
+    assert "3 turns a second" in shown.frames[3]
+    assert "paused; P goes on" in shown.last
+    assert "there is nothing to pause" in play(game("hexworld"), "P").last
+
+
+def test_a_long_game_that_is_not_kept_is_not_left_by_one_key() -> None:
+    played = game("hexworld", parameters={"rewards": []})
+    shown = play(played, *"hl" * 11, "q", "h", "q", "q", "h")
+    assert "22 turns are not kept; q once more leaves" in shown.frames[23]
+    assert "23 turns are not kept; q once more leaves" in shown.frames[25]
+    assert len(shown.frames) == 26
+
+
+def test_a_screen_without_room_for_a_board_is_played_in_text() -> None:
+    shown = play(game("hexworld"), "h", size=(20, 6))
+    assert shown.frames[0].split("\n")[1:4] == [
+        "need 19x9",
+        " at (7,2). E (8,2)",
+        "   floor. NE wall.",
+    ]
+    assert shown.last.split("\n")[2:4] == [" turn 1. at (6,2).", "   chose W, moved …"]
+
+
+def test_a_page_stays_open_on_a_screen_that_needs_fewer_parts() -> None:
+    played = game("hexworld")
+    shown = Shown(help=True, part=9)
+    for size in ((80, 4), (80, 10), (80, 24), (200, 60)):
+        rows = compose(played, Room(*size), shown, []).plain.split("\n")
+        assert len(rows) == size[1]
+
+
+@pytest.mark.parametrize("rows", [1, 2, 3, 4, 5, 6])
+def test_a_curtain_on_the_smallest_screens_names_who_is_next(rows: int) -> None:
+    curtain = Shown(curtain="caregiver2")
+    drawn = compose(game("multicaregiver-crying-baby"), Room(60, rows), curtain, []).plain
+    assert "caregiver2 is next" in drawn
+    assert "heard" not in drawn
+
+
+@pytest.mark.parametrize("problem", PROBLEMS)
+@pytest.mark.parametrize("rows", [1, 2, 3, 4, 5])
+def test_the_smallest_screens_tell_what_is_most_urgent(problem: str, rows: int) -> None:
+    played = game(problem)
+    shown = play(played, "L", "?", "x", "V", size=(60, rows))
+    assert {len(frame.split("\n")) for frame in shown.frames} == {rows}
+    begun = " ".join(shown.frames[0].split())
+    assert ("need " in begun and "; playing in text" in begun) or rows > 3
+    assert played.situation()[:20] in " ".join(shown.frames[1].split())
+    assert "actions: " in shown.frames[2]
+
+
+def test_a_terminal_of_one_row_shows_one_line_of_text_while_keys_act() -> None:
+    shown = play(game("hexworld"), "l", "e", "?", size=(40, 1))
+    assert shown.frames == [
+        " need 19x9; playing in text. at (7,2). …",
+        " turn 1. at (8,2). chose E, moved E. re…",
+        " e: no such key; ? shows them",
+        " actions: l e,  u ne,  y nw,  h w,  b",
+    ]
+
+
+def test_a_line_of_the_log_is_shown_whole_or_its_beginning() -> None:
+    rows = play(game("hexworld"), "l", "u", size=(30, 5)).last.split("\n")
+    assert rows[2].endswith("…")
+    assert rows[2].startswith(" turn 2. at (8,2). chose NE")
+
+
+def test_a_game_that_is_over_takes_no_more_actions() -> None:
+    played = game("crying-baby", turns=1)
+    shown = play(played, "f", "f", "tab")
+    assert "over: turn limit after 1 turn. " in shown.frames[1]
+    assert len(played.session.turns) == 1
+    assert "no hint: the game is over" in shown.last
+
+
+def test_the_second_of_two_people_does_not_see_the_first_choice() -> None:
+    first, second = (play(game("prisoners-dilemma"), key) for key in "cd")
+    assert first.frames == second.frames
+    assert first.written == second.written
+
+
+# Whole games
+
+
+def presses(played: Game) -> Iterator[str]:
+    """Keys that play a game to its end: now this action, now that, whoever is to choose."""
+    for number in count():
+        if played.session.over:
+            return
+        if played.types_numbers:
+            yield from "2" if number % 2 else "37"
+            yield "enter"
+        else:
+            able = [key for key, _, able in played.legal(played.watcher) if able]
+            yield able[number * 5 // 3 % len(able)]
+        if played.private and played.waiting is not None:
+            yield "enter"
+
+
+@pytest.mark.parametrize("people", ["one person", "people only"])
+@pytest.mark.parametrize("name", problem_names())
+def test_every_problem_is_played_to_its_end_by_keys_and_its_transcript_verifies(
+    name: str, people: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "game.dmt"
+    others = HUMAN if people == "people only" and len(catalog.load(name).agents) > 1 else ""
+    played = new(Request(name, seed=7, turns=12, others=others, record=path))
+    shown = press(played, presses(played))
+    assert played.session.ending in ("terminal", "horizon", "turn limit")
+    assert f"over: {played.session.ending} after {len(played.session.turns)} turns. " in shown.last
+    assert shown.last.endswith(" N new  R restart  Bksp undo  ? help  q quit  : command")
+    played.finish()
+    report = check(path)
+    assert report.ok, str(report)
+    assert report.turns == len(played.session.turns) > 0
+
+
+# Several people
+
+
+def test_two_at_a_keyboard_never_move_one_another() -> None:
+    played = game("predator-prey", seed=1)
+    shown = play(played, "l", "l", "h", "1", "h")
+    assert played.session.turns == []
+    assert "prey chooses; the other choice stays hidden" in shown.last
+    play(played, "l", "d")
+    chosen = played.session.turns[0].actions
+    assert [played.problem.action_name(seat, chosen[seat]) for seat in (0, 1)] == ["e", "e"]
+    play(played, "a", "h")
+    chosen = played.session.turns[1].actions
+    assert [played.problem.action_name(seat, chosen[seat]) for seat in (0, 1)] == ["w", "w"]
+
+
+def test_a_curtain_hides_the_board_between_people_who_see_different_things() -> None:
+    played = game("collaborative-predator-prey", "human", "human")
+    shown = play(played, "h", "l", "L", "enter", "l", "enter", "h", "enter")
+    first, hidden, *_ = shown.frames
+    assert "you: predator1" in first
+    assert shown.frames[1:4] == [hidden] * 3  # neither a move nor a look comes through
+    assert "predator2 is next: nobody else should look now. Enter shows the board." in hidden
+    assert "│" not in hidden
+    assert "saw" not in hidden
+    assert "you: predator2" in shown.frames[4]
+    assert "predator1 is next" in shown.frames[5]
+    assert "turn 1. " in shown.frames[6]
+    assert "you: predator1" in shown.frames[6]
+    assert "predator2 is next" in shown.frames[7]
+    assert "turn 1. " in shown.last
+    assert "you: predator2" in shown.last
+
+
+def test_each_of_two_people_has_a_log_of_what_it_may_know() -> None:
+    played = game("multicaregiver-crying-baby")
+    shown = play(played, "f", "enter", "s", "enter", "i", "enter")
+    first, second = shown.frames[4], shown.last
+    assert "chose feed" in first
+    assert "chose sing" not in first
+    assert "chose sing" in second
+    assert "chose feed" not in second
+
+
+def test_behind_the_curtain_only_leaving_is_possible() -> None:
+    played = game("multicaregiver-crying-baby")
+    shown = play(played, "f", ":", "V", "?", "backspace")
+    assert shown.frames[1:] == [shown.frames[1]] * 5
+    assert play(game("multicaregiver-crying-baby"), "f", "q", "f").code == 0
+    assert len(played.session.turns) == 0
+
+
+def test_a_line_that_goes_on_after_a_choice_tells_nothing_of_the_next_person() -> None:
+    played = game("multicaregiver-crying-baby")
+    shown = play(played, "f", "enter", "s", "enter", ":", "feed; belief", "enter")
+    assert "caregiver2 is next: nobody else should look now" in shown.last
+    assert "belief" not in shown.last
+    assert len(played.session.turns) == 1
+
+
+def test_people_who_see_the_same_have_no_curtain() -> None:
+    assert "is next" not in play(game("prisoners-dilemma"), "c").last
+
+
+# Composition
+
+
+@cache
+def situations(problem: str) -> tuple[tuple[Game, Shown, tuple[str, ...]], ...]:
+    """A game begun, going on, with help, with an overlay and a long message, and over."""
+    begun = game(problem, parameters={"rewards": []} if problem == "hexworld" else {})
+    going, over = game(problem), game(problem)
+    log = []
+    for played in (going, over):
+        for _ in range(3):
+            while not played.choose(next(a for a in range(4) if legal(played, a))):
+                pass
+            log.append(played.said())
+    over.finish("quit")
+    long = Shown(typed(Table(game(problem)), "keys"), "values")
+    return (
+        (begun, Shown(), ()),
+        (going, Shown(), tuple(log)),
+        (going, Shown(help=True), tuple(log)),
+        (going, long, tuple(log)),
+        (over, Shown("a message"), tuple(log * 9)),
+    )
+
+
+def legal(played: Game, action: int) -> bool:
+    able = played.session.legal(played.watcher)
+    return able is None or bool(able[action])
+
+
+@pytest.mark.parametrize("ascii_", [False, True])
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("problem", PROBLEMS)
+def test_a_screen_has_exactly_its_rows_and_none_is_too_wide(
+    problem: str, size: tuple[int, int], ascii_: bool
+) -> None:
+    room = Room(*size, ascii_)
+    for played, shown, log in situations(problem):
+        rows = compose(played, room, shown, list(log)).plain.split("\n")
+        assert len(rows) == room.height
+        assert max(map(cell_len, rows)) <= room.width
+        assert not ascii_ or "".join(rows).isascii()
+
+
+@pytest.mark.parametrize("problem", PROBLEMS)
+def test_a_row_that_is_cut_shows_it(problem: str) -> None:
+    wide = compose(*_first(problem, 300)).plain.split("\n")
+    cut = compose(*_first(problem, 40)).plain.split("\n")
+    title = cut[0].rstrip()
+    assert title.endswith((wide[0].split()[-1], "…"))
+    assert cut[-2].endswith("…")
+
+
+def test_a_path_that_no_row_holds_is_told_whole() -> None:
+    path = "/home/somebody/" + "a-folder/" * 9 + "game.dmt"
+    rows = compose(game("hexworld"), Room(50, 24), Shown(page=[f"transcript: {path}"]), []).plain
+    assert f"transcript:{path}" in "".join(rows.split())
+
+
+def test_a_title_without_room_gives_up_the_seed_before_the_others() -> None:
+    whole = play(game("prisoners-dilemma", "human", "tit-for-tat"), size=(100, 24)).last
+    assert whole.startswith(
+        " dmplay prisoners-dilemma    seed 7   turn 0/10   return 0   "
+        "you: agent1   agent2: tit-for-tat\n"
+    )
+    narrow = play(game("prisoners-dilemma", "human", "tit-for-tat"), size=(80, 24)).last
+    assert narrow.startswith(
+        " prisoners-dilemma  turn 0/10  return 0  you: agent1  agent2: tit-for-tat\n"
+    )
+
+
+def _first(problem: str, width: int) -> tuple[Game, Room, Shown, list[str]]:
+    return game(problem), Room(width, 24), Shown("a message " * 9), []
+
+
+@pytest.mark.parametrize("width", [50, 60, 80])
+@pytest.mark.parametrize("problem", PROBLEMS)
+def test_the_key_row_has_all_actions_before_any_key_of_the_shell(problem: str, width: int) -> None:
+    played = game(problem)
+    row = frame.keys(played, Room(width, 24)).plain
+    for key, label, able in played.legal(played.watcher):
+        words = label if key == label else f"{key} {label}"
+        assert (words if able else f"[{words}]") in row
+    assert "? help" in row
+
+
+def test_names_of_outsiders_reach_the_screen_as_what_they_print() -> None:
+    evil = Game("hex\x1b]0;x\x07", game("hexworld").session, ["\x9b31m\u202e"])
+    text = compose(evil, Room(200, 24), Shown("no \x1b[2J such key"), []).plain
+    assert text.replace("\n", "").isprintable()
+    assert r"\x1b]0;x\x07" in text
+
+
+# Privacy
+
+
+@dataclass(frozen=True)
+class Nature:
+    """Draws that are always the same: the opening's, then each turn's."""
+
+    opening: float
+    turn: float
+
+    def draw(self, stream: int, turn: int, reroll: int, count: int) -> Reals:
+        """So many of the same number."""
+        return np.full((1, count), self.turn if turn else self.opening)
+
+
+@pytest.mark.parametrize("size", [(80, 24), (50, 14)])
+def test_the_screen_of_a_person_is_the_same_bytes_whatever_the_hidden_state(
+    size: tuple[int, int],
+) -> None:
+    keys = (
+        "i", "s", "tab", "L", "V", "V", "?", "x", "i", "backspace", "c-r", ":", "state", "enter",
+        ":", "belief", "enter", ":", "legal", "enter", ":", "reroll", "enter", ":", "keys", "enter",
+        "i",
+    )  # fmt: skip
+    told: list[tuple[list[int], list[int], Played, dict[str, object], str]] = []
+    for nature in (Nature(0.25, 0.5), Nature(0.75, 0.95)):
+        played = game("crying-baby", source=nature)
+        played.tells_seed = False  # the seed is not the player's own
+        shown = play(played, *keys, size=size)
+        states = [int(turn.state) for turn in played.session.turns]
+        seen = [int(turn.observations[0]) for turn in played.session.turns]
+        told.append((states, seen, shown, played.public(), played.situation()))
+    sated, hungry = told
+    assert sated[0] == [0] * 4
+    assert hungry[0] == [1] * 4
+    assert sated[1] == hungry[1]
+    assert sated[2].frames == hungry[2].frames
+    assert sated[2].written == hungry[2].written
+    assert sated[3:] == hungry[3:]
+    assert len(sated[2].frames) == len(keys) + 1
+
+
+def test_every_key_of_a_view_can_be_typed() -> None:
+    for problem in PROBLEMS:
+        for key in game(problem).style.KEYS:
+            assert all(len(word) == 1 or word in SEQUENCES for word in key.split())

@@ -1,0 +1,135 @@
+from functools import partial
+
+import numpy as np
+
+from dmplay.views import collaborative_predator_prey
+from dmplay.views._canvas import Look, fit
+from tests.support import games
+
+after = partial(games.after, "collaborative-predator-prey")
+
+
+def test_the_belief_of_a_blind_predator() -> None:
+    drawn = fit(collaborative_predator_prey, after("e w", "ne w"), Look(80, 24)).plain
+    assert (
+        drawn
+        == """\
+    ╱   ╲ ╱   ╲ ╱   ╲
+   │o▁ 9%│o▁ 8%│o▁ 6%│
+   │@▁ 9%│@▁ 7%│@▂22%│
+ ╱   ╲ ╱   ╲ ╱   ╲ ╱     ╱   ╲ ╱   ╲
+│o▁10%│     │o▁ 9%│     │o▁ 8%│o▁ 6%│
+│@▁ 3%│     │@▁ 6%│     │@▁10%│@▃28%│
+  ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
+   │o▁ 9%│o▁10%│o▁ 9%│o▁ 8%│o▁ 8%│
+   │@▁ 3%│@▁ 1%│@▁ 6%│@▁ 2%│@▁ 3%│
+     ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
+sensed nothing. o prey, @ you"""
+    )
+
+
+def test_the_belief_in_ascii_with_the_truth() -> None:
+    drawn = fit(
+        collaborative_predator_prey,
+        after("e w", "ne w"),
+        Look(80, 24, ascii=True, state=np.array([3, 4, 5])),
+    ).plain
+    assert (
+        drawn
+        == r"""
+    /   \ /   \ /   \
+   |o  9%|o  8%|o  6%|
+   |@  9%|@  7%|@ 22%|
+ /   \ /   \ /   \ /     /   \ /   \
+|o 10%|     |o  9%|     |o  8%|o  6%|
+|@  3%|     |@  6%|     |@ 10%|@ 28%|
+  \ /   \ /   \ /   \ /   \ /   \ /
+   |o  9%|o 10%|o  9%|o  8%|o  8%|
+   |@  3%|@  1%|@  6%|@  2%|@  3%|
+     \ /   \ /   \ /   \ /   \ /
+sensed nothing. o prey, @ you
+truly predator1 (-1,1), predator2 (1,1), prey (3,1)"""[1:]
+    )
+
+
+def test_the_belief_compact() -> None:
+    drawn = fit(collaborative_predator_prey, after("e w", "ne w", seat=1), Look(40, 8)).plain
+    assert (
+        drawn
+        == """\
+   ╱ ╲ ╱ ╲ ╱ ╲
+  │11▂│10▁│11▁│
+ ╱ ╲ ╱ ╲ ╱ ╲ ╱   ╱ ╲ ╱ ╲
+│ 5▁│   │ 8▁│   │ 4▁│ 9▁│
+ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱
+  │11▂│ 9▁│12▁│ 5▁│ 5▁│
+   ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱
+sensed nothing. % prey, bar: you"""
+    )
+
+
+def test_the_belief_in_dots() -> None:
+    drawn = fit(collaborative_predator_prey, after("e w", "ne w"), Look(40, 6, ascii=True)).plain
+    assert (
+        drawn
+        == """\
+   9_  8_  6.
+10_      9_      8_  6:
+   9_ 10_  9_  8_  8_
+sensed nothing. % prey, bar: you"""
+    )
+
+
+def test_a_sighted_predator_sees_its_keys() -> None:
+    drawn = fit(
+        collaborative_predator_prey, after("e w", sighted=True), Look(80, 24, keys=True)
+    ).plain
+    assert (
+        drawn
+        == """\
+    ╱   ╲ ╱   ╲ ╱   ╲
+   │o▁11%│o▂16%│o▁ 9%│
+   │     │     │     │
+ ╱   ╲ ╱   ╲ ╱   ╲ ╱     ╱   ╲ ╱   ╲
+│o▂15%│     │     │     │o▂15%│o▁ 9%│
+│     │     │  y  │     │     │     │
+  ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
+   │o▁10%│     │     │     │o▂15%│
+   │     │  h  │@100%│  l  │     │
+     ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
+sensed nothing (2,0). o prey, @ you"""
+    )
+
+
+def test_a_team_too_large_for_a_belief() -> None:
+    drawn = fit(collaborative_predator_prey, after("e w e", predators=3), Look(80, 24)).plain
+    assert (
+        drawn
+        == """\
+    ╱   ╲ ╱   ╲ ╱   ╲
+   │     │     │     │
+   │     │     │     │
+ ╱   ╲ ╱   ╲ ╱   ╲ ╱     ╱   ╲ ╱   ╲
+│     │     │     │     │     │     │
+│     │     │     │     │     │     │
+  ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
+   │     │     │     │     │     │
+   │     │     │     │     │     │
+     ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
+sensed nothing. belief too large"""
+    )
+
+
+def test_a_blind_predator_is_told_the_likeliest_hexes() -> None:
+    assert (
+        collaborative_predator_prey.told(after("e w"))
+        == "nothing. chose E. prey likeliest at (-1,1) 0.103. you likeliest at (4,1) 0.161."
+    )
+    assert collaborative_predator_prey.situation(after("e w", sighted=True)) == (
+        "sensed nothing (2,0). prey likeliest at (0,2) 0.163, (-1,1) 0.153, (3,1) 0.149, "
+        "(4,0) 0.149. you likeliest at (2,0) 1.000. at (2,0). E (3,0) prey 0.000. NE wall. NW "
+        "(1,1) prey 0.000. W (1,0) prey 0.000. SW wall. SE wall. predator2 is unseen and "
+        "believed to act uniformly at random."
+    )
+    large = collaborative_predator_prey.situation(after("e w e", predators=3))
+    assert large.endswith("the belief is over too many states to be told.")

@@ -1,0 +1,173 @@
+"""What a person sees of an encounter in the air, frame by frame."""
+
+from dmplay.session import Session
+from dmplay.views import collision_avoidance
+from dmplay.views._canvas import Look, fit
+from tests.support.games import started
+
+
+def advised() -> Session:
+    return started(
+        "collision-avoidance",
+        [40.0, -3.0, 0.0, 40.0],
+        [1, 1, 1, 2, 2, 2, 2, 0, 0, 1],
+        *[[0.5]] * 8,
+        *[[0.1]] * 2,
+    )
+
+
+def collided() -> Session:
+    return started(
+        "collision-avoidance", [-20.0, -3.0, 0.0, 3.0], [0, 2, 2, 2], [0.5], [0.5], [0.5], [0.5]
+    )
+
+
+def test_the_encounter_with_every_advisory() -> None:
+    view = advised().view(0)
+    assert (
+        fit(collision_avoidance, view, Look(80, 24)).plain
+        == """
+ +100
+
+
+  +50                                        ▒▒
+      ···↑↑↑↑↓↓·                             ▒▒
+                ◆ ∘                          ▒▒
+    0 ┄┄┄┄┄┄┄┄┄┄┄┄┄┄∘┄∘┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄▒A
+                        ∘                    ▒▒
+                          ∘ ∘                ▒▒
+  -50                         ∘ ∘            ▒▒
+                                  ∘
+                                    ∘ ∘
+ -100                                   ∘
+     40s       30s       20s       10s       0s
+◆ h +23 m  dh -5.0 m/s  30 s  none
+will pass 127 m below A: clear"""[1:]
+    )
+
+
+def test_the_encounter_in_ascii() -> None:
+    view = advised().view(0)
+    assert (
+        fit(collision_avoidance, view, Look(80, 24, ascii=True)).plain
+        == """
+ +100
+
+
+  +50                                        ::
+      ...^^^^vv.                             ::
+                + o                          ::
+    0 --------------o-o----------------------:A
+                        o                    ::
+                          o o                ::
+  -50                         o o            ::
+                                  o
+                                    o o
+ -100                                   o
+     40s       30s       20s       10s       0s
++ h +23 m  dh -5.0 m/s  30 s  none
+will pass 127 m below A: clear"""[1:]
+    )
+
+
+def test_the_encounter_in_a_small_room() -> None:
+    view = advised().view(0)
+    assert (
+        fit(collision_avoidance, view, Look(40, 12)).plain
+        == """
+ +100
+  +50 ··↑↑↑↓↓·                      ▒▒
+    0 ┄┄┄┄┄┄┄┄◆┄∘┄∘┄∘┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄▒A
+  -50                 ∘ ∘ ∘ ∘       ▒▒
+ -100                         ∘ ∘
+     40s     30s     20s    10s     0s
+◆ h +23 m  dh -5.0 m/s  30 s  none
+will pass 127 m below A: clear"""[1:]
+    )
+
+
+def test_the_encounter_in_a_small_room_in_ascii() -> None:
+    view = advised().view(0)
+    assert (
+        fit(collision_avoidance, view, Look(40, 12, ascii=True)).plain
+        == """
+ +100
+  +50 ..^^^vv.                      ::
+    0 --------+-o-o-o---------------:A
+  -50                 o o o o       ::
+ -100                         o o
+     40s     30s     20s    10s     0s
++ h +23 m  dh -5.0 m/s  30 s  none
+will pass 127 m below A: clear"""[1:]
+    )
+
+
+def test_the_encounter_after_a_collision() -> None:
+    view = collided().view(0)
+    assert (
+        fit(collision_avoidance, view, Look(80, 12)).plain
+        == """
+ +100
+
+  +50                                        ▒▒
+                                             ▒▒
+    0 ┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄▒A
+                                           ↓↑↑◆
+  -50                                        ▒▒
+
+ -100
+     40s       30s       20s       10s       0s
+◆ h -30 m  dh -2.0 m/s  0 s  climb
+passed 30 m below A: COLLISION"""[1:]
+    )
+
+
+def test_the_encounter_in_six_rows() -> None:
+    view = collided().view(0)
+    assert (
+        fit(collision_avoidance, view, Look(40, 6)).plain
+        == """
+ +100
+  +50                               ▒▒
+    0 ┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄↑▒A
+  -50                               ↑◆
+ -100
+passed 30 m below A: COLLISION"""[1:]
+    )
+
+
+def test_a_collision_is_told_first() -> None:
+    view = collided().view(0)
+    assert collision_avoidance.told(view) == (
+        "collision: passed 30 m below the intruder. kept climb. h -30 m, dh -2.0 m/s, 0 s left."
+    )
+    assert collision_avoidance.situation(view) == (
+        "collision: passed 30 m below the intruder. h -30 m, dh -2.0 m/s, 0 s left. advisory climb."
+    )
+
+
+def test_an_advisory_reversed_is_told() -> None:
+    view = started("collision-avoidance", [300.0, 0.0, 0.0, 20.0], [2, 0], [0.5], [0.5]).view(0)
+    assert collision_avoidance.told(view) == (
+        "clear ahead: will pass 301 m above the intruder. changed to descend. h +301 m, "
+        "dh +0.0 m/s, 18 s left."
+    )
+    assert collision_avoidance.situation(view) == (
+        "clear ahead: will pass 301 m above the intruder. h +301 m, dh +0.0 m/s, 18 s "
+        "left. advisory descend."
+    )
+
+
+def test_the_panel_says_what_this_rate_leads_to() -> None:
+    view = advised().view(0)
+    assert collision_avoidance.panel(view) == [
+        ("h", "+23 m"),
+        ("dh", "-5.0 m/s"),
+        ("time", "30 s"),
+        ("passes", "-127 m"),
+        ("", "clear"),
+        ("near", "below 50 m"),
+        ("last", "no-advisory"),
+        ("changes", "3"),
+        ("reward", "-0.01"),
+    ]

@@ -1,0 +1,87 @@
+from functools import partial
+
+import numpy as np
+
+from dmplay.views import machine_replacement
+from dmplay.views._canvas import Canvas, Look, fit
+from tests.support import games
+
+after = partial(games.after, "machine-replacement")
+
+
+def test_the_machine_at_its_start() -> None:
+    drawn = fit(machine_replacement, after(), Look(80, 24)).plain
+    assert (
+        drawn
+        == """\
+saw  nothing yet                                0 ●
+                                                ╱   ╲
+0 failed  ████████████████████ 1.000          ╱       ╲
+1 failed  ···················· 0.000        ╱           ╲
+2 failed  ···················· 0.000    1 ╱───────────────╲ 2
+history of a failure ▁
+
+reward expected at once
+m manufacture +0.902
+e examine     +0.652
+i interrupt   -0.500
+r replace     -2.000"""
+    )
+
+
+def test_a_defect_moves_the_dot_down_the_triangle() -> None:
+    drawn = fit(
+        machine_replacement,
+        after(*["manufacture"] * 6, "examine", seed=11),
+        Look(80, 24, ascii=True),
+    ).plain
+    assert (
+        drawn
+        == r"""
+saw  defective                                    0
+                                                /   \
+0 failed  .................... 0.000          /       \
+1 failed  ###########......... 0.550        /           \
+2 failed  #########........... 0.450    1 /------*--------\ 2
+history of a failure _.:-=++#
+
+reward expected at once
+m manufacture +0.374
+e examine     +0.124
+i interrupt   -1.950
+r replace     -2.000"""[1:]
+    )
+
+
+def test_the_machine_in_a_small_room_with_its_truth() -> None:
+    drawn = fit(
+        machine_replacement, after("manufacture", "manufacture"), Look(40, 8, state=np.array(1))
+    ).plain
+    assert (
+        drawn
+        == """\
+saw  nondefective
+0 failed  █████████████▏······ 0.656
+1 failed  ██████▏············· 0.308
+2 failed  ▊··················· 0.036
+m +0.75  e +0.50  i -0.88  r -2.00
+truly 1 failed"""
+    )
+
+
+def test_the_corners_of_the_triangle_are_the_states_for_sure() -> None:
+    drawn = Canvas()
+    machine_replacement._triangle(drawn, 0, np.array([0.0, 1.0, 0.0]))
+    machine_replacement._triangle(drawn, 25, np.array([0.0, 0.0, 1.0]))
+    assert drawn.text().plain.split("\n")[4] == "1 ●───────────────╲ 2    1 ╱───────────────● 2"
+
+
+def test_the_machine_tells_its_belief_and_its_prospects() -> None:
+    view = after("manufacture")
+    assert machine_replacement.told(view) == (
+        "nondefective. chose manufacture. belief: 0 failed 0.810, 1 failed 0.180, 2 failed 0.010."
+    )
+    assert machine_replacement.situation(after()) == (
+        "saw nothing yet. belief: 0 failed 1.000, 1 failed 0.000, 2 failed 0.000. expected reward "
+        "at once: manufacture 0.902, examine 0.652, interrupt -0.500, replace -2.000."
+    )

@@ -1,0 +1,186 @@
+"""What a person sees of a car on its hill, frame by frame."""
+
+from dmplay.session import Session
+from dmplay.views import mountain_car
+from dmplay.views._canvas import Look, fit
+from tests.support.games import started
+
+
+def rolling() -> Session:
+    return started("mountain-car", [-0.9, -0.05], [1])
+
+
+def test_the_car_rolls_up_the_hill_behind_it() -> None:
+    view = rolling().view(0)
+    assert (
+        fit(mountain_car, view, Look(80, 24)).plain
+        == """
+│                                                           F
+│                                                           │
+│                                                  ▂▄▅▆▇████▇
+│                                              ▁▃▆███████████
+│▄▁                                          ▃▆██████████████
+│██▆▃                                     ▁▅█████████████████
+│████▇▄▁                                ▃▆███████████████████
+│███████▅●                           ▁▄██████████████████████
+│█████████▇·▁                      ▃▆████████████████████████
+│████████████▇▄▂               ▁▃▆███████████████████████████
+│███████████████▇▆▄▃▂▁▁▁▁▁▁▂▃▅▇██████████████████████████████
+-1.2                 -0.52                           goal 0.6
+ ├┄┄┄┄┄┄┄┄●┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┼┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┤
+-0.07                         v                         +0.07
+
+x -0.948  v -0.0477  last: coast   goal x >= 0.6"""[1:]
+    )
+
+
+def test_the_car_in_ascii_is_unlike_its_hill() -> None:
+    view = rolling().view(0)
+    assert (
+        fit(mountain_car, view, Look(80, 24, ascii=True)).plain
+        == """
+|                                                           F
+|                                                           |
+|                                                  _-==######
+|                                              _-=###########
+|-_                                          -=##############
+|##=-                                     _=#################
+|#####-_                                -=###################
+|#######=*                           _-######################
+|##########._                      -=########################
+|#############-_               _-=###########################
+|################=--________-=###############################
+-1.2                 -0.52                           goal 0.6
+ +--------*-------------------+----------------------------+
+-0.07                         v                         +0.07
+
+x -0.948  v -0.0477  last: coast   goal x >= 0.6"""[1:]
+    )
+
+
+def test_the_car_in_a_small_room() -> None:
+    view = rolling().view(0)
+    assert (
+        fit(mountain_car, view, Look(40, 12)).plain
+        == """
+│                                     F
+│                                     │
+│                              ▂▄▆▇███▇
+│▅▂                         ▃▅█████████
+│██▇▄▁●                  ▂▅████████████
+│█████▇·▁             ▂▄▇██████████████
+│████████▇▅▃▂▁▁▁▁▁▂▃▅▇█████████████████
+x -0.948  v -0.0477  goal x >= 0.6"""[1:]
+    )
+
+
+def test_the_car_in_a_small_room_in_ascii() -> None:
+    view = rolling().view(0)
+    assert (
+        fit(mountain_car, view, Look(40, 12, ascii=True)).plain
+        == """
+|                                     F
+|                                     |
+|                              _-=#####
+|=_                         -=#########
+|###-_*                  _=############
+|######._             _-###############
+|#########=-_______-=##################
+x -0.948  v -0.0477  goal x >= 0.6"""[1:]
+    )
+
+
+def test_the_car_at_its_flag() -> None:
+    view = started("mountain-car", [0.58, 0.05], [2]).view(0)
+    assert (
+        fit(mountain_car, view, Look(80, 24)).plain
+        == """
+│                                                           F
+│                                                          ·●
+│                                                  ▂▄▅▆▇████▇
+│                                              ▁▃▆███████████
+│▄▁                                          ▃▆██████████████
+│██▆▃                                     ▁▅█████████████████
+│████▇▄▁                                ▃▆███████████████████
+│███████▅▂                           ▁▄██████████████████████
+│█████████▇▄▁                      ▃▆████████████████████████
+│████████████▇▄▂               ▁▃▆███████████████████████████
+│███████████████▇▆▄▃▂▁▁▁▁▁▁▂▃▅▇██████████████████████████████
+-1.2                 -0.52                           goal 0.6
+ ├┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┼┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄●┄┄┄┄┄┄┄┤
+-0.07                         v                         +0.07
+
+x +0.600  v +0.0514  last: right   goal x >= 0.6"""[1:]
+    )
+
+
+def test_the_flag_of_gym_stands_before_the_end_and_its_wall_stops_the_car() -> None:
+    view = started("mountain-car:gym", [-1.17, -0.06], [0]).view(0)
+    assert (
+        fit(mountain_car, view, Look(40, 12)).plain
+        == """
+│                                   F
+│                                   │
+│●                             ▂▄▆▇███▇
+│▅·                         ▃▅█████████
+│██▇▄▁                   ▂▅████████████
+│█████▇▄▁             ▂▄▇██████████████
+│████████▇▅▃▂▁▁▁▁▁▂▃▅▇█████████████████
+x -1.200  v +0.0000  goal x >= 0.5"""[1:]
+    )
+
+
+def test_the_car_at_its_flag_in_six_rows() -> None:
+    view = started("mountain-car", [0.58, 0.05], [2]).view(0)
+    assert (
+        fit(mountain_car, view, Look(40, 6)).plain
+        == """
+│                                     ●
+│                             ▁▃▅▆▇████
+│▇▅▃                      ▁▃▅▇█████████
+│████▆▄▂               ▂▄▆█████████████
+│███████▇▆▄▃▁▁▁▁▁▁▂▃▄▆█████████████████
+x +0.600  v +0.0514  goal x >= 0.6"""[1:]
+    )
+
+
+def test_a_rolling_car_is_told_with_its_goal() -> None:
+    view = rolling().view(0)
+    assert mountain_car.told(view) == "rolls left at -0.0477, x -0.948. coasted."
+    assert mountain_car.situation(view) == (
+        "rolls left at -0.0477, x -0.948. height -0.29. goal x >= 0.6."
+    )
+
+
+def test_a_car_at_its_goal_is_told_so() -> None:
+    view = started("mountain-car", [0.58, 0.05], [2]).view(0)
+    assert mountain_car.told(view) == "at the goal, x +0.600. drove right."
+    assert mountain_car.situation(view) == "at the goal, x +0.600. height +0.97. goal x >= 0.6."
+
+
+def test_a_car_at_the_left_wall_keeps_rolling() -> None:
+    view = started("mountain-car", [-1.17, -0.06], [0]).view(0)
+    assert mountain_car.told(view) == "at the left wall, rolls left at -0.0587. drove left."
+    assert mountain_car.situation(view) == (
+        "at the left wall, rolls left at -0.0587. height +0.44. goal x >= 0.6."
+    )
+
+
+def test_a_car_at_the_left_wall_of_gym_stopped() -> None:
+    view = started("mountain-car:gym", [-1.17, -0.06], [0]).view(0)
+    assert mountain_car.told(view) == "at the left wall, stopped. drove left."
+    assert mountain_car.situation(view) == (
+        "at the left wall, stopped. height +0.44. goal x >= 0.5 and v >= 0."
+    )
+
+
+def test_the_panel_has_both_conditions_of_gym() -> None:
+    view = started("mountain-car:gym", [-1.17, -0.06], [0]).view(0)
+    assert mountain_car.panel(view) == [
+        ("x", "-1.200"),
+        ("v", "+0.0000"),
+        ("height", "+0.44"),
+        ("goal", "x >= 0.5"),
+        ("and", "v >= 0"),
+        ("last", "left"),
+    ]

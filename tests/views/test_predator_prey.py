@@ -1,0 +1,151 @@
+import dataclasses
+from functools import partial
+
+import numpy as np
+
+from dmplay.finding import catalog
+from dmplay.views import predator_prey
+from dmplay.views._canvas import Look, Overlay, fit
+from dmplay.views._hexgrid import LEFT
+from tests.support import games
+
+after = partial(games.after, "predator-prey")
+
+
+def test_the_hunt_at_its_start_with_the_keys() -> None:
+    drawn = fit(predator_prey, after(), Look(80, 24, keys=True)).plain
+    assert (
+        drawn
+        == """\
+    ╱   ╲ ╱   ╲ ╱   ╲
+   │     │  h  │  @  │
+   │     │     │     │
+ ╱   ╲ ╱   ╲ ╱   ╲ ╱     ╱   ╲ ╱   ╲
+│     │     │  b  │     │     │     │
+│     │     │     │     │     │     │
+  ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
+   │     │     │  o  │     │     │
+   │     │     │     │     │     │
+     ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱"""
+    )
+
+
+def test_an_overlay_is_of_you_on_each_hex_with_the_prey_where_it_is() -> None:
+    view = after()
+    best = catalog.agent(view.problem, 0, "best-response:to=flee")
+    states = view.problem.enumerated()
+    values = best.values(best.begin(states))
+    assert values is not None
+    drawn = fit(predator_prey, view, Look(80, 24, overlay=Overlay("values", values))).plain
+    assert (
+        drawn
+        == """\
+    ╱   ╲ ╱   ╲ ╱   ╲
+   │     │     │  @  │
+   │-8.48│-8.16│     │
+ ╱   ╲ ╱   ╲ ╱   ╲ ╱     ╱   ╲ ╱   ╲
+│     │     │     │     │     │     │
+│-8.48│     │-7.54│     │-8.16│-8.41│
+  ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
+   │     │     │  o  │     │     │
+   │-8.16│-7.54│     │-7.62│-8.16│
+     ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱"""
+    )
+    prey, there = view.observation[1], [list(map(int, state)) for state in states]
+    moved = there.index([view.problem.hexes.index((0, 0)), int(prey)])  # type: ignore[attr-defined]
+    assert f"{values[moved].max():.2f}" == "-8.16"
+
+
+def test_several_on_one_hex() -> None:
+    drawn = fit(
+        predator_prey, after("e e e e e", seed=3, predators=2, prey=3), Look(80, 24, ascii=True)
+    ).plain
+    assert (
+        drawn
+        == r"""
+    /   \ /   \ /   \
+   |     |     |  o3 |
+   |     |     |     |
+ /   \ /   \ /   \ /     /   \ /   \
+|     |     |  o2 |     |     |  *  |
+|     |     |     |     |     | @o1 |
+  \ /   \ /   \ /   \ /   \ /   \ /
+   |     |     |  B  |     |     |
+   |     |     |     |     |     |
+     \ /   \ /   \ /   \ /   \ /"""[1:]
+    )
+
+
+def test_the_key_that_leads_to_the_prey_stands_below_it() -> None:
+    rows = fit(predator_prey, after("sw e"), Look(80, 24, keys=True)).plain.split("\n")
+    assert rows[7:9] == ["   │     │  b  │  o  │     │     │", "   │     │     │  n  │     │     │"]
+
+
+def test_more_on_one_hex_than_fit_are_cut_short() -> None:
+    view = after(seed=434, predators=2, prey=3)
+    crowded = dataclasses.replace(view, observations=(np.array([2, 2, 2, 2, 2]),))
+    assert "│@Bo1…│" in fit(predator_prey, crowded, Look(80, 24)).plain
+    assert ("* (1,2)", "@ B o1 o2 o3") in predator_prey.panel(crowded)
+    assert predator_prey.situation(crowded).startswith(
+        "at (1,2), you are predator1. you feed: any action stays here."
+    )
+
+
+def test_a_capture_is_told_to_both_sides() -> None:
+    view = after(seed=1)
+    together = dataclasses.replace(
+        view,
+        observations=(np.array([9, 9]), np.array([9, 0])),
+        actions=(0,),
+        joint=(np.array([0, 3]),),
+    )
+    assert predator_prey.told(together) == (
+        "at (2,0). chose E, fed, stayed. prey chose W, was devoured, born again at (-1,2)."
+    )
+    eaten = dataclasses.replace(together, seat=1, actions=(3,))
+    assert predator_prey.told(eaten) == (
+        "at (-1,2). chose W, was devoured, born again. predator chose E, fed, stayed at (2,0)."
+    )
+
+
+def test_the_hunt_compact_as_the_prey_sees_it() -> None:
+    drawn = fit(predator_prey, after("sw e", seat=1), Look(40, 8, keys=True)).plain
+    assert (
+        drawn
+        == """\
+   ╱ ╲ ╱ ╲ ╱ ╲
+  │   │   │   │
+ ╱ ╲ ╱ ╲ ╱ ╲ ╱   ╱ ╲ ╱ ╲
+│   │   │ A │   │   │   │
+ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱
+  │   │ h │ @ │ l │   │
+   ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱"""
+    )
+
+
+def test_the_hunt_in_dots() -> None:
+    drawn = fit(predator_prey, after(), Look(40, 6, ascii=True)).plain
+    assert (
+        drawn
+        == """\
+   .   .   @
+ .       .       .   .
+   .   .   o   .   ."""
+    )
+
+
+def test_the_hunt_is_told_from_where_one_stands() -> None:
+    assert predator_prey.situation(after()) == (
+        "at (1,2), you are predator. E wall. NE wall. NW wall. W (0,2) free. SW (1,1) free. "
+        "SE wall. prey at (2,0): 2 steps."
+    )
+    assert (
+        predator_prey.told(after("sw e"))
+        == "at (1,1). chose SW, moved SW. prey chose E, bumped, stayed at (2,0)."
+    )
+
+
+def test_the_other_predator_is_no_key_of_the_board() -> None:
+    left = {label: key for key, label in LEFT.items()}
+    shown = fit(predator_prey, after(seat=1), Look(80, 24, keys=True, names=left)).plain
+    assert [shown.count(mark) for mark in ("  A  ", "  a  ")] == [1, 1]

@@ -1,0 +1,153 @@
+"""What a person sees of a number and its pushes, frame by frame."""
+
+from dmplay.session import Session
+from dmplay.views import simple_regulator
+from dmplay.views._canvas import Look, fit
+from tests.support.games import started
+
+
+def pushed() -> Session:
+    return started(
+        "simple-regulator", [0.9], [-0.6, -0.7, 0.25], [0.5, 0.25], [0.7, 0.6], [0.9, 0.1]
+    )
+
+
+def test_the_regulator_and_its_last_pushes() -> None:
+    view = pushed().view(0)
+    assert (
+        fit(simple_regulator, view, Look(80, 24)).plain
+        == """
+                              │
+                              │
+                              │
+                              │        ←────────────────∘
+                  ←────────────────────∘
+               ∘──────→       │
+                   ▁▅▇█▇▅▁    │
+               ▁▂▄▆███████▆▄▂▁│
+ ├──────────────┬──────────●──┼──────────────┬─────────────┤
+-1            -0.5            0            +0.5           +1
+s -0.102   pushed -0.526 by +0.250, aimed at -0.276"""[1:]
+    )
+
+
+def test_the_regulator_in_ascii() -> None:
+    view = pushed().view(0)
+    assert (
+        fit(simple_regulator, view, Look(80, 24, ascii=True)).plain
+        == """
+                              |
+                              |
+                              |
+                              |        <----------------o
+                  <--------------------o
+               o------>       |
+                   _=*#*=_    |
+               _.-+#######+-._|
+ +--------------+----------*--+--------------+-------------+
+-1            -0.5            0            +0.5           +1
+s -0.102   pushed -0.526 by +0.250, aimed at -0.276"""[1:]
+    )
+
+
+def test_the_regulator_in_a_small_room() -> None:
+    view = pushed().view(0)
+    assert (
+        fit(simple_regulator, view, Look(40, 12)).plain
+        == """
+                   │    ←──────────∘
+            ←───────────∘
+          ∘───→    │
+          ▁▂▄▇█▇▄▂▁│
+ ├────────┬──────●─┼────────┬────────┤
+-1      -0.5       0      +0.5      +1
+s -0.102  a +0.250  aimed -0.276"""[1:]
+    )
+
+
+def test_the_regulator_in_a_small_room_in_ascii() -> None:
+    view = pushed().view(0)
+    assert (
+        fit(simple_regulator, view, Look(40, 12, ascii=True)).plain
+        == """
+                   |    <----------o
+            <-----------o
+          o--->    |
+          _.-*#*-._|
+ +--------+------*-+--------+--------+
+-1      -0.5       0      +0.5      +1
+s -0.102  a +0.250  aimed -0.276"""[1:]
+    )
+
+
+def test_the_regulator_at_its_start() -> None:
+    view = started("simple-regulator", [0.36]).view(0)
+    assert (
+        fit(simple_regulator, view, Look(40, 6)).plain
+        == """
+                   │
+                   │▁▂▄▇█▇▄▂▁
+ ├────────┬────────┼─────●──┬────────┤
+-1      -0.5       0      +0.5      +1
+s +0.360   drawn around 0.3"""[1:]
+    )
+
+
+def test_the_number_line_grows_with_the_number() -> None:
+    view = started("simple-regulator", [0.36], [10], [0.5, 0.25]).view(0)
+    assert (
+        fit(simple_regulator, view, Look(80, 12)).plain
+        == """
+                              │
+                              │
+                              │
+                              │
+                              │
+                              │∘─────────────→
+                              │              █
+                              │              █
+ ├──────────────┬─────────────┼──────────────●─────────────┤
+-20            -10            0             +10           +20
+s +10.360   pushed +0.360 by +10.000, aimed at +10.360"""[1:]
+    )
+
+
+def test_the_number_line_alone() -> None:
+    view = started("simple-regulator", [0.36]).view(0)
+    assert (
+        fit(simple_regulator, view, Look(40, 3)).plain
+        == """
+ ├────────┬────────┼─────●──┬────────┤
+-1      -0.5       0      +0.5      +1"""[1:]
+    )
+
+
+def test_a_push_is_told_with_its_aim() -> None:
+    view = pushed().view(0)
+    assert simple_regulator.told(view) == "s -0.102. pushed -0.526 by +0.250, aimed at -0.276."
+    assert simple_regulator.situation(view) == (
+        "s -0.102. a turn here costs 0.010. push by a number from -10 to 10; noise of 0.1"
+        " comes on top."
+    )
+
+
+def test_the_start_is_told_with_what_can_be_done() -> None:
+    view = started("simple-regulator:undiscounted", [0.36]).view(0)
+    assert simple_regulator.situation(view) == (
+        "s +0.360. a turn here costs 0.130. push by a number from -10 to 10; noise of 0.1"
+        " comes on top."
+    )
+
+
+def test_the_panel_has_what_the_number_costs() -> None:
+    view = pushed().view(0)
+    assert simple_regulator.panel(view) == [
+        ("s", "-0.102"),
+        ("costs", "0.010"),
+        ("last a", "+0.250"),
+        ("aimed", "-0.276"),
+        ("reward", "-0.276"),
+        ("noise", "0.1"),
+        ("gamma", "0.9"),
+        ("a from", "-10 to 10"),
+    ]

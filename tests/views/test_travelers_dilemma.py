@@ -1,0 +1,80 @@
+from functools import partial
+
+from dmplay.views import travelers_dilemma
+from dmplay.views._canvas import Look, fit
+from tests.support import games
+
+after = partial(games.after, "travelers-dilemma")
+
+
+def test_a_window_round_both_claims() -> None:
+    drawn = fit(travelers_dilemma, after("100 97", "60 45"), Look(80, 24)).plain
+    assert (
+        drawn
+        == """\
+     │ … │   43   │   44   │   45   │   46   │   47   │ …
+─────┼───┼────────┼────────┼────────┼────────┼────────┼───
+   … │   │        │        │        │        │        │
+  58 │   │ 41, 45 │ 42, 46 │ 43, 47 │ 44, 48 │ 45, 49 │
+  59 │   │ 41, 45 │ 42, 46 │ 43, 47 │ 44, 48 │ 45, 49 │
+> 60 │   │ 41, 45 │ 42, 46 │[43,47] │ 44, 48 │ 45, 49 │
+  61 │   │ 41, 45 │ 42, 46 │ 43, 47 │ 44, 48 │ 45, 49 │
+  62 │   │ 41, 45 │ 42, 46 │ 43, 47 │ 44, 48 │ 45, 49 │
+   … │   │        │        │        │        │        │
+
+agent1 (you) 100  60
+agent2        97  45"""
+    )
+
+
+def test_a_window_at_the_corner_in_ascii() -> None:
+    drawn = fit(travelers_dilemma, after("2 3", seat=1), Look(80, 24, ascii=True)).plain
+    assert (
+        drawn
+        == """\
+     |   2    |   3    |   4    |   5    |   6    | ~
+-----+--------+--------+--------+--------+--------+---
+>  2 |  2, 2  | [4,0]  |  4, 0  |  4, 0  |  4, 0  |
+   3 |  0, 4  |  3, 3  |  5, 1  |  5, 1  |  5, 1  |
+   4 |  0, 4  |  1, 5  |  4, 4  |  6, 2  |  6, 2  |
+   5 |  0, 4  |  1, 5  |  2, 6  |  5, 5  |  7, 3  |
+   6 |  0, 4  |  1, 5  |  2, 6  |  3, 7  |  6, 6  |
+   ~ |        |        |        |        |        |
+
+agent1         2
+agent2 (you)   3"""
+    )
+
+
+def test_three_claims_by_three() -> None:
+    drawn = fit(travelers_dilemma, after("100 97"), Look(40, 8)).plain
+    assert (
+        drawn
+        == """\
+     │ … │   96   │   97   │   98   │ …
+─────┼───┼────────┼────────┼────────┼───
+   … │   │        │        │        │
+  98 │   │ 94, 98 │ 95, 99 │ 98, 98 │
+  99 │   │ 94, 98 │ 95, 99 │96, 100 │
+>100 │   │ 94, 98 │[95,99] │96, 100 │"""
+    )
+
+
+def test_the_rounds_alone() -> None:
+    drawn = fit(travelers_dilemma, after("100 97", "60 45"), Look(40, 6)).plain
+    assert (
+        drawn
+        == """\
+agent1 (you) 100  60
+agent2        97  45
+both are paid the lower claim,
+its author 2 more, the other 2 less"""
+    )
+
+
+def test_the_rule_is_told_in_words_and_not_in_9801_cells() -> None:
+    assert travelers_dilemma.situation(after("60 45")) == (
+        "you are agent1. last round: agent1 chose 60. agent2 chose 45. claim 2 to 100 whole "
+        "dollars. equal claims are paid as they are. else both are paid the lower claim, its "
+        "author 2 more and the other 2 less."
+    )

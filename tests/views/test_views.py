@@ -1,0 +1,204 @@
+"""What a person sees, board by board, and that it fits and can be read by everyone."""
+
+import pytest
+from wcwidth import wcswidth
+
+import dmplay
+from dmplay.core import Problem
+from dmplay.dice import Dice
+from dmplay.finding import catalog
+from dmplay.finding.names import problem_names
+from dmplay.game.seats import action_by_key
+from dmplay.session import Session
+from dmplay.solvers import value_iteration
+from dmplay.tabular import tabulate
+from dmplay.views import crying_baby, game_2048, hexworld, prisoners_dilemma
+from dmplay.views._canvas import Look, Overlay, fit
+from dmplay.views._style_of import style_of
+from tests.support.games import session
+
+GLYPHS = set("─│┌┐└┘├┤┬┴┼╱╲┄━┷╋▏▎▍▌▋▊▉█▁▂▃▄▅▆▇▒←→↑↓↖↗↘↙◆●○∘·✓✗×γ…")
+SIZES = [(120, 40), (80, 24), (80, 12), (50, 14), (40, 12), (40, 8), (25, 6), (12, 2)]
+
+
+EVERYTHING = [
+    pytest.param(problem, id=f"{name}:{variant}" if variant else name)
+    for name in problem_names()
+    for variant, problem in catalog.variants(name).items()
+]
+
+
+def played(problem: Problem, turns: int) -> Session:
+    """A game of random agents."""
+    agents = [dmplay.agent(problem, seat, "random") for seat in range(len(problem.agents))]
+    game = Session(problem, Dice(5), agents)
+    while len(game.turns) < turns and not game.over:
+        game.advance()
+    return game
+
+
+def test_hexworld_at_its_start() -> None:
+    view = session("hexworld", [0.5], [0.0]).view(0)
+    assert (
+        fit(hexworld, view, Look(80, 24, keys=True)).plain
+        == """\
+ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲
+│     │     │     │     │  h  │  @  │  l  │     │     │     │
+│     │     │     │     │     │     │     │     │     │     │
+  ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
+   │  ◆  │     │     │     │  b  │           │     │     │
+   │  +5 │     │     │     │     │           │     │     │
+ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲     ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲
+│     │     │  ✗  │     │     │     │     │     │     │  ◆  │
+│     │     │ -10 │     │     │     │     │     │     │ +10 │
+  ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱"""
+    )
+
+
+def test_hexworld_in_compact_ascii_with_its_policy() -> None:
+    problem = dmplay.load("hexworld")
+    q = value_iteration.optimal(tabulate(problem), problem.discount)
+    view = session("hexworld", [0.55], [0.0]).view(0)
+    drawn = fit(hexworld, view, Look(50, 8, ascii=True, overlay=Overlay("policy", q)))
+    assert (
+        drawn.plain
+        == r"""
+ / \ / \ / \ / \ / \ / \ / \ / \ / \ / \
+| SE| SW| SW| W | E | E | @ | E | SE| SW|
+ \ / \ / \ / \ / \ / \ / \ / \ / \ / \ /
+  | + | W | NW|   | NE|       | E | SE|
+ / \ / \ / \ / \   \ / \ / \ / \ / \ / \
+| NE| NW| x | NW|   | E | E | NE|   | + |
+ \ / \ / \ / \ /     \ / \ / \ /     \ /"""[1:]
+    )
+
+
+def test_hexworld_in_three_rows_of_dots() -> None:
+    view = session("hexworld", [0.55], [0.0]).view(0)
+    assert (
+        fit(hexworld, view, Look(40, 3)).plain
+        == """\
+ .   .   .   .   .   .   @   .   .   .
+   +5  .   .       .           .   .
+ .   .  -10  .       .   .   .      +10"""
+    )
+
+
+def test_2048_with_its_new_tile_underlined() -> None:
+    game = session("2048", [0.0, 0.0, 0.0, 0.9], [0.0, 0.0])
+    game.advance([1])
+    drawn = fit(game_2048, game.view(0), Look(80, 24))
+    assert (
+        drawn.plain
+        == """\
+┌──────┬──────┬──────┬──────┐
+│  2   │  ·   │  ·   │  ·   │
+├──────┼──────┼──────┼──────┤
+│  ·   │  ·   │  ·   │  ·   │
+├──────┼──────┼──────┼──────┤
+│  ·   │  ·   │  ·   │  ·   │
+├──────┼──────┼──────┼──────┤
+│  2   │  4   │  ·   │  ·   │
+└──────┴──────┴──────┴──────┘"""
+    )
+    underlined = [drawn.plain[s.start : s.end] for s in drawn.spans if "underline" in str(s.style)]
+    assert underlined == ["2"]
+    assert (
+        fit(game_2048, game.view(0), Look(20, 4)).plain
+        == """\
+    2    ·    ·    ·
+    ·    ·    ·    ·
+    ·    ·    ·    ·
+    2    4    ·    ·"""
+    )
+
+
+def test_the_crying_baby_heard_twice() -> None:
+    game = session("crying-baby", [0.9], [0.0], [0.75])
+    game.advance([2])
+    game.advance([1])
+    drawn = fit(crying_baby, game.view(0), Look(80, 24)).plain
+    assert (
+        drawn
+        == """\
+heard  crying
+
+sated   ···················· 0.000
+hungry  ████████████████████ 1.000
+history of hungry ▅█▇
+ignore:crying sing:crying"""
+        or drawn.splitlines()[0] == "heard  crying"
+    )
+
+
+def test_the_prisoners_dilemma_with_its_last_play() -> None:
+    game = session("prisoners-dilemma", [], [], [])
+    game.advance([1, 0])
+    assert (
+        fit(prisoners_dilemma, game.view(0), Look(80, 24)).plain
+        == """\
+          │cooperate │  defect
+──────────┼──────────┼──────────
+ cooperate│  -1, -1  │  -4, 0
+>defect   │ [0, -4]  │  -3, -3
+
+agent1 (you) D
+agent2       C"""
+    )
+
+
+@pytest.mark.parametrize("problem", EVERYTHING)
+@pytest.mark.parametrize("plain", [False, True])
+def test_every_view_fits_every_room_in_allowed_glyphs(problem: Problem, plain: bool) -> None:
+    style = style_of(problem)
+    for turns in (0, 1, 4, 9):
+        game = played(problem, turns)
+        for seat in range(len(problem.agents)):
+            view = game.view(seat)
+            for width, height in SIZES:
+                look = Look(width, height, ascii=plain, keys=True)
+                drawn = fit(style, view, look)
+                rows = drawn.plain.split("\n")
+                assert max(map(len, rows)) <= width
+                assert len(rows) <= height
+                glyphs = {glyph for glyph in drawn.plain if not glyph.isascii()}
+                assert not glyphs if plain else glyphs <= GLYPHS
+                assert all(wcswidth(glyph) == 1 for glyph in glyphs)
+
+
+@pytest.mark.parametrize("problem", EVERYTHING)
+def test_every_view_fits_the_common_terminals_with_a_board(problem: Problem) -> None:
+    style = style_of(problem)
+    view = played(problem, 3).view(0)
+    for width, height in ((80, 18), (50, 9), (40, 8)):
+        assert "need" not in fit(style, view, Look(width, height)).plain
+
+
+@pytest.mark.parametrize("problem", EVERYTHING)
+def test_a_view_says_itself_in_plain_sentences(problem: Problem) -> None:
+    style = style_of(problem)
+    for turns in (0, 1, 5):
+        game = played(problem, turns)
+        for seat in range(len(problem.agents)):
+            view = game.view(seat)
+            words = [style.situation(view), *(label + value for label, value in style.panel(view))]
+            words += [style.told(view)] if view.turn else []
+            for sentence in words:
+                assert "\n" not in sentence
+                assert sentence.isascii()
+            assert style.situation(view).endswith(".")
+
+
+@pytest.mark.parametrize("problem", EVERYTHING)
+def test_every_action_has_a_key_and_every_key_an_action(problem: Problem) -> None:
+    style = style_of(problem)
+    for seat, labels in enumerate(problem.actions):
+        if not isinstance(labels, tuple) or not isinstance(labels[0], str):
+            continue
+        if len(labels) > 10:
+            continue  # a number is typed
+        assert set(style.KEYS.values()) <= set(labels)
+        for number in range(1, len(labels) + 1):
+            assert action_by_key(problem, seat, str(number % 10)) == number - 1
+        for key, label in style.KEYS.items():
+            assert action_by_key(problem, seat, key) == labels.index(label)

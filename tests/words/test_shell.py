@@ -1,0 +1,517 @@
+"""The shell: typed lines, scripts, and a real session on a terminal."""
+
+import json
+import signal
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+from prompt_toolkit.application import create_app_session
+from prompt_toolkit.completion import CompleteEvent, FuzzyCompleter
+from prompt_toolkit.document import Document
+from prompt_toolkit.input import create_pipe_input
+from prompt_toolkit.output import DummyOutput
+
+from dmplay import prompt
+from dmplay.errors import UnknownName
+from dmplay.finding.names import problem_names
+from dmplay.game.checking import check
+from dmplay.game.table import Table
+from dmplay.terminal import Terminal as Wished
+from dmplay.transcript.reading import read
+from dmplay.words.commands import COMMANDS, TOPICS, typed
+from dmplay.words.completion.candidates import candidates
+from dmplay.words.completion.completer import Words
+from dmplay.words.shell import Shell
+from tests.screen.test_terminal import colours, values
+from tests.support.games import PROGRAM
+from tests.support.terminals import (
+    CTRL_C,
+    CTRL_D,
+    CTRL_Z,
+    DMPLAY,
+    ENTER,
+    TAB,
+    Terminal,
+    clean_environment,
+)
+
+ON_A_TERMINAL = Wished(True, "", True, False, False)
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A state folder of this test's own."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    return tmp_path
+
+
+def shell(*lines: str) -> Shell:
+    """A shell in which these lines were done."""
+    made = Shell(Table(program=PROGRAM, aliases={"hw": "play hexworld --seed 7"}), ON_A_TERMINAL)
+    for line in lines:
+        made.do(line)
+    return made
+
+
+def session(keys: str, made: Shell | None = None) -> int:
+    """Types these keys at the prompt; the exit code."""
+    with create_pipe_input() as pipe, create_app_session(input=pipe, output=DummyOutput()):
+        pipe.send_text(keys)
+        return prompt.run(made or shell(), pipe, DummyOutput())
+
+
+def run(
+    *words: str, folder: Path, stdin: str | None = None, **env: str
+) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [*DMPLAY, *words], input=stdin, stdin=None if stdin is not None else subprocess.DEVNULL,
+        capture_output=True, text=True, env=clean_environment(folder, **env), cwd=folder,
+        timeout=60, check=False,
+    )  # fmt: skip
+
+
+def kept(folder: Path) -> list[Path]:
+    """The transcripts kept, in the order of their names."""
+    return sorted((folder / "dmplay" / "games").glob("*.dmt"))
+
+
+def test_a_game_is_played_on_from_an_earlier_turn_in_a_file_of_its_own(tmp_path: Path) -> None:
+    words = ("play hexworld --seed 7 -o g.dmt", "e", "ne", "branch 1", "w", "quit")
+    done = run(*(w for line in words for w in ("-e", line)), folder=tmp_path)
+    assert done.returncode == 0
+    assert "on from turn 1. new game of hexworld. kept: g.dmt" in done.stdout
+    told = {name: values(tmp_path / name, "actions") for name in ("g.dmt", "g-2.dmt")}
+    assert told == {
+        "g.dmt": ['{"agent": "e"}', '{"agent": "ne"}'],
+        "g-2.dmt": ['{"agent": "e"}', '{"agent": "w"}'],
+    }
+    assert all(check(tmp_path / name).ok for name in told)
+
+
+def test_a_recording_that_is_looked_at_is_played_on_from_where_it_stands(tmp_path: Path) -> None:
+    run("hexworld", "--seed", "7", "-o", "g.dmt", folder=tmp_path, stdin="e\nne\nw\n")
+    words = ("replay g.dmt", "step 2", "branch", "e", "quit")
+    done = run(*(w for line in words for w in ("-e", line)), folder=tmp_path)
+    assert "on from turn 2." in done.stdout
+    assert "turn 3. at (8,2). chose E, bumped" in done.stdout
+    (file,) = (tmp_path / "state" / "dmplay" / "games").glob("*.dmt")
+    assert check(file).ok
+
+
+def test_a_path_with_a_blank_is_told_as_a_shell_takes_it(tmp_path: Path) -> None:
+    words = ("play hexworld --seed 7 -o 'a b.dmt'", "e", "save 'c d.dmt'")
+    done = run(*(w for line in words for w in ("-e", line)), folder=tmp_path)
+    assert "dmplay resume 'c d.dmt' goes on" in done.stdout
+    assert "replay: dmplay replay 'a b.dmt'\n" in done.stderr
+
+
+def test_a_figure_is_drawn_as_outside_the_shell(tmp_path: Path) -> None:
+    for env in ({}, {"PYTHONIOENCODING": "ascii"}, {"DMPLAY_ASCII": "1"}):
+        alone = run("figure", "F.2", folder=tmp_path, **env).stdout
+        assert run("-e", "figure F.2", folder=tmp_path, **env).stdout.rstrip() == alone.rstrip()
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("branch 9", "--at: got 9, g.dmt has 1 turn"),
+        ("branch one", "branch: got 'one', expected a turn, 0 to 1"),
+    ],
+)
+def test_a_turn_that_is_not_there_is_told(line: str, message: str, tmp_path: Path) -> None:
+    done = run("-e", "play hexworld -o g.dmt", "-e", "e", "-e", line, folder=tmp_path)
+    assert (done.returncode, done.stderr.splitlines()[0]) == (2, "transcript: g.dmt")
+    assert f"error: command 3: {message}\n" in done.stderr
+
+
+# At the prompt
+
+
+def test_a_game_is_typed_and_ctrl_d_leaves(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert session("play hexworld --seed 7\re\rne; hint\r\x04") == 0
+    told = capsys.readouterr().out
+    assert "turn 1. at (8,2). chose E, moved E." in told
+    assert "turn 2. at (8,2). chose NE, bumped, stayed." in told
+    assert "hint (optimal): sw" in told
+    assert told.count("  @  ") == 3  # one board a line
+
+
+def test_ctrl_c_cancels_a_line_and_twice_on_an_empty_one_leaves(
+    place: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert session("play hexwo\x03list\r\x03help act\r\x03\x03") == 130
+    told = capsys.readouterr().out
+    assert "problem  " in told
+    assert told.count("Ctrl-C once more leaves") == 2
+
+
+def test_lines_pasted_together_are_done_one_after_the_other(
+    place: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert session("\x1b[200~play hexworld --seed 7\ne # east\nne\n\x1b[201~\r\x04") == 0
+    told = capsys.readouterr().out
+    assert "turn 1. at (8,2). chose E, moved E." in told
+    assert "turn 2. at (8,2). chose NE, bumped, stayed." in told
+
+
+def test_quit_leaves_with_0(place: Path) -> None:
+    assert session("quit\r") == 0
+
+
+def test_an_error_is_told_and_asked_again(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert session("hexwrold\rlegal\rplay\rhexworld\rnee\rplay '\r\x04") == 0
+    told = capsys.readouterr()
+    for error in (
+        "unknown command 'hexwrold'; did you mean hexworld or reroll or help?",
+        "no game is played; play PROBLEM begins one, list names them",
+        "play: expected a problem, as play hexworld --seed 7",
+        "unknown action 'nee'; did you mean ne or e?",
+        'got "\'": no closing quotation',
+    ):
+        assert f"error: {error}\n" in told.err
+
+
+def test_f1_is_help_that_fits_a_screen_and_names_every_command(
+    place: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert session("\x1bOP\x04") == 0
+    told = capsys.readouterr().out
+    assert told.count("\n") < 20
+    for topic, commands in TOPICS.items():
+        assert f"{topic}: {', '.join(command.name for command in commands)}" in " ".join(
+            told.split()
+        )
+
+
+def test_help_knows_actions_and_problems(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    made = shell()
+    made.do("help hexworld")
+    made.do("play hexworld")
+    made.do("help ne")
+    told = capsys.readouterr().out.splitlines()
+    assert told[0] == "hexworld: a problem; play hexworld begins it, info hexworld tells of it"
+    assert told[-1] == "ne: an action; its name alone plays it"
+
+
+@pytest.mark.parametrize("topic", TOPICS)
+def test_help_tells_of_a_topic_what_each_command_does(
+    topic: str, place: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shell().do(f"help {topic}")
+    told = capsys.readouterr().out.splitlines()
+    wanted = [f"{c.name} {c.argument}".strip() + f": {c.help}" for c in TOPICS[topic]]
+    assert told == wanted
+    with pytest.raises(UnknownName, match="did you mean files or"):
+        shell().do("help file")
+
+
+def test_the_prompt_and_the_toolbar_tell_where_the_game_stands(place: Path) -> None:
+    made = shell()
+    assert (made.prompt, prompt.toolbar(made)) == ("dmplay> ", " F1 help")
+    made.do("hw; e")
+    assert made.prompt == "dmplay [hexworld t1]> "
+    assert prompt.toolbar(made) == " return 0.00 · at (8,2) · F1 help"
+    made.do("play crying-baby --turns 1")
+    assert prompt.toolbar(made) == " F1 help"
+    made.do("feed")
+    assert made.prompt == "dmplay [crying-baby t1 over]> "
+    made.do("play prisoners-dilemma --vs human")
+    made.do("c")
+    assert made.prompt == "dmplay [prisoners-dilemma t0 agent2]> "
+
+
+def test_lines_are_remembered_but_not_the_choices_of_several(place: Path) -> None:
+    session("hw\re\rplay prisoners-dilemma --vs human\rcooperate\rdefect\r\x04")
+    typed_ = (place / "dmplay" / "history").read_text()
+    assert [line[1:] for line in typed_.splitlines() if line[:1] == "+"] == [
+        "hw", "e", "play prisoners-dilemma --vs human",
+    ]  # fmt: skip
+    assert session("\x1b[A\x1b[A\r\x04") == 0  # two up: `e`, which no game takes
+
+
+def test_a_game_that_ends_is_told_once(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    shell("play crying-baby --seed 7 --turns 1", "feed", "look", "state")
+    told = capsys.readouterr().out
+    assert told.count("over: turn limit after 1 turn.") == 1
+    assert "turn 1. action feed. state " in told
+
+
+@pytest.mark.parametrize("name", problem_names())
+def test_every_problem_is_played_by_an_agent_step_by_step(
+    name: str, place: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    made = shell(f"play {name} --seed 7 --agent random --turns 5", "step", "step 2", "auto")
+    assert len(made.table.game.session.turns) <= 5
+    assert made.table.game.session.over
+    made.table.end()
+    (path,) = kept(place)
+    assert check(path).ok
+    with pytest.raises((LookupError, ValueError), match="'nonsense'"):
+        made.do("nonsense")
+
+
+def test_a_recording_is_looked_at_and_gone_on_with(
+    place: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    made = shell("hw", "e; ne", f"save {place / 'g.dmt'}")
+    made.do(f"replay {place / 'g.dmt'}")
+    made.do("step; step; undo")
+    assert len(made.table.game.session.turns) == 1
+    made.do(f"load {place / 'g.dmt'}")
+    assert "resumed hexworld. turn 2." in capsys.readouterr().out
+    made.do("w")
+    made.table.end()
+    end = read(place / "g.dmt").end
+    assert end is not None
+    assert json.loads(json.dumps(end["end"]))["turns"] == 3
+
+
+def test_a_hidden_game_is_not_exported_before_its_end(place: Path) -> None:
+    made = shell("play crying-baby --seed 3 --turns 2", "feed")
+    with pytest.raises(ValueError, match="would tell what is hidden"):
+        made.do("export --csv")
+    made.do("feed; export --csv")
+
+
+def test_the_screen_opens_from_a_terminal_only(place: Path) -> None:
+    with pytest.raises(ValueError, match="opens from the shell, on a terminal"):
+        shell("hw", "screen")
+
+
+# Completion
+
+
+@pytest.mark.parametrize(
+    ("line", "among"),
+    [
+        ("", "play list hexworld 2048 hw"),
+        ("play ", "hexworld hexworld:straight-line cart-pole:gym"),
+        ("play hexworld ", "--seed --agent --set"),
+        ("play hexworld --agent ", "human optimal random"),
+        ("play prisoners-dilemma --vs ", "grim"),
+        ("play prisoners-dilemma --seat ", "agent2=grim"),
+        ("play hexworld --set ", "slip= discount="),
+        ("info ", "catch"),
+        ("help ", "undo restart files"),
+        ("list ", "POMDP"),
+        ("figure ", "F.2 T.1"),
+    ],
+)
+def test_what_can_follow_is_offered(line: str, among: str, place: Path) -> None:
+    assert set(among.split()) <= set(candidates(shell().table, line))
+
+
+@pytest.mark.parametrize(
+    ("line", "among"),
+    [
+        ("", "e nw undo restart"),
+        ("act ", "e nw"),
+        ("agent ", "agent"),
+        ("agent agent ", "optimal"),
+        ("set ", "slip"),
+        ("seed ", "7"),
+    ],
+)
+def test_what_can_follow_in_a_game_is_offered(line: str, among: str, place: Path) -> None:
+    assert set(among.split()) <= set(candidates(shell("hw").table, line))
+
+
+def test_files_are_offered(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (place / "a.dmt").touch()
+    (place / "b.txt").touch()
+    monkeypatch.chdir(place)
+    for command in ("load", "replay", "export"):
+        found = candidates(shell().table, f"{command} ")
+        assert "a.dmt" in found
+        assert "b.txt" not in found
+
+
+@pytest.mark.parametrize(
+    ("line", "first"),
+    [
+        ("play hexw:st", "hexworld:straight-line"),
+        ("play hexworld --sd", "--seed"),
+        ("list; pla", "play"),
+        ("play prisoners-dilemma --vs tft", "tit-for-tat"),
+    ],
+)
+def test_completion_is_fuzzy_and_takes_the_word_under_the_cursor(
+    line: str, first: str, place: Path
+) -> None:
+    completer = FuzzyCompleter(Words(shell().table), WORD=True)
+    found = [*completer.get_completions(Document(line), CompleteEvent())]
+    assert found[0].text == first
+    assert -found[0].start_position == len(line.rpartition(" ")[2])
+
+
+# Scripts
+
+SCRIPT = "# a game\nplay hexworld --seed 7\n\ne  # east\nact NE; look\nquit\nnever\n"
+
+
+@pytest.mark.parametrize("words", [(), ("shell",)])
+def test_a_script_is_echoed_after_the_prompts_and_played(
+    words: Sequence[str], tmp_path: Path
+) -> None:
+    done = run(*words, folder=tmp_path, stdin=SCRIPT)
+    assert done.returncode == 0
+    prompts = [line for line in done.stdout.splitlines() if line.startswith("dmplay")]
+    assert prompts == [
+        "dmplay> play hexworld --seed 7",
+        "dmplay [hexworld t0]> e  # east",
+        "dmplay [hexworld t1]> act NE; look",
+        "dmplay [hexworld t2]> quit",
+    ]
+    assert "│" not in done.stdout
+    assert done.stderr.startswith("transcript: ")
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("nee", "line 3: unknown action 'nee'; did you mean ne or e?"),
+        ("act e e", "line 3: act: got 'e e', expected one action; ';' stands between"),
+        ("act", "line 3: act: expected an action"),
+        ("new 5", "line 3: new: got '5', expected nothing after it"),
+        ("quit now", "line 3: quit: got 'now', expected nothing after it"),
+        ("undo 3", "line 3: undo 3: 1 turn was played"),
+        ("play chess", "line 3: unknown problem 'chess'"),
+        ("play hexworld --sed 3", "line 3: no such option: --sed"),
+        ("step", "line 3: step: people play here; agent SEAT NAME seats an agent"),
+    ],
+)
+def test_a_bad_line_ends_a_script_with_2_and_is_named(
+    line: str, message: str, tmp_path: Path
+) -> None:
+    done = run("shell", folder=tmp_path, stdin=f"play hexworld --seed 7\ne\n{line}\ne\n")
+    assert done.returncode == 2
+    assert done.stderr.splitlines()[-1].startswith(f"error: {message}")
+    (path,) = kept(tmp_path / "state")
+    assert '"reason": "illegal", "turns": 1' in path.read_text()
+
+
+def test_commands_of_the_command_line_are_done_in_order(tmp_path: Path) -> None:
+    words = ("-e", "play hexworld --seed 7", "-e", "e", "-e", "quit", "-e", "never")
+    done = run(*words, folder=tmp_path)
+    assert done.returncode == 0
+    assert "turn 1. at (8,2)." in done.stdout
+    assert "dmplay>" not in done.stdout
+    bad = run("shell", "--execute", "list", "-e", "legal", folder=tmp_path)
+    assert bad.returncode == 2
+    assert bad.stderr.startswith("error: command 2: no game is played")
+
+
+def test_what_is_no_text_is_no_command(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [*DMPLAY, "shell"], input=b"play hexworld\n\xff\n", capture_output=True, cwd=tmp_path,
+        env=clean_environment(tmp_path), timeout=60, check=False,
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert b"error: line 2: unknown action '\\\\xff'" in done.stderr
+
+
+@pytest.mark.parametrize("stdin", [None, ""])
+def test_nothing_to_read_is_help_on_the_error_stream(stdin: str | None, tmp_path: Path) -> None:
+    done = run(folder=tmp_path, stdin=stdin)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "dmplay hexworld" in done.stderr
+
+
+def test_every_command_is_asked_without_a_fault(
+    place: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for game in ("hexworld", "crying-baby", "simple-regulator", "predator-prey"):
+        made = shell(f"play {game} --seed 7")
+        for command in COMMANDS:
+            if command.name not in ("quit", "load"):
+                try:
+                    words = typed(made.table, command.name)
+                except (ValueError, LookupError) as error:
+                    words = str(error)
+                assert words
+
+
+# On a real terminal
+
+
+@pytest.mark.slow
+def test_a_session_on_a_terminal(tmp_path: Path) -> None:
+    with Terminal(folder=tmp_path) as terminal:
+        terminal.ready()
+        assert len(terminal.text.partition("dmplay>")[0].splitlines()) <= 3
+        terminal.press("play hexw").calm().press(TAB).calm()
+        terminal.press(" --seed 7" + ENTER, "dmplay [hexworld t0]>").press("e" + ENTER, "t1]>")
+        terminal.press("screen" + ENTER, " dmplay hexworld    seed 7   turn 1").calm()
+        terminal.press("N", "new game").press("l", "turn 1 ").press("q", "again in words").calm()
+        terminal.press("restart" + ENTER, "t0]>").press(CTRL_C, "once more").press(CTRL_C)
+        assert terminal.ended() == 130
+        assert terminal.left_clean()
+        assert "transcript: " in terminal.text
+    assert len(kept(tmp_path / "state")) == 3
+    with Terminal(folder=tmp_path) as terminal:
+        terminal.ready().press("play h", "play hexworld --seed 7").press("\x1b[C" + ENTER, "t0]>")
+        assert terminal.press(CTRL_D).ended() == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129)])
+def test_a_signal_ends_a_session_in_good_order(number: int, code: int, tmp_path: Path) -> None:
+    with Terminal(folder=tmp_path) as terminal:
+        terminal.ready().press("play hexworld --seed 7" + ENTER, "t0]>").press(
+            "e" + ENTER, "t1]>"
+        ).calm()
+        terminal.signal(number)
+        assert terminal.ended() == code
+        assert terminal.left_clean()
+        assert "Traceback" not in terminal.printed
+    (path,) = kept(tmp_path / "state")
+    assert check(path).ok
+    assert '"reason": "interrupted"' in path.read_text()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("env", [{"TERM": "dumb"}, {"ACCESSIBLE": "1"}])
+def test_a_shell_that_cannot_draw_asks_in_lines(env: dict[str, str], tmp_path: Path) -> None:
+    with Terminal(folder=tmp_path, env=env) as terminal:
+        terminal.until("dmplay>").press("play hexworld --seed 7\n", "[hexworld t0]>")
+        terminal.press("nee\n", "error: unknown action 'nee'").press("e\n", "t1]>")
+        terminal.press(CTRL_C, "once more").press("w\n", "t2]>").press(CTRL_C).calm()
+        terminal.press(CTRL_C)
+        assert terminal.ended() == 130
+        assert "\x1b" not in terminal.printed
+        assert "│" not in terminal.printed
+
+
+@pytest.mark.slow
+def test_no_color_gives_no_colour_codes(tmp_path: Path) -> None:
+    with Terminal(folder=tmp_path, env={"NO_COLOR": "1"}) as terminal:
+        terminal.ready().press("play hexworld --seed 7" + ENTER, "t0]>").press("he" + TAB).calm()
+        terminal.press("\x15quit" + ENTER)
+        assert terminal.ended() == 0
+        assert colours(terminal.printed) == set()
+
+
+@pytest.mark.slow
+def test_ctrl_z_gives_the_terminal_back_and_fg_goes_on(tmp_path: Path) -> None:
+    bash = ("bash", "--norc", "--noprofile", "-i")
+    with Terminal(command=bash, folder=tmp_path, env={"PS1": "ready> "}) as terminal:
+        terminal.until("ready>").press(f"{sys.executable} -m dmplay\r").ready().calm()
+        terminal.press("play hexworld --seed 7" + ENTER, "t0]>").calm()
+        terminal.press(CTRL_Z, "Stopped").calm().press("fg\r").calm(0.5)
+        terminal.press("e" + ENTER, "t1]>").calm().press(CTRL_D, "transcript: ").calm()
+        terminal.press("echo code=$?\r", "code=0").press("exit\r")
+        assert terminal.ended() == 0
+
+
+@pytest.mark.slow
+def test_a_prompt_follows_the_size_of_its_terminal(tmp_path: Path) -> None:
+    with Terminal(folder=tmp_path) as terminal:
+        terminal.ready().press("play hexworld --seed 7" + ENTER, "t0]>").calm()
+        for columns, rows in ((50, 14), (200, 60), (20, 6)):
+            terminal.resize(columns, rows).calm().press("e" + ENTER).calm()
+        terminal.press(CTRL_D)
+        assert terminal.ended() == 0
+        assert "Traceback" not in terminal.printed
