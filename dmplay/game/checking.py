@@ -1,14 +1,13 @@
 """Verifying files and folders of transcripts, and rewriting them."""
 
 import os
-import sys
 from collections.abc import Iterator, Sequence
 from json import dumps
 from pathlib import Path
 
 from dmplay.errors import BadParameter, BadTranscript, DmplayError
 from dmplay.finding import catalog
-from dmplay.game.game import frame
+from dmplay.game.account import frame
 from dmplay.game.saves import INPUT, standard
 from dmplay.game.seats import asked_again
 from dmplay.terminal import clean
@@ -107,34 +106,35 @@ def replace(path: Path, content: str) -> None:
         raise BadParameter(f"cannot write {path}: {error.strerror}") from None
 
 
-def print_updates(paths: Sequence[Path], *, trusted: bool) -> None:
-    """Rewrites files, showing what changes in each."""
+def updates(paths: Sequence[Path], *, trusted: bool) -> tuple[list[str], list[str]]:
+    """Rewrites files: what changed in each that differed, and why others were not rewritten."""
+    diffs, refused = [], []
     for path in paths:
         try:
-            diff = update(path, trusted=trusted)
+            diffs.append(update(path, trusted=trusted))
         except BadTranscript as error:
-            print(f"not rewritten: {error}", file=sys.stderr)
-            continue
-        if diff:
-            print(diff)
+            refused.append(f"not rewritten: {error}")
+    return [diff for diff in diffs if diff], refused
 
 
-def print_reports(
+def reported(
     reports: Sequence[Report], good: Sequence[bool], *, json: bool, quiet: bool
-) -> None:
+) -> list[str]:
     """A line for each good file, all findings of a bad one, and a sum; or an object a file."""
-    for report, fine in zip(reports, good, strict=True):
-        if json:
-            print(dumps(_data(report, fine)))
-        elif not fine:
-            print(clean(str(report)))
-        elif not quiet:
-            unfinished = ", unfinished" if report.unfinished else ""
-            turns = f"{report.turns} turn{'s' * (report.turns != 1)}"
-            print(f"ok {clean(report.path)} ({turns}{unfinished})")
-    if not (json or quiet):
-        bad = len(good) - sum(good)
-        print(f"{sum(good)} verified, {bad} failed" if bad else f"{len(good)} verified")
+    pairs = list(zip(reports, good, strict=True))
+    if json:
+        return [dumps(_data(report, fine)) for report, fine in pairs]
+    rows = [_line(report) if fine else clean(str(report)) for report, fine in pairs]
+    if quiet:
+        return [row for row, fine in zip(rows, good, strict=True) if not fine]
+    bad = len(good) - sum(good)
+    return [*rows, f"{sum(good)} verified, {bad} failed" if bad else f"{len(good)} verified"]
+
+
+def _line(report: Report) -> str:
+    """A file that is as it should be."""
+    unfinished = ", unfinished" if report.unfinished else ""
+    return f"ok {clean(report.path)} ({report.turns} turn{'s' * (report.turns != 1)}{unfinished})"
 
 
 def _data(report: Report, fine: bool) -> dict[str, object]:

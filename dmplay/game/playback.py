@@ -6,6 +6,8 @@ from dmplay.dice import Dice
 from dmplay.errors import BadParameter
 from dmplay.game.checking import loaded, readable
 from dmplay.game.game import Game
+from dmplay.game.keyboard import Keyboard
+from dmplay.game.keymap import AS_DRAWN
 from dmplay.session import Session
 from dmplay.transcript.format import CHOSEN
 from dmplay.transcript.reading import Block
@@ -21,9 +23,8 @@ class Playback(Game):
         self._problem = found.problem
         self._place = 0
         seats = list(self.transcript.header.seats.values())
-        super().__init__(found.name, self._session(0), seats)
-        self.people = []
-        self.reveal = True
+        keyboard = Keyboard(found.problem, [], AS_DRAWN)  # nobody plays
+        super().__init__(found.name, self._session(0), seats, keyboard)
 
     def _session(self, blocks: int) -> Session:
         header = self.transcript.header
@@ -48,6 +49,11 @@ class Playback(Game):
         return True
 
     @property
+    def reveal(self) -> bool:
+        """Nothing is hidden."""
+        return True
+
+    @property
     def source(self) -> Path | None:
         """The file that is looked at."""
         return Path(self.transcript.path)
@@ -68,5 +74,4 @@ class Playback(Game):
             self._place -= 1
             if self._place and self._blocks()[self._place - 1].kind == "reroll":
                 self._place -= 1
-        self.session = self._session(self._place)
-        self._advisers.clear()
+        self._sit(self._session(self._place))

@@ -1,4 +1,4 @@
-"""What game is wanted: as the command line, a transcript or the game before it has it."""
+"""What game is wanted: a new one, or one of a transcript: gone on with, branched, looked at."""
 
 import json
 import shlex
@@ -33,6 +33,8 @@ class Request:
     keep: bool = False  # in the state folder, though nobody plays
     keys: Keys = AS_DRAWN
     asks: bool = True  # whether a person may be asked to choose
+    seed_known: bool = True  # whether the player may see the seed before the end
+    fresh: bool = False  # whether the seed was drawn for this game
 
     @property
     def name(self) -> str:
@@ -60,6 +62,36 @@ class Request:
         wishes = {"--strict": self.strict, "--reveal": self.reveal, "--frames": self.frames}
         words += [option for option, wish in wishes.items() if wish]
         return shlex.join([*words, "--seed", str(seed)])
+
+
+@dataclass(frozen=True)
+class Resumption:
+    """The game of a transcript, to go on with."""
+
+    path: Path
+    trusted: bool = False
+    keys: Keys = AS_DRAWN
+    asks: bool = True
+
+
+@dataclass(frozen=True)
+class Branching(Resumption):
+    """A new game that begins as that of a transcript did, up to a turn."""
+
+    turn: int = 0
+    record: Path = field(kw_only=True)
+    force: bool = False
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A recorded game, to look at."""
+
+    path: Path
+    trusted: bool = False
+
+
+Wanted = Request | Resumption | Branching | Recording
 
 
 def words_of(line: str) -> list[str]:
@@ -95,4 +127,5 @@ def repeated(header: Header, seats: Sequence[str], record: Path, keys: Keys) -> 
         reveal=header.reveal,
         parameters=header.parameters,
         keys=keys,
+        seed_known=False,
     )

@@ -1,71 +1,27 @@
-"""Who sits where: people, agents, scripts and recordings, and how a word or a key is an action."""
+"""Who sits where: people, agents, scripts and recordings."""
 
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from dmplay.core import Interval, Policy, Problem
+from dmplay.core import Policy, Problem
 from dmplay.dice import Dice
-from dmplay.errors import BadParameter, DmplayError, UnknownName
+from dmplay.errors import BadParameter, DmplayError
 from dmplay.finding import catalog
+from dmplay.game.keyboard import action_of
 from dmplay.game.request import Request
 from dmplay.policies.script import Script
 from dmplay.terminal import clean
 from dmplay.transcript.format import PERSON, Header
 from dmplay.transcript.reading import Transcript, read
 from dmplay.transcript.replay import replay
-from dmplay.views._style_of import style_of
 
 HUMAN = PERSON
 UNASKED = (HUMAN, "script", "replay")  # seats whose actions only the file can tell
-DIGITS = 10  # keys that are the number of an action
-DIGIT_KEYS = "0123456789"
-NUMERIC = re.compile(r"\s*[-+]?\.?\d")
 
 
-def action_of(
-    problem: Problem, seat: int, word: str, keys: Mapping[str, str] | None = None
-) -> float:
-    """The action that a person wrote: its name, an alias, its number or a key."""
-    try:
-        return problem.action(seat, word)
-    except UnknownName:
-        by_key = action_by_key(problem, seat, word, keys)
-        if by_key is None:
-            _check_bounds(problem, seat, word)
-            raise
-        return by_key
-
-
-def _check_bounds(problem: Problem, seat: int, word: str) -> None:
-    """Refuses a number where actions are other whole numbers, and tells which."""
-    labels = problem.actions[seat]
-    if isinstance(labels, Interval) or not all(label.isdigit() for label in labels):
-        return
-    if NUMERIC.match(word):
-        step = int(labels[1]) - int(labels[0])
-        tens = f" in steps of {step}" if step > 1 else ""
-        wanted = f"a whole number from {labels[0]} to {labels[-1]}{tens}"
-        raise BadParameter(f"action: got {word!r}, expected {wanted}") from None
-
-
-def action_by_key(
-    problem: Problem, seat: int, key: str, keys: Mapping[str, str] | None = None
-) -> float | None:
-    """The action that a key plays, of a view's keys if no others are in force.
-
-    A digit is the action's number, 0 the tenth.
-    """
-    labels = problem.actions[seat]
-    if isinstance(labels, Interval):
-        return None
-    known = style_of(problem).KEYS if keys is None else keys
-    if known.get(key) in labels:
-        return labels.index(known[key])
-    if len(key) == 1 and key in DIGIT_KEYS and len(labels) <= DIGITS:
-        number_ = (int(key) - 1) % DIGITS
-        return number_ if number_ < len(labels) else None
-    return None
+def people(seats: Sequence[str]) -> list[int]:
+    """The seats that people play."""
+    return [seat for seat, who in enumerate(seats) if who == HUMAN]
 
 
 def seat_policy(problem: Problem, seat: int, who: str) -> Policy | None:
@@ -96,8 +52,8 @@ def _script(problem: Problem, seat: int, rest: str) -> tuple[float, ...]:
         except (OSError, UnicodeDecodeError) as error:
             raise BadParameter(f"{rest}: {error}") from None
         words = [
-            (f"{rest}:{number_}", word)
-            for number_, row in enumerate(rows, 1)
+            (f"{rest}:{number}", word)
+            for number, row in enumerate(rows, 1)
             for word in row.partition("#")[0].replace(",", " ").split()
         ]
     else:

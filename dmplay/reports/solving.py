@@ -43,7 +43,7 @@ def _code() -> list[int]:
     return [file.stat().st_mtime_ns for file in sorted(Path(__file__).parent.parent.rglob("*.py"))]
 
 
-def told(name: str, found: Solution) -> str:
+def _told(name: str, found: Solution) -> str:
     """The solution for people: method, result and a table."""
     columns = list(found.rows[0]) if found.rows else []
     cells = [columns] + [[_cell(row[column]) for column in columns] for row in found.rows]
@@ -59,10 +59,10 @@ def _cell(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def print_solution(
+def solved(
     name: str, parameters: Mapping[str, object], *, json: bool = False, motion: bool = True
-) -> None:
-    """Prints the solution of a problem; while it is sought, how far that is."""
+) -> str:
+    """The solution of a problem; while it is sought, how far that is."""
     with Bar(f"solving {name}", quiet=json, motion=motion) as bar:
         found = cached(name, parameters, bar)
-    print(dumps({"problem": name} | found._asdict()) if json else told(name, found))
+    return dumps({"problem": name} | found._asdict()) if json else _told(name, found)

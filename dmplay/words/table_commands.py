@@ -5,6 +5,7 @@ from shlex import quote
 
 from dmplay.errors import BadParameter
 from dmplay.finding import catalog
+from dmplay.game.answer import answer
 from dmplay.game.request import words_of
 from dmplay.game.saves import copied
 from dmplay.game.table import Table
@@ -66,7 +67,7 @@ def set_(table: Table, argument: str) -> str:
     game = table.game
     if not argument:
         known = catalog.parameters(game.problem)
-        return "\n".join(f"{name} {value}" for name, value in known.items())
+        return answer([f"{name} {value}" for name, value in known.items()])
     key, _, value = argument.replace("=", " ", 1).partition(" ")
     settings = [*(game.asked.settings if game.asked else ()), f"{key}={value.strip()}"]
     return table.restart(settings=settings)

@@ -17,6 +17,7 @@ from dmplay.game.seats import HUMAN
 from dmplay.session import Session
 from dmplay.solutions import every
 from tests.cli.test_cli import run
+from tests.support.screens import seated
 from tests.test_readme import TIGER
 
 TOLD: dict[str, type[Tabular]] = {}
@@ -121,7 +122,7 @@ class Dial(Lamp):
 
 
 def game(problem: dmplay.Problem) -> Game:
-    return Game("mine", Session(problem, Dice(7, 0), [None]), [HUMAN])
+    return seated("mine", Session(problem, Dice(7, 0), [None]), [HUMAN])
 
 
 @pytest.mark.parametrize(
@@ -171,7 +172,7 @@ def test_the_tiger_is_listened_to_until_a_door_is_worth_it() -> None:
     assert played.adviser.hint() == (
         "hint (plan): listen. values: listen 9.44, open-left -36.25, open-right -36.25"
     )
-    assert played.situation() == (
+    assert played.account.situation(played.view()) == (
         "nothing yet. belief: left 0.500, right 0.500. actions: listen, open-left, open-right."
     )
 
@@ -193,7 +194,7 @@ def test_a_lamp_is_switched_on_and_left() -> None:
 def test_a_lamp_goes_where_its_switch_says() -> None:
     played = game(Lamp())
     for action, state in (("wait", "dark"), ("switch", "light"), ("wait", "light")):
-        played.choose(played.read(action))
+        played.choose(played.keyboard.read(0, action))
         assert played.problem.notation(played.session.state) == state
         assert played.view().observation == played.session.state
     assert [turn.rewards.tolist() for turn in played.session.turns] == [[0.0], [-0.5], [1.0]]

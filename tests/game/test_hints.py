@@ -13,11 +13,13 @@ from dmplay.core import Interval, Policy
 from dmplay.finding import catalog
 from dmplay.game.adviser import decimals, fixed
 from dmplay.game.game import Game
+from dmplay.game.keyboard import DIGITS
 from dmplay.game.review import Move, moves
-from dmplay.game.seats import DIGITS, HUMAN
+from dmplay.game.seats import HUMAN
 from dmplay.session import Session
 from dmplay.solvers.value_iteration import best
 from tests.laws.test_conformance import CASES
+from tests.support.screens import seated
 
 TURNS = 3
 SEATS = [(name, seat) for name in CASES for seat in range(len(dmplay.load(name).agents))]
@@ -28,9 +30,9 @@ def game(name: str, seat: int) -> Game:
     """A game of one person and the usual others."""
     problem = dmplay.load(name)
     who = [catalog.partner(problem, i) for i in range(len(problem.agents))]
-    seated = [None if i == seat else catalog.agent(problem, i, w) for i, w in enumerate(who)]
+    agents = [None if i == seat else catalog.agent(problem, i, w) for i, w in enumerate(who)]
     who[seat] = HUMAN
-    return Game(name, Session(problem, dmplay.Dice(11), seated, limit=TURNS), who)
+    return seated(name, Session(problem, dmplay.Dice(11), agents, limit=TURNS), who)
 
 
 @cache
@@ -85,7 +87,7 @@ def test_a_hint_is_the_best_of_the_values_that_it_tells(name: str, seat: int) ->
         if known is None:
             assert numbers == {}
             continue
-        able = [able for _, _, able in played.legal(seat)]
+        able = [able for _, _, able in played.keyboard.legal(played.view())]
         labels = played.problem.actions[seat]
         legal = {str(labels[a]): known[a] for a in np.flatnonzero(able)}
         top = best(np.array(list(legal.values())))
@@ -110,9 +112,9 @@ def test_a_hint_for_a_game_of_so_many_turns_plans_no_further(
     name: str, turns: int, played: str, hint: str
 ) -> None:
     problem = dmplay.load(name)
-    one = Game(name, Session(problem, dmplay.Dice(11), [None], limit=turns), [HUMAN])
+    one = seated(name, Session(problem, dmplay.Dice(11), [None], limit=turns), [HUMAN])
     for key in played:
-        one.choose(one.read(key))
+        one.choose(one.keyboard.read(0, key))
     assert one.adviser.hint().startswith(hint)
 
 
@@ -130,7 +132,7 @@ def test_a_hint_answers_who_sits_there_if_it_can(rival: str, hint: str) -> None:
     problem = dmplay.load("predator-prey")
     other = None if rival == HUMAN else catalog.agent(problem, 1, rival)
     seats = (HUMAN, rival)
-    one = Game("predator-prey", Session(problem, dmplay.Dice(11), [None, other]), seats)
+    one = seated("predator-prey", Session(problem, dmplay.Dice(11), [None, other]), seats)
     assert one.adviser.hint().startswith(hint)
     if rival == "random":
         answer = catalog.agent(problem, 0, "best-response:to=random")

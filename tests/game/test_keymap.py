@@ -1,7 +1,5 @@
 """Which key plays what: presets, a player's own keys, and what may not be bound."""
 
-from collections.abc import Mapping
-
 import pytest
 
 from dmplay.core import Interval
@@ -9,8 +7,9 @@ from dmplay.errors import DmplayError
 from dmplay.finding import catalog
 from dmplay.finding.names import problem_names
 from dmplay.game.game import Game
+from dmplay.game.keyboard import action_by_key
 from dmplay.game.keymap import AS_DRAWN, CLUSTERS, Keys, hands
-from dmplay.game.seats import HUMAN, action_by_key
+from dmplay.game.seats import HUMAN
 from dmplay.game.table import Table
 from dmplay.reports.problems import about
 from dmplay.screen.frame import Room, keys
@@ -28,9 +27,11 @@ PRESSED = [
 
 def held(problem: str, wanted: Keys, *seats: str) -> Game:
     """A game in which these keys play."""
-    made = game(problem, *seats)
-    made.hands = hands(made.problem, wanted)
-    return made
+    return game(problem, *seats, keys=wanted)
+
+
+def legal(played: Game) -> list[tuple[str, str, bool]]:
+    return played.keyboard.legal(played.view())
 
 
 def own(family: str, **bound: str) -> Keys:
@@ -72,7 +73,7 @@ def test_every_preset_plays_every_action_and_no_key_plays_two(name: str, preset:
     ],
 )
 def test_a_preset_leads(name: str, preset: str, first: str) -> None:
-    shown = [key for key, _, _ in held(name, Keys(preset)).legal(0)]
+    shown = [key for key, _, _ in legal(held(name, Keys(preset)))]
     assert shown == first.split("|" if "|" in first else " ")
 
 
@@ -84,9 +85,9 @@ def test_the_board_the_key_row_help_and_info_show_the_keys_in_force(preset: str)
     assert f"  @  │  {east}  │" in shown[0]
     assert f" {east} e  " in shown[0].split("\n")[-1]
     assert f"actions: {east} e,  " in shown[1]
-    assert f"e {hex_.legal(0)[0][0]}" in typed(Table(hex_), "keys")
-    told: Mapping[str, str] = about("hexworld", Keys(preset))["keys"]  # type: ignore[assignment]
-    assert next(key for key, label in told.items() if label == "e") == hex_.legal(0)[0][0]
+    assert f"e {legal(hex_)[0][0]}" in typed(Table(hex_), "keys")
+    told = about("hexworld", Keys(preset)).keys
+    assert next(key for key, label in told.items() if label == "e") == legal(hex_)[0][0]
     assert f"{east} " in keys(hex_, Room(80, 24)).plain
 
 
@@ -108,8 +109,8 @@ def test_keys_of_a_problem_come_before_those_of_its_family() -> None:
 
 def test_typed_words_are_names_before_they_are_keys() -> None:
     made = held("hexworld", Keys("left"))
-    assert made.read("e") == made.problem.action(0, "e")
-    assert made.key("e") == (0, made.problem.action(0, "ne"))
+    assert made.keyboard.read(0, "e") == made.problem.action(0, "e")
+    assert made.keyboard.pressed(0, "e") == (0, made.problem.action(0, "ne"))
 
 
 def test_two_people_are_each_shown_the_keys_of_their_hand() -> None:

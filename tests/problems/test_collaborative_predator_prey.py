@@ -8,12 +8,12 @@ from dmplay import belief
 from dmplay.core import Percept, Policy, Problem
 from dmplay.errors import BadPolicy, ImpossibleObservation
 from dmplay.finding import catalog
-from dmplay.game.game import Game
 from dmplay.game.table import Table
 from dmplay.problems import _hex
 from dmplay.problems._hunt import STANDARD
 from dmplay.transcript.format import turn_facts
 from dmplay.words.commands import typed
+from tests.support.screens import seated
 
 E, NE, NW, W, SW, SE = range(6)
 PREY, NOTHING = 0, 1
@@ -178,13 +178,13 @@ def test_a_team_that_chases_its_beliefs_catches_more_than_one_that_sweeps() -> N
 
 
 def test_a_long_belief_is_shown_but_not_recorded() -> None:
-    game = Game(NAME, dmplay.Session(PROBLEM, dmplay.Dice(5)), ["human", "human"])
+    game = seated(NAME, dmplay.Session(PROBLEM, dmplay.Dice(5)), ["human", "human"])
     game.session.advance([E, W])
     (_, told) = game.view().beliefs or ()
     assert told == pytest.approx(
         belief.update(PROBLEM, belief.prior(PROBLEM), [E, None], [NOTHING, None]).belief
     )
-    assert "belief" not in game.public()
+    assert "belief" not in game.account.public(game.view())
     words = typed(Table(game), "belief")
     assert words.count("(") == 8 * 3
     assert "1720 other states" in words

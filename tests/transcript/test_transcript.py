@@ -13,7 +13,7 @@ import dmplay
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter, BadTranscript
 from dmplay.game.checking import check, update
-from dmplay.game.request import Request
+from dmplay.game.request import Branching, Request, Resumption
 from dmplay.game.start import branched, new, resumed
 from dmplay.transcript.format import number
 from dmplay.transcript.reading import parse, read
@@ -164,7 +164,7 @@ def test_a_torn_tail_is_cut_and_the_game_goes_on_to_the_same_bytes(
     whole = recorded(path, "crying-baby", "feed-when-crying")
     at = whole.index("\n\nturn: 1\n") + 2 + cut
     path.write_text(whole[:at])
-    game = resumed(path)
+    game = resumed(Resumption(path))
     while game.unattended():
         pass
     game.finish()
@@ -181,7 +181,7 @@ def test_a_game_that_is_over_cannot_be_resumed(tmp_path: Path) -> None:
     path = tmp_path / "game.dmt"
     recorded(path, "hexworld", "optimal")
     with pytest.raises(BadParameter, match="the game is over"):
-        resumed(path)
+        resumed(Resumption(path))
 
 
 def test_a_quit_game_is_played_on(tmp_path: Path) -> None:
@@ -189,7 +189,7 @@ def test_a_quit_game_is_played_on(tmp_path: Path) -> None:
     game = new(Request("hexworld", seed=7, record=path))
     game.choose(0)
     game.finish("quit")
-    again = resumed(path)
+    again = resumed(Resumption(path))
     again.choose(1)
     again.finish("quit")
     unbroken = new(Request("hexworld", seed=7, record=tmp_path / "other.dmt"))
@@ -211,7 +211,7 @@ def test_strictness_and_what_was_revealed_are_kept_and_hold_after_a_resumption(
         "strict: true\nreveal: true\n\n"
     )
     assert check(path).ok
-    again = resumed(path)
+    again = resumed(Resumption(path))
     assert again.reveal
     with pytest.raises(BadParameter, match="undo: this game is strict"):
         again.undo()
@@ -226,12 +226,12 @@ def test_a_game_is_written_by_one_program_at_a_time(tmp_path: Path) -> None:
     game.choose(0)
     before = path.read_bytes()
     with pytest.raises(BadParameter, match=r"game\.dmt: somebody plays this game now"):
-        resumed(path)
+        resumed(Resumption(path))
     with pytest.raises(BadParameter, match="somebody plays this game now"):
         new(Request("hexworld", seed=7, record=path, force=True))
     assert path.read_bytes() == before
     game.finish("quit")
-    resumed(path).finish("quit")
+    resumed(Resumption(path)).finish("quit")
     assert check(path).ok
 
 
@@ -261,7 +261,7 @@ def test_undo_and_reroll_are_kept_and_verified(tmp_path: Path) -> None:
     assert "undo: 2\n" in text
     assert "reroll: 2\n" in text
     assert check(path).ok
-    assert len(resumed(path).session.turns) == 2
+    assert len(resumed(Resumption(path)).session.turns) == 2
 
 
 def test_an_existing_file_is_kept_without_force(file: Path) -> None:
@@ -484,6 +484,6 @@ def test_no_agent_that_a_file_names_is_imported_without_trust(tmp_path: Path, wh
     game.finish()
     altered(path, '"agent": "human"', f'"agent": "{who.replace("./", f"{tmp_path}/")}"')
     with pytest.raises(BadParameter, match="is not built in; if it is yours, add --trust"):
-        resumed(path)
+        resumed(Resumption(path))
     with pytest.raises(BadParameter, match="is not built in; if it is yours, add --trust"):
-        branched(path, 1, tmp_path / "other.dmt")
+        branched(Branching(path, turn=1, record=tmp_path / "other.dmt"))

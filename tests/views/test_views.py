@@ -8,7 +8,7 @@ from dmplay.core import Problem
 from dmplay.dice import Dice
 from dmplay.finding import catalog
 from dmplay.finding.names import problem_names
-from dmplay.game.seats import action_by_key
+from dmplay.game.keyboard import action_by_key
 from dmplay.session import Session
 from dmplay.solvers import value_iteration
 from dmplay.tabular import tabulate

@@ -15,6 +15,7 @@ from prompt_toolkit.input import create_pipe_input
 from prompt_toolkit.output import DummyOutput
 
 from dmplay import prompt
+from dmplay.cli.errands import understood
 from dmplay.errors import UnknownName
 from dmplay.finding.names import problem_names
 from dmplay.game.checking import check
@@ -26,7 +27,6 @@ from dmplay.words.completion.candidates import candidates
 from dmplay.words.completion.completer import Words
 from dmplay.words.shell import Shell
 from tests.screen.test_terminal import colours, values
-from tests.support.games import PROGRAM
 from tests.support.terminals import (
     CTRL_C,
     CTRL_D,
@@ -50,7 +50,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def shell(*lines: str) -> Shell:
     """A shell in which these lines were done."""
-    made = Shell(Table(program=PROGRAM, aliases={"hw": "play hexworld --seed 7"}), ON_A_TERMINAL)
+    made = Shell(Table(program=understood, aliases={"hw": "play hexworld --seed 7"}), ON_A_TERMINAL)
     for line in lines:
         made.do(line)
     return made
