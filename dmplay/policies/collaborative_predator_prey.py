@@ -9,8 +9,8 @@ from dmplay.chance import Array, Bools, Categorical, Reals
 from dmplay.core import Memory, Percept, Problem, parameter
 from dmplay.errors import BadParameter, BadPolicy
 from dmplay.policies._believing import Believing, mean
-from dmplay.policies._kinds import Reactive, Seated
-from dmplay.policies._valued import Valued
+from dmplay.policies.kinds import Reactive, Seated
+from dmplay.policies.valued import Valued
 from dmplay.problems import _hex
 from dmplay.problems.collaborative_predator_prey import SENSES, CollaborativePredatorPrey
 from dmplay.solvers import reactive_team, sparse

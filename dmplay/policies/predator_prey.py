@@ -9,7 +9,7 @@ import numpy as np
 from dmplay.chance import Array, Bools, Categorical, Ints, Reals
 from dmplay.core import Memory, Problem, parameter
 from dmplay.errors import BadParameter, BadPolicy
-from dmplay.policies._kinds import Maximising, Reactive
+from dmplay.policies.kinds import Maximising, Reactive
 from dmplay.problems import _hex
 from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.solvers import best_response, markov_game, sparse

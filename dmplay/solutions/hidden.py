@@ -6,7 +6,7 @@ from dmplay import belief
 from dmplay.core import Problem
 from dmplay.errors import BadPolicy
 from dmplay.finding import catalog
-from dmplay.policies._valued import Countdown
+from dmplay.policies.valued import Countdown
 from dmplay.solutions._solution import Row, Solution, Tick, names
 from dmplay.solutions.played import simulation
 from dmplay.solvers import alpha_vectors
