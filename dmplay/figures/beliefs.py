@@ -10,8 +10,8 @@ from dmplay.solvers import alpha_vectors
 from dmplay.solvers.alpha_vectors import Stage
 from dmplay.solvers.value_iteration import greedy
 from dmplay.tabular import tabulate
-from dmplay.views._canvas import Canvas
-from dmplay.views._plot import Axis, Plot
+from dmplay.views.canvas import Canvas
+from dmplay.views.plot import Axis, Plot
 
 TEN = 10  # steps, of the function that figure F.10 draws
 FOURTEEN = 14  # steps, of figure F.11

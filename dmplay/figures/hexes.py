@@ -6,13 +6,13 @@ from rich.text import Text
 from dmplay.chance import Array
 from dmplay.core import Problem, exact_start
 from dmplay.finding import catalog
-from dmplay.problems._hex import Hex
+from dmplay.hexes import Hex
 from dmplay.problems.hexworld import HexWorld
 from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.solvers import value_iteration
 from dmplay.tabular import tabulate
-from dmplay.views._canvas import short, signed
-from dmplay.views._hexgrid import ARROWS, NORMAL, Cell, Size, grid
+from dmplay.views.canvas import short, signed
+from dmplay.views.hexgrid import ARROWS, NORMAL, Cell, Size, grid
 
 
 def hex_worlds() -> Text:

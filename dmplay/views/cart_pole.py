@@ -16,8 +16,9 @@ from rich.text import Text
 
 from dmplay.problems.cart_pole import CartPole
 from dmplay.session import View
-from dmplay.views._canvas import Canvas, Look
 from dmplay.views._scale import Scale, gauge, named, plus
+from dmplay.views.canvas import Canvas
+from dmplay.views.style import Look
 
 KEYS = {
     "h": "left", "l": "right", "left": "left", "right": "right", "a": "left", "d": "right",

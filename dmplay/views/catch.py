@@ -8,7 +8,8 @@ from dmplay.chance import Reals
 from dmplay.problems.catch import CAUGHT, DISTANCES, PROFICIENCIES, Catch
 from dmplay.session import View
 from dmplay.views._belief import bars, words
-from dmplay.views._canvas import Canvas, Look
+from dmplay.views.canvas import Canvas
+from dmplay.views.style import Look
 
 KEYS: dict[str, str] = {}  # a digit throws ten times as far, 0 a hundred
 NUDGES = {"left": -10, "right": 10}  # metres; Enter throws

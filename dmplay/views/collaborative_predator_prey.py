@@ -7,13 +7,12 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.chance import Reals
-from dmplay.problems import _hex
-from dmplay.problems._hex import Hex, neighbours
+from dmplay.hexes import Hex, neighbours, notation_of
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
 from dmplay.session import View
 from dmplay.views._belief import spark
-from dmplay.views._canvas import Look
-from dmplay.views._hexgrid import FAMILY, FINE, KEYS, LEFT, Cell, Size, grids, key_of, ways
+from dmplay.views.hexgrid import FAMILY, FINE, KEYS, LEFT, Cell, Size, grids, key_of, ways
+from dmplay.views.style import Look
 
 TOLD = 4  # likeliest hexes that are told in words
 
@@ -114,7 +113,7 @@ def _truth(view: View, look: Look) -> str:
     problem = _problem(view)
     assert look.state is not None
     names = [*problem.agents, "prey"]
-    places = [_hex.notation(problem.hexes[int(place)]) for place in look.state]
+    places = [notation_of(problem.hexes[int(place)]) for place in look.state]
     full = "truly " + ", ".join(
         f"{name} {place}" for name, place in zip(names, places, strict=True)
     )
@@ -124,7 +123,7 @@ def _truth(view: View, look: Look) -> str:
 def _likeliest(view: View, shares: Reals, many: int) -> list[tuple[str, float]]:
     order = np.argsort(-np.round(shares, 9), kind="stable")[:many]
     hexes = _problem(view).hexes
-    return [(_hex.notation(hexes[i]), float(shares[i])) for i in order if shares[i] >= 0.0005]
+    return [(notation_of(hexes[i]), float(shares[i])) for i in order if shares[i] >= 0.0005]
 
 
 def _partners(view: View) -> str:
@@ -176,7 +175,7 @@ def situation(view: View) -> str:
         def kind(hex_: Hex) -> str:
             return f"prey {known.prey[problem.hexes.index(hex_)]:.3f}"
 
-        sentences += [f"at {_hex.notation(here)}.", *ways(problem.hexes, here, kind)]
+        sentences += [f"at {notation_of(here)}.", *ways(problem.hexes, here, kind)]
     if known is None:
         return f"{sentences[0]} the belief is over too many states to be told."
     return " ".join(sentences) + _partners(view)

@@ -14,8 +14,9 @@ from rich.text import Text
 
 from dmplay.problems.collision_avoidance import FIRST_TIME, NEAR, CollisionAvoidance
 from dmplay.session import View
-from dmplay.views._canvas import Canvas, Look
 from dmplay.views._scale import Scale, plus
+from dmplay.views.canvas import Canvas
+from dmplay.views.style import Look
 
 KEYS = {
     "j": "descend", "space": "no-advisory", "k": "climb",

@@ -7,7 +7,8 @@ from rich.text import Text
 from dmplay.session import View
 from dmplay.tabular import Tabular
 from dmplay.views._belief import bars, spark, words
-from dmplay.views._canvas import Canvas, Look
+from dmplay.views.canvas import Canvas
+from dmplay.views.style import Look
 
 HISTORY = 20  # turns of it that are drawn
 KEYS = {"f": "feed", "s": "sing", "i": "ignore"}

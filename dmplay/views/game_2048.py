@@ -8,7 +8,8 @@ from rich.text import Text
 from dmplay.chance import Array
 from dmplay.problems.game_2048 import slide
 from dmplay.session import View
-from dmplay.views._canvas import Canvas, Look
+from dmplay.views.canvas import Canvas
+from dmplay.views.style import Look
 
 KEYS = {
     "left": "left", "down": "down", "right": "right", "up": "up",

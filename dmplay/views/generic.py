@@ -8,7 +8,8 @@ from rich.text import Text
 from dmplay.core import Interval
 from dmplay.session import View
 from dmplay.views._belief import bars, words
-from dmplay.views._canvas import Canvas, Look, signed
+from dmplay.views.canvas import Canvas, signed
+from dmplay.views.style import Look
 
 TOLD = 3  # states that are told in words
 KEYS: dict[str, str] = {}

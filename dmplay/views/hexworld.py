@@ -4,12 +4,11 @@ from collections.abc import Iterator
 
 from rich.text import Text
 
-from dmplay.problems import _hex
-from dmplay.problems._hex import DIRECTIONS, Hex, neighbours
+from dmplay.hexes import DIRECTIONS, Hex, neighbours, notation_of
 from dmplay.problems.hexworld import HexWorld
 from dmplay.session import View
-from dmplay.views._canvas import Look, signed
-from dmplay.views._hexgrid import (
+from dmplay.views.canvas import signed
+from dmplay.views.hexgrid import (
     FAMILY,
     KEYS,
     LEFT,
@@ -22,6 +21,7 @@ from dmplay.views._hexgrid import (
     walked,
     ways,
 )
+from dmplay.views.style import Look
 
 
 def _problem(view: View) -> HexWorld:
@@ -95,7 +95,7 @@ def told(view: View) -> str:
     here = _here(view)
     slipped = moved.endswith(" slip")
     moved = f"slipped, {moved.removesuffix(' slip')}" if slipped else moved
-    return f"{'at ' + _hex.notation(here) if here else 'over'}. chose {chosen}, {moved}."
+    return f"{'at ' + notation_of(here) if here else 'over'}. chose {chosen}, {moved}."
 
 
 def situation(view: View) -> str:
@@ -104,13 +104,13 @@ def situation(view: View) -> str:
     exits = dict(problem.rewards)
     if here is None:
         return "the game is over."
-    sentences = [f"at {_hex.notation(here)}."]
+    sentences = [f"at {notation_of(here)}."]
     if here in exits:
         sentences.append(f"exit {signed(exits[here])} here: any action takes it.")
     sentences += ways(problem.hexes, here, lambda hex_: _kind(hex_, exits))
     for hex_, pay in exits.items():
         what = "goal" if pay > 0 else "hazard"
-        sentences.append(f"{what} {signed(pay)} at {_hex.notation(hex_)}: {steps(here, hex_)}.")
+        sentences.append(f"{what} {signed(pay)} at {notation_of(hex_)}: {steps(here, hex_)}.")
     return " ".join(sentences)
 
 

@@ -8,7 +8,8 @@ from dmplay.chance import Reals
 from dmplay.problems.machine_replacement import MachineReplacement
 from dmplay.session import View
 from dmplay.views._belief import bars, spark, words
-from dmplay.views._canvas import Canvas, Look
+from dmplay.views.canvas import Canvas
+from dmplay.views.style import Look
 
 HISTORY = 40  # turns of it that are drawn
 KEYS = {"m": "manufacture", "e": "examine", "i": "interrupt", "r": "replace"}

@@ -14,8 +14,9 @@ from rich.text import Text
 
 from dmplay.problems.mountain_car import LEFT_WALL, RIGHT_WALL, TOP_SPEED, MountainCar
 from dmplay.session import View
-from dmplay.views._canvas import Canvas, Look
 from dmplay.views._scale import Scale, gauge, named, plus
+from dmplay.views.canvas import Canvas
+from dmplay.views.style import Look
 
 KEYS = {
     "h": "left", "j": "coast", "l": "right", "left": "left", "down": "coast", "right": "right",

@@ -6,8 +6,8 @@ from rich.text import Text
 
 from dmplay.session import View
 from dmplay.views import crying_baby
-from dmplay.views._canvas import Look
 from dmplay.views.crying_baby import KEYS, told
+from dmplay.views.style import Look
 
 
 def partner(view: View) -> str:

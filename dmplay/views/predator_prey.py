@@ -5,12 +5,10 @@ from string import ascii_uppercase
 
 from rich.text import Text
 
-from dmplay.problems import _hex
-from dmplay.problems._hex import DIRECTIONS, Hex, neighbours
+from dmplay.hexes import DIRECTIONS, Hex, neighbours, notation_of
 from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.session import View
-from dmplay.views._canvas import Look
-from dmplay.views._hexgrid import (
+from dmplay.views.hexgrid import (
     FAMILY,
     KEYS,
     LEFT,
@@ -23,6 +21,7 @@ from dmplay.views._hexgrid import (
     walked,
     ways,
 )
+from dmplay.views.style import Look
 
 PREDATORS = ascii_uppercase  # no key that a hex shows is a capital
 
@@ -110,11 +109,11 @@ def panel(view: View) -> list[tuple[str, str]]:
     rows = [("last", chosen), ("moved", moved)]
     rows.append(("reward", f"{view.rewards[-1]:g}" if view.rewards else "-"))
     for seat, agent in enumerate(problem.agents):
-        rows.append((f"{mark(view, seat)} {agent}", _hex.notation(places[seat])))
+        rows.append((f"{mark(view, seat)} {agent}", notation_of(places[seat])))
     for hex_ in dict.fromkeys(places):
         marks = sorted(mark(view, seat) for seat, place in enumerate(places) if place == hex_)
         if len(marks) > 1:
-            rows.append((f"* {_hex.notation(hex_)}", " ".join(marks)))
+            rows.append((f"* {notation_of(hex_)}", " ".join(marks)))
     return [*rows, ("slip", f"{problem.slip / 2:.2f} x2"), ("gamma", f"{problem.discount:.2f}")]
 
 
@@ -122,12 +121,12 @@ def told(view: View) -> str:
     """Where you are and how you got there, then the others."""
     agents, places = view.problem.agents, _places(view)
     others = [seat for seat in range(len(agents)) if seat != view.seat]
-    sentences = [f"at {_hex.notation(places[view.seat])}. {_happened(view, view.seat)}."]
+    sentences = [f"at {notation_of(places[view.seat])}. {_happened(view, view.seat)}."]
     met = _feeding(view, -2)
     for seat in others:
         # Of one other all is told, of many only the meals.
         what = f" {_happened(view, seat)}" if len(others) == 1 or met[seat] else ""
-        sentences.append(f"{agents[seat]}{what} at {_hex.notation(places[seat])}.")
+        sentences.append(f"{agents[seat]}{what} at {notation_of(places[seat])}.")
     return " ".join(sentences)
 
 
@@ -135,7 +134,7 @@ def situation(view: View) -> str:
     """Where you are, the six ways on in action order, and how far the others are."""
     problem, places = _problem(view), _places(view)
     here = places[view.seat]
-    sentences = [f"at {_hex.notation(here)}, you are {problem.agents[view.seat]}."]
+    sentences = [f"at {notation_of(here)}, you are {problem.agents[view.seat]}."]
     if _feeding(view)[view.seat]:
         feeds = view.seat in problem.hunters
         sentences.append(
@@ -152,7 +151,7 @@ def situation(view: View) -> str:
     for seat, agent in enumerate(problem.agents):
         if seat != view.seat:
             far = "here" if places[seat] == here else steps(here, places[seat])
-            sentences.append(f"{agent} at {_hex.notation(places[seat])}: {far}.")
+            sentences.append(f"{agent} at {notation_of(places[seat])}: {far}.")
     return " ".join(sentences)
 
 

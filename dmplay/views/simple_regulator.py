@@ -15,8 +15,9 @@ from rich.text import Text
 from dmplay.core import Interval
 from dmplay.problems.simple_regulator import START_DEVIATION, START_MEAN, SimpleRegulator
 from dmplay.session import View
-from dmplay.views._canvas import Canvas, Look, signed
 from dmplay.views._scale import Scale, plus
+from dmplay.views.canvas import Canvas, signed
+from dmplay.views.style import Look
 
 KEYS: dict[str, str] = {}
 NUDGES = {"left": -0.05, "right": 0.05, "down": -0.5, "up": 0.5}

@@ -6,8 +6,9 @@ from rich.text import Text
 
 from dmplay.problems.travelers_dilemma import BONUS, LEAST, MOST
 from dmplay.session import View
-from dmplay.views._canvas import Canvas, Look
-from dmplay.views._payoffs import game, last, panel, rounds, told
+from dmplay.views.canvas import Canvas
+from dmplay.views.payoffs import game, last, panel, rounds, told
+from dmplay.views.style import Look
 
 KEYS: dict[str, str] = {}  # a claim is typed
 NUDGES = {"up": 1, "down": -1, "pageup": 10, "pagedown": -10}  # what a key adds to the claim

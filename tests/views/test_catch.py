@@ -3,7 +3,7 @@ from functools import partial
 import numpy as np
 
 from dmplay.views import catch
-from dmplay.views._canvas import Look, fit
+from dmplay.views.style import Look, fit
 from tests.support import games
 
 after = partial(games.after, "catch")

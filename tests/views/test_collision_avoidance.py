@@ -2,7 +2,7 @@
 
 from dmplay.session import Session
 from dmplay.views import collision_avoidance
-from dmplay.views._canvas import Look, fit
+from dmplay.views.style import Look, fit
 from tests.support.games import started
 
 

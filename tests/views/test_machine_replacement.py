@@ -3,7 +3,8 @@ from functools import partial
 import numpy as np
 
 from dmplay.views import machine_replacement
-from dmplay.views._canvas import Canvas, Look, fit
+from dmplay.views.canvas import Canvas
+from dmplay.views.style import Look, fit
 from tests.support import games
 
 after = partial(games.after, "machine-replacement")

@@ -5,8 +5,8 @@ import numpy as np
 
 from dmplay.finding import catalog
 from dmplay.views import predator_prey
-from dmplay.views._canvas import Look, Overlay, fit
-from dmplay.views._hexgrid import LEFT
+from dmplay.views.hexgrid import LEFT
+from dmplay.views.style import Look, Overlay, fit
 from tests.support import games
 
 after = partial(games.after, "predator-prey")

@@ -1,7 +1,7 @@
 from functools import partial
 
 from dmplay.views import travelers_dilemma
-from dmplay.views._canvas import Look, fit
+from dmplay.views.style import Look, fit
 from tests.support import games
 
 after = partial(games.after, "travelers-dilemma")

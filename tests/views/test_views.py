@@ -13,8 +13,7 @@ from dmplay.session import Session
 from dmplay.solvers import value_iteration
 from dmplay.tabular import tabulate
 from dmplay.views import crying_baby, game_2048, hexworld, prisoners_dilemma
-from dmplay.views._canvas import Look, Overlay, fit
-from dmplay.views._style_of import style_of
+from dmplay.views.style import Look, Overlay, fit, style_of
 from tests.support.games import session
 
 GLYPHS = set("─│┌┐└┘├┤┬┴┼╱╲┄━┷╋▏▎▍▌▋▊▉█▁▂▃▄▅▆▇▒←→↑↓↖↗↘↙◆●○∘·✓✗×γ…")

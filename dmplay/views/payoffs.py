@@ -5,9 +5,10 @@ from collections.abc import Iterator
 from rich.text import Text
 
 from dmplay.core import Labels
-from dmplay.problems._matrix_game import MatrixGame
+from dmplay.matrix_game import MatrixGame
 from dmplay.session import View
-from dmplay.views._canvas import Canvas, Look
+from dmplay.views.canvas import Canvas
+from dmplay.views.style import Look
 
 INITIAL = 2  # columns of an action's first letter in the rounds
 

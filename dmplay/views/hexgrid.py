@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from rich.text import Text
 
-from dmplay.problems import _hex
-from dmplay.problems._hex import DIRECTIONS, Hex, neighbours
+from dmplay.hexes import DIRECTIONS, Hex, distance, neighbours, notation_of
 from dmplay.solvers.value_iteration import best
-from dmplay.views._canvas import Canvas, Look, short
+from dmplay.views.canvas import Canvas, short
+from dmplay.views.style import Look
 
 ARROWS = ("→", "↗", "↖", "←", "↙", "↘")
 COMPASS = ("E", "NE", "NW", "W", "SW", "SE")
@@ -117,14 +117,14 @@ def key_of(look: Look, way: int) -> str:
 def ways(hexes: Sequence[Hex], here: Hex, kind: Callable[[Hex], str]) -> list[str]:
     """The six ways on in action order, a sentence each: `E (6,2) floor.`, `NE wall.`."""
     return [
-        f"{name.upper()} {f'{_hex.notation(near)} {kind(near)}' if near in hexes else 'wall'}."
+        f"{name.upper()} {f'{notation_of(near)} {kind(near)}' if near in hexes else 'wall'}."
         for name, near in zip(DIRECTIONS, neighbours(here), strict=True)
     ]
 
 
 def steps(one: Hex, other: Hex) -> str:
     """How far one hex is from another on the plane: `4 steps`."""
-    count = _hex.distance(one, other)
+    count = distance(one, other)
     return f"{count} step{'s' * (count != 1)}"
 
 
