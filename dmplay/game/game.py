@@ -20,8 +20,7 @@ from dmplay.session import Session, View
 from dmplay.signals import whole
 from dmplay.transcript.format import number, turn_facts
 from dmplay.transcript.recorder import Recorder
-from dmplay.views._canvas import Look, fit
-from dmplay.views._style_of import style_of
+from dmplay.views.style import Look, fit, style_of
 
 FRAME = Look(width=80, height=24)
 PAIR = 2

@@ -14,7 +14,7 @@ from dmplay.terminal import clean
 from dmplay.transcript.format import PERSON, Header
 from dmplay.transcript.reading import Transcript, read
 from dmplay.transcript.replay import replay
-from dmplay.views._style_of import style_of
+from dmplay.views.style import style_of
 
 HUMAN = PERSON
 UNASKED = (HUMAN, "script", "replay")  # seats whose actions only the file can tell
