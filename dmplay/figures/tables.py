@@ -14,13 +14,13 @@ from dmplay.finding import catalog
 from dmplay.finding.names import problem_names
 from dmplay.session import Session
 from dmplay.tabular import tabulate
-from dmplay.views import payoffs
-from dmplay.views.style import Look
+from dmplay.views.style import Look, style_of
 
 
 def _payoff(name: str) -> Text:
-    view = Session(catalog.load(name), Dice(0)).view(0)
-    drawn = list(payoffs.boards(view, Look()))[1]  # the table without the rounds
+    problem = catalog.load(name)
+    view = Session(problem, Dice(0)).view(0)
+    drawn = list(style_of(problem).boards(view, Look()))[1]  # the table without the rounds
     return Text("rewards of agent 1, agent 2; rows are agent 1's actions\n").append_text(drawn)
 
 

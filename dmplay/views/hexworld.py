@@ -24,21 +24,16 @@ from dmplay.views.hexgrid import (
 from dmplay.views.style import Look
 
 
-def _problem(view: View) -> HexWorld:
-    assert isinstance(view.problem, HexWorld)
-    return view.problem
-
-
-def _here(view: View, turn: int = -1) -> Hex | None:
+def _here(view: View[HexWorld], turn: int = -1) -> Hex | None:
     """The hex after a turn; None once the game is over."""
-    hexes = _problem(view).hexes
+    hexes = view.problem.hexes
     state = int(view.observations[turn])
     return hexes[state] if state < len(hexes) else None
 
 
-def boards(view: View, look: Look) -> Iterator[Text]:
+def boards(view: View[HexWorld], look: Look) -> Iterator[Text]:
     """The map, the largest first."""
-    problem = _problem(view)
+    problem = view.problem
     # Once over, the exit taken is still where you stand.
     here = _here(view) or (_here(view, -2) if view.turn else None)
     exits = dict(problem.rewards)
@@ -62,9 +57,9 @@ def boards(view: View, look: Look) -> Iterator[Text]:
     yield from grids(problem.hexes, cell)
 
 
-def _moved(view: View) -> tuple[str, str]:
+def _moved(view: View[HexWorld]) -> tuple[str, str]:
     """The action of the last turn, and what came of it."""
-    problem, before, after = _problem(view), _here(view, -2), _here(view)
+    problem, before, after = view.problem, _here(view, -2), _here(view)
     chosen = int(view.actions[-1])
     name = DIRECTIONS[chosen].upper()
     if before is None:
@@ -74,9 +69,9 @@ def _moved(view: View) -> tuple[str, str]:
     return name, walked(before, after, chosen)
 
 
-def panel(view: View) -> list[tuple[str, str]]:
+def panel(view: View[HexWorld]) -> list[tuple[str, str]]:
     """The last move and the odds of the next."""
-    problem = _problem(view)
+    problem = view.problem
     last, moved = _moved(view) if view.turn else ("-", "-")
     reward = f"{view.rewards[-1]:.2f}" if view.rewards else "-"
     return [
@@ -89,7 +84,7 @@ def panel(view: View) -> list[tuple[str, str]]:
     ]
 
 
-def told(view: View) -> str:
+def told(view: View[HexWorld]) -> str:
     """Where you are and how you got there."""
     chosen, moved = _moved(view)
     here = _here(view)
@@ -98,9 +93,9 @@ def told(view: View) -> str:
     return f"{'at ' + notation_of(here) if here else 'over'}. chose {chosen}, {moved}."
 
 
-def situation(view: View) -> str:
+def situation(view: View[HexWorld]) -> str:
     """The six ways on, in action order, and how far the exits are."""
-    problem, here = _problem(view), _here(view)
+    problem, here = view.problem, _here(view)
     exits = dict(problem.rewards)
     if here is None:
         return "the game is over."

@@ -26,20 +26,15 @@ from dmplay.views.style import Look
 PREDATORS = ascii_uppercase  # no key that a hex shows is a capital
 
 
-def _problem(view: View) -> PredatorPrey:
-    assert isinstance(view.problem, PredatorPrey)
-    return view.problem
-
-
-def _places(view: View, turn: int = -1) -> list[Hex]:
+def _places(view: View[PredatorPrey], turn: int = -1) -> list[Hex]:
     """The hex of each agent after a turn."""
-    problem = _problem(view)
+    problem = view.problem
     return [problem.hexes[int(place)] for place in view.observations[turn]]
 
 
-def mark(view: View, seat: int) -> str:
+def mark(view: View[PredatorPrey], seat: int) -> str:
     """`@` for you, a capital for another predator, `o` for prey, numbered where there are more."""
-    problem = _problem(view)
+    problem = view.problem
     if seat == view.seat:
         return "@"
     if seat in problem.hunters:
@@ -48,16 +43,16 @@ def mark(view: View, seat: int) -> str:
     return "o" if problem.prey == 1 else f"o{number}"
 
 
-def _feeding(view: View, turn: int = -1) -> list[bool]:
+def _feeding(view: View[PredatorPrey], turn: int = -1) -> list[bool]:
     """Whether each agent is on the hex of its prey or of a predator."""
-    problem, places = _problem(view), _places(view, turn)
+    problem, places = view.problem, _places(view, turn)
     met = {places[i] for i in problem.hunters} & {places[i] for i in problem.hunted}
     return [place in met for place in places]
 
 
-def boards(view: View, look: Look) -> Iterator[Text]:
+def boards(view: View[PredatorPrey], look: Look) -> Iterator[Text]:
     """The map, the largest first; an overlay is of you on each hex, the others where they are."""
-    problem, places = _problem(view), _places(view)
+    problem, places = view.problem, _places(view)
     here = places[view.seat]
     around = neighbours(here)
     free = look.keys and not _feeding(view)[view.seat]
@@ -86,22 +81,22 @@ def boards(view: View, look: Look) -> Iterator[Text]:
     yield from grids(problem.hexes, cell)
 
 
-def _happened(view: View, seat: int) -> str:
+def _happened(view: View[PredatorPrey], seat: int) -> str:
     """The last move of an agent: `chose NE, moved NE`, `chose E, fed`, `chose W, was devoured`."""
     assert view.joint is not None
     chosen = int(view.joint[-1][seat])
     name = f"chose {DIRECTIONS[chosen].upper()}"
     if _feeding(view, -2)[seat]:
-        hunter = seat in _problem(view).hunters
+        hunter = seat in view.problem.hunters
         return f"{name}, {'fed, stayed' if hunter else 'was devoured, born again'}"
     moved = walked(_places(view, -2)[seat], _places(view)[seat], chosen)
     slipped = moved.endswith(" slip")
     return f"{name}, {'slipped, ' * slipped}{moved.removesuffix(' slip')}"
 
 
-def panel(view: View) -> list[tuple[str, str]]:
+def panel(view: View[PredatorPrey]) -> list[tuple[str, str]]:
     """Your last move, where everyone is, and what shares a hex."""
-    problem, places = _problem(view), _places(view)
+    problem, places = view.problem, _places(view)
     chosen, moved = "-", "-"
     if view.turn:
         chosen, _, moved = _happened(view, view.seat).removeprefix("chose ").partition(", ")
@@ -117,7 +112,7 @@ def panel(view: View) -> list[tuple[str, str]]:
     return [*rows, ("slip", f"{problem.slip / 2:.2f} x2"), ("gamma", f"{problem.discount:.2f}")]
 
 
-def told(view: View) -> str:
+def told(view: View[PredatorPrey]) -> str:
     """Where you are and how you got there, then the others."""
     agents, places = view.problem.agents, _places(view)
     others = [seat for seat in range(len(agents)) if seat != view.seat]
@@ -130,9 +125,9 @@ def told(view: View) -> str:
     return " ".join(sentences)
 
 
-def situation(view: View) -> str:
+def situation(view: View[PredatorPrey]) -> str:
     """Where you are, the six ways on in action order, and how far the others are."""
-    problem, places = _problem(view), _places(view)
+    problem, places = view.problem, _places(view)
     here = places[view.seat]
     sentences = [f"at {notation_of(here)}, you are {problem.agents[view.seat]}."]
     if _feeding(view)[view.seat]:

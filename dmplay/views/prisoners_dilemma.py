@@ -1,6 +1,6 @@
 """How the prisoner's dilemma looks: figure F.14 with the last play."""
 
-from dmplay.views.payoffs import boards, panel, situation, told
+from dmplay.views._payoffs import boards, panel, situation, told
 
 KEYS = {"c": "cooperate", "d": "defect"}
 

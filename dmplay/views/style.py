@@ -47,16 +47,16 @@ class Style(Protocol):
     def KEYS(self) -> Mapping[str, str]:  # noqa: N802 - a constant of the module
         """A key -> the label of the action that it plays."""
 
-    def boards(self, view: View, look: Look) -> Iterator[Text]:
+    def boards(self, view: View[Problem], look: Look) -> Iterator[Text]:
         """The drawings, the largest first."""
 
-    def panel(self, view: View) -> list[tuple[str, str]]:
+    def panel(self, view: View[Problem]) -> list[tuple[str, str]]:
         """Facts for the side panel."""
 
-    def told(self, view: View) -> str:
+    def told(self, view: View[Problem]) -> str:
         """What the last turn did, in sentences."""
 
-    def situation(self, view: View) -> str:
+    def situation(self, view: View[Problem]) -> str:
         """Where the game stands, in sentences."""
 
 
@@ -64,6 +64,7 @@ def style_of(problem: Problem) -> Style:
     """The view module of a problem; the generic one where it has none."""
     own = catalog.stem(problem)
     name = own if own and importlib.util.find_spec(f"dmplay.views.{own}") else "generic"
+    # A view is shown games of its own problem alone: the one whose stem it has.
     return cast(Style, importlib.import_module(f"dmplay.views.{name}"))
 
 
@@ -71,7 +72,7 @@ class Needed(Text):
     """What room the smallest drawing needs, in place of a drawing."""
 
 
-def fit(style: Style, view: View, look: Look) -> Text:
+def fit(style: Style, view: View[Problem], look: Look) -> Text:
     """The largest drawing that the room holds; else one line that says what is needed."""
     smallest = (0, 0)
     for drawn in style.boards(view, look):
