@@ -60,8 +60,8 @@ class Game:
         self._told: tuple[object, list[dict[str, object]]] = (None, [])
         self._undone: list[list[float]] = []
         self._advisers: dict[int, Adviser] = {}
-        self._sum: tuple[View, float] | None = None
-        self._seen: tuple[tuple[object, ...], View] | None = None
+        self._sum: tuple[View[Problem], float] | None = None
+        self._seen: tuple[tuple[object, ...], View[Problem]] | None = None
 
     @property
     def problem(self) -> Problem:
@@ -100,7 +100,7 @@ class Game:
         left = [seat for seat in self.people if seat not in self._chosen]
         return left[0] if left and not self.session.over else None
 
-    def view(self) -> View:
+    def view(self) -> View[Problem]:
         """What the watcher may know; made anew only when a turn, the seat or the end is new."""
         session, seat = self.session, self.watcher
         last = session.turns[-1] if session.turns else None
@@ -274,7 +274,7 @@ class Game:
         now = len(self.session.turns)
         return f"undone. turn {now}." if now < before else self.said()
 
-    def returned(self, view: View) -> float:
+    def returned(self, view: View[Problem]) -> float:
         """The discounted sum of the rewards that a view shows; a frame asks twice."""
         if self._sum is None or self._sum[0] is not view:
             discount = self.problem.discount
