@@ -10,11 +10,13 @@ from dmplay.chance import Reals
 from dmplay.hexes import Hex, neighbours, notation_of
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
 from dmplay.session import View
+from dmplay.views import hexgrid
 from dmplay.views._belief import spark
 from dmplay.views.generic import seen
-from dmplay.views.hexgrid import FAMILY, FINE, KEYS, LEFT, Cell, Size, grids, key_of, ways
+from dmplay.views.hexgrid import Cell, Size
 from dmplay.views.style import Look
 
+FAMILY, KEYS, LEFT = hexgrid.FAMILY, hexgrid.KEYS, hexgrid.LEFT
 TOLD = 4  # likeliest hexes that are told in words
 
 
@@ -58,7 +60,7 @@ def boards(view: View[CollaborativePredatorPrey], look: Look) -> Iterator[Text]:
     problem, known = view.problem, marginals(view)
     here = _here(view, known)
     around = neighbours(here) if look.keys and here else []
-    keys = {hex_: key_of(look, way) for way, hex_ in enumerate(around)}
+    keys = {hex_: hexgrid.key_of(look, way) for way, hex_ in enumerate(around)}
     true = set() if look.state is None else {problem.hexes[int(place)] for place in look.state}
 
     def cell(hex_: Hex, size: Size) -> Cell:
@@ -70,13 +72,13 @@ def boards(view: View[CollaborativePredatorPrey], look: Look) -> Iterator[Text]:
         if size.lines > 1:
             note = _line("@", you, look) or keys.get(hex_, "")
             return Cell(_line("o", prey, look), note, "", style)
-        if size == FINE:
+        if size == hexgrid.FINE:
             return Cell("", dot=spark([prey], look.ascii) if prey >= 1e-9 else ".", style=style)
         both = _digits(prey).rjust(2) + (spark([you], look.ascii) if you >= 1e-9 else " ")
         return Cell(both, dot=both if both.strip() else ".", style=style)
 
     legends = ("o prey, @ you", "% prey, bar: you", "% prey, bar: you", "bar: prey")
-    for drawn, legend in zip(grids(problem.hexes, cell), legends, strict=True):
+    for drawn, legend in zip(hexgrid.grids(problem.hexes, cell), legends, strict=True):
         said = f"sensed {seen(view)}. {legend if known else 'belief too large'}"
         drawn.append(f"\n{said[: look.width]}")
         if look.state is not None:
@@ -166,10 +168,7 @@ def situation(view: View[CollaborativePredatorPrey]) -> str:
         def kind(hex_: Hex) -> str:
             return f"prey {known.prey[problem.hexes.index(hex_)]:.3f}"
 
-        sentences += [f"at {notation_of(here)}.", *ways(problem.hexes, here, kind)]
+        sentences += [f"at {notation_of(here)}.", *hexgrid.ways(problem.hexes, here, kind)]
     if known is None:
         return f"{sentences[0]} the belief is over too many states to be told."
     return " ".join(sentences) + _partners(view)
-
-
-__all__ = ["FAMILY", "KEYS", "LEFT", "boards", "panel", "situation", "told"]

@@ -47,6 +47,18 @@ class Size(NamedTuple):
     lines: int
 
 
+class Walk(NamedTuple):
+    """What came of a move: the direction it went, nothing where it bumped; whether it slipped."""
+
+    way: str
+    slipped: bool
+
+    @property
+    def said(self) -> str:
+        """In words: `moved NE`, `slipped, moved E`, or `bumped, stayed`."""
+        return f"{'slipped, ' * self.slipped}moved {self.way}" if self.way else "bumped, stayed"
+
+
 NORMAL, COMPACT, DOTS, FINE = Size(6, 2), Size(4, 1), Size(4, 0), Size(2, 0)
 
 
@@ -128,9 +140,9 @@ def steps(one: Hex, other: Hex) -> str:
     return f"{count} step{'s' * (count != 1)}"
 
 
-def walked(before: Hex, after: Hex, chosen: int) -> str:
-    """What came of a move: `bumped, stayed`, `moved NE`, or `moved E slip`."""
+def walked(before: Hex, after: Hex, chosen: int) -> Walk:
+    """What came of a move."""
     if after == before:
-        return "bumped, stayed"
+        return Walk("", False)
     went = neighbours(before).index(after)
-    return f"moved {DIRECTIONS[went].upper()}{' slip' if went != chosen else ''}"
+    return Walk(DIRECTIONS[went].upper(), went != chosen)

@@ -8,21 +8,11 @@ from rich.text import Text
 from dmplay.hexes import DIRECTIONS, Hex, neighbours, notation_of
 from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.session import View
-from dmplay.views.hexgrid import (
-    FAMILY,
-    KEYS,
-    LEFT,
-    Cell,
-    Size,
-    grids,
-    key_of,
-    overlaid,
-    steps,
-    walked,
-    ways,
-)
+from dmplay.views import hexgrid
+from dmplay.views.hexgrid import Cell, Size
 from dmplay.views.style import Look
 
+FAMILY, KEYS, LEFT = hexgrid.FAMILY, hexgrid.KEYS, hexgrid.LEFT
 PREDATORS = ascii_uppercase  # no key that a hex shows is a capital
 
 
@@ -64,7 +54,7 @@ def boards(view: View[PredatorPrey], look: Look) -> Iterator[Text]:
         return int(problem.index(state[None])[0])
 
     def cell(hex_: Hex, size: Size) -> Cell:
-        key = key_of(look, around.index(hex_)) if free and hex_ in around else ""
+        key = hexgrid.key_of(look, around.index(hex_)) if free and hex_ in around else ""
         marks = [mark(view, seat) for seat, place in enumerate(places) if place == hex_]
         mine = "@" in marks
         style = "bold reverse" if mine else "bold yellow"
@@ -75,34 +65,38 @@ def boards(view: View[PredatorPrey], look: Look) -> Iterator[Text]:
         if marks:
             return Cell(marks[0], "" if look.overlay else key, marks[0], style)
         if look.overlay:
-            return overlaid(look, elsewhere(hex_), size)
+            return hexgrid.overlaid(look, elsewhere(hex_), size)
         return Cell(key, style="green")
 
-    yield from grids(problem.hexes, cell)
+    yield from hexgrid.grids(problem.hexes, cell)
+
+
+def _chosen(view: View[PredatorPrey], seat: int) -> int:
+    """The last action of an agent."""
+    assert view.joint is not None
+    return int(view.joint[-1][seat])
+
+
+def _came(view: View[PredatorPrey], seat: int) -> tuple[str, str]:
+    """What came of an agent's last move, for the panel and in a sentence."""
+    if _feeding(view, -2)[seat]:
+        met = "fed, stayed" if seat in view.problem.hunters else "was devoured, born again"
+        return met, met
+    walk = hexgrid.walked(_places(view, -2)[seat], _places(view)[seat], _chosen(view, seat))
+    return f"{'slip ' * walk.slipped}{walk.way}" or walk.said, walk.said
 
 
 def _happened(view: View[PredatorPrey], seat: int) -> str:
-    """The last move of an agent: `chose NE, moved NE`, `chose E, fed`, `chose W, was devoured`."""
-    assert view.joint is not None
-    chosen = int(view.joint[-1][seat])
-    name = f"chose {DIRECTIONS[chosen].upper()}"
-    if _feeding(view, -2)[seat]:
-        hunter = seat in view.problem.hunters
-        return f"{name}, {'fed, stayed' if hunter else 'was devoured, born again'}"
-    moved = walked(_places(view, -2)[seat], _places(view)[seat], chosen)
-    slipped = moved.endswith(" slip")
-    return f"{name}, {'slipped, ' * slipped}{moved.removesuffix(' slip')}"
+    """The last move of an agent: `chose NE, moved NE`, `chose E, fed, stayed`."""
+    return f"chose {DIRECTIONS[_chosen(view, seat)].upper()}, {_came(view, seat)[1]}"
 
 
 def panel(view: View[PredatorPrey]) -> list[tuple[str, str]]:
     """Your last move, where everyone is, and what shares a hex."""
     problem, places = view.problem, _places(view)
-    chosen, moved = "-", "-"
-    if view.turn:
-        chosen, _, moved = _happened(view, view.seat).removeprefix("chose ").partition(", ")
-        moved = moved.removeprefix("moved ").replace("slipped, moved ", "slip ")
-    rows = [("last", chosen), ("moved", moved)]
-    rows.append(("reward", f"{view.rewards[-1]:g}" if view.rewards else "-"))
+    moved = _came(view, view.seat)[0] if view.turn else "-"
+    reward = f"{view.rewards[-1]:g}" if view.rewards else "-"
+    rows = [("last", view.last.upper() or "-"), ("moved", moved), ("reward", reward)]
     for seat, agent in enumerate(problem.agents):
         rows.append((f"{mark(view, seat)} {agent}", notation_of(places[seat])))
     for hex_ in dict.fromkeys(places):
@@ -142,12 +136,9 @@ def situation(view: View[PredatorPrey]) -> str:
         names = [problem.agents[i] for i, place in enumerate(places) if place == hex_]
         return " and ".join(names) or "free"
 
-    sentences += ways(problem.hexes, here, kind)
+    sentences += hexgrid.ways(problem.hexes, here, kind)
     for seat, agent in enumerate(problem.agents):
         if seat != view.seat:
-            far = "here" if places[seat] == here else steps(here, places[seat])
+            far = "here" if places[seat] == here else hexgrid.steps(here, places[seat])
             sentences.append(f"{agent} at {notation_of(places[seat])}: {far}.")
     return " ".join(sentences)
-
-
-__all__ = ["FAMILY", "KEYS", "LEFT", "boards", "panel", "situation", "told"]
