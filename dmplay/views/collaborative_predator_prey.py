@@ -74,7 +74,8 @@ def boards(view: View[CollaborativePredatorPrey], look: Look) -> Iterator[Text]:
             return Cell(_line("o", prey, look), note, "", style)
         if size == hexgrid.FINE:
             return Cell("", dot=spark([prey], look.ascii) if prey >= 1e-9 else ".", style=style)
-        both = _digits(prey).rjust(2) + (spark([you], look.ascii) if you >= 1e-9 else " ")
+        digits = percent(min(prey, 0.99)).rstrip("%")  # two columns
+        both = digits.rjust(2) + (spark([you], look.ascii) if you >= 1e-9 else " ")
         return Cell(both, dot=both if both.strip() else ".", style=style)
 
     legends = ("o prey, @ you", "% prey, bar: you", "% prey, bar: you", "bar: prey")
@@ -91,13 +92,6 @@ def _line(mark: str, share: float, look: Look) -> str:
     told = percent(share)
     shade = "" if look.ascii or len(told) > 3 else spark([share], plain=False)
     return f"{mark}{shade}{told:>{4 - len(shade)}}" if told else ""
-
-
-def _digits(share: float) -> str:
-    """Whole percent in two columns."""
-    if share < 1e-9:
-        return ""
-    return f"{min(100 * share, 99):.0f}" if share >= 0.005 else "<1"
 
 
 def _truth(view: View[CollaborativePredatorPrey], look: Look) -> str:
