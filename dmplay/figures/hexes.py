@@ -43,8 +43,7 @@ def _solved(problem: Problem) -> Text:
 
 def hunt() -> Text:
     """The start of predator-prey on the standard map."""
-    problem = catalog.load("predator-prey")
-    assert isinstance(problem, PredatorPrey)
+    problem = PredatorPrey()
     p, states = exact_start(problem)
     return Text("predator P, prey o\n").append_text(_start(problem, states[int(np.argmax(p))]))
 
