@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
@@ -15,6 +15,8 @@ from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
 
 LARGEST_BELIEF = 4096  # states that a view shows a belief over, where it is quick to have
 LONGEST_LIST = 64  # states; a longer belief, written as a list, is no use to a reader
+
+P_co = TypeVar("P_co", bound=Problem, covariant=True)
 
 
 class Source(Protocol):
@@ -35,10 +37,10 @@ class Turn(NamedTuple):
 
 
 @dataclass(frozen=True)
-class View:
+class View(Generic[P_co]):
     """All that a seat may know, and nothing else."""
 
-    problem: Problem
+    problem: P_co
     seat: int
     observations: tuple[Array, ...]  # one more than turns; the first is -1 where states are hidden
     actions: tuple[float, ...]  # its own
@@ -58,6 +60,17 @@ class View:
     def observation(self) -> Array:
         """The latest observation, or the state where every agent sees it."""
         return self.observations[-1]
+
+    @property
+    def last(self) -> str:
+        """The name of its latest action; nothing before the first."""
+        return self.problem.action_name(self.seat, self.actions[-1]) if self.actions else ""
+
+    @property
+    def belief(self) -> Reals:
+        """The latest of its beliefs, for those who know that it has them."""
+        assert self.beliefs is not None
+        return self.beliefs[-1]
 
 
 def believed(problem: Problem) -> float:
@@ -245,7 +258,7 @@ class Session:
             self._beliefs.append(np.array(rows))
         return self._beliefs
 
-    def view(self, seat: int) -> View:
+    def view(self, seat: int) -> View[Problem]:
         """What this seat may know."""
         problem = self.problem
         public = problem.observations is None

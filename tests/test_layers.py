@@ -1,6 +1,7 @@
 """The house: a module imports only what stands above it, and the rules load no screen."""
 
 import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -9,10 +10,10 @@ import pytest
 
 HOUSE = Path(__file__).parent.parent / "dmplay"
 FLOORS = (
-    "errors", "chance", "core", "dice", "describe", "tabular", "belief", "session", "rollouts",
-    "problems", "solvers", "policies", "transcript", "finding", "terminal", "signals", "styles",
-    "views", "figures", "solutions", "game", "words", "screen", "reports", "prompt", "front", "cli",
-    "pytest_plugin", "__main__",
+    "errors", "chance", "core", "dice", "describe", "hexes", "matrix_game", "tabular", "belief",
+    "session", "rollouts", "problems", "solvers", "policies", "transcript", "finding", "terminal",
+    "signals", "styles", "views", "figures", "solutions", "game", "words", "screen", "reports",
+    "prompt", "front", "cli", "pytest_plugin", "__main__",
 )  # fmt: skip
 SCREENS = {"rich", "typer", "prompt_toolkit"}
 ALLOWED = {  # what a floor may load beside the standard library and numpy
@@ -56,6 +57,15 @@ def test_a_module_imports_only_floors_above_its_own(module: Path) -> None:
             assert FLOORS.index(parts[1]) <= FLOORS.index(own), f"{own} imports {name}"
         elif parts[0] in SCREENS | {"pytest"}:
             assert parts[0] in ALLOWED.get(own, set()), f"{own} imports {name}"
+
+
+@pytest.mark.parametrize("module", MODULES, ids=lambda path: str(path.relative_to(HOUSE)))
+def test_what_a_room_names_with_an_underscore_is_imported_by_no_other(module: Path) -> None:
+    for name in imported(module):
+        package, _, inside = name.partition(".")
+        if package == "dmplay" and inside.split(".")[0] != floor(module):
+            private = [part for part in inside.split(".") if re.match("_[a-z]", part)]
+            assert not private, f"{floor(module)} imports {name}"
 
 
 def test_every_module_has_a_floor() -> None:

@@ -7,7 +7,7 @@ from dmplay.chance import Reals
 from dmplay.finding import catalog
 from dmplay.solvers import collision_grid
 from dmplay.solvers.value_iteration import SLACK, best
-from dmplay.views._canvas import Canvas
+from dmplay.views.canvas import Canvas
 
 RATES = (0.0, 5.0)  # m/s, of the left and the right column
 NO_ADVISORY = 1  # the index of the last advisory and of the action

@@ -7,20 +7,19 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.chance import Reals
-from dmplay.core import Labels, Problem
 from dmplay.describe import summary
 from dmplay.dice import Dice
 from dmplay.finding import catalog
 from dmplay.finding.names import problem_names
 from dmplay.session import Session
 from dmplay.tabular import tabulate
-from dmplay.views import _payoffs
-from dmplay.views._canvas import Look
+from dmplay.views.style import Look, style_of
 
 
 def _payoff(name: str) -> Text:
-    view = Session(catalog.load(name), Dice(0)).view(0)
-    drawn = list(_payoffs.boards(view, Look()))[1]  # the table without the rounds
+    problem = catalog.load(name)
+    view = Session(problem, Dice(0)).view(0)
+    drawn = list(style_of(problem).boards(view, Look()))[1]  # the table without the rounds
     return Text("rewards of agent 1, agent 2; rows are agent 1's actions\n").append_text(drawn)
 
 
@@ -61,19 +60,13 @@ def machine() -> Text:
     tables = tabulate(problem)
     assert tables.observation is not None
     text = Text()
-    for a, label in enumerate(_labels(problem)):
-        text.append(f"{label}\n", style="bold")
+    for a in range(tables.transition.shape[1]):
+        text.append(f"{problem.action_name(0, a)}\n", style="bold")
         parts = (tables.transition[:, a], tables.observation[a], tables.rewards[:, a])
         for s in range(len(tables.transition)):
             row = "   ".join(_row(part[s]) for part in parts)
             text.append(f"  {row}\n" if s else f"  {row}   T(s'|s,a)  O(o|a,s')  R(s,a)\n")
     return text
-
-
-def _labels(problem: Problem) -> Labels:
-    labels = problem.actions[0]
-    assert isinstance(labels, Labels)
-    return labels
 
 
 def _row(values: Reals) -> str:

@@ -161,7 +161,7 @@ def adviser(
     One that plans a whole game plans this one, one that looks ahead does not look beyond the end,
     and one that answers others answers those who sit in the other `seats`, if it can.
     """
-    from dmplay.policies._valued import Countdown, Planner
+    from dmplay.policies.valued import Countdown, Planner
 
     name = hint(problem, seat)
     if name is None:
@@ -181,7 +181,7 @@ def adviser(
 
 def for_turns(problem: Problem, seat: int, name: str, turns: int) -> str:
     """The agent of this name in a game of so many turns: one that plans a whole game plans this."""
-    from dmplay.policies._valued import Countdown
+    from dmplay.policies.valued import Countdown
 
     if name not in agents(problem):
         return name
@@ -214,7 +214,7 @@ def _named(problem: Problem, seat: int, constant: str) -> str | None:
 
 
 def _policies(problem: Problem) -> ModuleType | None:
-    own = stem(problem) or "_brought"
+    own = stem(problem) or "brought"
     if importlib.util.find_spec(f"dmplay.policies.{own}") is None:
         return None
     return importlib.import_module(f"dmplay.policies.{own}")

@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 
+from dmplay.core import Problem
 from dmplay.game import facts
 from dmplay.session import Session, View
 from dmplay.transcript.format import number, turn_facts
-from dmplay.views._canvas import Look, fit
-from dmplay.views._style_of import style_of
+from dmplay.views.style import Look, fit, style_of
 
 FRAME = Look(width=80, height=24)
 
@@ -26,9 +26,9 @@ class Account:
         self.reveal = reveal
         self._style = style_of(session.problem)
         self._hidden: tuple[object, list[dict[str, object]]] = (None, [])
-        self._sum: tuple[View, float] | None = None
+        self._sum: tuple[View[Problem], float] | None = None
 
-    def said(self, view: View) -> str:
+    def said(self, view: View[Problem]) -> str:
         """The last turn in one line: number, what happened, reward and return where seen."""
         rerolled = ", under other dice" if view.turn in self.session.rerolls else ""
         parts = [f"turn {view.turn}{rerolled}.", self._style.told(view)]
@@ -36,11 +36,11 @@ class Account:
             parts.append(f"reward {view.rewards[-1]:.6g}. return {self.returned(view):.6g}.")
         return " ".join(parts)
 
-    def change(self, view: View, before: int) -> str:
+    def change(self, view: View[Problem], before: int) -> str:
         """What happened since there were so many turns: how far back the game is, or a turn."""
         return f"undone. turn {view.turn}." if view.turn < before else self.said(view)
 
-    def returned(self, view: View) -> float:
+    def returned(self, view: View[Problem]) -> float:
         """The discounted sum of the rewards that a view shows; a frame asks twice."""
         if self._sum is None or self._sum[0] is not view:
             discount = view.problem.discount
@@ -48,14 +48,14 @@ class Account:
             self._sum = view, sum(each, 0.0)
         return self._sum[1]
 
-    def situation(self, view: View) -> str:
+    def situation(self, view: View[Problem]) -> str:
         """Where the game stands, in sentences."""
         words = self._style.situation(view)
         if self.reveal and view.problem.observations is not None:
             words += f" truly {view.problem.notation(self.session.state)}."
         return words
 
-    def public(self, view: View) -> dict[str, object]:
+    def public(self, view: View[Problem]) -> dict[str, object]:
         """The last turn as data: all of it if no person plays or all is revealed, else what the
         seat of the view may know.
         """

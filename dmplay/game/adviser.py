@@ -9,7 +9,7 @@ from dmplay.core import Interval, Policy
 from dmplay.errors import BadPolicy
 from dmplay.finding import catalog
 from dmplay.session import Follower, Session
-from dmplay.views._canvas import Overlay
+from dmplay.views.style import Overlay
 
 T = TypeVar("T")
 MOST = 10  # actions whose values are told

@@ -8,7 +8,7 @@ from rich.text import Text
 
 from dmplay.game.request import Recording, Request, Wanted
 from dmplay.terminal import Wishes, here
-from dmplay.views._canvas import plainly
+from dmplay.views.canvas import plainly
 
 HERE = Wishes()
 

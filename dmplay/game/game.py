@@ -17,8 +17,7 @@ from dmplay.policies.script import EndOfScript
 from dmplay.session import Session, View
 from dmplay.signals import whole
 from dmplay.transcript.recorder import Recorder
-from dmplay.views._canvas import Look, fit
-from dmplay.views._style_of import style_of
+from dmplay.views.style import Look, fit, style_of
 
 
 class Game:
@@ -50,7 +49,7 @@ class Game:
         self.session = session
         self.account = Account(session, self.people, reveal=self.reveal)
         self._advisers: dict[int, Adviser] = {}
-        self._seen: tuple[tuple[object, ...], View] | None = None
+        self._seen: tuple[tuple[object, ...], View[Problem]] | None = None
 
     @property
     def problem(self) -> Problem:
@@ -113,7 +112,7 @@ class Game:
             self._advisers[seat] = Adviser(self.session, seat, self.seats)
         return self._advisers[seat]
 
-    def view(self, seat: int | None = None) -> View:
+    def view(self, seat: int | None = None) -> View[Problem]:
         """What the watcher, or another seat, may know.
 
         The watcher's is made anew only when a turn, the seat or the end is new.

@@ -9,7 +9,7 @@ from dmplay.errors import BadParameter, UnknownName
 from dmplay.game import keymap
 from dmplay.game.keymap import Keys
 from dmplay.session import View
-from dmplay.views._style_of import style_of
+from dmplay.views.style import style_of
 
 PAIR = 2
 DIGITS = 10  # keys that are the number of an action
@@ -56,7 +56,7 @@ class Keyboard:
         actions = self.problem.actions[seat]
         return isinstance(actions, Interval) or (len(actions) > DIGITS and actions[0].isdigit())
 
-    def legal(self, view: View) -> list[tuple[str, str, bool]]:
+    def legal(self, view: View[Problem]) -> list[tuple[str, str, bool]]:
         """Key, label and legality of each action; '' where numbers are typed, [] for reals."""
         labels = self.problem.actions[view.seat]
         if isinstance(labels, Interval):

@@ -12,7 +12,7 @@ from dmplay.core import Interval, Labels, Problem
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.finding import catalog
 from dmplay.finding.names import name_of
-from dmplay.views._style_of import style_of
+from dmplay.views.style import style_of
 
 Own = tuple[str, Mapping[str, str]]  # the file that has them; key -> action
 NOTHING: Mapping[str, Own] = {}

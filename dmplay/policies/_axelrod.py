@@ -11,8 +11,8 @@ import numpy as np
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Percept, parameter
 from dmplay.errors import BadPolicy, UnknownName
-from dmplay.policies._kinds import Seated
-from dmplay.problems._matrix_game import MatrixGame
+from dmplay.matrix_game import MatrixGame
+from dmplay.policies.kinds import Seated
 
 SEEDS = 10**9
 

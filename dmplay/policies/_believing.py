@@ -12,7 +12,7 @@ from dmplay import belief
 from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import Memory, Percept, exact
 from dmplay.errors import ImpossibleObservation
-from dmplay.policies._kinds import Seated
+from dmplay.policies.kinds import Seated
 
 
 class _Flow(NamedTuple):

@@ -10,7 +10,7 @@ from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import Memory, Percept, parameter
 from dmplay.errors import BadParameter
 from dmplay.policies._believing import mean
-from dmplay.policies._kinds import Seated
+from dmplay.policies.kinds import Seated
 from dmplay.solvers import alpha_vectors, joint_plans
 from dmplay.solvers.envelope import envelope
 from dmplay.solvers.value_iteration import greedy

@@ -8,8 +8,8 @@ import numpy as np
 from dmplay.chance import Array, Bools, Categorical, Reals
 from dmplay.core import Memory, Percept, parameter
 from dmplay.errors import BadParameter
-from dmplay.policies._kinds import Maximising, Reactive
-from dmplay.problems._matrix_game import MatrixGame
+from dmplay.matrix_game import MatrixGame
+from dmplay.policies.kinds import Maximising, Reactive
 from dmplay.solvers import matrix_game
 
 

@@ -9,8 +9,8 @@ from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Problem
 from dmplay.errors import BadPolicy
 from dmplay.policies._believing import mean
-from dmplay.policies._kinds import Reactive
-from dmplay.policies._valued import Planner, Valued
+from dmplay.policies.kinds import Reactive
+from dmplay.policies.valued import Planner, Valued
 from dmplay.solvers import alpha_vectors, value_iteration
 from dmplay.solvers.alpha_vectors import Stage
 from dmplay.tabular import tabulate

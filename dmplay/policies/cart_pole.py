@@ -8,7 +8,7 @@ import numpy as np
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Percept, parameter
 from dmplay.errors import BadParameter
-from dmplay.policies._kinds import Always, Reactive
+from dmplay.policies.kinds import Always, Reactive
 from dmplay.problems.cart_pole import CartPole
 from dmplay.solvers import riccati
 

@@ -8,7 +8,7 @@ import numpy as np
 from dmplay.chance import Array, Bools, Categorical, Ints, Reals
 from dmplay.core import Memory
 from dmplay.policies._believing import Believing, mean
-from dmplay.policies._valued import Countdown, Valued
+from dmplay.policies.valued import Countdown, Valued
 from dmplay.solvers.bounded_search import BoundedSearch
 from dmplay.solvers.value_iteration import greedy
 from dmplay.tabular import tabulate

@@ -8,10 +8,10 @@ import numpy as np
 from dmplay.chance import Array, Bools, Categorical, Reals
 from dmplay.core import Memory, Percept, Problem, parameter
 from dmplay.errors import BadParameter, BadPolicy
+from dmplay.hexes import DIRECTIONS, arrivals, paths
 from dmplay.policies._believing import Believing, mean
-from dmplay.policies._kinds import Reactive, Seated
-from dmplay.policies._valued import Valued
-from dmplay.problems import _hex
+from dmplay.policies.kinds import Reactive, Seated
+from dmplay.policies.valued import Valued
 from dmplay.problems.collaborative_predator_prey import SENSES, CollaborativePredatorPrey
 from dmplay.solvers import reactive_team, sparse
 from dmplay.solvers.value_iteration import greedy
@@ -32,7 +32,7 @@ class Sweep(Seated):
     def begin(self, observation: Array) -> Memory:
         """The direction, for how many turns it has been held, and whether a prey was near."""
         rows = len(observation)
-        first = len(_hex.DIRECTIONS) * self.seat // len(self.problem.agents)
+        first = len(DIRECTIONS) * self.seat // len(self.problem.agents)
         return (np.full(rows, first), np.zeros(rows, np.int64), np.zeros(rows, bool))
 
     def update(self, memory: Memory, percept: Percept) -> Memory:
@@ -59,7 +59,7 @@ class ChaseBelief(Believing):
     def _far(self) -> Reals:
         """Steps `[H, 6, H]` from where a move from a hex ends to another hex."""
         hexes = _hunt(self.problem).hexes
-        return _hex.paths(hexes)[_hex.arrivals(hexes)[:, :, 0]].astype(float)
+        return paths(hexes)[arrivals(hexes)[:, :, 0]].astype(float)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """The move that leaves the fewest steps to it, on average over where the seat may be."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, parameter
-from dmplay.policies._kinds import Always, Maximising, Reactive
+from dmplay.policies.kinds import Always, Maximising, Reactive
 from dmplay.solvers import collision_grid
 
 DESCEND, NO_ADVISORY, CLIMB = range(3)

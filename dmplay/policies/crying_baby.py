@@ -6,8 +6,8 @@ import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Labels, Memory, Problem
-from dmplay.policies._kinds import Reactive
 from dmplay.policies._solved import Optimal, Plan, Qmdp
+from dmplay.policies.kinds import Reactive
 
 
 @dataclass(frozen=True)

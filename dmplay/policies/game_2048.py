@@ -7,7 +7,7 @@ import numpy as np
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Percept, parameter
 from dmplay.errors import BadParameter
-from dmplay.policies._kinds import Maximising, Reactive, Seated
+from dmplay.policies.kinds import Maximising, Reactive, Seated
 from dmplay.problems.game_2048 import DOWN, LEFT, RIGHT, UP, Game2048
 from dmplay.solvers import expectimax_2048
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from dmplay.chance import Array, Bools, Reals, among
 from dmplay.core import DECIMALS, Interval, Memory, Percept
-from dmplay.policies._kinds import Seated
+from dmplay.policies.kinds import Seated
 from dmplay.policies.search import Search
 
 

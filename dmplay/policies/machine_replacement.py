@@ -8,8 +8,8 @@ import numpy as np
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, parameter
 from dmplay.policies._believing import Believing, mean
-from dmplay.policies._kinds import Always
-from dmplay.policies._valued import Countdown
+from dmplay.policies.kinds import Always
+from dmplay.policies.valued import Countdown
 from dmplay.problems.machine_replacement import MachineReplacement
 from dmplay.solvers import alpha_vectors, value_iteration
 from dmplay.solvers.alpha_vectors import Stage

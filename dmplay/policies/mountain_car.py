@@ -8,7 +8,7 @@ import numpy as np
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, parameter
 from dmplay.errors import BadParameter
-from dmplay.policies._kinds import Always, Maximising, Reactive
+from dmplay.policies.kinds import Always, Maximising, Reactive
 from dmplay.problems.mountain_car import LEFT_WALL, RIGHT_WALL, TOP_SPEED
 from dmplay.solvers import grid_iteration
 

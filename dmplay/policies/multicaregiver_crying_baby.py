@@ -12,8 +12,8 @@ from dmplay.core import Memory, Percept, Problem, exact, parameter
 from dmplay.errors import BadParameter, BadPolicy
 from dmplay.policies._believing import mean
 from dmplay.policies._joint_plan import JointPlan
-from dmplay.policies._kinds import Maximising, Seated
 from dmplay.policies.crying_baby import FeedWhenCrying
+from dmplay.policies.kinds import Maximising, Seated
 from dmplay.problems.multicaregiver_crying_baby import ACTIONS
 from dmplay.solvers import alpha_vectors
 from dmplay.solvers.alpha_vectors import Stage

@@ -9,8 +9,8 @@ import numpy as np
 from dmplay.chance import Array, Bools, Categorical, Ints, Reals
 from dmplay.core import Memory, Problem, parameter
 from dmplay.errors import BadParameter, BadPolicy
-from dmplay.policies._kinds import Maximising, Reactive
-from dmplay.problems import _hex
+from dmplay.hexes import DIRECTIONS, arrivals, paths
+from dmplay.policies.kinds import Maximising, Reactive
 from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.solvers import best_response, markov_game, sparse
 
@@ -25,7 +25,7 @@ class _Runner(Reactive):
     def _far(self) -> Ints:
         """Steps `[H, 6, H]` from where a move from a hex ends to another hex."""
         hexes = _hunt(self.problem).hexes
-        return _hex.paths(hexes)[_hex.arrivals(hexes)[:, :, 0]]
+        return paths(hexes)[arrivals(hexes)[:, :, 0]]
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """The first of the best moves."""
@@ -81,7 +81,7 @@ class BestResponse(Maximising, Reactive):
 
     def _likely(self, seat: int) -> Reals:
         """How likely the agent of a seat takes each action in each state `[S, 6]`."""
-        states, many = self.problem.enumerated(), len(_hex.DIRECTIONS)
+        states, many = self.problem.enumerated(), len(DIRECTIONS)
         if self.to == "random":
             return np.full((len(states), many), 1 / many)
         name = _natural(self.problem, seat) if self.to == "natural" else self.to
@@ -144,7 +144,7 @@ def _adviser(problem: Problem, seat: int) -> str:
     """The best answer to the natural play where it is found while one waits, else that play."""
     hunt = _hunt(problem)
     each = 3**hunt.predators * max(len(hunt.hexes), 3) ** hunt.prey
-    quick = hunt.states * len(_hex.DIRECTIONS) * each <= WAITED
+    quick = hunt.states * len(DIRECTIONS) * each <= WAITED
     return "best-response" if quick and hunt.discount < 1.0 else _natural(problem, seat)
 
 

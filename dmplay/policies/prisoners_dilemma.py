@@ -7,8 +7,8 @@ import numpy as np
 from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import Memory, Percept, parameter
 from dmplay.policies._axelrod import Axelrod
-from dmplay.policies._kinds import Rule
 from dmplay.policies._matrix_agents import BestResponse, GradientAscent, Nash, Softmax
+from dmplay.policies.kinds import Rule
 
 
 @dataclass(frozen=True)

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 from dmplay.chance import Array, Ints
-from dmplay.policies._kinds import Rule
 from dmplay.policies._matrix_agents import BestResponse, GradientAscent, Nash
 from dmplay.policies.general import Random
+from dmplay.policies.kinds import Rule
 
 
 @dataclass(frozen=True)

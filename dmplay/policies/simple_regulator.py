@@ -6,7 +6,7 @@ import numpy as np
 
 from dmplay.chance import Array, Bools, Normal, Reals
 from dmplay.core import DECIMALS, Interval, Memory, parameter
-from dmplay.policies._kinds import Reactive
+from dmplay.policies.kinds import Reactive
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ import numpy as np
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, parameter
 from dmplay.errors import BadParameter
-from dmplay.policies._kinds import Reactive
 from dmplay.policies._matrix_agents import BestResponse, GradientAscent, Nash, Softmax
+from dmplay.policies.kinds import Reactive
 from dmplay.problems.travelers_dilemma import LEAST, MOST
 
 

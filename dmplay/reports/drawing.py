@@ -13,7 +13,7 @@ from dmplay.errors import BadParameter
 from dmplay.figures.every import figure, figures
 from dmplay.styles import ansi
 from dmplay.terminal import Terminal
-from dmplay.views._canvas import plainly, size
+from dmplay.views.canvas import plainly, size
 
 # Rich's own template, but nothing is loaded from elsewhere.
 SVG = re.sub(r"@font-face {{.*?}}\n", "", CONSOLE_SVG_FORMAT, flags=re.DOTALL).replace(

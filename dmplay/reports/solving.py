@@ -9,8 +9,8 @@ from pathlib import Path
 from dmplay import __version__
 from dmplay.finding import catalog
 from dmplay.reports.progress import Bar
-from dmplay.solutions._solution import Solution, Tick
 from dmplay.solutions.every import solution
+from dmplay.solutions.solution import Solution, Tick
 
 
 def cached(name: str, parameters: Mapping[str, object], tick: Tick) -> Solution:

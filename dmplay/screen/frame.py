@@ -10,7 +10,8 @@ from dmplay.game.game import Game
 from dmplay.game.keymap import SHOWN
 from dmplay.rollouts import MOST_TURNS
 from dmplay.terminal import clean
-from dmplay.views._canvas import ASCII, Look, Needed, size
+from dmplay.views.canvas import ASCII, size
+from dmplay.views.style import Look, Needed
 from dmplay.words.commands import named
 
 PANEL = 17  # columns of the side panel at least

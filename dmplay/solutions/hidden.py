@@ -6,9 +6,9 @@ from dmplay import belief
 from dmplay.core import Problem
 from dmplay.errors import BadPolicy
 from dmplay.finding import catalog
-from dmplay.policies._valued import Countdown
-from dmplay.solutions._solution import Row, Solution, Tick, names
+from dmplay.policies.valued import Countdown
 from dmplay.solutions.played import simulation
+from dmplay.solutions.solution import Row, Solution, Tick, names
 from dmplay.solvers import alpha_vectors
 from dmplay.solvers.alpha_vectors import Stage
 from dmplay.solvers.value_iteration import best

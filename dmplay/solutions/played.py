@@ -9,7 +9,7 @@ from dmplay.chance import Ints, Reals
 from dmplay.core import Policy, Problem
 from dmplay.finding import catalog
 from dmplay.rollouts import rollout
-from dmplay.solutions._solution import Row, Solution, Tick
+from dmplay.solutions.solution import Row, Solution, Tick
 
 GAMES, SEED = 1000, 1
 AT_A_TIME = 100

@@ -10,8 +10,8 @@ from dmplay.core import Problem
 from dmplay.finding import catalog
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
 from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
-from dmplay.solutions._solution import Row, Solution, Tick, part
 from dmplay.solutions.played import games
+from dmplay.solutions.solution import Row, Solution, Tick, part
 from dmplay.solvers import alpha_vectors, joint_plans, reactive_team, sparse, value_iteration
 from dmplay.tabular import Tables, tabulate
 

@@ -11,7 +11,7 @@ from dmplay.game.game import Game
 from dmplay.game.table import Table
 from dmplay.styles import ansi
 from dmplay.terminal import Terminal, clean
-from dmplay.views._canvas import Look
+from dmplay.views.style import Look
 from dmplay.words.commands import Leave, own_parts, parts, typed
 from dmplay.words.plain import handed_over
 

@@ -13,7 +13,7 @@ from dmplay.game.seats import HUMAN
 from dmplay.game.table import Table
 from dmplay.reports.problems import about
 from dmplay.screen.frame import Room, keys
-from dmplay.views._style_of import style_of
+from dmplay.views.style import style_of
 from dmplay.words.commands import COMMANDS, typed
 from tests.support.screens import SEQUENCES, game, play
 

@@ -9,7 +9,7 @@ from dmplay.core import Percept, Policy, Problem
 from dmplay.errors import BadPolicy, ImpossibleObservation
 from dmplay.finding import catalog
 from dmplay.game.table import Table
-from dmplay.problems import _hex
+from dmplay.hexes import notation_of
 from dmplay.problems._hunt import STANDARD
 from dmplay.transcript.format import turn_facts
 from dmplay.words.commands import typed
@@ -61,9 +61,7 @@ def test_a_prey_without_a_free_neighbour_stays() -> None:
 
 def test_a_capture_pays_the_whole_team_and_holds_only_the_captor() -> None:
     found, rewards = outcomes(certain(), "(2,0) (3,0) (2,0)", [E, E])
-    assert found == pytest.approx(
-        {f"(2,0) (4,0) {_hex.notation(hex_)}": 1 / 12 for hex_ in STANDARD}
-    )
+    assert found == pytest.approx({f"(2,0) (4,0) {notation_of(hex_)}": 1 / 12 for hex_ in STANDARD})
     assert rewards.tolist() == [10, 10]
 
 

@@ -7,7 +7,7 @@ import dmplay
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, BadPolicy
 from dmplay.finding import catalog
-from dmplay.problems import _hex
+from dmplay.hexes import distance, notation_of, paths
 from dmplay.problems._hunt import STANDARD
 
 E, NE, NW, W, SW, SE = range(6)
@@ -64,7 +64,7 @@ def test_a_predator_feeds_where_it_stands_and_the_prey_is_born_anywhere(a: int) 
     for place, hex_ in enumerate(STANDARD):
         draw = (place + 0.5) / 12
         assert stepped(PROBLEM, "(4,0) (4,0)", [a, a], [draw, draw]) == (
-            f"(4,0) {_hex.notation(hex_)}",
+            f"(4,0) {notation_of(hex_)}",
             [1, -100],
         )
 
@@ -122,12 +122,12 @@ def test_states_are_listed_with_the_first_agent_slowest() -> None:
 
 
 def test_paths_go_around_the_holes_of_the_map() -> None:
-    steps = _hex.paths(STANDARD)
+    steps = paths(STANDARD)
     place = {hex_: index for index, hex_ in enumerate(STANDARD)}
     assert steps[place[(1, 1)], place[(3, 1)]] == 3  # (2,1) is a hole: by (2,0) and (3,0)
-    assert _hex.distance((1, 1), (3, 1)) == 2
+    assert distance((1, 1), (3, 1)) == 2
     assert (steps == steps.T).all()
-    assert _hex.paths([(0, 0), (5, 5)]).tolist() == [[0, 2], [2, 0]]
+    assert paths([(0, 0), (5, 5)]).tolist() == [[0, 2], [2, 0]]
 
 
 def chosen(problem: Problem, agent: str, seat: int, state: str) -> int:

@@ -43,7 +43,9 @@ def started(
     return game
 
 
-def after(name: str, *turns: str, seat: int = 0, seed: int = 5, **parameters: object) -> View:
+def after(
+    name: str, *turns: str, seat: int = 0, seed: int = 5, **parameters: object
+) -> View[Problem]:
     """A seat's view after these turns, the actions of one turn with spaces between."""
     problem = dmplay.load(name, **parameters)
     game = dmplay.Session(problem, dmplay.Dice(seed))

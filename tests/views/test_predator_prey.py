@@ -3,11 +3,13 @@ from functools import partial
 
 import numpy as np
 
+import dmplay
 from dmplay.finding import catalog
-from dmplay.views import predator_prey
-from dmplay.views._canvas import Look, Overlay, fit
-from dmplay.views._hexgrid import LEFT
+from dmplay.views.hexgrid import LEFT
+from dmplay.views.style import Look, Overlay, fit, style_of
 from tests.support import games
+
+predator_prey = style_of(dmplay.load("predator-prey"))
 
 after = partial(games.after, "predator-prey")
 

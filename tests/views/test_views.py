@@ -12,10 +12,13 @@ from dmplay.game.keyboard import action_by_key
 from dmplay.session import Session
 from dmplay.solvers import value_iteration
 from dmplay.tabular import tabulate
-from dmplay.views import crying_baby, game_2048, hexworld, prisoners_dilemma
-from dmplay.views._canvas import Look, Overlay, fit
-from dmplay.views._style_of import style_of
+from dmplay.views.style import Look, Overlay, fit, style_of
 from tests.support.games import session
+
+crying_baby = style_of(dmplay.load("crying-baby"))
+game_2048 = style_of(dmplay.load("2048"))
+hexworld = style_of(dmplay.load("hexworld"))
+prisoners_dilemma = style_of(dmplay.load("prisoners-dilemma"))
 
 GLYPHS = set("─│┌┐└┘├┤┬┴┼╱╲┄━┷╋▏▎▍▌▋▊▉█▁▂▃▄▅▆▇▒←→↑↓↖↗↘↙◆●○∘·✓✗×γ…")
 SIZES = [(120, 40), (80, 24), (80, 12), (50, 14), (40, 12), (40, 8), (25, 6), (12, 2)]

@@ -9,7 +9,7 @@ from dmplay.chance import Array, Reals
 from dmplay.core import Memory, Percept, parameter
 from dmplay.errors import BadParameter
 from dmplay.policies._believing import Believing
-from dmplay.policies._kinds import Maximising
+from dmplay.policies.kinds import Maximising
 
 
 @dataclass(frozen=True)
