@@ -101,3 +101,8 @@ def among(able: Bools, u: Reals) -> Ints:
     rank = np.cumsum(able, axis=1)
     wanted = (u * rank[:, -1]).astype(np.int64) + 1
     return np.asarray(np.argmax(rank == wanted[:, None], axis=1))
+
+
+def anyone(many: int, u: Reals, able: Bools | None) -> Ints:
+    """One of 0 .. many-1, or of those marked `[B, many]`, each as likely, by uniforms `[B]`."""
+    return (u * many).astype(np.int64) if able is None else among(able, u)

@@ -9,7 +9,7 @@ import numpy as np
 
 from dmplay import belief as beliefs
 from dmplay.chance import Array, Bools, Reals
-from dmplay.core import DECIMALS, Continuous, Interval, Memory, Percept, Policy, Problem
+from dmplay.core import Continuous, Memory, Percept, Policy, Problem
 from dmplay.dice import NATURE
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
 
@@ -169,21 +169,13 @@ class Session:
         known = problem.actions[seat]
         if action is None:
             raise IllegalAction(f"{where}: no action given")
-        if isinstance(known, Interval):
-            if not known.low <= action <= known.high:
-                span = f"from {known.low:g} to {known.high:g}"
-                raise IllegalAction(f"{where}: got {action:g}, expected a number {span}")
-            return round(float(action), DECIMALS) + 0.0
-        if action not in range(len(known)):
-            raise IllegalAction(f"{where}: got action {action}, expected 0 to {len(known) - 1}")
-        legal = self.legal(seat)
-        if legal is not None and not legal[int(action)]:
-            names = ", ".join(np.array(known)[legal])
-            state = problem.notation(self.state)
+        done, legal = known.check(action, where), self.legal(seat)
+        if legal is not None and known.labels and not legal[int(done)]:
             raise IllegalAction(
-                f"{where}: {known[int(action)]} changes nothing in {state}; expected one of {names}"
+                f"{where}: {known.name(done)} changes nothing in "
+                f"{problem.notation(self.state)}; expected one of {known.told(legal)}"
             )
-        return int(action)
+        return done
 
     def undo(self, turns: int = 1) -> list[Turn]:
         """Takes back the last turns and returns them; the same action gives the same outcome."""

@@ -12,13 +12,10 @@ from dmplay.views._canvas import Canvas, Look
 INITIAL = 2  # columns of an action's first letter in the rounds
 
 
-def game(view: View) -> tuple[MatrixGame, tuple[Labels, Labels]]:
+def game(view: View) -> tuple[MatrixGame, tuple[Labels, ...]]:
     """The problem and the labels of both agents."""
     assert isinstance(view.problem, MatrixGame)
-    rows, columns = view.problem.actions
-    assert isinstance(rows, Labels)
-    assert isinstance(columns, Labels)
-    return view.problem, (rows, columns)
+    return view.problem, view.problem.actions
 
 
 def last(view: View) -> tuple[int, int] | None:

@@ -2,10 +2,8 @@
 
 from collections.abc import Iterator
 
-import numpy as np
 from rich.text import Text
 
-from dmplay.core import Interval
 from dmplay.session import View
 from dmplay.views._belief import bars, words
 from dmplay.views._canvas import Canvas, Look, signed
@@ -33,13 +31,12 @@ def boards(view: View, look: Look) -> Iterator[Text]:
         if view.beliefs is not None and full:
             y = bars(canvas, y, _names(view), view.beliefs[-1], look) + 1
         actions = view.problem.actions[view.seat]
-        if isinstance(actions, Interval):
-            canvas.put(0, y, f"a number from {actions.low:g} to {actions.high:g}")
-        else:
-            for number, label in enumerate(actions if full else (), 1):
-                legal = view.legal is None or view.legal[number - 1]
-                canvas.put(0, y, f"{number} {label}" if legal else f"[{number} {label}]")
-                y += 1
+        if not actions.labels:
+            canvas.put(0, y, actions.told())
+        for number, label in enumerate(actions.labels if full else (), 1):
+            legal = view.legal is None or view.legal[number - 1]
+            canvas.put(0, y, f"{number} {label}" if legal else f"[{number} {label}]")
+            y += 1
         yield canvas.text()
 
 
@@ -58,12 +55,7 @@ def told(view: View) -> str:
 
 def situation(view: View) -> str:
     """What was seen last and what can be done."""
-    actions = view.problem.actions[view.seat]
-    if isinstance(actions, Interval):
-        can = f"a number from {actions.low:g} to {actions.high:g}"
-    else:
-        legal = np.ones(len(actions), bool) if view.legal is None else view.legal
-        can = ", ".join(label for label, able in zip(actions, legal, strict=True) if able)
+    can = view.problem.actions[view.seat].told(view.legal)
     return f"{seen(view)}.{_believed(view)} actions: {can or 'none'}."
 
 

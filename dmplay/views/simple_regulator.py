@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 from rich.text import Text
 
-from dmplay.core import Interval
 from dmplay.problems.simple_regulator import START_DEVIATION, START_MEAN, SimpleRegulator
 from dmplay.session import View
 from dmplay.views._canvas import Canvas, Look, signed
@@ -143,8 +142,7 @@ def _words(view: View, short: bool) -> str:
 def panel(view: View) -> list[tuple[str, str]]:
     """The number and what it costs, the last push, and what does not change."""
     problem, number = _problem(view), _numbers(view)[-1]
-    actions = problem.actions[view.seat]
-    assert isinstance(actions, Interval)
+    bounds = problem.actions[0]
     return [
         ("s", plus(number, 3)),
         ("costs", f"{number * number:.3f}"),
@@ -153,7 +151,7 @@ def panel(view: View) -> list[tuple[str, str]]:
         ("reward", f"{view.rewards[-1]:.3f}" if view.rewards else "-"),
         ("noise", f"{problem.noise:g}"),
         ("gamma", f"{problem.discount:g}"),
-        ("a from", f"{actions.low:g} to {actions.high:g}"),
+        ("a from", f"{bounds.low:g} to {bounds.high:g}"),
     ]
 
 
@@ -169,10 +167,8 @@ def told(view: View) -> str:
 def situation(view: View) -> str:
     """The number, what it costs to be there, and what can be done."""
     problem, number = _problem(view), _numbers(view)[-1]
-    actions = problem.actions[view.seat]
-    assert isinstance(actions, Interval)
     return (
         f"s {plus(number, 3)}. a turn here costs {number * number:.3f}. "
-        f"push by a number from {actions.low:g} to {actions.high:g}; "
+        f"push by {problem.actions[0].told()}; "
         f"noise of {problem.noise:g} comes on top."
     )
