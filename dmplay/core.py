@@ -226,6 +226,11 @@ class Problem(ABC):
         return None
 
     @property
+    def hidden(self) -> bool:
+        """Whether agents see less than the state."""
+        return self.observations is not None
+
+    @property
     def states(self) -> int | float | Continuous:
         """How many states: a count, `math.inf`, or a part of R^dimensions; 1 for simple games."""
         return 1
@@ -243,7 +248,7 @@ class Problem(ABC):
     @property
     def rewards_observed(self) -> bool:
         """Whether a seat may see its reward each turn; a hidden state it would betray."""
-        return self.observations is None
+        return not self.hidden
 
     @property
     def aliases(self) -> Mapping[str, str]:
@@ -344,8 +349,8 @@ class Problem(ABC):
         if self.states == 1:
             return "simple game"
         if len(self.agents) == 1:
-            return "MDP" if self.observations is None else "POMDP"
-        if self.observations is None:
+            return "POMDP" if self.hidden else "MDP"
+        if not self.hidden:
             return "Markov game"
         return "Dec-POMDP" if self.shared_reward else "POMG"
 

@@ -62,7 +62,7 @@ class View:
 
 def believed(problem: Problem) -> float:
     """How many hidden states a belief is over; infinity where there is no belief."""
-    if problem.observations is None or isinstance(problem.states, Continuous):
+    if not problem.hidden or isinstance(problem.states, Continuous):
         return math.inf
     return problem.states
 
@@ -240,14 +240,13 @@ class Session:
     def view(self, seat: int) -> View:
         """What this seat may know."""
         problem = self.problem
-        public = problem.observations is None
         turns = self.turns
         return View(
             problem=problem,
             seat=seat,
             observations=tuple(self.observation(seat, t) for t in range(len(turns) + 1)),
             actions=tuple(turn.actions[seat].item() for turn in turns),
-            joint=tuple(turn.actions for turn in turns) if public else None,
+            joint=None if problem.hidden else tuple(turn.actions for turn in turns),
             rewards=(
                 tuple(turn.rewards[seat].item() for turn in turns)
                 if problem.rewards_observed or self.over

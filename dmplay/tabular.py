@@ -90,7 +90,7 @@ class Tabular(Problem):
     def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """Reads the pair apart; the reward is the expected one, R(s, a)."""
         moved = events[0] // (len(self._each) // self.states)
-        seen = moved if self.observations is None else self._each[events[0]]
+        seen = self._each[events[0]] if self.hidden else moved
         return Outcome(moved, self._expected[self._row(s, a)], seen)
 
     def notation(self, s: Array) -> str:

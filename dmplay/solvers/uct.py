@@ -77,7 +77,7 @@ class Tree:
 
     def sights(self, state: Array, observations: Array) -> Ints:
         """What the seat sees `[N]`, as the index that nodes go by."""
-        if self.problem.observations is not None:
+        if self.problem.hidden:
             return np.asarray(observations[:, self.seat])
         return self.problem.index(state) if self.seen > 1 else np.zeros(len(state), np.int64)
 

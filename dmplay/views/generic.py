@@ -25,7 +25,7 @@ def boards(view: View, look: Look) -> Iterator[Text]:
     """The observation, the belief where there is one, and the actions with their digits."""
     for full in (True, False):
         canvas = Canvas()
-        what = "state" if view.problem.observations is None else "seen"
+        what = "seen" if view.problem.hidden else "state"
         canvas.put(0, 0, f"{what}  {seen(view)}"[: max(look.width, 1)], "bold")
         y = 2
         if view.beliefs is not None and full:
