@@ -343,6 +343,19 @@ class Problem(ABC):
         """One turn of B rows: states, joint actions `[B, n]`, uniforms `[B, draws.step]`."""
         return self.move(s, a, sample(self.chance(s, a), u))
 
+    def first_sight(self, s: Array) -> Array:
+        """What a seat sees before the first turn: the state `[B, ...]`, or -1 if it is hidden."""
+        return np.full(len(s), -1) if self.hidden else s
+
+    def percept(self, seat: int, actions: Array, outcome: Outcome) -> Percept:
+        """What a turn by the joint actions `[B, n]` teaches a seat."""
+        return Percept(
+            actions[:, seat],
+            outcome.observations[:, seat] if self.hidden else outcome.observations,
+            None if self.hidden else actions,
+            outcome.rewards[:, seat] if self.rewards_observed else None,
+        )
+
     @property
     def kind(self) -> str:
         """The field's name for this class of problem, derived from its facts."""

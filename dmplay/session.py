@@ -9,7 +9,7 @@ import numpy as np
 
 from dmplay import belief as beliefs
 from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Continuous, Memory, Percept, Policy, Problem
+from dmplay.core import Continuous, Memory, Outcome, Percept, Policy, Problem
 from dmplay.dice import NATURE
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
 
@@ -200,22 +200,16 @@ class Session:
 
     def observation(self, seat: int, turn: int) -> Array:
         """What a seat saw after a turn; before the first, the state or -1."""
-        hidden = self.problem.observations is not None
         if turn == 0:
-            return np.array(-1) if hidden else self.first
+            first: Array = self.problem.first_sight(self.first[None])[0]
+            return first
         seen = self.turns[turn - 1].observations
-        return seen[seat] if hidden else seen
+        return seen[seat] if self.problem.hidden else seen
 
     def percept(self, seat: int, turn: int) -> Percept:
         """What a turn (from 1) taught a seat, as a batch of one row."""
-        played = self.turns[turn - 1]
-        public = self.problem.observations is None
-        return Percept(
-            played.actions[seat : seat + 1],
-            self.observation(seat, turn)[None],
-            played.actions[None] if public else None,
-            played.rewards[seat : seat + 1] if self.problem.rewards_observed else None,
-        )
+        actions, _, state, observations, rewards = (part[None] for part in self.turns[turn - 1])
+        return self.problem.percept(seat, actions, Outcome(state, rewards, observations))
 
     @property
     def believes(self) -> bool:
