@@ -54,12 +54,12 @@ class Believing(Seated, ABC):
         """Beliefs `[R, S]` after the same action and observation in each row."""
         flow = self._after(action).get(observation)
         joint = np.zeros_like(before) if flow is None else _carried(before, flow)
-        likelihood = joint.cumsum(axis=1)[:, -1:]
-        if (likelihood <= 0.0).any():
+        after, likelihood = belief.bayes(joint)
+        if not likelihood.all():
             raise ImpossibleObservation(
                 f"{self.problem.agents[self.seat]}: an observation of probability 0"
             )
-        return np.asarray(joint / likelihood)
+        return after
 
     @abstractmethod
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
@@ -92,17 +92,6 @@ class Believing(Seated, ABC):
                 if happens.any():
                     flow.setdefault(kind, []).append(_summed(cell[happens], weight[happens]))
         return {kind: _flow(parts, size) for kind, parts in flow.items()}
-
-
-def mean(b: Reals, each: Reals) -> Reals:
-    """The mean `[B, K]` of `each` `[S, K]`, or `[B, S, K]`, under beliefs `[B, S]`: few states.
-
-    State by state: a row has the same bits in any batch.
-    """
-    total = b[:, 0, None] * each[..., 0, :]
-    for s in range(1, b.shape[1]):
-        total = total + b[:, s, None] * each[..., s, :]
-    return np.asarray(total)
 
 
 def _carried(before: Reals, flow: _Flow) -> Reals:

@@ -6,10 +6,9 @@ from functools import cached_property
 import numpy as np
 
 from dmplay import belief
-from dmplay.chance import Array, Bools, Ints, Reals
+from dmplay.chance import Array, Bools, Ints, Reals, mean
 from dmplay.core import Memory, Percept, parameter
 from dmplay.errors import BadParameter
-from dmplay.policies._believing import mean
 from dmplay.policies._kinds import Seated
 from dmplay.solvers import alpha_vectors, joint_plans
 from dmplay.solvers.envelope import envelope
@@ -69,11 +68,9 @@ class JointPlan(Seated):
         """Bayes' rule beside the partner's plan; where that is ruled out, beside a random one."""
         (b,) = memory
         partner = self._planned(b)[:, 1 - self.seat]
-        joint = mean(b, self._foreseen[percept.action, partner, percept.observation])
-        possible = joint.any(axis=1, keepdims=True)
+        foreseen = self._foreseen[percept.action, partner, percept.observation]
         surprising = self._foreseen.mean(axis=1)[percept.action, percept.observation]
-        joint = np.where(possible, joint, mean(b, surprising))
-        return (joint / joint.cumsum(axis=1)[:, -1:],)
+        return (surprised(b, foreseen, surprising),)
 
     def _jointly(self, b: Reals) -> Reals:
         """Q `[B, joint actions]` of beliefs `[B, S]`."""
@@ -91,3 +88,13 @@ class JointPlan(Seated):
         """Q of each action beside the partner's best one."""
         q = self._jointly(memory[0]).reshape(-1, *self._shape)
         return np.asarray(q.max(axis=2 - self.seat))
+
+
+def surprised(b: Reals, foreseen: Reals, surprising: Reals) -> Reals:
+    """The beliefs `[B, S]` after a turn, by what was likely `[B, S, S']` beside a foreseen partner.
+
+    Where that rules out what was seen, by what else was likely.
+    """
+    joint = mean(b, foreseen)
+    possible = joint.any(axis=1, keepdims=True)
+    return belief.bayes(np.where(possible, joint, mean(b, surprising))).belief

@@ -5,10 +5,10 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Categorical, Reals
+from dmplay.chance import Array, Bools, Categorical, Reals, mean
 from dmplay.core import Memory, Percept, Problem, parameter
 from dmplay.errors import BadParameter, BadPolicy
-from dmplay.policies._believing import Believing, mean
+from dmplay.policies._believing import Believing
 from dmplay.policies._kinds import Reactive, Seated
 from dmplay.policies._valued import Valued
 from dmplay.problems import _hex
