@@ -220,6 +220,11 @@ class Problem(ABC):
     def actions(self) -> tuple[Labels | Interval, ...]:
         """The action set of each agent."""
 
+    @cached_property
+    def action_counts(self) -> tuple[int, ...]:
+        """How many actions each agent has to choose from; 0 where it chooses a number."""
+        return tuple(len(known.labels) for known in self.actions)
+
     @property
     def observations(self) -> tuple[Labels, ...] | None:
         """The observation set of each agent; None where every agent sees the state."""
@@ -310,10 +315,8 @@ class Problem(ABC):
         unknown observation says nothing.
         """
         support = np.flatnonzero(belief)
-        each = [
-            range(len(labels)) if a is None else (a,)
-            for a, labels in zip(actions, self.actions, strict=True)
-        ]
+        known = zip(actions, self.action_counts, strict=True)
+        each = [range(many) if a is None else (a,) for a, many in known]
         choices = np.array(list(product(*each)))
         states = self.enumerated()[support]
         p, outcome = exact(
@@ -323,7 +326,7 @@ class Problem(ABC):
         for seat, observation in enumerate(observations):
             if observation is not None:
                 weight = weight * (outcome.observations[:, :, seat] == observation)
-        after = self.index(outcome.state.reshape(p.size, *states.shape[1:]))
+        after = reached(self, outcome).reshape(-1)
         return np.bincount(after, weight.reshape(-1), minlength=len(belief)).astype(float)
 
     @cached_property
@@ -398,6 +401,12 @@ def exact(problem: Problem, s: Array, a: Array) -> Exact:
     outcome = problem.move(np.repeat(s, many, axis=0), np.repeat(a, many, axis=0), events)
     shaped = [part.reshape(rows, many, *part.shape[1:]) for part in outcome]
     return Exact(probabilities, Outcome(*shaped))
+
+
+def reached(problem: Problem, outcome: Outcome) -> Ints:
+    """The indices `[B, K]` of the next states that `exact` lists."""
+    rows, many, *state = outcome.state.shape
+    return problem.index(outcome.state.reshape(rows * many, *state)).reshape(rows, many)
 
 
 def exact_start(problem: Problem) -> tuple[Reals, Array]:

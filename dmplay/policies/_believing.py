@@ -10,7 +10,7 @@ import numpy as np
 
 from dmplay import belief
 from dmplay.chance import Array, Bools, Ints, Reals
-from dmplay.core import Memory, Percept, exact
+from dmplay.core import Memory, Percept, exact, reached
 from dmplay.errors import ImpossibleObservation
 from dmplay.policies._kinds import Seated
 
@@ -77,13 +77,13 @@ class Believing(Seated, ABC):
         states = problem.enumerated()
         size = len(states)
         kinds = len((problem.observations or ())[self.seat])
-        choices = [range(len(labels)) for labels in problem.actions]
+        choices = [range(many) for many in problem.action_counts]
         choices[self.seat] = range(action, action + 1)
         joints = list(product(*choices))
         flow: dict[int, list[tuple[Ints, Reals]]] = {}
         for joint in joints:
             p, outcome = exact(problem, states, np.tile(joint, (size, 1)))
-            after = problem.index(outcome.state.reshape(p.size, *states.shape[1:]))
+            after = reached(problem, outcome).reshape(-1)
             seen = outcome.observations[:, :, self.seat].reshape(-1)
             cell = np.repeat(np.arange(size), p.shape[1]) * size + after
             weight = p.reshape(-1) / len(joints)

@@ -34,10 +34,6 @@ class JointPlan(Seated):
             raise BadParameter(f"horizon: got {self.horizon}, expected 1 to {LONGEST}")
         _ = self._vectors  # refuses a game of too many plans
 
-    @property
-    def _shape(self) -> tuple[int, ...]:
-        return tuple(len(labels) for labels in self.problem.actions)
-
     @cached_property
     def _vectors(self) -> list[Reals]:
         """What pairs of plans are worth from each state `[N, S]`, by their first joint action."""
@@ -57,7 +53,7 @@ class JointPlan(Seated):
         kinds = len((self.problem.observations or ())[self.seat])
         own = heard.reshape(*heard.shape[:2], -1, kinds).sum(axis=3 - self.seat)
         both = transition.transpose(1, 0, 2)[:, None] * own.transpose(0, 2, 1)[:, :, None]
-        shaped: Reals = both.reshape(*self._shape, *both.shape[1:])
+        shaped: Reals = both.reshape(*self.problem.action_counts, *both.shape[1:])
         return shaped if self.seat == 0 else shaped.swapaxes(0, 1)
 
     def begin(self, observation: Array) -> Memory:
@@ -86,7 +82,7 @@ class JointPlan(Seated):
 
     def values(self, memory: Memory) -> Reals:
         """Q of each action beside the partner's best one."""
-        q = self._jointly(memory[0]).reshape(-1, *self._shape)
+        q = self._jointly(memory[0]).reshape(-1, *self.problem.action_counts)
         return np.asarray(q.max(axis=2 - self.seat))
 
 

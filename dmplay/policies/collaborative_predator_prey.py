@@ -86,7 +86,7 @@ class Qmdp(Valued):
     @cached_property
     def _q(self) -> Reals:
         """Q* `[S, A]` of each move beside the partner's best one, everything seen."""
-        shape = [len(labels) for labels in self.problem.actions]
+        shape = self.problem.action_counts
         others = tuple(1 + i for i in range(len(shape)) if i != self.seat)
         return np.asarray(_seen(self.problem).reshape(-1, *shape).max(axis=others))
 

@@ -57,7 +57,7 @@ def _share(changes: list[float]) -> float:
 
 def _games(problem: Problem, tables: Tables, values: Reals) -> Reals:
     """The matrix game `[S, A1, A2]` of every state, to the first."""
-    shape = (len(values), *(len(labels) for labels in problem.actions))
+    shape = (len(values), *problem.action_counts)
     return value_iteration.action_values(tables, problem.discount, values).reshape(shape)
 
 
