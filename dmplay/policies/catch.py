@@ -5,9 +5,9 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Categorical, Ints, Reals
+from dmplay.chance import Array, Bools, Categorical, Ints, Reals, mean
 from dmplay.core import Memory
-from dmplay.policies._believing import Believing, mean
+from dmplay.policies._believing import Believing
 from dmplay.policies.valued import Countdown, Valued
 from dmplay.solvers.bounded_search import BoundedSearch
 from dmplay.solvers.value_iteration import greedy

@@ -5,11 +5,11 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Categorical, Reals
+from dmplay.chance import Array, Bools, Categorical, Reals, mean
 from dmplay.core import Memory, Percept, Problem, parameter
 from dmplay.errors import BadParameter, BadPolicy
 from dmplay.hexes import DIRECTIONS, arrivals, paths
-from dmplay.policies._believing import Believing, mean
+from dmplay.policies._believing import Believing
 from dmplay.policies.kinds import Reactive, Seated
 from dmplay.policies.valued import Valued
 from dmplay.problems.collaborative_predator_prey import SENSES, CollaborativePredatorPrey
@@ -86,7 +86,7 @@ class Qmdp(Valued):
     @cached_property
     def _q(self) -> Reals:
         """Q* `[S, A]` of each move beside the partner's best one, everything seen."""
-        shape = [len(labels) for labels in self.problem.actions]
+        shape = self.problem.action_counts
         others = tuple(1 + i for i in range(len(shape)) if i != self.seat)
         return np.asarray(_seen(self.problem).reshape(-1, *shape).max(axis=others))
 

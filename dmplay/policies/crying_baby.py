@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Labels, Memory, Problem
+from dmplay.core import Memory, Problem
 from dmplay.policies._solved import Optimal, Plan, Qmdp
 from dmplay.policies.kinds import Reactive
 
@@ -18,9 +18,8 @@ class FeedWhenCrying(Reactive):
         """By the last observation; before the first, the baby is taken to be quiet."""
         labels = self.problem.actions[self.seat]
         seen = (self.problem.observations or ())[self.seat]
-        assert isinstance(labels, Labels)
         crying = memory[0] == seen.index("crying")
-        return np.where(crying, labels.index("feed"), labels.index("ignore"))
+        return np.where(crying, labels.read("feed"), labels.read("ignore"))
 
 
 def _adviser(problem: Problem, seat: int) -> str:

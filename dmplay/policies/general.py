@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Reals, among
-from dmplay.core import DECIMALS, Interval, Memory, Percept
+from dmplay.chance import Array, Bools, Reals
+from dmplay.core import Memory, Percept
 from dmplay.policies.kinds import Seated
 from dmplay.policies.search import Search
 
@@ -29,12 +29,7 @@ class Random(Seated):
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Uniform over the legal actions, or over the interval."""
-        actions = self.problem.actions[self.seat]
-        if isinstance(actions, Interval):
-            return np.round(actions.low + (actions.high - actions.low) * u[:, 0], DECIMALS)
-        if legal is None:
-            return (u[:, 0] * len(actions)).astype(np.int64)
-        return among(legal, u[:, 0])
+        return self.problem.actions[self.seat].draw(u[:, 0], legal)
 
 
 POLICIES = {"random": Random, "search": Search}

@@ -5,9 +5,9 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Reals
+from dmplay.chance import Array, Bools, Reals, mean
 from dmplay.core import Memory, parameter
-from dmplay.policies._believing import Believing, mean
+from dmplay.policies._believing import Believing
 from dmplay.policies.kinds import Always
 from dmplay.policies.valued import Countdown
 from dmplay.problems.machine_replacement import MachineReplacement

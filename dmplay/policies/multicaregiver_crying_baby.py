@@ -10,8 +10,7 @@ from dmplay import belief
 from dmplay.chance import Array, Reals
 from dmplay.core import Memory, Percept, Problem, exact, parameter
 from dmplay.errors import BadParameter, BadPolicy
-from dmplay.policies._believing import mean
-from dmplay.policies._joint_plan import JointPlan
+from dmplay.policies._joint_plan import JointPlan, surprised
 from dmplay.policies.crying_baby import FeedWhenCrying
 from dmplay.policies.kinds import Maximising, Seated
 from dmplay.problems.multicaregiver_crying_baby import ACTIONS
@@ -94,10 +93,7 @@ class BestResponse(Maximising, Seated):
     def update(self, memory: Memory, percept: Percept) -> Memory:
         """Bayes' rule; where that partner rules out what was heard, beside a random one."""
         turn = percept.action, percept.observation
-        joint = mean(memory[0], self._foreseen[turn])
-        possible = joint.any(axis=1, keepdims=True)
-        joint = np.where(possible, joint, mean(memory[0], self._surprising[turn]))
-        return (joint / joint.cumsum(axis=1)[:, -1:],)
+        return (surprised(memory[0], self._foreseen[turn], self._surprising[turn]),)
 
     def values(self, memory: Memory) -> Reals:
         """Q of each action against that partner."""

@@ -54,7 +54,7 @@ class Countdown(Planner):
         """Q of each action with the turns that are left."""
         b, done = memory
         left = self.horizon - done % self.horizon
-        q = np.zeros((len(b), len(self.problem.actions[self.seat])))
+        q = np.zeros((len(b), self.problem.action_counts[self.seat]))
         for turns in np.unique(left).tolist():
             rows = left == turns
             q[rows] = self.ahead(b[rows], turns)

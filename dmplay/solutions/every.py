@@ -46,7 +46,7 @@ METHODS: list[tuple[Callable[[Problem], bool], Solve]] = [
     (lambda problem: isinstance(problem, MulticaregiverCryingBaby), teams.care),
     (_one_to_one, games.hunt),
     (_one_reward, teams.hunt),
-    (lambda problem: _small(problem) and problem.observations is None, seen.sweeps),
+    (lambda problem: _small(problem) and not problem.hidden, seen.sweeps),
     (lambda problem: _small(problem) and len(problem.enumerated()) <= hidden.DRAWN, hidden.vectors),
     (_small, hidden.first),
     (lambda problem: True, played.simulation),

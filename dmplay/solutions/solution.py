@@ -29,7 +29,7 @@ def part(tick: Tick, low: float, high: float) -> Tick:
 
 def names(problem: Problem, able: Bools, seat: int = 0) -> str:
     """The names of a seat's actions that are marked."""
-    return " ".join(problem.action_name(seat, float(a)) for a in np.flatnonzero(able))
+    return " ".join(problem.actions[seat].labels[a] for a in np.flatnonzero(able))
 
 
 def mixed(problem: Problem, seat: int, mix: Reals) -> str:

@@ -29,7 +29,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from dmplay.chance import Array
-from dmplay.core import Interval, Problem
+from dmplay.core import Problem
 from dmplay.rollouts import MOST_TURNS
 from dmplay.session import LONGEST_LIST, Session, believed
 
@@ -100,12 +100,8 @@ def turn_facts(session: Session) -> dict[str, object]:
     turns = session.turns
     facts: dict[str, object] = {"turn": len(turns)}
     if turns:
-        names = {}
-        for seat, agent in enumerate(problem.agents):
-            action = turns[-1].actions[seat]
-            real = isinstance(problem.actions[seat], Interval)
-            names[agent] = float(action) if real else problem.action_name(seat, action)
-        facts["actions"] = names
+        did = zip(problem.agents, problem.actions, turns[-1].actions, strict=True)
+        facts["actions"] = {agent: known.fact(action) for agent, known, action in did}
     draws = turns[-1].draws if turns else session.opening
     if len(draws):
         facts["draws"] = draws.tolist()

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from dmplay.chance import Reals
-from dmplay.core import Interval, Policy, Problem
+from dmplay.core import Policy, Problem
 from dmplay.dice import Dice
 from dmplay.errors import BadTranscript, DmplayError
 from dmplay.session import Session, Source
@@ -86,8 +86,7 @@ def actions_of(transcript: Transcript, block: Block, problem: Problem) -> list[f
         raise BadTranscript(f"{where}: expected one for each of {', '.join(problem.agents)}")
     actions = []
     for seat, (agent, value) in enumerate(told.items()):
-        real = isinstance(problem.actions[seat], Interval)
-        if type(value) not in ((int, float) if real else (str,)):
+        if type(value) not in problem.actions[seat].written:
             raise BadTranscript(f"{where}: {agent}: got {json.dumps(value)}")
         try:
             actions.append(problem.action(seat, str(value)))

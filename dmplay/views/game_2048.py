@@ -99,7 +99,5 @@ def situation(view: View[Game2048]) -> str:
         f"row {number}: {' '.join('empty' if not e else _tile(int(e)) for e in row)}."
         for number, row in enumerate(view.observation, 1)
     ]
-    labels = view.problem.actions[view.seat]
-    assert view.legal is not None
-    open_ = [str(name) for name, able in zip(labels, view.legal, strict=True) if able]
-    return " ".join([*rows, f"open: {', '.join(open_) or 'nothing, the game is over'}."])
+    can = view.problem.actions[view.seat].told(view.legal)
+    return " ".join([*rows, f"open: {can or 'nothing, the game is over'}."])

@@ -2,10 +2,9 @@
 
 from collections.abc import Iterator
 
-import numpy as np
 from rich.text import Text
 
-from dmplay.core import Interval, Problem
+from dmplay.core import Problem
 from dmplay.session import View
 from dmplay.views._belief import bars, words
 from dmplay.views.canvas import Canvas, signed
@@ -28,19 +27,18 @@ def boards(view: View[Problem], look: Look) -> Iterator[Text]:
     """The observation, the belief where there is one, and the actions with their digits."""
     for full in (True, False):
         canvas = Canvas()
-        what = "state" if view.problem.observations is None else "seen"
+        what = "seen" if view.problem.hidden else "state"
         canvas.put(0, 0, f"{what}  {seen(view)}"[: max(look.width, 1)], "bold")
         y = 2
         if view.beliefs is not None and full:
             y = bars(canvas, y, _names(view), view.belief, look) + 1
         actions = view.problem.actions[view.seat]
-        if isinstance(actions, Interval):
-            canvas.put(0, y, f"a number from {actions.low:g} to {actions.high:g}")
-        else:
-            for number, label in enumerate(actions if full else (), 1):
-                legal = view.legal is None or view.legal[number - 1]
-                canvas.put(0, y, f"{number} {label}" if legal else f"[{number} {label}]")
-                y += 1
+        if not actions.labels:
+            canvas.put(0, y, actions.told())
+        for number, label in enumerate(actions.labels if full else (), 1):
+            legal = view.legal is None or view.legal[number - 1]
+            canvas.put(0, y, f"{number} {label}" if legal else f"[{number} {label}]")
+            y += 1
         yield canvas.text()
 
 
@@ -57,12 +55,7 @@ def told(view: View[Problem]) -> str:
 
 def situation(view: View[Problem]) -> str:
     """What was seen last and what can be done."""
-    actions = view.problem.actions[view.seat]
-    if isinstance(actions, Interval):
-        can = f"a number from {actions.low:g} to {actions.high:g}"
-    else:
-        legal = np.ones(len(actions), bool) if view.legal is None else view.legal
-        can = ", ".join(label for label, able in zip(actions, legal, strict=True) if able)
+    can = view.problem.actions[view.seat].told(view.legal)
     return f"{seen(view)}.{_believed(view)} actions: {can or 'none'}."
 
 

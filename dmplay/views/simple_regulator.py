@@ -138,7 +138,7 @@ def _words(view: View[SimpleRegulator], short: bool) -> str:
 def panel(view: View[SimpleRegulator]) -> list[tuple[str, str]]:
     """The number and what it costs, the last push, and what does not change."""
     problem, number = view.problem, _numbers(view)[-1]
-    (actions,) = problem.actions
+    bounds = problem.actions[0]
     return [
         ("s", plus(number, 3)),
         ("costs", f"{number * number:.3f}"),
@@ -147,7 +147,7 @@ def panel(view: View[SimpleRegulator]) -> list[tuple[str, str]]:
         ("reward", f"{view.rewards[-1]:.3f}" if view.rewards else "-"),
         ("noise", f"{problem.noise:g}"),
         ("gamma", f"{problem.discount:g}"),
-        ("a from", f"{actions.low:g} to {actions.high:g}"),
+        ("a from", f"{bounds.low:g} to {bounds.high:g}"),
     ]
 
 
@@ -163,9 +163,8 @@ def told(view: View[SimpleRegulator]) -> str:
 def situation(view: View[SimpleRegulator]) -> str:
     """The number, what it costs to be there, and what can be done."""
     problem, number = view.problem, _numbers(view)[-1]
-    (actions,) = problem.actions
     return (
         f"s {plus(number, 3)}. a turn here costs {number * number:.3f}. "
-        f"push by a number from {actions.low:g} to {actions.high:g}; "
+        f"push by {problem.actions[0].told()}; "
         f"noise of {problem.noise:g} comes on top."
     )

@@ -184,11 +184,11 @@ def test_outcomes_have_the_shapes_and_ranges_that_the_problem_states(name: str) 
     assert np.isfinite(outcome.rewards).all()
     if problem.shared_reward:
         assert (outcome.rewards == outcome.rewards[:, :1]).all()
-    if problem.observations is None:
+    if not problem.hidden:
         assert same(outcome.observations, outcome.state)
         return
     assert outcome.observations.shape == (ROWS, agents)
-    for seat, labels in enumerate(problem.observations):
+    for seat, labels in enumerate(problem.observations or ()):
         seen = outcome.observations[:, seat]
         assert ((seen >= 0) & (seen < len(labels))).all()
 
@@ -349,11 +349,11 @@ def test_the_tables_are_what_the_outcomes_amount_to(name: str) -> None:
 @every_problem
 def test_a_belief_is_carried_as_the_listed_outcomes_say(name: str) -> None:
     problem, found = load(name), pool(name)
-    if problem.observations is None or not isinstance(problem.states, int):
+    if not problem.hidden or not isinstance(problem.states, int):
         return
     belief = np.bincount(problem.index(found.s[::700]), minlength=problem.states) / 29
     agents = len(problem.agents)
-    for seat, labels in enumerate(problem.observations):
+    for seat, labels in enumerate(problem.observations or ()):
         action: list[int | None] = [None] * agents
         action[seat] = int(found.a[seat, seat])
         for kind in (0, len(labels) - 1):
@@ -542,9 +542,8 @@ def asked(policy: Policy, memory: Memory, legal: Bools | None, u: Reals) -> Aske
 
 def course(problem: Problem, seat: int, policies: list[Policy], rows: int) -> list[Asked]:
     """What a seat's policy is asked in the first turns of a batch of games."""
-    public = problem.observations is None
     s = problem.start(draws(problem.draws.start, 0, rows))
-    memories = [policy.begin(s if public else np.full(rows, -1)) for policy in policies]
+    memories = [policy.begin(problem.first_sight(s)) for policy in policies]
     found = []
     for turn in range(1, SOME):
         going = ~problem.terminal(s)
@@ -583,16 +582,7 @@ def row_of(percept: Percept, rows: slice) -> Percept:
 
 
 def percepts(problem: Problem, a: Array, outcome: Outcome) -> list[Percept]:
-    public = problem.observations is None
-    return [
-        Percept(
-            a[:, seat],
-            outcome.observations if public else outcome.observations[:, seat],
-            a if public else None,
-            outcome.rewards[:, seat] if problem.rewards_observed else None,
-        )
-        for seat in range(len(problem.agents))
-    ]
+    return [problem.percept(seat, a, outcome) for seat in range(len(problem.agents))]
 
 
 @every_problem
@@ -682,7 +672,7 @@ class Twins(NamedTuple):
 @cache
 def twins(name: str, seat: int) -> list[Twins]:
     problem = load(name)
-    if problem.observations is None:
+    if not problem.hidden:
         return [public_twins(problem, row) for row in range(6)]
     return [pair for attempt in range(1, 7) for pair in hidden_twins(problem, seat, attempt)]
 
@@ -773,7 +763,7 @@ def test_the_twins_of_the_privacy_law_differ_where_they_can(name: str) -> None:
     finite = lists(problem.chance(pool(name).s[:1], pool(name).a[:1]))
     for seat in range(len(problem.agents)):
         for one, other in twins(name, seat):
-            if problem.observations is not None:
+            if problem.hidden:
                 assert not same((one.opening, one.draws), (other.opening, other.draws))
                 assert len(problem.agents) == 1 or not same(one.actions, other.actions)
             elif problem.draws.step and finite:

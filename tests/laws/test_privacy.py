@@ -77,7 +77,7 @@ def test_games_that_a_seat_cannot_tell_apart_are_shown_alike(name: str) -> None:
 @every_guarded
 def test_what_is_hidden_is_seen_once_it_is_revealed(name: str) -> None:
     problem = load(name)
-    if problem.observations is None:
+    if not problem.hidden:
         return
     for seat in range(len(problem.agents)):
         pair = twins(name, seat)[0]
@@ -109,7 +109,7 @@ def test_a_choice_stays_hidden_until_all_are_in(name: str) -> None:
 @every_guarded
 def test_no_command_tells_the_state_before_the_end(name: str) -> None:
     problem = load(name)
-    if problem.observations is None:
+    if not problem.hidden:
         return
     told = twins(name, 0)[0].one
     game = seated(name, 0, Session(problem, Told(told, 0, 10, 11), limit=99))

@@ -53,5 +53,5 @@ def test_beating_the_last_beats_frequency_twice_in_ten_rounds() -> None:
 
 def test_it_is_a_simple_game_in_public() -> None:
     assert GAME.kind == "simple game"
-    assert GAME.observations is None
+    assert not GAME.hidden
     assert catalog.partner(GAME, 1) == "frequency"
