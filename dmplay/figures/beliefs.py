@@ -5,7 +5,7 @@ from rich.text import Text
 
 from dmplay.chance import Reals
 from dmplay.core import Labels, Problem
-from dmplay.finding import catalog
+from dmplay.finding.problems import load
 from dmplay.solvers import alpha_vectors
 from dmplay.solvers.alpha_vectors import Stage
 from dmplay.solvers.value_iteration import greedy
@@ -22,7 +22,7 @@ MARKS = ("o", "x", "+", "*")
 
 def crying_baby() -> Text:
     """Both value functions: the drawing is the ten-step one, the claim the endless one."""
-    problem = catalog.load("crying-baby")
+    problem = load("crying-baby")
     tables = tabulate(problem)
     ten = alpha_vectors.stages(tables, problem.discount, TEN)[-1]
     endless = alpha_vectors.infinite(tables, problem.discount)
@@ -59,7 +59,7 @@ def horizons() -> Text:
 
 def _legend() -> Text:
     text = Text()
-    labels = catalog.load("machine-replacement").actions[0]
+    labels = load("machine-replacement").actions[0]
     assert isinstance(labels, Labels)
     for label, style in zip(labels, STYLES, strict=True):
         text.append(f"{label[0]} {label}  ", style=style)
@@ -68,7 +68,7 @@ def _legend() -> Text:
 
 def _triangles(steps: list[int], rows: int, across: int) -> Text:
     """A triangle for each number of steps, so many rows high, some to a line."""
-    problem = catalog.load("machine-replacement")
+    problem = load("machine-replacement")
     stages = alpha_vectors.stages(tabulate(problem), problem.discount, max(steps))
     canvas = Canvas()
     for place, step in enumerate(steps):
@@ -97,7 +97,7 @@ def _first(stage: Stage, b: Reals) -> int:
 
 def catch() -> Text:
     """The probability of a catch by distance, for the four proficiencies."""
-    problem = catalog.load("catch")
+    problem = load("catch")
     labels = problem.actions[0]
     assert isinstance(labels, Labels)
     distances = np.array([float(label) for label in labels])

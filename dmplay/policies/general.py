@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.chance import Array, Bools, Reals, among
-from dmplay.core import DECIMALS, Interval, Memory, Percept
+from dmplay.core import DECIMALS, Interval, Memory, Percept, Problem
 from dmplay.policies.kinds import Seated
+from dmplay.policies.roster import Roster
 from dmplay.policies.search import Search
 
 
@@ -37,4 +38,6 @@ class Random(Seated):
         return among(legal, u[:, 0])
 
 
-POLICIES = {"random": Random, "search": Search}
+def roster(problem: Problem, seat: int) -> Roster:
+    """Who plays any problem."""
+    return Roster({"random": Random, "search": Search})

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.chance import Array, Bools, Normal, Reals
-from dmplay.core import DECIMALS, Interval, Memory, parameter
+from dmplay.core import DECIMALS, Interval, Memory, Problem, parameter
 from dmplay.policies.kinds import Reactive
+from dmplay.policies.roster import Roster
 
 
 @dataclass(frozen=True)
@@ -42,5 +43,6 @@ class Gaussian(Optimal):
         return self._within(Normal(mean, np.full(len(mean), abs(self.theta2))).sample(u))
 
 
-POLICIES = {"optimal": Optimal, "gaussian": Gaussian}
-HINT = "optimal"
+def roster(problem: Problem, seat: int) -> Roster:
+    """Who plays the simple regulator."""
+    return Roster({"optimal": Optimal, "gaussian": Gaussian}, adviser="optimal")

@@ -11,7 +11,7 @@ from rich.table import Table
 from dmplay.core import Interval, Problem
 from dmplay.describe import summary
 from dmplay.errors import UnknownName
-from dmplay.finding import catalog
+from dmplay.finding import agents, problems
 from dmplay.finding.names import problem_names
 from dmplay.game.keymap import AS_DRAWN, Keys, hands
 from dmplay.terminal import Wishes, here
@@ -25,7 +25,7 @@ def facts() -> list[dict[str, str]]:
     """Table F.1: every built-in problem with its kind."""
     rows = []
     for name in problem_names():
-        problem = catalog.load(name)
+        problem = problems.load(name)
         rows.append({"problem": name, "kind": problem.kind} | summary(problem))
     return rows
 
@@ -72,12 +72,12 @@ def _short(cell: str) -> str:
 
 def about(name: str, keys: Keys = AS_DRAWN) -> dict[str, object]:
     """Everything about a problem: what it is, its spaces, parameters, agents, keys and source."""
-    problem = catalog.load(name)
+    problem = problems.load(name)
     base = name.partition(":")[0]
     return {
         "problem": name,
         "kind": problem.kind,
-        "about": catalog.docs(problem),
+        "about": problems.docs(problem),
         "agents": list(problem.agents),
         "states": summary(problem)["states"],
         "actions": _named(problem.actions[0]),
@@ -90,10 +90,10 @@ def about(name: str, keys: Keys = AS_DRAWN) -> dict[str, object]:
             }
             for one in fields(problem)
         },
-        "variants": [variant or "standard" for variant in catalog.variants(base) or [""]],
+        "variants": [variant or "standard" for variant in problems.variants(base) or [""]],
         "players": {
             name: (make.__doc__ or "").partition("\n")[0]
-            for name, make in catalog.agents(problem).items()
+            for name, make in agents.roster(problem).agents.items()
         },
         "keys": dict(hands(problem, keys).keys),
     }
@@ -157,17 +157,17 @@ def _listed(known: object) -> str:
 
 def players(name: str) -> list[dict[str, object]]:
     """The agents that fit a problem: name, what each does, its parameters and their meanings."""
-    problem = catalog.load(name)
-    advises = {catalog.hint(problem, seat) for seat in range(len(problem.agents))}
-    partners = {catalog.partner(problem, seat) for seat in range(1, len(problem.agents))}
+    problem = problems.load(name)
+    advises = {agents.roster(problem, seat).adviser for seat in range(len(problem.agents))}
+    partners = {agents.roster(problem, seat).partner for seat in range(1, len(problem.agents))}
     rows: list[dict[str, object]] = []
-    for agent, make in catalog.agents(problem).items():
+    for agent, make in agents.roster(problem).agents.items():
         rows.append(
             {
                 "agent": agent,
                 "does": (make.__doc__ or "").partition("\n")[0],
-                "parameters": catalog.settings(make),
-                "meanings": catalog.meanings(make),
+                "parameters": agents.settings(make),
+                "meanings": agents.meanings(make),
                 "advises": agent in advises,
                 "partner": agent in partners,
             }

@@ -6,7 +6,7 @@ import pytest
 
 import dmplay
 from dmplay.errors import BadParameter, DmplayError, UnknownName
-from dmplay.finding import catalog
+from dmplay.finding import problems
 from dmplay.finding.names import problem_names
 
 
@@ -18,8 +18,8 @@ def test_a_problem_is_loaded_with_variant_and_parameters() -> None:
 
 def test_every_built_in_problem_loads_under_its_name() -> None:
     for name in problem_names():
-        assert catalog.resolve(name, {}).name == name
-        assert catalog.variants(name)[""] == dmplay.load(name)
+        assert problems.resolve(name, {}).name == name
+        assert problems.variants(name)[""] == dmplay.load(name)
 
 
 @pytest.mark.parametrize(
