@@ -16,7 +16,6 @@ from dmplay.finding.problems import stem
 from dmplay.finding.typed import typed
 from dmplay.policies.kinds import Seated
 from dmplay.policies.roster import Roster
-from dmplay.policies.valued import Countdown
 
 
 def roster(problem: Problem, seat: int = 0) -> Roster:
@@ -24,13 +23,8 @@ def roster(problem: Problem, seat: int = 0) -> Roster:
     own = stem(problem)
     if not own or find_spec(f"dmplay.policies.{own}") is None:
         own = "brought"
-    first, rest = (_listed(one, problem, seat) for one in (own, "general"))
+    first, rest = _listed(own, problem, seat), _listed("general", problem, seat)
     return replace(first, agents={**first.agents, **rest.agents})
-
-
-def _listed(module: str, problem: Problem, seat: int) -> Roster:
-    found: Roster = import_module(f"dmplay.policies.{module}").roster(problem, seat)
-    return found
 
 
 def agent(problem: Problem, seat: int, name: str) -> Policy:
@@ -46,7 +40,7 @@ def agent(problem: Problem, seat: int, name: str) -> Policy:
 
 def adviser(
     problem: Problem, seat: int, turns: int | None = None, seats: Sequence[str] = ()
-) -> tuple[str, Policy] | None:
+) -> tuple[str, Seated] | None:
     """The agent whose values and choices serve as hints, as suits this game, with its name.
 
     The game is of so many turns, against those who sit in the other `seats`.
@@ -64,8 +58,7 @@ def for_turns(problem: Problem, seat: int, name: str, turns: int) -> str:
     if name not in roster(problem, seat).agents:
         return name
     found = _of_roster(problem, seat, name)
-    counts = isinstance(found, Countdown)
-    return _named(name, found.in_game(turns, ())) if counts else name
+    return _named(name, found.in_game(turns, ())) if found.whole_game else name
 
 
 def settings(make: type[Seated]) -> dict[str, object]:
@@ -76,6 +69,11 @@ def settings(make: type[Seated]) -> dict[str, object]:
 def meanings(make: type[Seated]) -> dict[str, str]:
     """The parameters of an agent with what they mean, '' where it does not say."""
     return {one.name: one.metadata.get("meaning", "") for one in _parameters(make)}
+
+
+def _listed(module: str, problem: Problem, seat: int) -> Roster:
+    found: Roster = import_module(f"dmplay.policies.{module}").roster(problem, seat)
+    return found
 
 
 def _of_roster(problem: Problem, seat: int, name: str) -> Seated:

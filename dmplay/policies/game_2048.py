@@ -72,5 +72,5 @@ class Expectimax(Maximising, Reactive):
 def roster(problem: Problem, seat: int) -> Roster:
     """Who plays 2048; expectimax is too slow for many games."""
     return Roster(
-        {"corner": Corner, "expectimax": Expectimax}, adviser="expectimax", faster="corner"
+        {"corner": Corner, "expectimax": Expectimax}, adviser="expectimax", quick="corner"
     )

@@ -24,6 +24,7 @@ class Seated(Policy):
     seat: int
 
     unnamed: ClassVar[str] = ""  # the parameter whose name may be left out
+    whole_game: ClassVar[bool] = False  # whether its bare name means a plan of the game at hand
 
     @property
     def draws(self) -> int:

@@ -138,22 +138,11 @@ class Majority(_Counting):
 def roster(problem: Problem, seat: int) -> Roster:
     """Who plays the repeated dilemma; nobody advises."""
     return Roster(
-        {
-            "tit-for-tat": TitForTat,
-            "suspicious-tit-for-tat": SuspiciousTitForTat,
-            "grim": Grim,
-            "win-stay-lose-shift": WinStayLoseShift,
-            "always-cooperate": AlwaysCooperate,
-            "always-defect": AlwaysDefect,
-            "generous-tit-for-tat": GenerousTitForTat,
-            "tit-for-two-tats": TitForTwoTats,
-            "two-tits-for-tat": TwoTitsForTat,
-            "majority": Majority,
-            "nash": Nash,
-            "best-response": BestResponse,
-            "softmax": Softmax,
-            "gradient-ascent": GradientAscent,
-            "axelrod": Axelrod,
-        },
+        {"tit-for-tat": TitForTat, "suspicious-tit-for-tat": SuspiciousTitForTat, "grim": Grim,
+         "win-stay-lose-shift": WinStayLoseShift, "always-cooperate": AlwaysCooperate,
+         "always-defect": AlwaysDefect, "generous-tit-for-tat": GenerousTitForTat,
+         "tit-for-two-tats": TitForTwoTats, "two-tits-for-tat": TwoTitsForTat,
+         "majority": Majority, "nash": Nash, "best-response": BestResponse, "softmax": Softmax,
+         "gradient-ascent": GradientAscent, "axelrod": Axelrod},
         partner="tit-for-tat",
-    )
+    )  # fmt: skip

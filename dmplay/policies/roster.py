@@ -17,9 +17,4 @@ class Roster:
     agents: Mapping[str, type[Seated]]
     adviser: str | None = None  # its values and choices serve as hints
     partner: str = "random"  # sits where nobody was named, beside a person
-    faster: str | None = None  # plays many games at once where the adviser takes long
-
-    @property
-    def quick(self) -> str:
-        """The agent for many games at once."""
-        return self.faster or self.adviser or self.partner
+    quick: str | None = None  # plays many games at once where the adviser takes long

@@ -42,6 +42,7 @@ class Countdown(Planner):
     The memory is the belief and the number of turns done.
     """
 
+    whole_game = True
     FARTHEST = 100  # turns that it can plan in time
 
     @abstractmethod

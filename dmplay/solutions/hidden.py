@@ -6,7 +6,7 @@ from dmplay import belief
 from dmplay.core import Problem
 from dmplay.errors import BadPolicy
 from dmplay.finding import agents
-from dmplay.policies.valued import Countdown, Planner
+from dmplay.policies.valued import Planner
 from dmplay.solutions._solution import Row, Solution, Tick, names
 from dmplay.solutions.played import simulation
 from dmplay.solvers import alpha_vectors
@@ -23,7 +23,7 @@ def vectors(problem: Problem, tick: Tick) -> Solution:
     tables = tabulate(problem)
     start = belief.prior(problem)
     found = agents.adviser(problem, 0, problem.horizon)
-    counts = found is not None and isinstance(found[1], Countdown)  # a game of so many turns
+    counts = found is not None and found[1].whole_game  # a game of so many turns
     if problem.discount < 1.0 and problem.horizon == TURNS and not counts:
         stage: Stage = alpha_vectors.infinite(tables, problem.discount)
         method = "alpha vectors, without end"

@@ -46,7 +46,8 @@ def mean(sample: Reals) -> dict[str, object]:
 
 def simulation(problem: Problem, tick: Tick, agents: Sequence[str] = ()) -> Solution:
     """What these agents earn, or the usual ones."""
-    names = agents or [roster(problem, seat).quick for seat in range(len(problem.agents))]
+    usual = [roster(problem, seat) for seat in range(len(problem.agents))]
+    names = agents or [one.quick or one.adviser or one.partner for one in usual]
     policies = [agent(problem, seat, name) for seat, name in enumerate(names)]
     played = games(problem, policies, tick, episodes=GAMES, turns=problem.horizon)
     rows: list[Row] = [
