@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from shlex import quote
 
 from dmplay import __version__
-from dmplay.finding import catalog
+from dmplay.finding import problems
 from dmplay.game.errand import Conversation, Sitting
 from dmplay.game.start import begin
 from dmplay.game.table import Table
@@ -81,7 +81,7 @@ def epilogue(table: Table) -> None:
     whole = [recorder for recorder in table.ended if not recorder.fault]
     rows = [f"transcript: {recorder.path}" for recorder in whole]
     if whole:
-        trust = "" if catalog.stem(whole[-1].session.problem) else " --trust"
+        trust = "" if problems.stem(whole[-1].session.problem) else " --trust"
         rows.append(f"replay: dmplay replay {quote(str(whole[-1].path))}{trust}")
     if table.playing and table.game.again:
         rows.append(f"again: {table.game.again}")

@@ -82,7 +82,7 @@ def agents(problem: options.Name, json: options.Json = False) -> object:
     from dmplay.game.errand import Told
     from dmplay.reports import problems
 
-    return Told(problems.agents(problem, json=json))
+    return Told(problems.who_plays(problem, json=json))
 
 
 def info(problem: options.Name, json: options.Json = False, keys: options.Keys = None) -> object:

@@ -5,7 +5,7 @@ from rich.text import Text
 
 from dmplay.chance import Reals
 from dmplay.core import Problem
-from dmplay.finding import catalog
+from dmplay.finding.problems import load
 from dmplay.problems.catch import DISTANCES
 from dmplay.solvers import alpha_vectors
 from dmplay.solvers.alpha_vectors import Stage
@@ -23,7 +23,7 @@ MARKS = ("o", "x", "+", "*")
 
 def crying_baby() -> Text:
     """Both value functions: the drawing is the ten-step one, the claim the endless one."""
-    problem = catalog.load("crying-baby")
+    problem = load("crying-baby")
     tables = tabulate(problem)
     ten = alpha_vectors.stages(tables, problem.discount, TEN)[-1]
     endless = alpha_vectors.infinite(tables, problem.discount)
@@ -58,7 +58,7 @@ def horizons() -> Text:
 
 def _legend() -> Text:
     text = Text()
-    problem = catalog.load("machine-replacement")
+    problem = load("machine-replacement")
     for action, style in enumerate(STYLES):
         label = problem.action_name(0, action)
         text.append(f"{label[0]} {label}  ", style=style)
@@ -67,7 +67,7 @@ def _legend() -> Text:
 
 def _triangles(steps: list[int], rows: int, across: int) -> Text:
     """A triangle for each number of steps, so many rows high, some to a line."""
-    problem = catalog.load("machine-replacement")
+    problem = load("machine-replacement")
     stages = alpha_vectors.stages(tabulate(problem), problem.discount, max(steps))
     canvas = Canvas()
     for place, step in enumerate(steps):
@@ -96,7 +96,7 @@ def _first(stage: Stage, b: Reals) -> int:
 
 def catch() -> Text:
     """The probability of a catch by distance, for the four proficiencies."""
-    problem = catalog.load("catch")
+    problem = load("catch")
     pay = tabulate(problem).rewards[:, :, 0] / DISTANCES
     plot = Plot(Axis(10.0, 100.0, "distance d"), Axis(0.0, 1.0, "P(catch)"))
     for number, name in enumerate(problem.notation(s) for s in problem.enumerated()):

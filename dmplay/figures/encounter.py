@@ -4,7 +4,7 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.chance import Reals
-from dmplay.finding import catalog
+from dmplay.finding.problems import load
 from dmplay.solvers import collision_grid
 from dmplay.solvers.value_iteration import SLACK, best
 from dmplay.views.canvas import Canvas
@@ -18,7 +18,7 @@ STYLES = ("bold yellow", "dim", "bold blue")
 
 def slices() -> Text:
     """Values above, advisories below; rate 0 at the left, 5 m/s at the right."""
-    q = collision_grid.optimal(catalog.load("collision-avoidance"))
+    q = collision_grid.optimal(load("collision-avoidance"))
     canvas = Canvas()
     for column, rate in enumerate(RATES):
         j = int(np.searchsorted(collision_grid.CLIMBS, rate))

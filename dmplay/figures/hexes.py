@@ -5,7 +5,7 @@ from rich.text import Text
 
 from dmplay.chance import Array
 from dmplay.core import Problem, exact_start
-from dmplay.finding import catalog
+from dmplay.finding.problems import load
 from dmplay.hexes import Hex
 from dmplay.problems.hexworld import HexWorld
 from dmplay.problems.predator_prey import PredatorPrey
@@ -20,7 +20,7 @@ def hex_worlds() -> Text:
     drawn = Text()
     for name in ("hexworld", "hexworld:straight-line"):
         drawn.append(f"{name}: optimal actions and values\n", style="bold")
-        drawn.append_text(_solved(catalog.load(name))).append("\n")
+        drawn.append_text(_solved(load(name))).append("\n")
     return drawn
 
 

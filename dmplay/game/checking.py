@@ -6,7 +6,7 @@ from json import dumps
 from pathlib import Path
 
 from dmplay.errors import BadParameter, BadTranscript, DmplayError
-from dmplay.finding import catalog
+from dmplay.finding import problems
 from dmplay.game.account import frame
 from dmplay.game.saves import INPUT, standard
 from dmplay.game.seats import asked_again
@@ -33,12 +33,12 @@ def files(paths: Sequence[Path]) -> Iterator[Path]:
             raise BadParameter(f"{path}: no such file or folder")
 
 
-def loaded(transcript: Transcript, *, trusted: bool) -> catalog.Loaded:
+def loaded(transcript: Transcript, *, trusted: bool) -> problems.Loaded:
     """The problem of a transcript; nothing that the file names is imported unless trusted."""
     header, entries = transcript.header, transcript.header_block.entries
     for key, parameters in (("problem", {}), ("set", header.parameters)):
         try:
-            found = catalog.resolve(header.problem, parameters, trusted=trusted)
+            found = problems.resolve(header.problem, parameters, trusted=trusted)
         except DmplayError as error:
             line = entries.get(key, entries["problem"]).line
             hint = "" if trusted else "; if it is yours, add --trust"

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from dmplay.core import Interval, Labels, Problem
 from dmplay.errors import BadParameter, UnknownName
-from dmplay.finding import catalog
+from dmplay.finding import problems
 from dmplay.finding.names import name_of
 from dmplay.views.style import style_of
 
@@ -65,7 +65,7 @@ def hands(problem: Problem, wanted: Keys) -> Hands:
 
 def _families(problem: Problem) -> list[str]:
     """The names under which keys of a problem are set, the widest first."""
-    name = name_of(catalog.stem(problem))
+    name = name_of(problems.stem(problem))
     family: str = getattr(style_of(problem), "FAMILY", name)
     return list(dict.fromkeys((family, name)))
 

@@ -11,7 +11,7 @@ import numpy as np
 from dmplay.chance import Reals
 from dmplay.core import Interval
 from dmplay.errors import BadParameter
-from dmplay.finding import catalog
+from dmplay.finding import agents
 from dmplay.game.adviser import decimals, fixed
 from dmplay.game.checking import replace
 from dmplay.game.seats import people
@@ -48,7 +48,7 @@ def moves(session: Session, who: Sequence[int], seats: Sequence[str] = ()) -> It
     past = Session(problem, session.source, limit=session.limit, opening=session.opening)
     advisers = {}
     for seat in who:
-        found = catalog.adviser(problem, seat, session.limit, seats)
+        found = agents.adviser(problem, seat, session.limit, seats)
         if found and not isinstance(problem.actions[seat], Interval):
             advisers[seat] = Follower(past, seat, found[1])
     for number, turn in enumerate(session.turns, 1):

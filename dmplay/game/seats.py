@@ -6,9 +6,10 @@ from pathlib import Path
 from dmplay.core import Policy, Problem
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter, DmplayError
-from dmplay.finding import catalog
+from dmplay.finding import agents, problems
 from dmplay.game.keyboard import action_of
 from dmplay.game.request import Request
+from dmplay.policies.kinds import Seated
 from dmplay.policies.script import Script
 from dmplay.terminal import clean
 from dmplay.transcript.format import PERSON, Header
@@ -34,7 +35,7 @@ def seat_policy(problem: Problem, seat: int, who: str) -> Policy | None:
     if kind == "replay":
         played = replay(_readable(rest), problem).turns
         return Script(problem, seat, tuple(turn.actions[seat].item() for turn in played))
-    return catalog.agent(problem, seat, who)
+    return agents.agent(problem, seat, who)
 
 
 def _readable(path: str) -> Transcript:
@@ -91,10 +92,10 @@ def sitting(
     names = [HUMAN if who.partition(":")[0] in UNASKED else who for who in seats.values()]
     for name in names:
         base = name.partition(":")[0]
-        if name != HUMAN and base not in catalog.agents(problem) and not trusted:
+        if name != HUMAN and base not in agents.roster(problem).agents and not trusted:
             raise BadParameter(f"seats: {name!r} is not built in; if it is yours, add --trust")
     policies = [
-        None if name == HUMAN else catalog.agent(problem, seat, name)
+        None if name == HUMAN else agents.agent(problem, seat, name)
         for seat, name in enumerate(names)
     ]
     return names, policies
@@ -102,13 +103,14 @@ def sitting(
 
 def _asked(problem: Problem, seat: int, who: str, trusted: bool) -> Policy | None:
     name = who.partition(":")[0]
-    if name in UNASKED or not (trusted or name in catalog.agents(problem)):
+    if name in UNASKED or not (trusted or name in agents.roster(problem).agents):
         return None
-    policy = catalog.agent(problem, seat, who)
-    return None if getattr(policy, "timed", False) else policy  # it may do otherwise next time
+    policy = agents.agent(problem, seat, who)
+    timed = isinstance(policy, Seated) and policy.timed  # it may do otherwise next time
+    return None if timed else policy
 
 
-def header(loaded: catalog.Loaded, seats: Sequence[str], dice: Dice, request: Request) -> Header:
+def header(loaded: problems.Loaded, seats: Sequence[str], dice: Dice, request: Request) -> Header:
     """The transcript header of a game; scripts are named without their place."""
     names = [
         who.partition(":")[0] if who.startswith(("script:", "replay:")) else who for who in seats

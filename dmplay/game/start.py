@@ -7,7 +7,7 @@ from dataclasses import replace
 from dmplay.core import Problem
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter
-from dmplay.finding import catalog
+from dmplay.finding import agents, problems
 from dmplay.game import saves
 from dmplay.game.account import frame
 from dmplay.game.checking import loaded, readable
@@ -43,13 +43,13 @@ def begin(wanted: Wanted) -> Game:
 
 def new(request: Request) -> Game:
     """A new game: its problem, who sits where, its dice and its transcript."""
-    found = catalog.resolve(request.name, request.configured())
+    found = problems.resolve(request.name, request.configured())
     problem = found.problem
     hands(problem, request.keys)  # refuses what cannot be, before anything is written
     seats = _seats(request, found)
     if request.turns is not None and request.turns > 0:
         turns = request.turns
-        seats = [catalog.for_turns(problem, n, who, turns) for n, who in enumerate(seats)]
+        seats = [agents.for_turns(problem, n, who, turns) for n, who in enumerate(seats)]
     _answered(problem, seats, asks=request.asks)
     policies = [seat_policy(problem, seat, who) for seat, who in enumerate(seats)]
     if request.turns is not None and request.turns < 1:
@@ -84,14 +84,14 @@ def _thrown(request: Request) -> tuple[Request, Dice]:
     return request, Dice(request.seed, request.episode)
 
 
-def _seats(request: Request, found: catalog.Loaded) -> list[str]:
+def _seats(request: Request, found: problems.Loaded) -> list[str]:
     """Who sits where: the first seat, the others, and any named one."""
     problem = found.problem
     if request.others and len(problem.agents) == 1:
         raise BadParameter(f"--vs: {found.name} has one seat only; use --agent")
     rest = range(1, len(problem.agents))
     seats = [request.agent]
-    seats += [request.others or catalog.partner(problem, seat) for seat in rest]
+    seats += [request.others or agents.roster(problem, seat).partner for seat in rest]
     for name, who in pairs(request.seats, "--seat").items():
         seats[problem.seat(name)] = str(who)
     return seats
@@ -154,7 +154,7 @@ def branched(wanted: Branching) -> Game:
 
 
 def _repeated(
-    found: catalog.Loaded,
+    found: problems.Loaded,
     transcript: Transcript,
     seats: Sequence[str],
     wanted: Resumption,

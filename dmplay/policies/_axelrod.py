@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 from types import ModuleType
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -27,7 +27,7 @@ class Axelrod(Seated):
 
     name: str = parameter("TitForTat", "the class of the strategy")
 
-    by_default: ClassVar[str] = "name"
+    unnamed = "name"
 
     def __post_init__(self) -> None:
         """Refuses unknown strategies, and those that cheat."""

@@ -11,6 +11,7 @@ from dmplay.errors import BadParameter, BadPolicy
 from dmplay.hexes import DIRECTIONS, arrivals, paths
 from dmplay.policies._believing import Believing
 from dmplay.policies.kinds import Reactive, Seated
+from dmplay.policies.roster import Roster
 from dmplay.policies.valued import Valued
 from dmplay.problems.collaborative_predator_prey import SENSES, CollaborativePredatorPrey
 from dmplay.solvers import reactive_team, sparse
@@ -145,15 +146,18 @@ def _planned(problem: Problem) -> bool:
     return problem.discount < 1.0 and sparse.size(problem) <= sparse.MOST
 
 
-def _adviser(problem: Problem, seat: int) -> str:
+def _adviser(hunt: CollaborativePredatorPrey) -> str:
     """The one that knows values, where it is found; a team that never senses anew does worse so."""
-    if not _planned(problem):
+    if not _planned(hunt):
         return "chase-belief"
-    hunt = _hunt(problem)
-    blind = hunt.predators > 1 and len(np.unique(hunt.observe(hunt.enumerated()))) == 1
+    blind = hunt.predators > 1 and np.ptp(hunt.observe(hunt.enumerated())) == 0
     return "sweep" if blind else "qmdp"
 
 
-POLICIES = {"sweep": Sweep, "chase-belief": ChaseBelief, "qmdp": Qmdp, "reactive": ByTheSense}
-PARTNER = "sweep"
-HINT = _adviser
+def roster(problem: Problem, seat: int) -> Roster:
+    """Who hunts together."""
+    return Roster(
+        {"sweep": Sweep, "chase-belief": ChaseBelief, "qmdp": Qmdp, "reactive": ByTheSense},
+        adviser=_adviser(_hunt(problem)),
+        partner="sweep",
+    )

@@ -8,6 +8,7 @@ from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Problem
 from dmplay.policies._solved import Optimal, Plan, Qmdp
 from dmplay.policies.kinds import Reactive
+from dmplay.policies.roster import Roster
 
 
 @dataclass(frozen=True)
@@ -22,15 +23,10 @@ class FeedWhenCrying(Reactive):
         return np.where(crying, labels.read("feed"), labels.read("ignore"))
 
 
-def _adviser(problem: Problem, seat: int) -> str:
-    """The optimum, where a game without end has one."""
-    return "optimal" if problem.discount < 1.0 else "plan"
-
-
-POLICIES = {
-    "feed-when-crying": FeedWhenCrying,
-    "optimal": Optimal,
-    "plan": Plan,
-    "qmdp": Qmdp,
-}
-HINT = _adviser
+def roster(problem: Problem, seat: int) -> Roster:
+    """Who cares for a baby; the optimum advises where a game without end has one."""
+    adviser = "optimal" if problem.discount < 1.0 else "plan"
+    return Roster(
+        {"feed-when-crying": FeedWhenCrying, "optimal": Optimal, "plan": Plan, "qmdp": Qmdp},
+        adviser,
+    )

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Memory, Percept
+from dmplay.core import Memory, Percept, Problem
 from dmplay.policies.kinds import Seated
+from dmplay.policies.roster import Roster
 from dmplay.policies.search import Search
 
 
@@ -32,4 +33,6 @@ class Random(Seated):
         return self.problem.actions[self.seat].draw(u[:, 0], legal)
 
 
-POLICIES = {"random": Random, "search": Search}
+def roster(problem: Problem, seat: int) -> Roster:
+    """Who plays any problem."""
+    return Roster({"random": Random, "search": Search})

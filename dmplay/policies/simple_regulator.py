@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.chance import Array, Bools, Normal, Reals
-from dmplay.core import Memory, parameter
+from dmplay.core import Memory, Problem, parameter
 from dmplay.policies.kinds import Reactive
+from dmplay.policies.roster import Roster
 from dmplay.problems.simple_regulator import SimpleRegulator
 
 
@@ -40,5 +41,6 @@ class Gaussian(Optimal):
         return self.problem.actions[0].nearest(drawn)
 
 
-POLICIES = {"optimal": Optimal, "gaussian": Gaussian}
-HINT = "optimal"
+def roster(problem: Problem, seat: int) -> Roster:
+    """Who plays the simple regulator."""
+    return Roster({"optimal": Optimal, "gaussian": Gaussian}, adviser="optimal")

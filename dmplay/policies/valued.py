@@ -1,7 +1,9 @@
 """Believers that know what each action is worth, for good or with some turns to go."""
 
 from abc import abstractmethod
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -28,6 +30,10 @@ class Planner(Valued):
         if self.horizon < 1:
             raise BadParameter(f"horizon: got {self.horizon}, expected at least 1")
 
+    def in_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
+        """One that does not look beyond the end."""
+        return self if turns is None else replace(self, horizon=min(turns, self.horizon))
+
 
 @dataclass(frozen=True)
 class Countdown(Planner):
@@ -36,6 +42,7 @@ class Countdown(Planner):
     The memory is the belief and the number of turns done.
     """
 
+    whole_game = True
     FARTHEST = 100  # turns that it can plan in time
 
     @abstractmethod
@@ -59,3 +66,9 @@ class Countdown(Planner):
             rows = left == turns
             q[rows] = self.ahead(b[rows], turns)
         return q
+
+    def in_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
+        """One that plans the whole game, where that can be done in time."""
+        if turns is None or turns > self.FARTHEST:
+            return super().in_game(turns, rivals)
+        return replace(self, horizon=turns)

@@ -13,7 +13,7 @@ from rich.text import Text
 from dmplay.core import Interval, Labels
 from dmplay.describe import summary
 from dmplay.errors import UnknownName
-from dmplay.finding import catalog
+from dmplay.finding import agents, problems
 from dmplay.finding.names import problem_names
 from dmplay.game.keymap import AS_DRAWN, Keys, hands
 from dmplay.terminal import Wishes
@@ -32,7 +32,7 @@ def facts() -> list[dict[str, str]]:
     """Table F.1: every built-in problem with its kind."""
     rows = []
     for name in problem_names():
-        problem = catalog.load(name)
+        problem = problems.load(name)
         rows.append({"problem": name, "kind": problem.kind} | summary(problem))
     return rows
 
@@ -126,12 +126,12 @@ class About(NamedTuple):
 
 def about(name: str, keys: Keys = AS_DRAWN) -> About:
     """Everything about a problem, with the keys in force."""
-    problem = catalog.load(name)
+    problem = problems.load(name)
     base = name.partition(":")[0]
     return About(
         problem=name,
         kind=problem.kind,
-        about=catalog.docs(problem),
+        about=problems.docs(problem),
         agents=list(problem.agents),
         states=summary(problem)["states"],
         actions=_actions(problem.actions[0]),
@@ -146,8 +146,8 @@ def about(name: str, keys: Keys = AS_DRAWN) -> About:
             }
             for one in fields(problem)
         },
-        variants=[variant or "standard" for variant in catalog.variants(base) or [""]],
-        players={agent: _first_line(make) for agent, make in catalog.agents(problem).items()},
+        variants=[variant or "standard" for variant in problems.variants(base) or [""]],
+        players={agent: _first_line(make) for agent, make in agents.roster(problem).agents.items()},
         keys=dict(hands(problem, keys).keys),
     )
 
@@ -194,19 +194,19 @@ class Player(NamedTuple):
 
 def players(name: str) -> list[Player]:
     """The agents that fit a problem."""
-    problem = catalog.load(name)
-    advises = {catalog.hint(problem, seat) for seat in range(len(problem.agents))}
-    partners = {catalog.partner(problem, seat) for seat in range(1, len(problem.agents))}
+    problem = problems.load(name)
+    advises = {agents.roster(problem, seat).adviser for seat in range(len(problem.agents))}
+    partners = {agents.roster(problem, seat).partner for seat in range(1, len(problem.agents))}
     return [
         Player(
-            agent, _first_line(make), catalog.settings(make), catalog.meanings(make),
+            agent, _first_line(make), agents.settings(make), agents.meanings(make),
             agent in advises, agent in partners,
         )
-        for agent, make in catalog.agents(problem).items()
+        for agent, make in agents.roster(problem).agents.items()
     ]  # fmt: skip
 
 
-def agents(name: str, *, json: bool) -> str:
+def who_plays(name: str, *, json: bool) -> str:
     """The agents that fit a problem, as text or data."""
     fitting = players(name)
     return dumps([one._asdict() for one in fitting]) if json else "\n".join(map(str, fitting))

@@ -7,7 +7,7 @@ from json import dumps, loads
 from pathlib import Path
 
 from dmplay import __version__
-from dmplay.finding import catalog
+from dmplay.finding import problems
 from dmplay.reports.progress import Bar
 from dmplay.solutions.every import solution
 from dmplay.solutions.solution import Solution, Tick
@@ -18,8 +18,8 @@ def cached(name: str, parameters: Mapping[str, object], tick: Tick) -> Solution:
 
     That of a problem from elsewhere is found anew: its code may be another by now.
     """
-    loaded = catalog.resolve(name, parameters)
-    if not catalog.stem(loaded.problem):
+    loaded = problems.resolve(name, parameters)
+    if not problems.stem(loaded.problem):
         return solution(loaded.problem, tick)
     made = [loaded.name, loaded.parameters, __version__, *_code()]
     key = dumps(made, sort_keys=True, default=str)

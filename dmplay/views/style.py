@@ -9,7 +9,7 @@ from rich.text import Text
 
 from dmplay.chance import Array, Reals
 from dmplay.core import Problem
-from dmplay.finding import catalog
+from dmplay.finding import problems
 from dmplay.session import View
 from dmplay.views.canvas import plainly, size
 
@@ -62,7 +62,7 @@ class Style(Protocol):
 
 def style_of(problem: Problem) -> Style:
     """The view module of a problem; the generic one where it has none."""
-    own = catalog.stem(problem)
+    own = problems.stem(problem)
     name = own if own and importlib.util.find_spec(f"dmplay.views.{own}") else "generic"
     # A view is shown games of its own problem alone: the one whose stem it has.
     return cast(Style, importlib.import_module(f"dmplay.views.{name}"))

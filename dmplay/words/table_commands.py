@@ -4,7 +4,7 @@ from pathlib import Path
 from shlex import quote
 
 from dmplay.errors import BadParameter
-from dmplay.finding import catalog
+from dmplay.finding import problems
 from dmplay.game.answer import answer
 from dmplay.game.request import words_of
 from dmplay.game.saves import copied
@@ -66,7 +66,7 @@ def set_(table: Table, argument: str) -> str:
     """Begins the game again with another parameter; alone, tells them all."""
     game = table.game
     if not argument:
-        known = catalog.parameters(game.problem)
+        known = problems.parameters(game.problem)
         return answer([f"{name} {value}" for name, value in known.items()])
     key, _, value = argument.replace("=", " ", 1).partition(" ")
     settings = [*(game.asked.settings if game.asked else ()), f"{key}={value.strip()}"]

@@ -10,7 +10,7 @@ import pytest
 import dmplay
 from dmplay.chance import Reals
 from dmplay.core import Interval, Policy
-from dmplay.finding import catalog
+from dmplay.finding import agents
 from dmplay.game.adviser import decimals, fixed
 from dmplay.game.game import Game
 from dmplay.game.keyboard import DIGITS
@@ -29,17 +29,17 @@ every_seat = pytest.mark.parametrize(("name", "seat"), SEATS)
 def game(name: str, seat: int) -> Game:
     """A game of one person and the usual others."""
     problem = dmplay.load(name)
-    who = [catalog.partner(problem, i) for i in range(len(problem.agents))]
-    agents = [None if i == seat else catalog.agent(problem, i, w) for i, w in enumerate(who)]
+    who = [agents.roster(problem, i).partner for i in range(len(problem.agents))]
+    others = [None if i == seat else dmplay.agent(problem, i, w) for i, w in enumerate(who)]
     who[seat] = HUMAN
-    return seated(name, Session(problem, dmplay.Dice(11), agents, limit=TURNS), who)
+    return seated(name, Session(problem, dmplay.Dice(11), others, limit=TURNS), who)
 
 
 @cache
 def adviser_of(name: str, seat: int) -> Policy:
     problem = dmplay.load(name)
-    found = catalog.adviser(problem, seat, TURNS)
-    return found[1] if found else catalog.agent(problem, seat, "random")
+    found = agents.adviser(problem, seat, TURNS)
+    return found[1] if found else dmplay.agent(problem, seat, "random")
 
 
 def values(played: Game, seat: int) -> Reals | None:
@@ -78,7 +78,7 @@ def told(hint: str) -> tuple[str, dict[str, str]]:
 @every_seat
 def test_a_hint_is_the_best_of_the_values_that_it_tells(name: str, seat: int) -> None:
     played = game(name, seat)
-    if catalog.hint(played.problem, seat) is None:
+    if agents.roster(played.problem, seat).adviser is None:
         assert played.adviser.hint().startswith("no hint")
         return
     for _ in situations(played, seat):
@@ -130,12 +130,12 @@ def test_a_hint_for_a_game_of_so_many_turns_plans_no_further(
 )
 def test_a_hint_answers_who_sits_there_if_it_can(rival: str, hint: str) -> None:
     problem = dmplay.load("predator-prey")
-    other = None if rival == HUMAN else catalog.agent(problem, 1, rival)
+    other = None if rival == HUMAN else dmplay.agent(problem, 1, rival)
     seats = (HUMAN, rival)
     one = seated("predator-prey", Session(problem, dmplay.Dice(11), [None, other]), seats)
     assert one.adviser.hint().startswith(hint)
     if rival == "random":
-        answer = catalog.agent(problem, 0, "best-response:to=random")
+        answer = dmplay.agent(problem, 0, "best-response:to=random")
         known = answer.values(answer.begin(one.session.state[None]))
         assert known is not None
         one.choose(0.0)
@@ -169,7 +169,7 @@ def test_a_review_values_each_move_as_the_hint_did(name: str, seat: int) -> None
             advised.append(told(played.adviser.hint())[0])
     reviewed: list[Move] = list(moves(played.session, [seat]))
     known = [one for one in expected if one is not None]
-    assert len(reviewed) == len(known) or catalog.hint(played.problem, seat) is None
+    assert len(reviewed) == len(known) or agents.roster(played.problem, seat).adviser is None
     for move, row, advice in zip(reviewed, known, advised, strict=True):
         labels = played.problem.actions[seat]
         assert not isinstance(labels, Interval)

@@ -2,9 +2,9 @@
 
 import pytest
 
+import dmplay
 from dmplay.core import Interval
 from dmplay.errors import DmplayError
-from dmplay.finding import catalog
 from dmplay.finding.names import problem_names
 from dmplay.game.game import Game
 from dmplay.game.keyboard import action_by_key
@@ -20,8 +20,8 @@ from tests.support.screens import SEQUENCES, game, play
 PRESSED = [
     name
     for name in problem_names()
-    if not isinstance(catalog.load(name).actions[0], Interval)
-    and len(catalog.load(name).actions[0]) <= 10
+    if not isinstance(dmplay.load(name).actions[0], Interval)
+    and len(dmplay.load(name).actions[0]) <= 10
 ]
 
 
@@ -41,7 +41,7 @@ def own(family: str, **bound: str) -> Keys:
 @pytest.mark.parametrize("preset", CLUSTERS)
 @pytest.mark.parametrize("name", PRESSED)
 def test_every_preset_plays_every_action_and_no_key_plays_two(name: str, preset: str) -> None:
-    problem = catalog.load(name)
+    problem = dmplay.load(name)
     labels = problem.actions[0]
     assert not isinstance(labels, Interval)
     plain, preferred = hands(problem, AS_DRAWN).keys, hands(problem, Keys(preset)).keys
@@ -101,10 +101,10 @@ def test_a_key_of_ones_own_plays_and_is_shown_and_the_others_go_on() -> None:
 
 def test_keys_of_a_problem_come_before_those_of_its_family() -> None:
     both = {"hex": ("a.toml", {"k": "nw"}), "predator-prey": ("b.toml", {"k": "ne"})}
-    assert hands(catalog.load("predator-prey"), Keys("", both)).keys["k"] == "ne"
-    assert hands(catalog.load("hexworld"), Keys("", both)).keys["k"] == "nw"
+    assert hands(dmplay.load("predator-prey"), Keys("", both)).keys["k"] == "ne"
+    assert hands(dmplay.load("hexworld"), Keys("", both)).keys["k"] == "nw"
     feed = own("crying-baby", x="feed")
-    assert hands(catalog.load("multicaregiver-crying-baby"), feed).keys["x"] == "feed"
+    assert hands(dmplay.load("multicaregiver-crying-baby"), feed).keys["x"] == "feed"
 
 
 def test_typed_words_are_names_before_they_are_keys() -> None:
@@ -160,14 +160,14 @@ def test_what_cannot_be_bound_is_refused_in_one_line(
     problem: str, wanted: Keys, message: str
 ) -> None:
     with pytest.raises(DmplayError) as error:
-        hands(catalog.load(problem), wanted)
+        hands(dmplay.load(problem), wanted)
     assert message in str(error.value)
     assert "\n" not in str(error.value)
 
 
 @pytest.mark.parametrize("name", problem_names())
 def test_no_key_of_a_view_is_a_key_of_the_shell(name: str) -> None:
-    style = style_of(catalog.load(name))
+    style = style_of(dmplay.load(name))
     bound = {*style.KEYS, *getattr(style, "LEFT", {}), *getattr(style, "NUDGES", {})}
     assert not bound & {command.key for command in COMMANDS}
     assert all(len(word) == 1 or word in SEQUENCES for key in bound for word in key.split())

@@ -16,7 +16,7 @@ from dmplay.chance import Array, Bools, Chance, Normal, Reals, Span, sample
 from dmplay.core import Interval, Memory, Outcome, Percept, Policy, Problem, exact, exact_start
 from dmplay.dice import NATURE, Dice, uniforms
 from dmplay.errors import BadParameter, BadPolicy, IllegalAction, UnknownName
-from dmplay.finding import catalog
+from dmplay.finding import agents, problems
 from dmplay.finding.names import problem_names
 from dmplay.policies.general import Random
 from dmplay.rollouts import rollout
@@ -36,7 +36,7 @@ SIZES = (1, 2, 3, 4, 5, 7, 8, 9, 15, 16, 17, 31, 33, 64, 100, 257, 1000, 4099, R
 CASES = [
     f"{name}:{variant}" if variant else name
     for name in problem_names()
-    for variant in catalog.variants(name)
+    for variant in problems.variants(name)
 ]
 every_problem = pytest.mark.parametrize("name", CASES)
 few_examples = settings(derandomize=True, deadline=None, database=None, max_examples=40)
@@ -371,7 +371,7 @@ def test_a_belief_is_carried_as_the_listed_outcomes_say(name: str) -> None:
 def made(problem: Problem, seat: int, agent: str) -> Policy | None:
     """The agent of this name, or None where it refuses the seat."""
     try:
-        return catalog.agent(problem, seat, BRIEF.get(agent, agent))
+        return dmplay.agent(problem, seat, BRIEF.get(agent, agent))
     except (BadPolicy, BadParameter, UnknownName):
         return None
 
@@ -385,7 +385,7 @@ def seated(name: str) -> list[tuple[int, list[Policy]]]:
     """Each built-in agent in each seat that it fits, random play in the others."""
     problem = load(name)
     found: list[tuple[int, list[Policy]]] = []
-    for agent in catalog.agents(problem):
+    for agent in agents.roster(problem).agents:
         if agent in FOREIGN:
             continue
         before = len(found)
@@ -401,9 +401,9 @@ def seated(name: str) -> list[tuple[int, list[Policy]]]:
 
 @every_problem
 def test_an_agent_says_what_it_does_and_what_its_parameters_mean(name: str) -> None:
-    for agent, make in catalog.agents(load(name)).items():
+    for agent, make in agents.roster(load(name)).agents.items():
         assert (make.__doc__ or "").strip(), agent
-        assert all(catalog.meanings(make).values()), agent
+        assert all(agents.meanings(make).values()), agent
 
 
 @cache

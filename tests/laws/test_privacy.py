@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from dmplay.errors import DmplayError
-from dmplay.finding import catalog
+from dmplay.finding import problems
 from dmplay.game.game import Game
 from dmplay.game.seats import HUMAN
 from dmplay.game.table import Table
@@ -26,7 +26,7 @@ every_guarded = pytest.mark.parametrize("name", GUARDED)
 
 
 def test_the_audit_is_of_the_hidden_and_the_simultaneous_problems() -> None:
-    names = {catalog.stem(load(name)) for name in GUARDED}
+    names = {problems.stem(load(name)) for name in GUARDED}
     assert names == {
         "crying_baby", "machine_replacement", "catch", "multicaregiver_crying_baby",
         "collaborative_predator_prey", "prisoners_dilemma", "rock_paper_scissors",

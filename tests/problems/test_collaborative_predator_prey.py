@@ -7,7 +7,7 @@ import dmplay
 from dmplay import belief
 from dmplay.core import Percept, Policy, Problem
 from dmplay.errors import BadPolicy, ImpossibleObservation
-from dmplay.finding import catalog
+from dmplay.finding.agents import roster
 from dmplay.game.table import Table
 from dmplay.hexes import notation_of
 from dmplay.problems._hunt import STANDARD
@@ -253,18 +253,18 @@ def test_a_reactive_team_catches_more_than_chance() -> None:
 def test_teams_that_cannot_be_planned_are_refused_and_advised_by_the_chase() -> None:
     three, endless = dmplay.load(NAME, predators=3), dmplay.load(NAME, discount=1.0)
     for problem in (three, endless):
-        assert catalog.hint(problem, 0) == "chase-belief"
+        assert roster(problem, 0).adviser == "chase-belief"
         for agent in ("qmdp", "reactive"):
             with pytest.raises(BadPolicy):
                 dmplay.agent(problem, 0, agent)
-    assert catalog.hint(dmplay.load(NAME, predators=26), 0) == "chase-belief"
-    assert catalog.hint(PROBLEM, 0) == "qmdp"
+    assert roster(dmplay.load(NAME, predators=26), 0).adviser == "chase-belief"
+    assert roster(PROBLEM, 0).adviser == "qmdp"
 
 
 def test_two_who_always_sense_the_prey_are_advised_to_sweep() -> None:
     """Planning for sight, both would stand still for the same reason, and the prey avoids them."""
     triangle = dmplay.load(f"{NAME}:triangle")
-    assert catalog.hint(triangle, 1) == "sweep"
+    assert roster(triangle, 1).adviser == "sweep"
     swept, planned = (
         dmplay.rollout(triangle, [dmplay.agent(triangle, i, one) for i in range(2)], episodes=300)
         for one in ("sweep", "qmdp")

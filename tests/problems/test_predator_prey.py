@@ -6,7 +6,7 @@ import pytest
 import dmplay
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, BadPolicy
-from dmplay.finding import catalog
+from dmplay.finding.agents import roster
 from dmplay.hexes import distance, notation_of, paths
 from dmplay.problems._hunt import STANDARD
 
@@ -157,14 +157,14 @@ def test_each_minds_the_nearest_of_the_other_kind() -> None:
 
 def test_one_against_one_is_advised_by_the_best_answer_to_the_usual_opponent() -> None:
     for problem in (PROBLEM, dmplay.load("predator-prey:circle")):
-        assert [catalog.hint(problem, seat) for seat in range(2)] == ["best-response"] * 2
-    assert catalog.hint(dmplay.load("predator-prey", discount=1.0), 1) == "flee"
+        assert [roster(problem, seat).adviser for seat in range(2)] == ["best-response"] * 2
+    assert roster(dmplay.load("predator-prey", discount=1.0), 1).adviser == "flee"
 
 
 def test_every_seat_is_filled_and_a_large_hunt_is_advised_after_its_kind() -> None:
     problem = hunt(2, 1)
-    assert [catalog.partner(problem, seat) for seat in range(3)] == ["chase", "chase", "flee"]
-    assert [catalog.hint(problem, seat) for seat in range(3)] == ["chase", "chase", "flee"]
+    assert [roster(problem, seat).partner for seat in range(3)] == ["chase", "chase", "flee"]
+    assert [roster(problem, seat).adviser for seat in range(3)] == ["chase", "chase", "flee"]
 
 
 def test_fleeing_is_worth_more_to_the_prey_than_chance() -> None:

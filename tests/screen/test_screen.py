@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from rich.cells import cell_len
 
+import dmplay
 from dmplay.chance import Reals
-from dmplay.finding import catalog
 from dmplay.finding.names import problem_names
 from dmplay.game.checking import check
 from dmplay.game.game import Game
@@ -411,7 +411,7 @@ def test_every_problem_is_played_to_its_end_by_keys_and_its_transcript_verifies(
     name: str, people: str, tmp_path: Path
 ) -> None:
     path = tmp_path / "game.dmt"
-    others = HUMAN if people == "people only" and len(catalog.load(name).agents) > 1 else ""
+    others = HUMAN if people == "people only" and len(dmplay.load(name).agents) > 1 else ""
     played = new(Request(name, seed=7, turns=12, others=others, record=path))
     shown = press(played, presses(played))
     assert played.session.ending in ("terminal", "horizon", "turn limit")

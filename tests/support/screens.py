@@ -10,7 +10,7 @@ from prompt_toolkit.input import PipeInput, create_pipe_input
 from rich.text import Text
 
 from dmplay.dice import Dice
-from dmplay.finding import catalog
+from dmplay.finding import problems
 from dmplay.game.game import Game
 from dmplay.game.keyboard import Keyboard
 from dmplay.game.keymap import AS_DRAWN, Keys
@@ -45,7 +45,7 @@ def game(  # noqa: PLR0913 - a problem, and what of it is not as usual
     keys: Keys = AS_DRAWN,
 ) -> Game:
     """A game without a transcript; people sit where nobody is named."""
-    found = catalog.resolve(name, parameters)
+    found = problems.resolve(name, parameters)
     problem = found.problem
     who = list(seats) or [HUMAN] * len(problem.agents)
     policies = [seat_policy(problem, seat, one) for seat, one in enumerate(who)]

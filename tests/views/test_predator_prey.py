@@ -4,7 +4,6 @@ from functools import partial
 import numpy as np
 
 import dmplay
-from dmplay.finding import catalog
 from dmplay.views.hexgrid import LEFT
 from dmplay.views.style import Look, Overlay, fit, style_of
 from tests.support import games
@@ -34,7 +33,7 @@ def test_the_hunt_at_its_start_with_the_keys() -> None:
 
 def test_an_overlay_is_of_you_on_each_hex_with_the_prey_where_it_is() -> None:
     view = after()
-    best = catalog.agent(view.problem, 0, "best-response:to=flee")
+    best = dmplay.agent(view.problem, 0, "best-response:to=flee")
     states = view.problem.enumerated()
     values = best.values(best.begin(states))
     assert values is not None

@@ -6,7 +6,7 @@ from wcwidth import wcswidth
 import dmplay
 from dmplay.core import Problem
 from dmplay.dice import Dice
-from dmplay.finding import catalog
+from dmplay.finding import problems
 from dmplay.finding.names import problem_names
 from dmplay.game.keyboard import action_by_key
 from dmplay.session import Session
@@ -27,7 +27,7 @@ SIZES = [(120, 40), (80, 24), (80, 12), (50, 14), (40, 12), (40, 8), (25, 6), (1
 EVERYTHING = [
     pytest.param(problem, id=f"{name}:{variant}" if variant else name)
     for name in problem_names()
-    for variant, problem in catalog.variants(name).items()
+    for variant, problem in problems.variants(name).items()
 ]
 
 
