@@ -60,6 +60,10 @@ class Transcript:
     last: str  # the end line and the notes around it
     torn: str  # what follows the last whole block of an unfinished file
 
+    def fault(self, line: int, what: str) -> BadTranscript:
+        """The error that a line of it is."""
+        return BadTranscript(self.path, line, None, what)
+
     @property
     def reason(self) -> str:
         """Why the game ended, as its end line says; '' without one."""
@@ -79,18 +83,18 @@ def parse(raw: bytes, path: str = "transcript") -> Transcript:
     end = next(iter(_blocks(last, path, content.count("\n") + 1)), None) if last else None
     if not blocks:
         if torn:
-            raise BadTranscript(f"{path}:1: not a transcript, or torn before its first turn")
-        raise BadTranscript(f"{path}:1: empty, expected 'dmplay: {VERSION}'")
+            raise BadTranscript(path, 1, None, "not a transcript, or torn before its first turn")
+        raise BadTranscript(path, 1, None, f"empty, expected 'dmplay: {VERSION}'")
     header, *rest = blocks
     for place, block in enumerate(rest):
         opening = block.kind == "turn" and block["turn"] == 0
         if block.kind in ("dmplay", "end") or opening != (place == 0):
             expected = "a turn, an undo or a reroll" if place else "the opening, 'turn: 0'"
-            raise BadTranscript(f"{path}:{block.line}: got {block.kind}, expected {expected}")
+            raise BadTranscript(path, block.line, None, f"got {block.kind}, expected {expected}")
     told = _header(header, path)
     back = next((block for block in rest if block.kind in ("undo", "reroll")), None)
     if told.strict and back:
-        raise BadTranscript(f"{path}:{back.line}: got {back.kind}, but the game is strict")
+        raise BadTranscript(path, back.line, None, f"got {back.kind}, but the game is strict")
     return Transcript(path, told, header, rest, end, content, last, torn)
 
 
@@ -100,14 +104,15 @@ def _decoded(raw: bytes, path: str) -> str:
     except UnicodeDecodeError as error:
         before = raw[: error.start]
         line, column = before.count(b"\n") + 1, error.start - before.rfind(b"\n")
-        raise BadTranscript(f"{path}:{line}:{column}: not UTF-8") from None
+        raise BadTranscript(path, line, column, "not UTF-8") from None
 
 
 def _split(content: str, path: str) -> tuple[str, str, str]:
     """The whole blocks, the end block or '', and the torn tail or ''."""
     if "\r" in content:
         line = content[: content.index("\r")].count("\n") + 1
-        raise BadTranscript(f"{path}:{line}: a carriage return; lines end with a newline alone")
+        fault = "a carriage return; lines end with a newline alone"
+        raise BadTranscript(path, line, None, fault)
     at = content.rfind("\n\n") + 2 if "\n\n" in content else 0
     tail = content[at:]
     if END.match(tail):
@@ -121,22 +126,22 @@ def _blocks(content: str, path: str, first: int) -> Iterator[Block]:
     frame: list[Entry] = []
     notes: list[tuple[int, str]] = []
     for line, row in enumerate(content.split("\n"), first):
-        where = f"{path}:{line}"
         if len(row) > LONGEST_LINE:
-            raise BadTranscript(f"{where}:{LONGEST_LINE + 1}: a line of over a million characters")
+            fault = "a line of over a million characters"
+            raise BadTranscript(path, line, LONGEST_LINE + 1, fault)
         if row == "#" or row.startswith("# "):
             notes.append((len(entries) + len(frame), row))
         elif row.startswith("|"):
             frame.append(Entry(line, row[2:]))
         elif row:
-            key, value = keyed(row, where)
+            key, value = keyed(row, path, line)
             if key in entries:
-                raise BadTranscript(f"{where}:1: {key} stands twice in this block")
+                raise BadTranscript(path, line, 1, f"{key} stands twice in this block")
             if frame:
-                raise BadTranscript(f"{where}:1: {key} after the frame")
+                raise BadTranscript(path, line, 1, f"{key} after the frame")
             entries[key] = Entry(line, value)
         elif frame and not entries:
-            raise BadTranscript(f"{where}: a frame without a turn")
+            raise BadTranscript(path, line, None, "a frame without a turn")
         elif entries:
             yield _block(path, entries, frame, notes)
             entries, frame, notes = {}, [], []
@@ -151,13 +156,13 @@ def _block(
     kind = next(iter(entries))
     at = entries[kind].line
     if kind not in BLOCKS:
-        raise BadTranscript(f"{path}:{at}:1: {UnknownName('block', kind, BLOCKS)}")
+        raise BadTranscript(path, at, 1, str(UnknownName("block", kind, BLOCKS)))
     order = BLOCKS[kind]
     for key, entry in entries.items():
         if key not in order:
-            raise BadTranscript(f"{path}:{entry.line}:1: {UnknownName('key', key, order)}")
+            raise BadTranscript(path, entry.line, 1, str(UnknownName("key", key, order)))
     if list(entries) != [key for key in order if key in entries]:
-        raise BadTranscript(f"{path}:{at}: keys out of order, expected {', '.join(order)}")
+        raise BadTranscript(path, at, None, f"keys out of order, expected {', '.join(order)}")
     return Block(at, kind, entries, frame, notes)
 
 
@@ -171,9 +176,9 @@ class _Fields(NamedTuple):
         """The error that an entry is, or that its absence is."""
         entry = self.block.entries.get(key)
         if entry is None:
-            where = f"{self.path}:{self.block.line}"
-            return BadTranscript(f"{where}: the header has no {key}: {expected}")
-        return BadTranscript(f"{self.path}:{entry.line}: {key}: expected {expected}")
+            what = f"the header has no {key}: {expected}"
+            return BadTranscript(self.path, self.block.line, None, what)
+        return BadTranscript(self.path, entry.line, None, f"{key}: expected {expected}")
 
     def value(self, key: str, default: object = None) -> object:
         """Whatever stands there."""

@@ -38,7 +38,7 @@ def verify(
     try:
         check.game(problem, policies)
     except BadTranscript as error:
-        report.findings.append(fault(transcript.path, error, "inputs"))
+        report.findings.append(fault(error, "inputs"))
     return report
 
 

@@ -2,6 +2,7 @@
 
 import json
 import os
+import pickle
 from contextlib import suppress
 from pathlib import Path
 
@@ -357,6 +358,27 @@ def test_a_fault_of_form_is_told_with_line_and_column(text: str, message: str) -
     with pytest.raises(BadTranscript) as caught:
         parse(text.encode(), "t")
     assert str(caught.value).startswith(message)
+
+
+@pytest.mark.parametrize("name", ["12:3: x.dmt", "a\nok b.dmt", ":.dmt"])
+def test_a_fault_is_told_rightly_whatever_the_file_is_called(tmp_path: Path, name: str) -> None:
+    path = tmp_path / name
+    path.write_text(HEADER + "seed: 8\n" + OPENING)
+    [found] = check(path).findings
+    assert found == (
+        "facts",
+        str(path),
+        5,
+        "form",
+        "1: seed stands twice in this block",
+        None,
+        None,
+    )
+    with pytest.raises(BadTranscript) as caught:
+        read(path)
+    error = pickle.loads(pickle.dumps(caught.value))
+    assert (error.path, error.line, error.column) == (str(path), 5, 1)
+    assert str(error) == f"{path}:5:1: seed stands twice in this block"
 
 
 def test_bytes_that_are_not_utf_8_are_told_with_line_and_column() -> None:
