@@ -1,20 +1,20 @@
 """Reading a transcript: strict about form, with the line and column of the first fault."""
 
 import re
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import MISSING, dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from dmplay.errors import BadTranscript, UnknownName
-from dmplay.transcript.format import VERSION, Header
+from dmplay.transcript.format import CHOSEN, EVENTS, TURN, lines, text
+from dmplay.transcript.header import FORMAT, LINES, VERSION, Header, Kind
 from dmplay.transcript.keyed import keyed
 
 LONGEST_LINE = 1_000_000
 
-HEADER = ("dmplay", "problem", "set", "seats", "seed", "episode", "turns", "strict", "reveal")
-TURN = ("turn", "actions", "draws", "state", "observations", "rewards", "belief")
-BLOCKS = {keys[0]: keys for keys in (HEADER, TURN, ("undo",), ("reroll",), ("end",))}
+HEADER = ("dmplay", *(line.key for line in LINES))
+BLOCKS = {keys[0]: keys for keys in (HEADER, tuple(TURN), *((e,) for e in EVENTS), ("end",))}
 END = re.compile(r"(#.*\n)*end: .*\n(#.*\n)*\Z")
 NOTES = re.compile(r"(#.*\n)+\Z")
 
@@ -38,6 +38,10 @@ class Block:
 
     def __getitem__(self, key: str) -> object:
         return self.entries[key].value
+
+    def anew(self, facts: Mapping[str, object], frame: str = "") -> str:
+        """The text of this block with these facts and frame."""
+        return text(self.noted(lines(facts, frame)))
 
     def noted(self, rows: list[str]) -> list[str]:
         """New lines of this block with its notes in their places."""
@@ -70,6 +74,11 @@ class Transcript:
         told = self.end["end"] if self.end else None
         return str(told.get("reason")) if isinstance(told, dict) else ""
 
+    @property
+    def chosen(self) -> str:
+        """The reason where somebody ended the game before it came to its end; else ''."""
+        return self.reason if self.reason in CHOSEN else ""
+
 
 def read(path: str | Path) -> Transcript:
     """Reads a transcript strictly; raises BadTranscript with line and column, or OSError."""
@@ -92,7 +101,7 @@ def parse(raw: bytes, path: str = "transcript") -> Transcript:
             expected = "a turn, an undo or a reroll" if place else "the opening, 'turn: 0'"
             raise BadTranscript(path, block.line, None, f"got {block.kind}, expected {expected}")
     told = _header(header, path)
-    back = next((block for block in rest if block.kind in ("undo", "reroll")), None)
+    back = next((block for block in rest if block.kind in EVENTS), None)
     if told.strict and back:
         raise BadTranscript(path, back.line, None, f"got {back.kind}, but the game is strict")
     return Transcript(path, told, header, rest, end, content, last, torn)
@@ -166,54 +175,21 @@ def _block(
     return Block(at, kind, entries, frame, notes)
 
 
-class _Fields(NamedTuple):
-    """The entries of a header, each of which must be of its type."""
-
-    block: Block
-    path: str
-
-    def fault(self, key: str, expected: str) -> BadTranscript:
-        """The error that an entry is, or that its absence is."""
-        entry = self.block.entries.get(key)
-        if entry is None:
-            what = f"the header has no {key}: {expected}"
-            return BadTranscript(self.path, self.block.line, None, what)
-        return BadTranscript(self.path, entry.line, None, f"{key}: expected {expected}")
-
-    def value(self, key: str, default: object = None) -> object:
-        """Whatever stands there."""
-        entry = self.block.entries.get(key)
-        return default if entry is None else entry.value
-
-    def whole(self, key: str, default: int | None = None) -> int:
-        """A whole number."""
-        found = self.value(key, default)
-        if type(found) is not int or found < 0:
-            raise self.fault(key, "a whole number, such as 7")
-        return found
-
-    def flag(self, key: str) -> bool:
-        """True or false, which it is where nothing stands."""
-        found = self.value(key, default=False)
-        if type(found) is not bool:
-            raise self.fault(key, "true or false")
-        return found
-
-
 def _header(block: Block, path: str) -> Header:
     """The header that a block holds."""
-    told = _Fields(block, path)
-    if told.whole("dmplay") != VERSION:
-        raise told.fault("dmplay", f"format {VERSION}")
-    problem, seats, parameters = told.value("problem"), told.value("seats"), told.value("set", {})
-    if not isinstance(problem, str):
-        raise told.fault("problem", 'a name, such as "hexworld"')
-    if not isinstance(seats, dict) or not all(isinstance(name, str) for name in seats.values()):
-        raise told.fault("seats", 'names, such as {"agent": "human"}')
-    if not isinstance(parameters, dict):
-        raise told.fault("set", 'values, such as {"slip": 0.2}')
-    turns = told.whole("turns") if "turns" in block.entries else None
-    return Header(
-        problem, seats, told.whole("seed"), parameters, told.whole("episode", 0), turns,
-        told.flag("strict"), told.flag("reveal"),
-    )  # fmt: skip
+    _told(block, path, "dmplay", FORMAT)
+    told = {line.field: _told(block, path, line.key, line.kind, line.default) for line in LINES}
+    return Header(**told)
+
+
+def _told(block: Block, path: str, key: str, kind: Kind, default: object = MISSING) -> Any:
+    """What stands on a line of the header, or what is meant where there is none."""
+    entry = block.entries.get(key)
+    if entry is None and default is MISSING:
+        what = f"the header has no {key}: {kind.expected}"
+        raise BadTranscript(path, block.line, None, what)
+    if entry is None:
+        return default
+    if not kind.holds(entry.value):
+        raise BadTranscript(path, entry.line, None, f"{key}: expected {kind.expected}")
+    return entry.value

@@ -7,7 +7,6 @@ import numpy as np
 
 from dmplay.chance import Reals
 from dmplay.core import Interval, Policy, Problem
-from dmplay.dice import Dice
 from dmplay.errors import BadTranscript, DmplayError
 from dmplay.session import Session, Source
 from dmplay.transcript.format import turn_limit
@@ -52,8 +51,7 @@ def replay(
     transcript: Transcript, problem: Problem, policies: Sequence[Policy | None] = ()
 ) -> Session:
     """The session after every whole block of a transcript: to go on with, or to look at."""
-    source = Dice(transcript.header.seed, transcript.header.episode)
-    session = start(transcript, problem, source, policies)
+    session = start(transcript, problem, transcript.header.dice, policies)
     for block in transcript.blocks[1:]:
         play(transcript, block, session)
     return session

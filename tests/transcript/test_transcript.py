@@ -365,15 +365,7 @@ def test_a_fault_is_told_rightly_whatever_the_file_is_called(tmp_path: Path, nam
     path = tmp_path / name
     path.write_text(HEADER + "seed: 8\n" + OPENING)
     [found] = check(path).findings
-    assert found == (
-        "facts",
-        str(path),
-        5,
-        "form",
-        "1: seed stands twice in this block",
-        None,
-        None,
-    )
+    assert found[:5] == ("facts", str(path), 5, "form", "1: seed stands twice in this block")
     with pytest.raises(BadTranscript) as caught:
         read(path)
     error = pickle.loads(pickle.dumps(caught.value))
