@@ -154,8 +154,6 @@ def _blocks(content: str, path: str, first: int) -> Iterator[Block]:
         elif entries:
             yield _block(path, entries, frame, notes)
             entries, frame, notes = {}, [], []
-    if entries:
-        yield _block(path, entries, frame, notes)
 
 
 def _block(

@@ -134,10 +134,8 @@ def played(file: int) -> bool:
         return False
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return True
-    except OSError:  # a file system without locks
-        return False
+    except OSError as error:  # another error is a file system without locks
+        return isinstance(error, BlockingIOError)
     return False
 
 

@@ -83,10 +83,8 @@ class _Check:
         if not isinstance(told, dict) or told.get("reason") != "turn limit":
             return False
         entry = header.entries.get("turns")
-        if entry is None:
-            return False
         last = self.transcript.blocks[-1].entries.get("turn", Entry(0, None))
-        if entry.value == last.value or told.get("turns") != last.value:
+        if entry is None or entry.value == last.value or told.get("turns") != last.value:
             return False
         self._found("facts", entry.line, "header", "turns", entry.value, last.value)
         return True
