@@ -1,101 +1,102 @@
-"""Sets of actions: what is typed, named, played, drawn and told is said by the set itself."""
+"""What a problem derives from its facts: its kind, its words, its bounds and its exact outcomes."""
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from dmplay.core import Interval, Labels
-from dmplay.errors import BadParameter, IllegalAction, UnknownName
-
-CARE = Labels(("feed", "sing", "no-advisory"))
-PUSH = Interval(-10.0, 10.0)
-U = np.array([0.0, 0.25, 0.5, 0.999])
+import dmplay
+from dmplay.chance import Array, Chance, Pick
+from dmplay.core import Problem, exact, exact_start
+from dmplay.errors import BadParameter, UnknownName
+from dmplay.problems.rock_paper_scissors import RockPaperScissors
 
 
-@pytest.mark.parametrize(("text", "action"), [("feed", 0), (" SING ", 1), ("no_advisory", 2)])
-def test_a_label_is_read_in_any_case_and_either_hyphen(text: str, action: int) -> None:
-    assert CARE.read(text) == action
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("hexworld", "MDP"),
+        ("crying-baby", "POMDP"),
+        ("rock-paper-scissors", "simple game"),
+        ("predator-prey", "Markov game"),
+        ("multicaregiver-crying-baby", "POMG"),
+        ("collaborative-predator-prey", "Dec-POMDP"),
+    ],
+)
+def test_the_kind_follows_from_the_facts(name: str, kind: str) -> None:
+    assert dmplay.load(name).kind == kind
 
 
-def test_a_word_that_is_no_label_is_told_with_the_nearest() -> None:
-    with pytest.raises(UnknownName, match=r"^unknown action 'feet'; did you mean feed\?$"):
-        CARE.read(" feet ")
+def test_a_problem_pays_each_agent_its_own_unless_it_says_otherwise() -> None:
+    assert not dmplay.load("predator-prey").shared_reward
+    assert dmplay.load("collaborative-predator-prey").shared_reward
 
 
-@pytest.mark.parametrize(("text", "action"), [("-10", -10.0), ("1e-3", 0.001), ("-0", 0.0)])
-def test_a_number_of_an_interval_is_read(text: str, action: float) -> None:
-    assert repr(PUSH.read(text)) == repr(action)
+@pytest.mark.parametrize(
+    ("name", "parameter", "value", "told"),
+    [
+        ("hexworld", "slip", 1.5, "slip: got 1.5, expected a number at least 0 and at most 1"),
+        ("cart-pole", "length", 0.0, "length: got 0, expected a number above 0"),
+    ],
+)
+def test_a_parameter_out_of_its_bounds_is_refused(
+    name: str, parameter: str, value: float, told: str
+) -> None:
+    with pytest.raises(BadParameter) as caught:
+        dmplay.load(name, **{parameter: value})
+    assert str(caught.value) == told
 
 
-@pytest.mark.parametrize("text", ["10.1", "nan", "inf", "1_0", "٣", "left", ""])
-def test_what_is_no_number_of_an_interval_is_refused(text: str) -> None:
-    told = rf"^action: got '{text}', expected a number from -10 to 10$"
-    with pytest.raises(BadParameter, match=told):
-        PUSH.read(text)
+def test_a_seat_is_known_by_its_name() -> None:
+    hunt = dmplay.load("predator-prey")
+    assert hunt.seat("prey") == 1
+    with pytest.raises(UnknownName, match="unknown seat 'pray'; did you mean prey"):
+        hunt.seat("pray")
 
 
-@given(st.lists(st.from_regex(r"[a-z0-9-]+", fullmatch=True), min_size=1, unique=True), st.data())
-def test_a_label_is_read_as_it_is_named(names: list[str], data: st.DataObject) -> None:
-    labels = Labels(names)
-    action = data.draw(st.integers(0, len(names) - 1))
-    assert labels.read(labels.name(action)) == action
+def test_an_action_is_a_label_or_another_name_of_it() -> None:
+    walk = dmplay.load("hexworld")
+    assert [walk.action(0, text) for text in ("e", " East ", "north_west")] == [0, 0, 2]
+    with pytest.raises(UnknownName, match="unknown action 'up'; expected one of e, ne, nw, w"):
+        walk.action(0, "up")
 
 
-@given(st.integers(-10 * 10**9, 10 * 10**9))
-def test_a_number_of_nine_decimals_is_read_as_a_transcript_has_it(billionths: int) -> None:
-    action = billionths / 1e9
-    assert PUSH.read(str(PUSH.fact(action))) == action
-    assert PUSH.check(action, "turn 1, agent") == action
+def test_an_action_of_an_interval_is_a_number_of_it_to_nine_decimals() -> None:
+    regulator = dmplay.load("simple-regulator")
+    numbers = [regulator.action(0, text) for text in ("1.25", "-0", "1e-12")]
+    assert [regulator.action_name(0, number) for number in numbers] == ["1.25", "0", "0"]
 
 
-@given(st.integers(-999_999_999, 999_999_999))
-def test_a_number_below_1_is_read_as_it_is_named(billionths: int) -> None:
-    action = billionths / 1e9
-    assert PUSH.read(PUSH.name(action)) == action
+@pytest.mark.parametrize("text", ["", "ten", "nan", "inf", "10.5", "-11", "1_0", "٣"])
+def test_what_is_no_number_of_the_interval_is_no_action(text: str) -> None:
+    with pytest.raises(BadParameter, match="expected a number from -10 to 10"):
+        dmplay.load("simple-regulator").action(0, text)
 
 
-def test_an_action_is_named_as_people_and_as_transcripts_have_it() -> None:
-    assert (CARE.name(1), CARE.fact(1)) == ("sing", "sing")
-    assert (PUSH.name(0.30000000001), PUSH.fact(0.25)) == ("0.3", 0.25)
+def test_only_a_finite_problem_lists_its_states() -> None:
+    assert dmplay.load("crying-baby").enumerated().tolist() == [0, 1]
+    with pytest.raises(BadParameter, match="CartPole has no finite list of states"):
+        dmplay.load("cart-pole").enumerated()
 
 
-def test_an_action_is_checked_before_it_acts() -> None:
-    assert CARE.check(2.0, "turn 1, agent") == 2
-    assert PUSH.check(0.1234567891, "turn 1, agent") == 0.123456789
-    with pytest.raises(IllegalAction, match=r"^turn 1, agent: got action 3, expected 0 to 2$"):
-        CARE.check(3, "turn 1, agent")
-    told = r"^turn 1, agent: got 11, expected a number from -10 to 10$"
-    with pytest.raises(IllegalAction, match=told):
-        PUSH.check(11.0, "turn 1, agent")
+def test_a_belief_is_carried_by_what_was_done_and_heard_as_far_as_it_is_known() -> None:
+    baby = dmplay.load("crying-baby")
+    feed, quiet, sated = 0, 1, np.array([1.0, 0.0])
+    assert baby.carry(sated, [feed], [None]).tolist() == [1.0, 0.0]
+    assert baby.carry(sated, [feed], [quiet]).tolist() == [0.9, 0.0]
+    either = baby.carry(sated, [None], [None])  # fed, or once in ten hungry if not
+    assert either == pytest.approx([2.8 / 3, 0.2 / 3])
 
 
-def test_every_legal_label_is_drawn_as_often() -> None:
-    assert CARE.draw(U, None).tolist() == [0, 0, 1, 2]
-    legal = np.array([[True, False, True]] * 4)
-    assert CARE.draw(U, legal).tolist() == [0, 0, 2, 2]
+def test_outcomes_that_are_real_numbers_cannot_be_listed() -> None:
+    regulator = dmplay.load("simple-regulator")
+    with pytest.raises(BadParameter, match="draws real numbers: its outcomes cannot be listed"):
+        exact_start(regulator)
 
 
-def test_a_number_is_drawn_from_the_whole_interval() -> None:
-    assert PUSH.draw(U, None).tolist() == [-10.0, -5.0, 0.0, 9.98]
+def test_outcomes_that_are_too_many_are_not_listed() -> None:
+    class Dizzy(RockPaperScissors):
+        def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
+            return (Pick(np.full(len(s), 5_000), 5_000),) * 2
 
-
-def test_a_grid_stands_for_a_set_in_a_search() -> None:
-    assert CARE.grid().tolist() == [0, 1, 2]
-    assert PUSH.grid().tolist() == [float(number) for number in range(-10, 11)]
-
-
-def test_the_nearest_action_to_a_number_lies_in_the_interval() -> None:
-    assert PUSH.nearest(np.array([-11.0, 0.12345678951, 99.0])).tolist() == [-10, 0.12345679, 10]
-
-
-def test_a_set_is_told_in_words() -> None:
-    assert CARE.told() == "feed, sing, no-advisory"
-    assert CARE.told(np.array([True, False, True])) == "feed, no-advisory"
-    assert CARE.told(np.zeros(3, bool)) == ""
-    assert PUSH.told() == "a number from -10 to 10"
-
-
-def test_only_labels_are_names_to_choose_from() -> None:
-    assert CARE.labels == CARE
-    assert PUSH.labels == ()
+    game: Problem = Dizzy()
+    with pytest.raises(BadParameter, match="25000000 outcomes are too many to list one by one"):
+        exact(game, np.zeros(1, int), np.zeros((1, 2), int))

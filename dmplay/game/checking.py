@@ -42,8 +42,7 @@ def loaded(transcript: Transcript, *, trusted: bool) -> problems.Loaded:
         except DmplayError as error:
             line = entries.get(key, entries["problem"]).line
             hint = "" if trusted else "; if it is yours, add --trust"
-            text = f"{transcript.path}:{line}: {error}{hint if key == 'problem' else ''}"
-            raise BadTranscript(text) from None
+            raise transcript.fault(line, f"{error}{hint if key == 'problem' else ''}") from None
     return found
 
 
@@ -62,7 +61,7 @@ def check(path: Path, *, trusted: bool = False) -> Report:
         problem = loaded(transcript, trusted=trusted).problem
         policies = asked_again(problem, dict(transcript.header.seats), trusted=trusted)
     except BadTranscript as error:
-        return Report(str(path), [fault(str(path), error, "form")])
+        return Report(str(path), [fault(error, "form")])
     except OSError as error:
         raise BadParameter(f"{path}: {error.strerror}") from None
     except DmplayError as error:

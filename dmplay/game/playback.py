@@ -9,7 +9,6 @@ from dmplay.game.game import Game
 from dmplay.game.keyboard import Keyboard
 from dmplay.game.keymap import AS_DRAWN
 from dmplay.session import Session
-from dmplay.transcript.format import CHOSEN
 from dmplay.transcript.reading import Block
 from dmplay.transcript.replay import play, start
 
@@ -39,8 +38,7 @@ class Playback(Game):
     def unattended(self) -> bool:
         """Shows the next turn or event; False at the end of the file."""
         if self._place >= len(self._blocks()):
-            reason = self.transcript.reason
-            self.session.end(reason if reason in CHOSEN else "unfinished")
+            self.session.end(self.transcript.chosen or "unfinished")
             return False
         blocks = self._blocks()[self._place :]
         for block in blocks[: 1 + (blocks[0].kind == "reroll")]:  # with the turn that came of it

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from dmplay.errors import BadParameter
 from dmplay.game.keymap import AS_DRAWN, Keys
-from dmplay.transcript.format import PERSON, Header
+from dmplay.transcript.format import PERSON
+from dmplay.transcript.header import Header
 
 
 @dataclass(frozen=True)
@@ -115,17 +116,6 @@ def pairs(settings: Sequence[str], option: str) -> dict[str, object]:
 
 def repeated(header: Header, seats: Sequence[str], record: Path, keys: Keys) -> Request:
     """The game of a transcript, with those who sit there now."""
-    return Request(
-        header.problem,
-        seed=header.seed,
-        episode=header.episode,
-        agent=seats[0],
-        seats=[f"{name}={who}" for name, who in zip(header.seats, seats, strict=True)],
-        turns=header.turns,
-        record=record,
-        strict=header.strict,
-        reveal=header.reveal,
-        parameters=header.parameters,
-        keys=keys,
-        seed_known=False,
-    )
+    sitting = [f"{name}={who}" for name, who in zip(header.seats, seats, strict=True)]
+    told = vars(header) | {"seats": sitting}
+    return Request(**told, agent=seats[0], record=record, keys=keys, seed_known=False)

@@ -12,7 +12,8 @@ from dmplay.game.request import Request
 from dmplay.policies.kinds import Seated
 from dmplay.policies.script import Script
 from dmplay.terminal import clean
-from dmplay.transcript.format import PERSON, Header
+from dmplay.transcript.format import PERSON
+from dmplay.transcript.header import LINES, Header
 from dmplay.transcript.reading import Transcript, read
 from dmplay.transcript.replay import replay
 
@@ -115,8 +116,7 @@ def header(loaded: problems.Loaded, seats: Sequence[str], dice: Dice, request: R
     names = [
         who.partition(":")[0] if who.startswith(("script:", "replay:")) else who for who in seats
     ]
-    told = dict(zip(loaded.problem.agents, map(clean, names), strict=True))
-    return Header(
-        loaded.name, told, dice.seed, loaded.parameters, dice.episode, request.turns,
-        request.strict, request.reveal,
-    )  # fmt: skip
+    told = {line.field: getattr(request, line.field) for line in LINES}
+    told |= {"problem": loaded.name, "parameters": loaded.parameters, "seed": dice.seed}
+    told["seats"] = dict(zip(loaded.problem.agents, map(clean, names), strict=True))
+    return Header(**told)

@@ -15,7 +15,8 @@ from dmplay.reports.drawing import console, kept, picture
 from dmplay.reports.drawing import film as pictures
 from dmplay.screen.frame import Room, Shown, compose
 from dmplay.styles import ansi
-from dmplay.transcript.format import end_facts, header_facts, turn_facts
+from dmplay.transcript.format import end_facts, turn_facts
+from dmplay.transcript.header import header_facts
 
 ROOM = Room(80, 24)
 SHORT_ROOM_ROWS = 18
