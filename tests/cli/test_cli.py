@@ -2,30 +2,15 @@
 
 import json
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
+from tests.support.programs import run
+
 WORDS = (
     "play", "resume", "replay", "verify", "list", "info",
 )  # fmt: skip
-
-
-def run(folder: Path, *words: str, stdin: str = "", **env: str) -> subprocess.CompletedProcess[str]:
-    """Runs dmplay in a folder with its own state."""
-    clean = {key: value for key, value in os.environ.items() if not key.startswith("DMPLAY")}
-    return subprocess.run(
-        [sys.executable, "-m", "dmplay", *words],
-        cwd=folder,
-        env=clean | {"XDG_STATE_HOME": str(folder / "state")} | env,
-        input=stdin,
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
 
 
 def test_a_piped_game_is_played_told_and_recorded(tmp_path: Path) -> None:

@@ -16,8 +16,8 @@ from dmplay.game.game import Game
 from dmplay.game.seats import HUMAN
 from dmplay.session import Session
 from dmplay.solutions import every
-from tests.cli.test_cli import run
-from tests.test_readme import TIGER
+from tests.support.programs import run
+from tests.support.readme import TIGER
 
 TOLD: dict[str, type[Tabular]] = {}
 exec(TIGER, TOLD)  # the README's own

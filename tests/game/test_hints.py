@@ -17,7 +17,7 @@ from dmplay.game.review import Move, moves
 from dmplay.game.seats import DIGITS, HUMAN
 from dmplay.session import Session
 from dmplay.solvers.value_iteration import best
-from tests.laws.test_conformance import CASES
+from tests.support.cases import CASES
 
 TURNS = 3
 SEATS = [(name, seat) for name in CASES for seat in range(len(dmplay.load(name).agents))]

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import fields, replace
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -11,40 +11,36 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import dmplay
 from dmplay.chance import Array, Bools, Chance, Normal, Reals, Span, sample
 from dmplay.core import Interval, Memory, Outcome, Percept, Policy, Problem, exact, exact_start
-from dmplay.dice import NATURE, Dice, uniforms
+from dmplay.dice import Dice
 from dmplay.errors import BadParameter, BadPolicy, IllegalAction, UnknownName
 from dmplay.finding import catalog
-from dmplay.finding.names import problem_names
-from dmplay.policies.general import Random
 from dmplay.rollouts import rollout
 from dmplay.session import Session, View
 from dmplay.tabular import tabulate
+from tests.support.cases import (
+    ROWS,
+    SEED,
+    anything,
+    draws,
+    every_problem,
+    frozen,
+    load,
+    random_play,
+    same,
+)
+from tests.support.twins import Told, Twins, twins
 
-ROWS = 20_011  # a prime, so that no vector width divides it
 WALK = 12  # turns of random play behind the states of a pool
 FEW_STATES = 300  # tabulated by the laws on arrays
 SOME = 5  # turns of a session
-SEED = 7
 LAST = 0.999999999  # the greatest draw
 BRIEF = {"search": "search:simulations=6,depth=3"}  # agents that take their time, for the laws
 FOREIGN = {"axelrod"}  # a package that takes long to load: it has tests of its own
 SIZES = (1, 2, 3, 4, 5, 7, 8, 9, 15, 16, 17, 31, 33, 64, 100, 257, 1000, 4099, ROWS)
 
-CASES = [
-    f"{name}:{variant}" if variant else name
-    for name in problem_names()
-    for variant in catalog.variants(name)
-]
-every_problem = pytest.mark.parametrize("name", CASES)
 few_examples = settings(derandomize=True, deadline=None, database=None, max_examples=40)
-
-
-@cache
-def load(name: str) -> Problem:
-    return dmplay.load(name)
 
 
 class Pool(NamedTuple):
@@ -73,48 +69,11 @@ def pool(name: str) -> Pool:
     return Pool(*frozen(opening, states, anything(problem, None, WALK), u))
 
 
-def draws(count: int, turn: int, rows: int = ROWS, stream: int = NATURE) -> Reals:
-    return uniforms(SEED, stream, turn, rows=rows, count=count)
-
-
-def anything(problem: Problem, s: Array | None, turn: int, rows: int = ROWS) -> Array:
-    """Random joint actions `[B, n]`: legal ones in states `s`, or any."""
-    legal = None if s is None else problem.legal(s)
-    chosen = []
-    for seat in range(len(problem.agents)):
-        policy = Random(problem, seat)
-        u = draws(policy.draws, turn, rows, 1 + seat)
-        chosen.append(policy.choose((), None if legal is None else legal[:, seat], u))
-    return np.stack(chosen, axis=1)
-
-
-def frozen(*arrays: Array) -> tuple[Array, ...]:
-    """The same arrays, which raise an error where they are written to."""
-    for one in arrays:
-        one.setflags(write=False)
-    return arrays
-
-
 def strided(array: Array) -> Array:
     """The same values with gaps between them."""
     wide = np.zeros((*array.shape, 2), array.dtype)
     wide[..., 0] = array
     return frozen(wide)[0][..., 0]
-
-
-def same(one: Any, other: Any) -> bool:
-    """Equal to the last bit, whatever is nested in it."""
-    if isinstance(one, np.ndarray):
-        kind = isinstance(other, np.ndarray) and one.dtype == other.dtype
-        return kind and one.shape == other.shape and one.tobytes() == other.tobytes()
-    if isinstance(one, tuple | list):
-        pairs = isinstance(other, tuple | list) and len(one) == len(other)
-        return pairs and all(same(*pair) for pair in zip(one, other, strict=True))
-    if is_dataclass(one) and not isinstance(one, Problem):
-        return type(one) is type(other) and all(
-            same(getattr(one, each.name), getattr(other, each.name)) for each in fields(one)
-        )
-    return bool(one == other)
 
 
 def parts(values: Iterable[Array], rows: slice) -> tuple[Array, ...]:
@@ -376,10 +335,6 @@ def made(problem: Problem, seat: int, agent: str) -> Policy | None:
         return None
 
 
-def random_play(problem: Problem) -> list[Policy]:
-    return [Random(problem, seat) for seat in range(len(problem.agents))]
-
-
 @cache
 def seated(name: str) -> list[tuple[int, list[Policy]]]:
     """Each built-in agent in each seat that it fits, random play in the others."""
@@ -624,30 +579,6 @@ def test_policies_choose_legal_actions_the_same_alone_as_in_a_batch(name: str) -
                 assert same(alone.values, None if ask.values is None else ask.values[some])
 
 
-class Game(NamedTuple):
-    """The first turns of a game, written down."""
-
-    opening: Reals
-    draws: tuple[Reals, ...]  # one a turn
-    actions: tuple[Array, ...]  # joint, one a turn
-
-
-class Told:
-    """The draws of a written game, then those of one seed; of another for the seat's own."""
-
-    def __init__(self, game: Game, seat: int, own: int, others: int) -> None:
-        self.game, self.seat = game, seat
-        self.own, self.others = Dice(own), Dice(others)
-
-    def draw(self, stream: int, turn: int, reroll: int, count: int) -> Reals:
-        if stream == 1 + self.seat:
-            return self.own.draw(stream, turn, reroll, count)
-        if stream == NATURE and turn <= len(self.game.draws):
-            told = (self.game.opening, *self.game.draws)[turn]
-            return told[None]
-        return self.others.draw(stream, turn, reroll, count)
-
-
 class Watched:
     """A policy that writes down all that it is given."""
 
@@ -670,69 +601,6 @@ class Watched:
 
     def values(self, memory: Memory) -> Reals | None:
         return self.policy.values(memory)
-
-
-class Twins(NamedTuple):
-    """Two games that a seat cannot tell apart, and that differ in what it may not know."""
-
-    one: Game
-    other: Game
-
-
-@cache
-def twins(name: str, seat: int) -> list[Twins]:
-    problem = load(name)
-    if problem.observations is None:
-        return [public_twins(problem, row) for row in range(6)]
-    return [pair for attempt in range(1, 7) for pair in hidden_twins(problem, seat, attempt)]
-
-
-def public_twins(problem: Problem, row: int) -> Twins:
-    """The same game in public, by other draws wherever others have the same effect."""
-    one, other, actions = [], [], []
-    opening = draws(problem.draws.start, 0)[row]
-    s = problem.start(opening[None])
-    for turn in range(1, 4):
-        u = draws(problem.draws.step, turn)[row : row + 1]
-        a = anything(problem, s, 10 * row + turn, 1)
-        near = np.where(u < 0.5, u + 1e-9, u - 1e-9)
-        outcome = problem.step(s, a, u)
-        unseen = same(tuple(problem.step(s, a, near)), tuple(outcome))
-        one.append(u[0])
-        other.append(near[0] if unseen else u[0])
-        actions.append(a[0])
-        s = outcome.state
-        if problem.terminal(s)[0]:
-            break
-    return Twins(*(Game(opening, tuple(these), tuple(actions)) for these in (one, other)))
-
-
-def hidden_twins(problem: Problem, seat: int, attempt: int) -> list[Twins]:
-    """Of many games, some in which the seat did and saw the same, and the hidden state differs.
-
-    Where there are other agents, they also did something else.
-    """
-    rows = 3000
-    opening = draws(problem.draws.start, 100 * attempt, rows)
-    s = problem.start(opening)
-    nature, actions, seen = [], [], []
-    for turn in range(100 * attempt + 1, 100 * attempt + 4):
-        a = anything(problem, None, turn, rows)
-        a[:, seat] = a[0, seat]
-        nature.append(draws(problem.draws.step, turn, rows))
-        actions.append(a)
-        outcome = problem.step(s, a, nature[-1])
-        seen.append(outcome.observations[:, seat])
-        s = outcome.state
-    sights = np.stack(seen)
-    apart = (sights == sights[:, :1]).all(axis=0) & (s != s[0]).reshape(rows, -1).any(axis=1)
-    if len(problem.agents) > 1:
-        apart &= (np.stack(actions) != np.stack(actions)[:, :1]).any(axis=(0, 2))
-    games = [
-        Game(opening[row], tuple(u[row] for u in nature), tuple(a[row] for a in actions))
-        for row in (0, *np.flatnonzero(apart)[:2])
-    ]
-    return [Twins(games[0], game) for game in games[1:]]
 
 
 @every_problem

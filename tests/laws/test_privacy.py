@@ -12,8 +12,9 @@ from dmplay.game.table import Table
 from dmplay.screen.frame import Room, Shown, compose
 from dmplay.session import Session
 from dmplay.words.commands import COMMANDS, typed
-from tests.laws.test_conformance import CASES, Told, draws, load, twins
+from tests.support.cases import CASES, draws, load
 from tests.support.games import Scripted
+from tests.support.twins import Told, twins
 
 ROOMS = (Room(80, 24), Room(80, 24, ascii=True), Room(50, 14), Room(40, 12), Room(200, 60))
 ASKED = ("look", "legal", "belief", "state", "keys", "hint")

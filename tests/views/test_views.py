@@ -16,8 +16,8 @@ from dmplay.views import crying_baby, game_2048, hexworld, prisoners_dilemma
 from dmplay.views._canvas import Look, Overlay, fit
 from dmplay.views._style_of import style_of
 from tests.support.games import session
+from tests.support.glyphs import GLYPHS
 
-GLYPHS = set("─│┌┐└┘├┤┬┴┼╱╲┄━┷╋▏▎▍▌▋▊▉█▁▂▃▄▅▆▇▒←→↑↓↖↗↘↙◆●○∘·✓✗×γ…")
 SIZES = [(120, 40), (80, 24), (80, 12), (50, 14), (40, 12), (40, 8), (25, 6), (12, 2)]
 
 

@@ -25,8 +25,7 @@ from dmplay.words.commands import COMMANDS, TOPICS, typed
 from dmplay.words.completion.candidates import candidates
 from dmplay.words.completion.completer import Words
 from dmplay.words.shell import Shell
-from tests.screen.test_terminal import colours, values
-from tests.support.games import PROGRAM
+from tests.support.games import PROGRAM, values
 from tests.support.terminals import (
     CTRL_C,
     CTRL_D,
@@ -36,6 +35,7 @@ from tests.support.terminals import (
     TAB,
     Terminal,
     clean_environment,
+    colours,
 )
 
 ON_A_TERMINAL = Wished(True, "", True, False, False)
