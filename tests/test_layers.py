@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-HOUSE = Path(__file__).parent.parent / "dmplay"
+HERE = Path(__file__).parent
+HOUSE = HERE.parent / "dmplay"
 FLOORS = (
     "errors", "chance", "core", "dice", "describe", "tabular", "belief", "session", "rollouts",
     "problems", "solvers", "policies", "transcript", "finding", "terminal", "signals", "styles",
@@ -40,8 +41,8 @@ def imported(module: Path) -> set[str]:
     for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            names |= {f"{node.module}.{alias.name}" for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            names |= {f"{node.module or ''}.{alias.name}" for alias in node.names}
     return names
 
 
@@ -56,6 +57,13 @@ def test_a_module_imports_only_floors_above_its_own(module: Path) -> None:
             assert FLOORS.index(parts[1]) <= FLOORS.index(own), f"{own} imports {name}"
         elif parts[0] in SCREENS | {"pytest"}:
             assert parts[0] in ALLOWED.get(own, set()), f"{own} imports {name}"
+
+
+def test_no_test_imports_a_test() -> None:
+    for module in HERE.rglob("*.py"):
+        for name in imported(module):
+            tests = [part for part in name.split(".") if part.startswith("test_")]
+            assert not tests, f"{module.relative_to(HERE)} imports {name}"
 
 
 def test_every_module_has_a_floor() -> None:

@@ -19,6 +19,7 @@ from dmplay.finding import catalog
 from dmplay.rollouts import rollout
 from dmplay.session import Session, View
 from dmplay.tabular import tabulate
+from tests.support.brought import Heap, Key
 from tests.support.cases import (
     ROWS,
     SEED,
@@ -289,19 +290,46 @@ def test_probabilities_sum_to_one(name: str) -> None:
 
 @every_problem
 def test_the_tables_are_what_the_outcomes_amount_to(name: str) -> None:
-    problem, found = load(name), pool(name)
-    if not isinstance(problem.states, int) or problem.states > FEW_STATES:
-        return
+    problem, s = load(name), pool(name).s[:24]
+    if isinstance(problem.states, int) and problem.states <= FEW_STATES:
+        amounts_to(problem, s, anything(problem, s, WALK, len(s)))
+
+
+@pytest.mark.parametrize("problem", [Key(), Heap()])
+def test_the_tables_are_what_the_outcomes_of_legal_actions_amount_to(problem: Problem) -> None:
+    s, a = np.nonzero(allowed(problem)[:, 0])
+    amounts_to(problem, problem.enumerated()[s], a[:, None])
+
+
+@pytest.mark.parametrize("problem", [Key(), Heap()])
+def test_an_action_that_is_not_legal_stands_in_the_tables_for_the_first_that_is(
+    problem: Problem,
+) -> None:
+    transition, rewards, _ = tabulate(problem)
+    closed = np.argwhere(~allowed(problem)[:, 0])
+    assert len(closed)
+    for s, a in closed:
+        first = int(np.flatnonzero(allowed(problem)[s, 0])[0])
+        assert transition[s, a].tolist() == transition[s, first].tolist()
+        assert rewards[s, a] == rewards[s, first]
+
+
+def allowed(problem: Problem) -> Bools:
+    """What every state of a problem that forbids something allows `[S, n, A]`."""
+    legal = problem.legal(problem.enumerated())
+    assert legal is not None
+    return legal
+
+
+def amounts_to(problem: Problem, s: Array, a: Array) -> None:
+    """The rows of the tables for these turns are sums over the listed outcomes."""
     tables = tabulate(problem)
-    s, a = found.s[:24], found.a[:24]
     p, outcome = exact(problem, s, a)
-    joint = np.zeros(len(s), np.int64)
-    for seat, labels in enumerate(problem.actions):
-        joint = joint * len(labels) + a[:, seat]
+    joint = np.ravel_multi_index(tuple(a.T), [len(labels) for labels in problem.actions])
     rewards = (p[:, :, None] * outcome.rewards).sum(axis=1)
     np.testing.assert_allclose(tables.rewards[problem.index(s), joint], rewards, atol=1e-12)
     for row, transition in enumerate(tables.transition[problem.index(s), joint]):
-        reached = np.bincount(problem.index(outcome.state[row]), p[row], problem.states)
+        reached = np.bincount(problem.index(outcome.state[row]), p[row], len(transition))
         np.testing.assert_allclose(transition, reached, atol=1e-12)
 
 
