@@ -2,11 +2,13 @@
 
 import json
 import os
+import subprocess
 from pathlib import Path
 
 import pytest
 
 from tests.support.programs import run
+from tests.support.terminals import DMPLAY, clean_environment
 
 WORDS = (
     "play", "resume", "replay", "verify", "list", "info",
@@ -261,7 +263,10 @@ def test_info_and_list_are_data_too(tmp_path: Path) -> None:
 
 def test_a_fault_of_our_own_is_one_line_and_a_file(tmp_path: Path) -> None:
     (tmp_path / "broken.py").write_text("raise ZeroDivisionError('inside')\n")
-    done = run(tmp_path, "./broken.py:Game", TMPDIR=str(tmp_path))
+    done = subprocess.run(
+        [*DMPLAY, "./broken.py:Game"], capture_output=True, text=True, check=False, cwd=tmp_path,
+        env=clean_environment(tmp_path, TMPDIR=str(tmp_path)),
+    )  # fmt: skip
     assert done.returncode == 1
     assert done.stderr.startswith("error: unexpected ZeroDivisionError; ")
     (log,) = tmp_path.glob("dmplay-*.log")

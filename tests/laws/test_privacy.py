@@ -17,6 +17,7 @@ from tests.support.games import Scripted
 from tests.support.twins import Told, twins
 
 ROOMS = (Room(80, 24), Room(80, 24, ascii=True), Room(50, 14), Room(40, 12), Room(200, 60))
+TURNS = 5  # of a game, that its adviser need not plan far
 ASKED = ("look", "legal", "belief", "state", "keys", "hint")
 GUARDED = [name for name in CASES if load(name).observations or len(load(name).agents) > 1]
 TOGETHER = [name for name in CASES if len(load(name).agents) > 1]
@@ -57,7 +58,7 @@ def test_games_that_a_seat_cannot_tell_apart_are_shown_alike(name: str) -> None:
     for seat in range(len(problem.agents)):
         for pair in twins(name, seat)[:4]:
             games = [
-                seated(name, seat, Session(problem, Told(game, seat, 10, others), limit=99))
+                seated(name, seat, Session(problem, Told(game, seat, 10, others), limit=TURNS))
                 for game, others in zip(pair, (11, 12), strict=True)
             ]
             logs: list[list[str]] = [[], []]
@@ -79,7 +80,7 @@ def test_what_is_hidden_is_seen_once_it_is_revealed(name: str) -> None:
         pair = twins(name, seat)[0]
         shown = []
         for told in pair:
-            game = seated(name, seat, Session(problem, Told(told, seat, 10, 11), limit=99))
+            game = seated(name, seat, Session(problem, Told(told, seat, 10, 11), limit=TURNS))
             for actions in told.actions:
                 game.session.advance(list(actions))
             game.reveal = True
@@ -108,7 +109,7 @@ def test_no_command_tells_the_state_before_the_end(name: str) -> None:
     if problem.observations is None:
         return
     told = twins(name, 0)[0].one
-    game = seated(name, 0, Session(problem, Told(told, 0, 10, 11), limit=99))
+    game = seated(name, 0, Session(problem, Told(told, 0, 10, 11), limit=TURNS))
     assert "hidden" in typed(Table(game), "state")
     for command in COMMANDS:
         if command.name in ("quit", "reroll"):

@@ -2,6 +2,7 @@
 
 import os
 import re
+import signal
 import sys
 import termios
 import time
@@ -35,6 +36,12 @@ def clean_environment(folder: Path, **more: str) -> dict[str, str]:
     return {name: value for name, value in (plain | more).items() if value}
 
 
+def mind_signals() -> None:
+    """Minds the signals that a program may be started without, as under nohup."""
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 def colours(printed: str) -> set[int]:
     """The codes of colours among all that was written."""
     codes = {int(code or 0) for found in SGR.findall(printed) for code in found.split(";")}
@@ -64,6 +71,7 @@ class Terminal:
             dimensions=(rows, columns),
             cwd=str(folder),
             timeout=PATIENCE,
+            preexec_fn=mind_signals,
         )
         self.child.delaybeforesend = None
         self.cooked = termios.tcgetattr(self.child.child_fd)
