@@ -64,7 +64,10 @@ def _play(
     os.environ.update(world)
     for number, path in enumerate(streams):
         os.dup2(os.open(path, os.O_RDWR | os.O_CREAT), number)
-    sys.stdin, sys.stdout, sys.stderr = (os.fdopen(i, "w" if i else "r") for i in range(3))
+    encoding = os.environ.get("PYTHONIOENCODING")
+    sys.stdin, sys.stdout, sys.stderr = (
+        os.fdopen(number, mode, encoding=encoding) for number, mode in enumerate("rww")
+    )
     sys.argv = ["dmplay", *words]
     try:
         main()
