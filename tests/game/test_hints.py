@@ -17,16 +17,16 @@ from dmplay.game.review import Move, moves
 from dmplay.game.seats import DIGITS, HUMAN
 from dmplay.session import Session
 from dmplay.solvers.value_iteration import best
-from tests.support.cases import CASES
+from tests.support.cases import CASES, load, small
 
 TURNS = 3
-SEATS = [(name, seat) for name in CASES for seat in range(len(dmplay.load(name).agents))]
+SEATS = [(name, seat) for name in CASES for seat in range(len(load(name).agents))]
 every_seat = pytest.mark.parametrize(("name", "seat"), SEATS)
 
 
 def game(name: str, seat: int) -> Game:
     """A game of one person and the usual others."""
-    problem = dmplay.load(name)
+    problem = small(name)
     who = [catalog.partner(problem, i) for i in range(len(problem.agents))]
     seated = [None if i == seat else catalog.agent(problem, i, w) for i, w in enumerate(who)]
     who[seat] = HUMAN
@@ -35,7 +35,7 @@ def game(name: str, seat: int) -> Game:
 
 @cache
 def adviser_of(name: str, seat: int) -> Policy:
-    problem = dmplay.load(name)
+    problem = small(name)
     found = catalog.adviser(problem, seat, TURNS)
     return found[1] if found else catalog.agent(problem, seat, "random")
 

@@ -30,6 +30,7 @@ from tests.support.cases import (
     load,
     random_play,
     same,
+    small,
 )
 from tests.support.twins import Told, Twins, twins
 
@@ -366,7 +367,7 @@ def made(problem: Problem, seat: int, agent: str) -> Policy | None:
 @cache
 def seated(name: str) -> list[tuple[int, list[Policy]]]:
     """Each built-in agent in each seat that it fits, random play in the others."""
-    problem = load(name)
+    problem = small(name)
     found: list[tuple[int, list[Policy]]] = []
     for agent in catalog.agents(problem):
         if agent in FOREIGN:
@@ -473,7 +474,7 @@ def test_an_illegal_action_is_refused_and_changes_nothing(name: str) -> None:
 
 @every_problem
 def test_undo_then_the_same_actions_give_the_same_turns(name: str) -> None:
-    problem = load(name)
+    problem = small(name)
     for _, policies in seated(name):
         session = Session(problem, Dice(SEED, 3), policies, limit=SOME)
         views = []
@@ -495,7 +496,7 @@ def test_undo_then_the_same_actions_give_the_same_turns(name: str) -> None:
 
 @every_problem
 def test_a_session_is_a_row_of_the_rollout(name: str) -> None:
-    problem = load(name)
+    problem = small(name)
     for _, policies in seated(name):
         many = rollout(problem, policies, episodes=4, turns=SOME, seed=SEED, first=2)
         for row in (0, 3):
@@ -580,7 +581,7 @@ def percepts(problem: Problem, a: Array, outcome: Outcome) -> list[Percept]:
 
 @every_problem
 def test_policies_choose_legal_actions_the_same_alone_as_in_a_batch(name: str) -> None:
-    problem = load(name)
+    problem = small(name)
     for seat, policies in seated(name):
         policy, known = policies[seat], problem.actions[seat]
         for ask in course(problem, seat, policies, 23):
@@ -633,7 +634,7 @@ class Watched:
 
 @every_problem
 def test_a_seat_is_shown_nothing_that_it_may_not_know(name: str) -> None:
-    problem = load(name)
+    problem = small(name)
     for seat, policies in seated(name):
         assert twins(name, seat)
         for pair in twins(name, seat):
@@ -665,7 +666,7 @@ def alike(problem: Problem, seat: int, policies: list[Policy], pair: Twins) -> N
 
 @every_problem
 def test_the_twins_of_the_privacy_law_differ_where_they_can(name: str) -> None:
-    problem = load(name)
+    problem = small(name)
     finite = lists(problem.chance(pool(name).s[:1], pool(name).a[:1]))
     for seat in range(len(problem.agents)):
         for one, other in twins(name, seat):

@@ -12,7 +12,7 @@ from dmplay.game.table import Table
 from dmplay.screen.frame import Room, Shown, compose
 from dmplay.session import Session
 from dmplay.words.commands import COMMANDS, typed
-from tests.support.cases import CASES, draws, load
+from tests.support.cases import CASES, draws, load, small
 from tests.support.games import Scripted
 from tests.support.twins import Told, twins
 
@@ -54,7 +54,7 @@ def seated(name: str, seat: int, session: Session) -> Game:
 
 @every_guarded
 def test_games_that_a_seat_cannot_tell_apart_are_shown_alike(name: str) -> None:
-    problem = load(name)
+    problem = small(name)
     for seat in range(len(problem.agents)):
         for pair in twins(name, seat)[:4]:
             games = [
@@ -73,7 +73,7 @@ def test_games_that_a_seat_cannot_tell_apart_are_shown_alike(name: str) -> None:
 
 @every_guarded
 def test_what_is_hidden_is_seen_once_it_is_revealed(name: str) -> None:
-    problem = load(name)
+    problem = small(name)
     if problem.observations is None:
         return
     for seat in range(len(problem.agents)):
@@ -90,7 +90,7 @@ def test_what_is_hidden_is_seen_once_it_is_revealed(name: str) -> None:
 
 @pytest.mark.parametrize("name", TOGETHER)
 def test_a_choice_stays_hidden_until_all_are_in(name: str) -> None:
-    problem = load(name)
+    problem = small(name)
     agents = len(problem.agents)
     shown = []
     for chosen in (0, 1):
@@ -105,7 +105,7 @@ def test_a_choice_stays_hidden_until_all_are_in(name: str) -> None:
 
 @every_guarded
 def test_no_command_tells_the_state_before_the_end(name: str) -> None:
-    problem = load(name)
+    problem = small(name)
     if problem.observations is None:
         return
     told = twins(name, 0)[0].one

@@ -25,9 +25,19 @@ CASES = [
 every_problem = pytest.mark.parametrize("name", CASES)
 
 
+MAP = ((0, 0), (1, 0), (2, 0), (3, 0), (1, 1))  # hexes enough for a walker to be out of sight
+WIDE = ("predator-prey", "collaborative-predator-prey", "collaborative-predator-prey:sighted")
+
+
 @cache
 def load(name: str) -> Problem:
     return dmplay.load(name)
+
+
+@cache
+def small(name: str) -> Problem:
+    """The same, where it is wide on a map of few hexes: what its agents do there is soon found."""
+    return dmplay.load(name, hexes=MAP) if name in WIDE else load(name)
 
 
 def draws(count: int, turn: int, rows: int = ROWS, stream: int = NATURE) -> Reals:

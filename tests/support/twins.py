@@ -8,7 +8,7 @@ import numpy as np
 from dmplay.chance import Array, Reals
 from dmplay.core import Problem
 from dmplay.dice import NATURE, Dice
-from tests.support.cases import anything, draws, load, same
+from tests.support.cases import anything, draws, same, small
 
 
 class Game(NamedTuple):
@@ -44,7 +44,7 @@ class Twins(NamedTuple):
 
 @cache
 def twins(name: str, seat: int) -> list[Twins]:
-    problem = load(name)
+    problem = small(name)
     if problem.observations is None:
         return [public_twins(problem, row) for row in range(6)]
     return [pair for attempt in range(1, 7) for pair in hidden_twins(problem, seat, attempt)]
@@ -53,10 +53,10 @@ def twins(name: str, seat: int) -> list[Twins]:
 def public_twins(problem: Problem, row: int) -> Twins:
     """The same game in public, by other draws wherever others have the same effect."""
     one, other, actions = [], [], []
-    opening = draws(problem.draws.start, 0)[row]
+    opening = draws(problem.draws.start, 0, row + 1)[row]
     s = problem.start(opening[None])
     for turn in range(1, 4):
-        u = draws(problem.draws.step, turn)[row : row + 1]
+        u = draws(problem.draws.step, turn, row + 1)[row:]
         a = anything(problem, s, 10 * row + turn, 1)
         near = np.where(u < 0.5, u + 1e-9, u - 1e-9)
         outcome = problem.step(s, a, u)
