@@ -127,10 +127,10 @@ def test_a_hint_for_a_game_of_so_many_turns_plans_no_further(
     ],
 )
 def test_a_hint_answers_who_sits_there_if_it_can(rival: str, hint: str) -> None:
-    problem = dmplay.load("predator-prey")
+    problem = dmplay.load("predator-prey:circle")
     other = None if rival == HUMAN else catalog.agent(problem, 1, rival)
     seats = (HUMAN, rival)
-    one = Game("predator-prey", Session(problem, dmplay.Dice(11), [None, other]), seats)
+    one = Game("predator-prey:circle", Session(problem, dmplay.Dice(11), [None, other]), seats)
     assert one.adviser.hint().startswith(hint)
     if rival == "random":
         answer = catalog.agent(problem, 0, "best-response:to=random")

@@ -46,8 +46,8 @@ class Twins(NamedTuple):
 def twins(name: str, seat: int) -> list[Twins]:
     problem = small(name)
     if problem.observations is None:
-        return [public_twins(problem, row) for row in range(6)]
-    return [pair for attempt in range(1, 7) for pair in hidden_twins(problem, seat, attempt)]
+        return [public_twins(problem, row) for row in range(3)]
+    return [pair for attempt in range(1, 4) for pair in hidden_twins(problem, seat, attempt)]
 
 
 def public_twins(problem: Problem, row: int) -> Twins:
