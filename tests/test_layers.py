@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-HOUSE = Path(__file__).parent.parent / "dmplay"
+HERE = Path(__file__).parent
+HOUSE = HERE.parent / "dmplay"
 FLOORS = (
     "errors", "chance", "core", "dice", "describe", "hexes", "matrix_game", "tabular", "belief",
     "session", "rollouts", "problems", "solvers", "policies", "transcript", "finding", "terminal",
@@ -41,8 +42,8 @@ def imported(module: Path) -> set[str]:
     for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            names |= {f"{node.module}.{alias.name}" for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            names |= {f"{node.module or ''}.{alias.name}" for alias in node.names}
     return names
 
 
@@ -66,6 +67,13 @@ def test_what_a_room_names_with_an_underscore_is_imported_by_no_other(module: Pa
         if package == "dmplay" and inside.split(".")[0] != floor(module):
             private = [part for part in inside.split(".") if re.match("_[a-z]", part)]
             assert not private, f"{floor(module)} imports {name}"
+
+
+def test_no_test_imports_a_test() -> None:
+    for module in HERE.rglob("*.py"):
+        for name in imported(module):
+            tests = [part for part in name.split(".") if part.startswith("test_")]
+            assert not tests, f"{module.relative_to(HERE)} imports {name}"
 
 
 def test_every_module_has_a_floor() -> None:

@@ -16,17 +16,8 @@ from dmplay.reports.export import ROOM, film
 from dmplay.screen import frame
 from dmplay.screen.screen import Screen
 from dmplay.terminal import Terminal
+from tests.support.readme import README, ROOT, TIGER, blocks
 from tests.support.terminals import DMPLAY, clean_environment
-
-ROOT = Path(__file__).parent.parent
-README = (ROOT / "README.md").read_text(encoding="utf-8")
-
-
-def blocks(language: str) -> list[str]:
-    return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
-
-
-(TIGER,) = (block for block in blocks("python") if "class Tiger" in block)
 
 
 def test_the_problem_of_the_readme_is_no_longer_than_fifteen_lines() -> None:

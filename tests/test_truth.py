@@ -5,27 +5,17 @@
 """
 
 import importlib
-import json
-import os
 from collections import Counter
-from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import pytest
 
-from tests.truth_kinds.case import Case
+from tests.truth_kinds.case import FOLDER, Case, family
 
-FOLDER = Path(os.environ.get("DMPLAY_TRUTH") or Path(__file__).parent / "truth")
 CHECKED = {path.stem for path in Path(__file__).parent.glob("truth_kinds/*.py")}
 FAMILIES = sorted(path.stem for path in FOLDER.glob("*.json"))
-
-
-@cache
-def family(name: str) -> dict[str, Any]:
-    found: dict[str, Any] = json.loads((FOLDER / f"{name}.json").read_text())
-    return found
 
 
 def kinds(name: str) -> ModuleType:

@@ -3,29 +3,16 @@
 import json
 import os
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
+from tests.support.programs import run
+from tests.support.terminals import DMPLAY, clean_environment
+
 WORDS = (
     "play", "resume", "replay", "verify", "list", "info",
 )  # fmt: skip
-
-
-def run(folder: Path, *words: str, stdin: str = "", **env: str) -> subprocess.CompletedProcess[str]:
-    """Runs dmplay in a folder with its own state."""
-    clean = {key: value for key, value in os.environ.items() if not key.startswith("DMPLAY")}
-    return subprocess.run(
-        [sys.executable, "-m", "dmplay", *words],
-        cwd=folder,
-        env=clean | {"XDG_STATE_HOME": str(folder / "state")} | env,
-        input=stdin,
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
 
 
 def test_a_piped_game_is_played_told_and_recorded(tmp_path: Path) -> None:
@@ -276,7 +263,10 @@ def test_info_and_list_are_data_too(tmp_path: Path) -> None:
 
 def test_a_fault_of_our_own_is_one_line_and_a_file(tmp_path: Path) -> None:
     (tmp_path / "broken.py").write_text("raise ZeroDivisionError('inside')\n")
-    done = run(tmp_path, "./broken.py:Game", TMPDIR=str(tmp_path))
+    done = subprocess.run(
+        [*DMPLAY, "./broken.py:Game"], capture_output=True, text=True, check=False, cwd=tmp_path,
+        env=clean_environment(tmp_path, TMPDIR=str(tmp_path)),
+    )  # fmt: skip
     assert done.returncode == 1
     assert done.stderr.startswith("error: unexpected ZeroDivisionError; ")
     (log,) = tmp_path.glob("dmplay-*.log")

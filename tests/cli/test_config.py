@@ -6,6 +6,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from subprocess import CompletedProcess
 from typing import Any
 
 import pytest
@@ -17,7 +18,7 @@ from dmplay.cli import config
 from dmplay.cli.app import app
 from dmplay.cli.settings import GENERAL, defaults, in_force, options
 from dmplay.errors import DmplayError
-from tests.support.terminals import clean_environment
+from tests.support import programs
 
 GROUP: Any = typer.main.get_command(app)
 EVERY = [(name, option) for name, command in GROUP.commands.items() for option in options(command)]
@@ -126,7 +127,7 @@ def test_what_a_file_switches_on_a_flag_switches_off(place: Path) -> None:
 
 @pytest.mark.parametrize("name", ["DMPLAY_WIDTH", "DMPLAY_PLAY_TURNS"])
 def test_a_variable_that_is_wrong_is_named(name: str, place: Path) -> None:
-    done = run("hexworld", folder=place, **{name: "wide"})
+    done = run(place, "hexworld", **{name: "wide"})
     assert done.returncode == 2
     option = f"--{name.rpartition('_')[2].lower()}"
     told = f"error: {name}: invalid value for '{option}': 'wide' is not a whole number; see"
@@ -251,19 +252,15 @@ def test_any_text_is_read_or_refused_in_one_line(text: str, place: Path) -> None
 # The program
 
 
-def run(*words: str, folder: Path, stdin: str = "", **env: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "dmplay", *words], input=stdin, capture_output=True, text=True,
-        env=clean_environment(folder, XDG_CONFIG_HOME=str(folder / "home"), **env), cwd=folder,
-        timeout=60, check=False,
-    )  # fmt: skip
+def run(place: Path, *words: str, stdin: str = "", **env: str) -> CompletedProcess[str]:
+    return programs.run(place, *words, stdin=stdin, XDG_CONFIG_HOME=str(place / "home"), **env)
 
 
 def test_aliases_are_commands_on_the_command_line_and_in_the_shell(place: Path) -> None:
     users(place, '[aliases]\nhw = "play hexworld --seed 7"\neast = "act e; look"\n')
-    done = run("hw", "--turns", "1", folder=place, stdin="e\n")
+    done = run(place, "hw", "--turns", "1", stdin="e\n")
     assert "turn 1. at (8,2)." in done.stdout
-    done = run(folder=place, stdin="hw --turns 3\neast\n")
+    done = run(place, stdin="hw --turns 3\neast\n")
     assert done.returncode == 0
     assert "turn 1. at (8,2)." in done.stdout
     assert "at (8,2). E wall." in done.stdout
@@ -271,36 +268,36 @@ def test_aliases_are_commands_on_the_command_line_and_in_the_shell(place: Path) 
 
 def test_an_alias_does_not_hide_a_command_of_the_shell(place: Path) -> None:
     users(place, '[aliases]\nundo = "list"\n')
-    done = run("shell", "-e", "list", folder=place)
+    done = run(place, "shell", "-e", "list")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == "error: aliases.undo: undo is a command; give another name\n"
 
 
 def test_an_alias_leads_nowhere_but_once_and_an_action_wins_over_it(place: Path) -> None:
     users(place, '[aliases]\ntwice = "e; twice"\ne = "quit"\n')
-    done = run("hexworld", "--seed", "7", "--turns", "1", folder=place, stdin="e\n")
+    done = run(place, "hexworld", "--seed", "7", "--turns", "1", stdin="e\n")
     assert "turn 1. at (8,2)." in done.stdout
-    done = run("hexworld", "--seed", "7", folder=place, stdin="twice\n")
+    done = run(place, "hexworld", "--seed", "7", stdin="twice\n")
     assert done.returncode == 2
     assert "error: line 1: unknown action 'twice'" in done.stderr
 
 
 def test_a_wrong_file_stops_the_program_but_not_the_command_that_finds_it(place: Path) -> None:
     projects(place, 'colour = "never"\n')
-    done = run("hexworld", folder=place)
+    done = run(place, "hexworld")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.count("\n") == 1
-    shown = run("config", "path", folder=place)
+    shown = run(place, "config", "path")
     assert shown.stdout == f"{place}/home/dmplay/config.toml\ndmplay.toml\n"
 
 
 def test_what_is_set_is_played(place: Path) -> None:
     users(place, '[play]\nturns = 1\nset = ["slip=0"]\n[keys]\npreset = "left"\n')
-    done = run("hexworld", "--seed", "7", folder=place, stdin="keys\na\n")
+    done = run(place, "hexworld", "--seed", "7", stdin="keys\na\n")
     assert "keys: e d, ne e, nw w, w a, sw z, se x." in done.stdout
     assert "turn 1. at (6,2). chose W, moved W." in done.stdout
     assert "over: turn limit after 1 turn." in done.stdout
-    shown = json.loads(run("config", "show", "--json", folder=place, DMPLAY_ASCII="1").stdout)
+    shown = json.loads(run(place, "config", "show", "--json", DMPLAY_ASCII="1").stdout)
     told = {one["name"]: (one["value"], one["source"]) for one in shown}
     assert told["play.ascii"] == (True, "DMPLAY_ASCII")
     assert told["play.keys"] == ("left", f"{place}/home/dmplay/config.toml")

@@ -11,7 +11,8 @@ import pytest
 import typer
 
 from dmplay.cli.app import app
-from tests.support.terminals import DMPLAY, clean_environment
+from tests.support.programs import run
+from tests.support.terminals import clean_environment
 
 GROUP: Any = typer.main.get_command(app)
 SCRIPT = "play hexworld --seed 7\ne\nquit\n"
@@ -51,18 +52,14 @@ def test_every_command_has_an_example_of_its_own(name: str) -> None:
     "line", dict.fromkeys(line for c in EVERY.values() for line in examples(c))
 )
 def test_an_example_does_what_it_says(line: str, tmp_path: Path) -> None:
-    def run(*words: str, stdin: str = "") -> None:
-        env = clean_environment(tmp_path)
-        subprocess.run([*DMPLAY, *words], input=stdin, text=True, cwd=tmp_path, env=env, check=True)
-
     (tmp_path / "dmplay").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m dmplay "$@"\n')
     (tmp_path / "dmplay").chmod(0o755)
     (tmp_path / "game.dm").write_text(SCRIPT)
-    run("crying-baby", "--seed", "7", stdin=MOVES)
+    run(tmp_path, "crying-baby", "--seed", "7", stdin=MOVES)
     (tmp_path / "transcripts").mkdir()
-    run("hexworld", "--agent", "optimal", "--seed", "7", "-o", "transcripts/a.dmt")
+    run(tmp_path, "hexworld", "--agent", "optimal", "--seed", "7", "-o", "transcripts/a.dmt")
     if "-o game.dmt" not in line:
-        run("crying-baby", "--seed", "7", "-o", "game.dmt", stdin=MOVES)
+        run(tmp_path, "crying-baby", "--seed", "7", "-o", "game.dmt", stdin=MOVES)
     done = subprocess.run(
         ["bash", "-c", line], input=SCRIPT if line == "dmplay" else "", capture_output=True,
         text=True, cwd=tmp_path, env=clean_environment(tmp_path, PATH=f"{tmp_path}:/usr/bin:/bin"),

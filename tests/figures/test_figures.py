@@ -6,7 +6,7 @@ from dmplay.errors import UnknownName
 from dmplay.figures import every
 from dmplay.reports import drawing
 from dmplay.views.canvas import plainly, size
-from tests.views.test_views import GLYPHS
+from tests.support.glyphs import GLYPHS
 
 
 def drawn(name: str) -> str:

@@ -8,7 +8,7 @@ import pytest
 
 import dmplay
 from dmplay import Interval, Labels, Outcome, Problem, Tables, Tabular
-from dmplay.chance import Array, Bools, Categorical, Chance
+from dmplay.chance import Array, Categorical, Chance
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter, BadPolicy
 from dmplay.finding.agents import roster
@@ -16,9 +16,10 @@ from dmplay.game.game import Game
 from dmplay.game.seats import HUMAN
 from dmplay.session import Session
 from dmplay.solutions import every
-from tests.cli.test_cli import run
+from tests.support.brought import Key
+from tests.support.programs import run
+from tests.support.readme import TIGER
 from tests.support.screens import seated
-from tests.test_readme import TIGER
 
 TOLD: dict[str, type[Tabular]] = {}
 exec(TIGER, TOLD)  # the README's own
@@ -44,26 +45,6 @@ class Lamp(Tabular):
         np.array([[[1.0, 0.0], [0.0, 1.0]], [[0.0, 1.0], [1.0, 0.0]]]),
         np.array([[[0.0], [-0.5]], [[1.0], [0.5]]]),
     )
-
-
-@dataclass(frozen=True)
-class Key(Tabular):
-    """One who has taken the key may open; who has not may take it or wait, and is not let in."""
-
-    actions = (Labels(("take", "wait", "open")),)
-    names, start_belief = ("before", "with the key", "done"), np.array([1.0, 0.0, 0.0])
-    discount: float = 0.9
-    tables = Tables(
-        np.eye(3)[[[1, 0, 2], [1, 1, 2], [2, 2, 2]]],
-        np.array([[[-1.0], [0.0], [10.0]], [[0.0], [0.0], [10.0]], [[0.0], [0.0], [0.0]]]),
-    )
-
-    def legal(self, s: Array) -> Bools:
-        able = np.array([[True, True, False], [False, True, True], [True, True, True]])
-        return np.asarray(able[s][:, None])
-
-    def terminal(self, s: Array) -> Bools:
-        return np.asarray(s == 2)
 
 
 @dataclass(frozen=True)

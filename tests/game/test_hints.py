@@ -18,17 +18,17 @@ from dmplay.game.review import Move, moves
 from dmplay.game.seats import HUMAN
 from dmplay.session import Session
 from dmplay.solvers.value_iteration import best
-from tests.laws.test_conformance import CASES
+from tests.support.cases import CASES, load, small
 from tests.support.screens import seated
 
 TURNS = 3
-SEATS = [(name, seat) for name in CASES for seat in range(len(dmplay.load(name).agents))]
+SEATS = [(name, seat) for name in CASES for seat in range(len(load(name).agents))]
 every_seat = pytest.mark.parametrize(("name", "seat"), SEATS)
 
 
 def game(name: str, seat: int) -> Game:
     """A game of one person and the usual others."""
-    problem = dmplay.load(name)
+    problem = small(name)
     who = [agents.roster(problem, i).partner for i in range(len(problem.agents))]
     others = [None if i == seat else dmplay.agent(problem, i, w) for i, w in enumerate(who)]
     who[seat] = HUMAN
@@ -37,7 +37,7 @@ def game(name: str, seat: int) -> Game:
 
 @cache
 def adviser_of(name: str, seat: int) -> Policy:
-    problem = dmplay.load(name)
+    problem = small(name)
     found = agents.adviser(problem, seat, TURNS)
     return found[1] if found else dmplay.agent(problem, seat, "random")
 
@@ -129,10 +129,10 @@ def test_a_hint_for_a_game_of_so_many_turns_plans_no_further(
     ],
 )
 def test_a_hint_answers_who_sits_there_if_it_can(rival: str, hint: str) -> None:
-    problem = dmplay.load("predator-prey")
+    problem = dmplay.load("predator-prey:circle")
     other = None if rival == HUMAN else dmplay.agent(problem, 1, rival)
     seats = (HUMAN, rival)
-    one = seated("predator-prey", Session(problem, dmplay.Dice(11), [None, other]), seats)
+    one = seated("predator-prey:circle", Session(problem, dmplay.Dice(11), [None, other]), seats)
     assert one.adviser.hint().startswith(hint)
     if rival == "random":
         answer = dmplay.agent(problem, 0, "best-response:to=random")

@@ -1,7 +1,6 @@
 """One game after another: each is ended in good order, and its file with it, before the next."""
 
 import json
-import subprocess
 from pathlib import Path
 
 import pytest
@@ -15,8 +14,9 @@ from dmplay.game.start import new
 from dmplay.game.table import Table, following
 from dmplay.transcript.reading import read
 from dmplay.words.commands import typed
+from tests.support.programs import run
 from tests.support.screens import play
-from tests.support.terminals import DMPLAY, Terminal, clean_environment
+from tests.support.terminals import Terminal
 
 
 def table(path: Path, **options: object) -> Table:
@@ -274,16 +274,9 @@ def test_the_command_row_completes_what_it_can(tmp_path: Path) -> None:
 # In lines
 
 
-def run(*words: str, stdin: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [*DMPLAY, *words], input=stdin, capture_output=True, text=True, cwd=folder,
-        env=clean_environment(folder), timeout=60, check=False,
-    )  # fmt: skip
-
-
 def test_a_game_begun_in_lines_is_told_from_its_start(tmp_path: Path) -> None:
     words = ("hexworld", "--seed", "7", "-o", "game.dmt")
-    done = run(*words, stdin="e\nrestart\ne\nplay catch --seed 3\nquit\n", folder=tmp_path)
+    done = run(tmp_path, *words, stdin="e\nrestart\ne\nplay catch --seed 3\nquit\n")
     assert done.returncode == 0
     told = [line for line in done.stdout.splitlines() if not line.startswith("action>")]
     assert told[2:6] == [
@@ -299,7 +292,7 @@ def test_a_game_begun_in_lines_is_told_from_its_start(tmp_path: Path) -> None:
 
 def test_as_data_the_end_of_one_game_stands_before_the_start_of_the_next(tmp_path: Path) -> None:
     words = ("crying-baby", "--seed", "7", "--json")
-    done = run(*words, stdin="feed\nnew\nfeed\n", folder=tmp_path)
+    done = run(tmp_path, *words, stdin="feed\nnew\nfeed\n")
     events = [json.loads(line) for line in done.stdout.splitlines()]
     told = [one["event"] for one in events]
     assert told == ["start", "turn", "end", "start", "turn", "end"]
@@ -313,7 +306,7 @@ def test_a_state_folder_that_cannot_be_had_is_one_warning_for_all_games(
 ) -> None:
     (tmp_path / "state").write_text("a file where the folder should be")
     typed_ = "play hexworld --seed 7\ne\nnew\nrestart\nplay catch\n"
-    done = run(*words, stdin=typed_, folder=tmp_path)
+    done = run(tmp_path, *words, stdin=typed_)
     assert done.returncode == 0
     warnings = [line for line in done.stderr.splitlines() if line.startswith("warning: ")]
     assert len(warnings) == 1

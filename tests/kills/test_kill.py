@@ -3,6 +3,7 @@
 The game is long and plays itself: 2048 in a corner, some hundred turns.
 """
 
+import os
 import random
 import signal
 import subprocess
@@ -12,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from dmplay.game.checking import check
+from tests.support.programs import ended, run, started
 from tests.support.terminals import DMPLAY, clean_environment
 
 pytestmark = pytest.mark.slow
@@ -21,32 +23,20 @@ DICE = random.Random(2048)
 MOMENTS = [DICE.random() for _ in range(50)]  # when to kill, as shares of the whole file
 
 
-def start(*words: str, folder: Path, **env: str) -> subprocess.Popen[bytes]:
-    return subprocess.Popen(
-        [*DMPLAY, *words],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        env=clean_environment(folder, **env),
-        cwd=folder,
-    )
-
-
-def played(*words: str, folder: Path, **env: str) -> None:
+def played(*words: str, folder: Path) -> None:
     """Runs to the end, and well."""
-    process = start(*words, folder=folder, **env)
-    _, errors = process.communicate(timeout=60)
-    assert process.returncode == 0, errors.decode()
+    done = run(folder, *words)
+    assert done.returncode == 0, done.stderr
 
 
 def killed(*words: str, size: float, folder: Path) -> bytes:
     """Runs until the transcript has this size, and kills: what is then left of it."""
     path = folder / "game.dmt"
-    process = start(*words, folder=folder)
-    while process.poll() is None and not (path.exists() and path.stat().st_size >= size):
+    program = started(folder, *words)
+    while program.is_alive() and not (path.exists() and path.stat().st_size >= size):
         time.sleep(0.0001)
-    process.send_signal(signal.SIGKILL)
-    process.communicate(timeout=60)
+    program.kill()
+    ended(program)
     return path.read_bytes()
 
 
@@ -116,7 +106,10 @@ def test_the_same_seed_gives_the_same_bytes_in_every_process(
     )
     files = []
     for number, world in enumerate(worlds):
-        played(*words, "--seed", "7", "--frames", "-o", f"{number}.dmt", folder=tmp_path, **world)
+        subprocess.run(
+            [*DMPLAY, *words, "--seed", "7", "--frames", "--quiet", "-o", f"{number}.dmt"],
+            env=clean_environment(tmp_path, **world), cwd=tmp_path, check=True,
+        )  # fmt: skip
         files.append((tmp_path / f"{number}.dmt").read_bytes())
     assert files[0] == files[1] == files[2]
     report = check(tmp_path / "0.dmt")
@@ -130,10 +123,11 @@ def test_a_game_that_a_signal_ends_is_whole_and_verifies(
 ) -> None:
     words = ("cart-pole", "--agent", "balance", "--turns", "9000", "--quiet", "-o", "game.dmt")
     file = tmp_path / "game.dmt"
-    with start(*words, folder=tmp_path) as game:
-        while not (file.exists() and file.stat().st_size > 2000):
-            time.sleep(0.002)
-        time.sleep(0.03 * moment)
-        game.send_signal(number)
-        assert game.wait(30) in (128 + number, 0)
+    game = started(tmp_path, *words)
+    while not (file.exists() and file.stat().st_size > 2000):
+        time.sleep(0.002)
+    time.sleep(0.03 * moment)
+    assert game.pid
+    os.kill(game.pid, number)
+    assert ended(game) in (128 + number, 0)
     assert check(file).ok

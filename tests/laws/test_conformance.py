@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import fields, replace
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -14,37 +14,37 @@ from hypothesis import strategies as st
 import dmplay
 from dmplay.chance import Array, Bools, Chance, Normal, Reals, Span, sample
 from dmplay.core import Interval, Memory, Outcome, Percept, Policy, Problem, exact, exact_start
-from dmplay.dice import NATURE, Dice, uniforms
+from dmplay.dice import Dice
 from dmplay.errors import BadParameter, BadPolicy, IllegalAction, UnknownName
-from dmplay.finding import agents, problems
-from dmplay.finding.names import problem_names
-from dmplay.policies.general import Random
+from dmplay.finding import agents
 from dmplay.rollouts import rollout
 from dmplay.session import Session, View
 from dmplay.tabular import tabulate
+from tests.support.brought import Heap, Key
+from tests.support.cases import (
+    ROWS,
+    SEED,
+    anything,
+    draws,
+    every_problem,
+    frozen,
+    load,
+    random_play,
+    same,
+    small,
+)
+from tests.support.twins import Told, Twins, twins
 
-ROWS = 20_011  # a prime, so that no vector width divides it
+MANY = 5003  # turns from one state, to count what comes of them
 WALK = 12  # turns of random play behind the states of a pool
 FEW_STATES = 300  # tabulated by the laws on arrays
-SOME = 5  # turns of a session
-SEED = 7
+SOME = 4  # turns of a session
 LAST = 0.999999999  # the greatest draw
 BRIEF = {"search": "search:simulations=6,depth=3"}  # agents that take their time, for the laws
 FOREIGN = {"axelrod"}  # a package that takes long to load: it has tests of its own
 SIZES = (1, 2, 3, 4, 5, 7, 8, 9, 15, 16, 17, 31, 33, 64, 100, 257, 1000, 4099, ROWS)
 
-CASES = [
-    f"{name}:{variant}" if variant else name
-    for name in problem_names()
-    for variant in problems.variants(name)
-]
-every_problem = pytest.mark.parametrize("name", CASES)
-few_examples = settings(derandomize=True, deadline=None, database=None, max_examples=40)
-
-
-@cache
-def load(name: str) -> Problem:
-    return dmplay.load(name)
+few_examples = settings(derandomize=True, deadline=None, database=None, max_examples=25)
 
 
 class Pool(NamedTuple):
@@ -73,48 +73,11 @@ def pool(name: str) -> Pool:
     return Pool(*frozen(opening, states, anything(problem, None, WALK), u))
 
 
-def draws(count: int, turn: int, rows: int = ROWS, stream: int = NATURE) -> Reals:
-    return uniforms(SEED, stream, turn, rows=rows, count=count)
-
-
-def anything(problem: Problem, s: Array | None, turn: int, rows: int = ROWS) -> Array:
-    """Random joint actions `[B, n]`: legal ones in states `s`, or any."""
-    legal = None if s is None else problem.legal(s)
-    chosen = []
-    for seat in range(len(problem.agents)):
-        policy = Random(problem, seat)
-        u = draws(policy.draws, turn, rows, 1 + seat)
-        chosen.append(policy.choose((), None if legal is None else legal[:, seat], u))
-    return np.stack(chosen, axis=1)
-
-
-def frozen(*arrays: Array) -> tuple[Array, ...]:
-    """The same arrays, which raise an error where they are written to."""
-    for one in arrays:
-        one.setflags(write=False)
-    return arrays
-
-
 def strided(array: Array) -> Array:
     """The same values with gaps between them."""
     wide = np.zeros((*array.shape, 2), array.dtype)
     wide[..., 0] = array
     return frozen(wide)[0][..., 0]
-
-
-def same(one: Any, other: Any) -> bool:
-    """Equal to the last bit, whatever is nested in it."""
-    if isinstance(one, np.ndarray):
-        kind = isinstance(other, np.ndarray) and one.dtype == other.dtype
-        return kind and one.shape == other.shape and one.tobytes() == other.tobytes()
-    if isinstance(one, tuple | list):
-        pairs = isinstance(other, tuple | list) and len(one) == len(other)
-        return pairs and all(same(*pair) for pair in zip(one, other, strict=True))
-    if is_dataclass(one) and not isinstance(one, Problem):
-        return type(one) is type(other) and all(
-            same(getattr(one, each.name), getattr(other, each.name)) for each in fields(one)
-        )
-    return bool(one == other)
 
 
 def parts(values: Iterable[Array], rows: slice) -> tuple[Array, ...]:
@@ -284,8 +247,8 @@ def test_starts_come_up_as_often_as_they_should(name: str) -> None:
 def test_outcomes_come_up_as_often_as_they_should(name: str, row: int) -> None:
     problem, found = load(name), pool(name)
     s, a = found.s[row : row + 1], found.a[row : row + 1]
-    u = draws(problem.draws.step, turn=1000 + row)
-    many, acts = np.repeat(s, ROWS, axis=0), np.repeat(a, ROWS, axis=0)
+    u = draws(problem.draws.step, turn=1000 + row, rows=MANY)
+    many, acts = np.repeat(s, MANY, axis=0), np.repeat(a, MANY, axis=0)
     if not lists(problem.chance(s, a)):
         each_spreads(problem.chance(many, acts), u)
         return
@@ -330,19 +293,46 @@ def test_probabilities_sum_to_one(name: str) -> None:
 
 @every_problem
 def test_the_tables_are_what_the_outcomes_amount_to(name: str) -> None:
-    problem, found = load(name), pool(name)
-    if not isinstance(problem.states, int) or problem.states > FEW_STATES:
-        return
+    problem, s = load(name), pool(name).s[:24]
+    if isinstance(problem.states, int) and problem.states <= FEW_STATES:
+        amounts_to(problem, s, anything(problem, s, WALK, len(s)))
+
+
+@pytest.mark.parametrize("problem", [Key(), Heap()])
+def test_the_tables_are_what_the_outcomes_of_legal_actions_amount_to(problem: Problem) -> None:
+    s, a = np.nonzero(allowed(problem)[:, 0])
+    amounts_to(problem, problem.enumerated()[s], a[:, None])
+
+
+@pytest.mark.parametrize("problem", [Key(), Heap()])
+def test_an_action_that_is_not_legal_stands_in_the_tables_for_the_first_that_is(
+    problem: Problem,
+) -> None:
+    transition, rewards, _ = tabulate(problem)
+    closed = np.argwhere(~allowed(problem)[:, 0])
+    assert len(closed)
+    for s, a in closed:
+        first = int(np.flatnonzero(allowed(problem)[s, 0])[0])
+        assert transition[s, a].tolist() == transition[s, first].tolist()
+        assert rewards[s, a] == rewards[s, first]
+
+
+def allowed(problem: Problem) -> Bools:
+    """What every state of a problem that forbids something allows `[S, n, A]`."""
+    legal = problem.legal(problem.enumerated())
+    assert legal is not None
+    return legal
+
+
+def amounts_to(problem: Problem, s: Array, a: Array) -> None:
+    """The rows of the tables for these turns are sums over the listed outcomes."""
     tables = tabulate(problem)
-    s, a = found.s[:24], found.a[:24]
     p, outcome = exact(problem, s, a)
-    joint = np.zeros(len(s), np.int64)
-    for seat, labels in enumerate(problem.actions):
-        joint = joint * len(labels) + a[:, seat]
+    joint = np.ravel_multi_index(tuple(a.T), [len(labels) for labels in problem.actions])
     rewards = (p[:, :, None] * outcome.rewards).sum(axis=1)
     np.testing.assert_allclose(tables.rewards[problem.index(s), joint], rewards, atol=1e-12)
     for row, transition in enumerate(tables.transition[problem.index(s), joint]):
-        reached = np.bincount(problem.index(outcome.state[row]), p[row], problem.states)
+        reached = np.bincount(problem.index(outcome.state[row]), p[row], len(transition))
         np.testing.assert_allclose(transition, reached, atol=1e-12)
 
 
@@ -376,14 +366,10 @@ def made(problem: Problem, seat: int, agent: str) -> Policy | None:
         return None
 
 
-def random_play(problem: Problem) -> list[Policy]:
-    return [Random(problem, seat) for seat in range(len(problem.agents))]
-
-
 @cache
 def seated(name: str) -> list[tuple[int, list[Policy]]]:
     """Each built-in agent in each seat that it fits, random play in the others."""
-    problem = load(name)
+    problem = small(name)
     found: list[tuple[int, list[Policy]]] = []
     for agent in agents.roster(problem).agents:
         if agent in FOREIGN:
@@ -422,7 +408,7 @@ def final_states(name: str) -> Array:
 @every_problem
 def test_notation_and_parse_are_inverse(name: str) -> None:
     problem = load(name)
-    for s in (*pool(name).s[:300], *final_states(name)[:50]):
+    for s in (*pool(name).s[:100], *final_states(name)[:50]):
         text = problem.notation(s)
         assert text == text.strip()
         assert len(text.splitlines()) == 1
@@ -490,7 +476,7 @@ def test_an_illegal_action_is_refused_and_changes_nothing(name: str) -> None:
 
 @every_problem
 def test_undo_then_the_same_actions_give_the_same_turns(name: str) -> None:
-    problem = load(name)
+    problem = small(name)
     for _, policies in seated(name):
         session = Session(problem, Dice(SEED, 3), policies, limit=SOME)
         views = []
@@ -512,7 +498,7 @@ def test_undo_then_the_same_actions_give_the_same_turns(name: str) -> None:
 
 @every_problem
 def test_a_session_is_a_row_of_the_rollout(name: str) -> None:
-    problem = load(name)
+    problem = small(name)
     for _, policies in seated(name):
         many = rollout(problem, policies, episodes=4, turns=SOME, seed=SEED, first=2)
         for row in (0, 3):
@@ -587,7 +573,7 @@ def percepts(problem: Problem, a: Array, outcome: Outcome) -> list[Percept]:
 
 @every_problem
 def test_policies_choose_legal_actions_the_same_alone_as_in_a_batch(name: str) -> None:
-    problem = load(name)
+    problem = small(name)
     for seat, policies in seated(name):
         policy, known = policies[seat], problem.actions[seat]
         for ask in course(problem, seat, policies, 23):
@@ -614,30 +600,6 @@ def test_policies_choose_legal_actions_the_same_alone_as_in_a_batch(name: str) -
                 assert same(alone.values, None if ask.values is None else ask.values[some])
 
 
-class Game(NamedTuple):
-    """The first turns of a game, written down."""
-
-    opening: Reals
-    draws: tuple[Reals, ...]  # one a turn
-    actions: tuple[Array, ...]  # joint, one a turn
-
-
-class Told:
-    """The draws of a written game, then those of one seed; of another for the seat's own."""
-
-    def __init__(self, game: Game, seat: int, own: int, others: int) -> None:
-        self.game, self.seat = game, seat
-        self.own, self.others = Dice(own), Dice(others)
-
-    def draw(self, stream: int, turn: int, reroll: int, count: int) -> Reals:
-        if stream == 1 + self.seat:
-            return self.own.draw(stream, turn, reroll, count)
-        if stream == NATURE and turn <= len(self.game.draws):
-            told = (self.game.opening, *self.game.draws)[turn]
-            return told[None]
-        return self.others.draw(stream, turn, reroll, count)
-
-
 class Watched:
     """A policy that writes down all that it is given."""
 
@@ -662,72 +624,9 @@ class Watched:
         return self.policy.values(memory)
 
 
-class Twins(NamedTuple):
-    """Two games that a seat cannot tell apart, and that differ in what it may not know."""
-
-    one: Game
-    other: Game
-
-
-@cache
-def twins(name: str, seat: int) -> list[Twins]:
-    problem = load(name)
-    if not problem.hidden:
-        return [public_twins(problem, row) for row in range(6)]
-    return [pair for attempt in range(1, 7) for pair in hidden_twins(problem, seat, attempt)]
-
-
-def public_twins(problem: Problem, row: int) -> Twins:
-    """The same game in public, by other draws wherever others have the same effect."""
-    one, other, actions = [], [], []
-    opening = draws(problem.draws.start, 0)[row]
-    s = problem.start(opening[None])
-    for turn in range(1, 4):
-        u = draws(problem.draws.step, turn)[row : row + 1]
-        a = anything(problem, s, 10 * row + turn, 1)
-        near = np.where(u < 0.5, u + 1e-9, u - 1e-9)
-        outcome = problem.step(s, a, u)
-        unseen = same(tuple(problem.step(s, a, near)), tuple(outcome))
-        one.append(u[0])
-        other.append(near[0] if unseen else u[0])
-        actions.append(a[0])
-        s = outcome.state
-        if problem.terminal(s)[0]:
-            break
-    return Twins(*(Game(opening, tuple(these), tuple(actions)) for these in (one, other)))
-
-
-def hidden_twins(problem: Problem, seat: int, attempt: int) -> list[Twins]:
-    """Of many games, some in which the seat did and saw the same, and the hidden state differs.
-
-    Where there are other agents, they also did something else.
-    """
-    rows = 3000
-    opening = draws(problem.draws.start, 100 * attempt, rows)
-    s = problem.start(opening)
-    nature, actions, seen = [], [], []
-    for turn in range(100 * attempt + 1, 100 * attempt + 4):
-        a = anything(problem, None, turn, rows)
-        a[:, seat] = a[0, seat]
-        nature.append(draws(problem.draws.step, turn, rows))
-        actions.append(a)
-        outcome = problem.step(s, a, nature[-1])
-        seen.append(outcome.observations[:, seat])
-        s = outcome.state
-    sights = np.stack(seen)
-    apart = (sights == sights[:, :1]).all(axis=0) & (s != s[0]).reshape(rows, -1).any(axis=1)
-    if len(problem.agents) > 1:
-        apart &= (np.stack(actions) != np.stack(actions)[:, :1]).any(axis=(0, 2))
-    games = [
-        Game(opening[row], tuple(u[row] for u in nature), tuple(a[row] for a in actions))
-        for row in (0, *np.flatnonzero(apart)[:2])
-    ]
-    return [Twins(games[0], game) for game in games[1:]]
-
-
 @every_problem
 def test_a_seat_is_shown_nothing_that_it_may_not_know(name: str) -> None:
-    problem = load(name)
+    problem = small(name)
     for seat, policies in seated(name):
         assert twins(name, seat)
         for pair in twins(name, seat):
@@ -759,7 +658,7 @@ def alike(problem: Problem, seat: int, policies: list[Policy], pair: Twins) -> N
 
 @every_problem
 def test_the_twins_of_the_privacy_law_differ_where_they_can(name: str) -> None:
-    problem = load(name)
+    problem = small(name)
     finite = lists(problem.chance(pool(name).s[:1], pool(name).a[:1]))
     for seat in range(len(problem.agents)):
         for one, other in twins(name, seat):

@@ -13,12 +13,14 @@ from dmplay.game.table import Table
 from dmplay.screen.frame import Room, Shown, compose
 from dmplay.session import Session
 from dmplay.words.commands import COMMANDS, typed
-from tests.laws.test_conformance import CASES, Told, draws, load, twins
 from tests.support import screens
+from tests.support.cases import CASES, draws, load, small
 from tests.support.games import Scripted
 from tests.support.screens import secret
+from tests.support.twins import Told, twins
 
 ROOMS = (Room(80, 24), Room(80, 24, ascii=True), Room(50, 14), Room(40, 12), Room(200, 60))
+TURNS = 5  # of a game, that its adviser need not plan far
 ASKED = ("look", "legal", "belief", "state", "keys", "hint")
 GUARDED = [name for name in CASES if load(name).observations or len(load(name).agents) > 1]
 TOGETHER = [name for name in CASES if len(load(name).agents) > 1]
@@ -57,11 +59,11 @@ def seated(name: str, seat: int, session: Session, *, reveal: bool = False) -> G
 
 @every_guarded
 def test_games_that_a_seat_cannot_tell_apart_are_shown_alike(name: str) -> None:
-    problem = load(name)
+    problem = small(name)
     for seat in range(len(problem.agents)):
-        for pair in twins(name, seat)[:4]:
+        for pair in twins(name, seat)[:2]:
             games = [
-                seated(name, seat, Session(problem, Told(game, seat, 10, others), limit=99))
+                seated(name, seat, Session(problem, Told(game, seat, 10, others), limit=TURNS))
                 for game, others in zip(pair, (11, 12), strict=True)
             ]
             logs: list[list[str]] = [[], []]
@@ -76,14 +78,14 @@ def test_games_that_a_seat_cannot_tell_apart_are_shown_alike(name: str) -> None:
 
 @every_guarded
 def test_what_is_hidden_is_seen_once_it_is_revealed(name: str) -> None:
-    problem = load(name)
+    problem = small(name)
     if not problem.hidden:
         return
     for seat in range(len(problem.agents)):
         pair = twins(name, seat)[0]
         shown = []
         for told in pair:
-            session = Session(problem, Told(told, seat, 10, 11), limit=99)
+            session = Session(problem, Told(told, seat, 10, 11), limit=TURNS)
             game = seated(name, seat, session, reveal=True)
             for actions in told.actions:
                 game.session.advance(list(actions))
@@ -93,7 +95,7 @@ def test_what_is_hidden_is_seen_once_it_is_revealed(name: str) -> None:
 
 @pytest.mark.parametrize("name", TOGETHER)
 def test_a_choice_stays_hidden_until_all_are_in(name: str) -> None:
-    problem = load(name)
+    problem = small(name)
     agents = len(problem.agents)
     shown = []
     for chosen in (0, 1):
@@ -108,11 +110,11 @@ def test_a_choice_stays_hidden_until_all_are_in(name: str) -> None:
 
 @every_guarded
 def test_no_command_tells_the_state_before_the_end(name: str) -> None:
-    problem = load(name)
+    problem = small(name)
     if not problem.hidden:
         return
     told = twins(name, 0)[0].one
-    game = seated(name, 0, Session(problem, Told(told, 0, 10, 11), limit=99))
+    game = seated(name, 0, Session(problem, Told(told, 0, 10, 11), limit=TURNS))
     assert "hidden" in typed(Table(game), "state")
     for command in COMMANDS:
         if command.name in ("quit", "reroll", "new", "restart"):

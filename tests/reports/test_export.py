@@ -9,8 +9,8 @@ from xml.etree import ElementTree
 import pytest
 
 from dmplay.game.checking import check
-from tests.cli.test_cli import run
 from tests.support.games import read
+from tests.support.programs import run
 
 pytestmark = pytest.mark.slow  # starts the program again and again
 

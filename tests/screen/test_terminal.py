@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from dmplay.game.checking import check
+from tests.support.games import values
 from tests.support.terminals import (
     BACKSPACE,
     CTRL_C,
@@ -32,12 +33,12 @@ from tests.support.terminals import (
     UP,
     Terminal,
     clean_environment,
+    colours,
 )
 
 pytestmark = pytest.mark.slow
 
 PROBLEMS = ("2048", "crying-baby", "hexworld", "prisoners-dilemma")
-SGR = re.compile(r"\x1b\[([0-9;]*)m")
 DRAWN = re.compile("[\u2500-\u28ff]")
 NOTHING: Mapping[str, str] = {}
 SIZE_LIMIT = 700  # bytes that a small disk holds
@@ -81,13 +82,6 @@ def shell(line: str, folder: Path) -> subprocess.CompletedProcess[str]:
         timeout=60,
         check=False,
     )
-
-
-def values(path: Path, key: str) -> list[str]:
-    """What stands after `key: ` in a transcript, line by line."""
-    start = f"{key}: "
-    lines = path.read_text().splitlines()
-    return [line.removeprefix(start) for line in lines if line.startswith(start)]
 
 
 def verified(path: Path) -> Path:
@@ -470,12 +464,6 @@ def test_the_board_above_the_command_row_follows_every_size(tmp_path: Path) -> N
         terminal.ready().press(":").press("hin", ":hin")
         terminal.resize(50, 14).until("│ ✗ │").until(":hin").resize(80, 24).until("│ -10 │")
         terminal.press("t" + ENTER, "hint (optimal): se")
-
-
-def colours(printed: str) -> set[int]:
-    """The codes of colours among all that was written."""
-    codes = {int(code or 0) for found in SGR.findall(printed) for code in found.split(";")}
-    return {code for code in codes if 30 <= code <= 48 or 90 <= code <= 107} - {39}
 
 
 @pytest.mark.parametrize("how", [("--width", "50"), ("COLUMNS", "50")])

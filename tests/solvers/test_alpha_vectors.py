@@ -67,8 +67,8 @@ def test_values_are_those_of_the_best_of_all_plans(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(24))
 def test_the_unending_game_is_worth_what_many_turns_are(seed: int) -> None:
-    model, discount = tiny(seed), 0.6
-    many = alpha_vectors.stages(model, discount, 50)[-1]  # 0.6^50 is 8e-12
+    model, discount = tiny(seed), 0.3
+    many = alpha_vectors.stages(model, discount, 20)[-1]  # 0.3^20 is 3e-11
     stage = alpha_vectors.infinite(model, discount)
     b = np.random.default_rng(seed).dirichlet(np.ones(len(model.transition)), 300)
     got, wanted = (alpha_vectors.action_values(one, b) for one in (stage, many))
@@ -139,12 +139,15 @@ def test_the_unending_baby_is_ignored_up_to_a_belief_and_then_fed() -> None:
     assert stage.actions.tolist() == [[True, False, False], [False, False, True]]
 
 
-def test_an_optimum_without_a_finite_controller_is_told_with_its_gap() -> None:
+def test_an_optimum_without_a_finite_controller_is_told_with_its_gap(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(alpha_vectors, "MOST", 30)
     baby = dmplay.load("crying-baby", becomes_hungry=0.0)
     stage = alpha_vectors.infinite(tabulate(baby), baby.discount)
     sated = float(stage.vectors[:, 0].max())
     assert sated == pytest.approx(0.0, abs=1e-9)  # who never gets hungry is left alone
-    assert 0 < stage.gap < 1e-3
+    assert 0 < stage.gap < 0.05
     hungry = alpha_vectors.values(stage.vectors, np.array([[0.0, 1.0]]))[0]
     assert -15.0 - stage.gap <= hungry <= -15.0 + 1e-9  # fed once
 

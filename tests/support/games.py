@@ -69,6 +69,13 @@ def recorded(path: Path, problem: str, agent: str, seed: int = 7, **options: obj
     return path.read_text()
 
 
+def values(path: Path, key: str) -> list[str]:
+    """What stands after `key: ` in a transcript, line by line."""
+    start = f"{key}: "
+    lines = path.read_text().splitlines()
+    return [line.removeprefix(start) for line in lines if line.startswith(start)]
+
+
 def altered(path: Path, before: str, after: str) -> int:
     """Replaces the one place where a text stands; the line it is on."""
     text = path.read_text()

@@ -1,6 +1,8 @@
 """A real terminal for tests: a pseudo-terminal, the program in it, and what its screen shows."""
 
 import os
+import re
+import signal
 import sys
 import termios
 import time
@@ -17,6 +19,7 @@ READY = b"\x1b[?2004h"  # what prompt-toolkit writes once keys are accepted
 LEFT, RIGHT, UP, DOWN = "\x1b[D", "\x1b[C", "\x1b[A", "\x1b[B"
 TAB, ENTER, ESCAPE, BACKSPACE = "\t", "\r", "\x1b", "\x7f"
 CTRL_C, CTRL_D, CTRL_L, CTRL_R, CTRL_Z = "\x03", "\x04", "\x0c", "\x12", "\x1a"
+SGR = re.compile(r"\x1b\[([0-9;]*)m")
 DMPLAY = (sys.executable, "-m", "dmplay")
 
 
@@ -31,6 +34,18 @@ def clean_environment(folder: Path, **more: str) -> dict[str, str]:
         "PROMPT_TOOLKIT_NO_CPR": "1",
     }
     return {name: value for name, value in (plain | more).items() if value}
+
+
+def mind_signals() -> None:
+    """Minds the signals that a program may be started without, as under nohup."""
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def colours(printed: str) -> set[int]:
+    """The codes of colours among all that was written."""
+    codes = {int(code or 0) for found in SGR.findall(printed) for code in found.split(";")}
+    return {code for code in codes if 30 <= code <= 48 or 90 <= code <= 107} - {39}
 
 
 class Terminal:
@@ -56,6 +71,7 @@ class Terminal:
             dimensions=(rows, columns),
             cwd=str(folder),
             timeout=PATIENCE,
+            preexec_fn=mind_signals,
         )
         self.child.delaybeforesend = None
         self.cooked = termios.tcgetattr(self.child.child_fd)

@@ -1,9 +1,21 @@
-"""One exact case, and the comparisons that its tolerance allows."""
+"""The files of exact cases, one case, and the comparisons that its tolerance allows."""
 
+import json
 import math
+import os
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+FOLDER = Path(os.environ.get("DMPLAY_TRUTH") or Path(__file__).parent.parent / "truth")
+
+
+@cache
+def family(name: str) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads((FOLDER / f"{name}.json").read_text())
+    return found
 
 
 class Case:

@@ -7,7 +7,7 @@ from dmplay.core import Problem
 from dmplay.policies.script import Script
 from dmplay.problems.mountain_car import LEFT_WALL, RIGHT_WALL, TOP_SPEED
 from dmplay.solvers import grid_search
-from tests.truth_kinds.case import Case
+from tests.truth_kinds.case import Case, family
 from tests.truth_kinds.course import course
 
 PROBLEM = dmplay.load("mountain-car")
@@ -54,8 +54,6 @@ def drives(name: str, cap: int) -> dict[tuple[float, ...], list[np.ndarray]]:
 
     One by one the many drives of 20,000 turns that lead nowhere would take a while.
     """
-    from tests.test_truth import family
-
     given = [case["given"] for case in family("mountaincar")["cases"]]
     asked = [one for one in given if (one.get("policy"), one.get("cap")) == (name, cap)]
     s = np.array([one["start"] for one in asked], float)

@@ -14,13 +14,13 @@ from dmplay.solvers import value_iteration
 from dmplay.tabular import tabulate
 from dmplay.views.style import Look, Overlay, fit, style_of
 from tests.support.games import session
+from tests.support.glyphs import GLYPHS
 
 crying_baby = style_of(dmplay.load("crying-baby"))
 game_2048 = style_of(dmplay.load("2048"))
 hexworld = style_of(dmplay.load("hexworld"))
 prisoners_dilemma = style_of(dmplay.load("prisoners-dilemma"))
 
-GLYPHS = set("─│┌┐└┘├┤┬┴┼╱╲┄━┷╋▏▎▍▌▋▊▉█▁▂▃▄▅▆▇▒←→↑↓↖↗↘↙◆●○∘·✓✗×γ…")
 SIZES = [(120, 40), (80, 24), (80, 12), (50, 14), (40, 12), (40, 8), (25, 6), (12, 2)]
 
 
@@ -120,17 +120,14 @@ def test_the_crying_baby_heard_twice() -> None:
     game = session("crying-baby", [0.9], [0.0], [0.75])
     game.advance([2])
     game.advance([1])
-    drawn = fit(crying_baby, game.view(0), Look(80, 24)).plain
     assert (
-        drawn
+        fit(crying_baby, game.view(0), Look(80, 24)).plain
         == """\
 heard  crying
 
 sated   ···················· 0.000
 hungry  ████████████████████ 1.000
-history of hungry ▅█▇
-ignore:crying sing:crying"""
-        or drawn.splitlines()[0] == "heard  crying"
+history of hungry ▅██·················"""
     )
 
 

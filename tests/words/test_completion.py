@@ -10,18 +10,16 @@ import pytest
 
 from dmplay.cli.group import rejoined
 from dmplay.finding.names import problem_names
-from tests.support.terminals import DMPLAY, clean_environment
+from tests.support.programs import run
+from tests.support.terminals import clean_environment
 
 pytestmark = pytest.mark.slow  # starts the program again and again
 
 
 def asked(folder: Path, **env: str) -> list[str]:
     """The lines that the program answers."""
-    done = subprocess.run(
-        [*DMPLAY], capture_output=True, text=True, env=clean_environment(folder, **env),
-        cwd=folder, timeout=60, check=True, stdin=subprocess.DEVNULL,
-    )  # fmt: skip
-    assert done.stderr == ""
+    done = run(folder, stdin=None, **env)
+    assert (done.returncode, done.stderr) == (0, "")
     return done.stdout.splitlines()
 
 
@@ -123,18 +121,12 @@ def test_bash_ends_no_word_that_goes_on_and_escapes_blanks(
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_the_script_of_any_shell_can_be_asked_for(shell: str, place: Path) -> None:
-    done = subprocess.run(
-        [*DMPLAY, "--show-completion", shell], capture_output=True, text=True,
-        env=clean_environment(place), timeout=60, check=True,
-    )  # fmt: skip
+    done = run(place, "--show-completion", shell)
     assert f"complete_{shell}" in done.stdout
 
 
 def test_a_shell_that_is_not_known_is_refused(place: Path) -> None:
-    done = subprocess.run(
-        [*DMPLAY, "--install-completion", "csh"], capture_output=True, text=True,
-        env=clean_environment(place), timeout=60, check=False,
-    )  # fmt: skip
+    done = run(place, "--install-completion", "csh")
     assert done.returncode == 2
     assert "'csh' is not one of 'bash', 'zsh', 'fish'" in done.stderr
 

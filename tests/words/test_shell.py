@@ -26,7 +26,8 @@ from dmplay.words.commands import COMMANDS, TOPICS, typed
 from dmplay.words.completion.candidates import candidates
 from dmplay.words.completion.completer import Words
 from dmplay.words.shell import Shell
-from tests.screen.test_terminal import colours, values
+from tests.support.games import values
+from tests.support.programs import run
 from tests.support.terminals import (
     CTRL_C,
     CTRL_D,
@@ -36,6 +37,7 @@ from tests.support.terminals import (
     TAB,
     Terminal,
     clean_environment,
+    colours,
 )
 
 ON_A_TERMINAL = Wished(True, "", True, False, False)
@@ -63,16 +65,6 @@ def session(keys: str, made: Shell | None = None) -> int:
         return prompt.run(made or shell(), pipe, DummyOutput())
 
 
-def run(
-    *words: str, folder: Path, stdin: str | None = None, **env: str
-) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [*DMPLAY, *words], input=stdin, stdin=None if stdin is not None else subprocess.DEVNULL,
-        capture_output=True, text=True, env=clean_environment(folder, **env), cwd=folder,
-        timeout=60, check=False,
-    )  # fmt: skip
-
-
 def kept(folder: Path) -> list[Path]:
     """The transcripts kept, in the order of their names."""
     return sorted((folder / "dmplay" / "games").glob("*.dmt"))
@@ -80,7 +72,7 @@ def kept(folder: Path) -> list[Path]:
 
 def test_a_game_is_played_on_from_an_earlier_turn_in_a_file_of_its_own(tmp_path: Path) -> None:
     words = ("play hexworld --seed 7 -o g.dmt", "e", "ne", "branch 1", "w", "quit")
-    done = run(*(w for line in words for w in ("-e", line)), folder=tmp_path)
+    done = run(tmp_path, *(w for line in words for w in ("-e", line)))
     assert done.returncode == 0
     assert "on from turn 1. new game of hexworld. kept: g.dmt" in done.stdout
     told = {name: values(tmp_path / name, "actions") for name in ("g.dmt", "g-2.dmt")}
@@ -92,9 +84,9 @@ def test_a_game_is_played_on_from_an_earlier_turn_in_a_file_of_its_own(tmp_path:
 
 
 def test_a_recording_that_is_looked_at_is_played_on_from_where_it_stands(tmp_path: Path) -> None:
-    run("hexworld", "--seed", "7", "-o", "g.dmt", folder=tmp_path, stdin="e\nne\nw\n")
+    run(tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin="e\nne\nw\n")
     words = ("replay g.dmt", "step 2", "branch", "e", "quit")
-    done = run(*(w for line in words for w in ("-e", line)), folder=tmp_path)
+    done = run(tmp_path, *(w for line in words for w in ("-e", line)))
     assert "on from turn 2." in done.stdout
     assert "turn 3. at (8,2). chose E, bumped" in done.stdout
     (file,) = (tmp_path / "state" / "dmplay" / "games").glob("*.dmt")
@@ -103,15 +95,15 @@ def test_a_recording_that_is_looked_at_is_played_on_from_where_it_stands(tmp_pat
 
 def test_a_path_with_a_blank_is_told_as_a_shell_takes_it(tmp_path: Path) -> None:
     words = ("play hexworld --seed 7 -o 'a b.dmt'", "e", "save 'c d.dmt'")
-    done = run(*(w for line in words for w in ("-e", line)), folder=tmp_path)
+    done = run(tmp_path, *(w for line in words for w in ("-e", line)))
     assert "dmplay resume 'c d.dmt' goes on" in done.stdout
     assert "replay: dmplay replay 'a b.dmt'\n" in done.stderr
 
 
 def test_a_figure_is_drawn_as_outside_the_shell(tmp_path: Path) -> None:
     for env in ({}, {"PYTHONIOENCODING": "ascii"}, {"DMPLAY_ASCII": "1"}):
-        alone = run("figure", "F.2", folder=tmp_path, **env).stdout
-        assert run("-e", "figure F.2", folder=tmp_path, **env).stdout.rstrip() == alone.rstrip()
+        alone = run(tmp_path, "figure", "F.2", **env).stdout
+        assert run(tmp_path, "-e", "figure F.2", **env).stdout.rstrip() == alone.rstrip()
 
 
 @pytest.mark.parametrize(
@@ -122,7 +114,7 @@ def test_a_figure_is_drawn_as_outside_the_shell(tmp_path: Path) -> None:
     ],
 )
 def test_a_turn_that_is_not_there_is_told(line: str, message: str, tmp_path: Path) -> None:
-    done = run("-e", "play hexworld -o g.dmt", "-e", "e", "-e", line, folder=tmp_path)
+    done = run(tmp_path, "-e", "play hexworld -o g.dmt", "-e", "e", "-e", line)
     assert (done.returncode, done.stderr.splitlines()[0]) == (2, "transcript: g.dmt")
     assert f"error: command 3: {message}\n" in done.stderr
 
@@ -356,7 +348,7 @@ SCRIPT = "# a game\nplay hexworld --seed 7\n\ne  # east\nact NE; look\nquit\nnev
 def test_a_script_is_echoed_after_the_prompts_and_played(
     words: Sequence[str], tmp_path: Path
 ) -> None:
-    done = run(*words, folder=tmp_path, stdin=SCRIPT)
+    done = run(tmp_path, *words, stdin=SCRIPT)
     assert done.returncode == 0
     prompts = [line for line in done.stdout.splitlines() if line.startswith("dmplay")]
     assert prompts == [
@@ -386,7 +378,7 @@ def test_a_script_is_echoed_after_the_prompts_and_played(
 def test_a_bad_line_ends_a_script_with_2_and_is_named(
     line: str, message: str, tmp_path: Path
 ) -> None:
-    done = run("shell", folder=tmp_path, stdin=f"play hexworld --seed 7\ne\n{line}\ne\n")
+    done = run(tmp_path, "shell", stdin=f"play hexworld --seed 7\ne\n{line}\ne\n")
     assert done.returncode == 2
     assert done.stderr.splitlines()[-1].startswith(f"error: {message}")
     (path,) = kept(tmp_path / "state")
@@ -395,11 +387,11 @@ def test_a_bad_line_ends_a_script_with_2_and_is_named(
 
 def test_commands_of_the_command_line_are_done_in_order(tmp_path: Path) -> None:
     words = ("-e", "play hexworld --seed 7", "-e", "e", "-e", "quit", "-e", "never")
-    done = run(*words, folder=tmp_path)
+    done = run(tmp_path, *words)
     assert done.returncode == 0
     assert "turn 1. at (8,2)." in done.stdout
     assert "dmplay>" not in done.stdout
-    bad = run("shell", "--execute", "list", "-e", "legal", folder=tmp_path)
+    bad = run(tmp_path, "shell", "--execute", "list", "-e", "legal")
     assert bad.returncode == 2
     assert bad.stderr.startswith("error: command 2: no game is played")
 
@@ -415,7 +407,7 @@ def test_what_is_no_text_is_no_command(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("stdin", [None, ""])
 def test_nothing_to_read_is_help_on_the_error_stream(stdin: str | None, tmp_path: Path) -> None:
-    done = run(folder=tmp_path, stdin=stdin)
+    done = run(tmp_path, stdin=stdin)
     assert (done.returncode, done.stdout) == (2, "")
     assert "dmplay hexworld" in done.stderr
 

@@ -1,0 +1,63 @@
+"""Problems that a user may bring, in which not every action is always allowed."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dmplay import Labels, Outcome, Problem, Tables, Tabular
+from dmplay.chance import Array, Bools, Categorical, Chance
+
+
+@dataclass(frozen=True)
+class Key(Tabular):
+    """One who has taken the key may open; who has not may take it or wait, and is not let in."""
+
+    actions = (Labels(("take", "wait", "open")),)
+    names, start_belief = ("before", "with the key", "done"), np.array([1.0, 0.0, 0.0])
+    discount: float = 0.9
+    tables = Tables(
+        np.eye(3)[[[1, 0, 2], [1, 1, 2], [2, 2, 2]]],
+        np.array([[[-1.0], [0.0], [10.0]], [[0.0], [0.0], [10.0]], [[0.0], [0.0], [0.0]]]),
+    )
+
+    def legal(self, s: Array) -> Bools:
+        able = np.array([[True, True, False], [False, True, True], [True, True, True]])
+        return np.asarray(able[s][:, None])
+
+    def terminal(self, s: Array) -> Bools:
+        return np.asarray(s == 2)
+
+
+@dataclass(frozen=True)
+class Heap(Problem):
+    """Four stones of which one or two are taken, never more than there are; the last one pays."""
+
+    discount: float = 0.9
+    actions = (Labels(("one", "two")),)
+    states = 5
+
+    def opening(self, rows: int) -> tuple[Chance, ...]:
+        return ()
+
+    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
+        return np.full(rows, 4)
+
+    def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
+        """One time in four nothing is taken."""
+        return (Categorical(np.full((len(s), 1), 0.25)),)
+
+    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+        left = np.where(s > 0, s - (a[:, 0] + 1) * events[0], 0)
+        return Outcome(left, ((s > 0) & (left == 0)).astype(float)[:, None], left)
+
+    def terminal(self, s: Array) -> Bools:
+        return np.asarray(s == 0)
+
+    def legal(self, s: Array) -> Bools:
+        return np.stack([np.ones(len(s), bool), s != 1], axis=1)[:, None]
+
+    def notation(self, s: Array) -> str:
+        return str(int(s))
+
+    def parse(self, text: str) -> Array:
+        return np.array(int(text))

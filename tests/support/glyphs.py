@@ -1,0 +1,3 @@
+"""What a screen may be drawn with."""
+
+GLYPHS = set("─│┌┐└┘├┤┬┴┼╱╲┄━┷╋▏▎▍▌▋▊▉█▁▂▃▄▅▆▇▒←→↑↓↖↗↘↙◆●○∘·✓✗×γ…")

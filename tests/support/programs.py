@@ -1,0 +1,76 @@
+"""The program in a process of its own, without a terminal.
+
+The process begins as a copy of one that has loaded the program, which is most of a start's work.
+"""
+
+import multiprocessing
+import os
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from subprocess import CompletedProcess
+
+from dmplay.__main__ import main
+from tests.support.terminals import clean_environment, mind_signals
+
+PATIENCE = 60.0  # seconds until a program that does not end is a failure
+LOADED = (
+    "dmplay.cli.entry", "dmplay.game.playback", "dmplay.policies.search", "dmplay.prompt",
+    "dmplay.screen.screen", "importlib.metadata", "numpy.ma", "numpy.random",
+)  # fmt: skip
+COPIES = multiprocessing.get_context("forkserver")
+COPIES.set_forkserver_preload(["__main__", __name__, *LOADED])
+Program = multiprocessing.context.ForkServerProcess
+
+
+def run(folder: Path, *words: str, stdin: str | None = "", **env: str) -> CompletedProcess[str]:
+    """Runs dmplay in a folder with its own state; None is the null device."""
+    with tempfile.TemporaryDirectory() as place:
+        streams = [Path(place, name) for name in ("stdin", "stdout", "stderr")]
+        streams[0].write_text(stdin or "", encoding="utf-8")
+        if stdin is None:
+            streams[0] = Path(os.devnull)
+        code = ended(started(folder, *words, streams=streams, **env))
+        return CompletedProcess(words, code, *(each.read_text() for each in streams[1:]))
+
+
+def started(
+    folder: Path, *words: str, streams: Sequence[Path] = (Path(os.devnull),) * 3, **env: str
+) -> Program:
+    """Starts dmplay in a folder with its own state, between these files."""
+    world = clean_environment(folder, **env)
+    program = COPIES.Process(target=_play, args=(words, folder, world, streams))
+    program.start()
+    return program
+
+
+def ended(program: Program) -> int:
+    """Waits for the end: the exit code, or a signal as a negative number."""
+    program.join(PATIENCE)
+    program.kill()
+    program.join()
+    assert program.exitcode is not None
+    return program.exitcode
+
+
+def _play(
+    words: Sequence[str], folder: Path, world: Mapping[str, str], streams: Sequence[Path]
+) -> None:
+    """Is the program, in this folder and environment, between these streams."""
+    mind_signals()
+    os.chdir(folder)
+    os.environ.clear()
+    os.environ.update(world)
+    for number, path in enumerate(streams):
+        os.dup2(os.open(path, os.O_RDWR | os.O_CREAT), number)
+    encoding = os.environ.get("PYTHONIOENCODING")
+    sys.stdin, sys.stdout, sys.stderr = (
+        os.fdopen(number, mode, encoding=encoding) for number, mode in enumerate("rww")
+    )
+    sys.argv = ["dmplay", *words]
+    try:
+        main()
+    except Exception as error:
+        sys.excepthook(type(error), error, error.__traceback__)
+        sys.exit(1)
