@@ -17,11 +17,11 @@ from dmplay.game.seats import HUMAN
 from dmplay.session import Session
 from dmplay.solutions import every
 from tests.cli.test_cli import run
+from tests.support.blocks import TIGER
 from tests.support.screens import seated
-from tests.test_readme import TIGER
 
 TOLD: dict[str, type[Tabular]] = {}
-exec(TIGER, TOLD)  # the README's own
+exec(TIGER, TOLD)  # the guide's own
 Tiger = TOLD["Tiger"]
 
 

@@ -10,7 +10,7 @@ import dmplay
 from dmplay.solutions.every import solution
 from tests.cli.test_cli import run
 from tests.laws.test_conformance import CASES
-from tests.test_readme import TIGER
+from tests.support.blocks import TIGER
 
 
 def test_the_line_is_solved_by_value_iteration() -> None:
