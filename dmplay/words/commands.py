@@ -163,6 +163,7 @@ TOPICS: Mapping[str, tuple[Command, ...]] = {
         Command("agents", "PROBLEM", "who can play it", _outer("agents")),
         Command("solve", "PROBLEM", "its values or equilibria", _outer("solve")),
         Command("figure", "[NAME]", "a figure of the book", _outer("figure")),
+        Command("guide", "[TOPIC]", "how to play, and bring your own", _outer("guide")),
     ),
     "shell": (
         Command("keys", "", "which key does what", _keys),

@@ -16,13 +16,13 @@ from dmplay.game.game import Game
 from dmplay.game.seats import HUMAN
 from dmplay.session import Session
 from dmplay.solutions import every
+from tests.support.blocks import TIGER
 from tests.support.brought import Key
 from tests.support.programs import run
-from tests.support.readme import TIGER
 from tests.support.screens import seated
 
 TOLD: dict[str, type[Tabular]] = {}
-exec(TIGER, TOLD)  # the README's own
+exec(TIGER, TOLD)  # the guide's own
 Tiger = TOLD["Tiger"]
 
 

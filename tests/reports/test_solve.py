@@ -8,9 +8,9 @@ import pytest
 
 import dmplay
 from dmplay.solutions.every import solution
+from tests.support.blocks import TIGER
 from tests.support.cases import CASES
 from tests.support.programs import run
-from tests.support.readme import TIGER
 
 
 def test_the_line_is_solved_by_value_iteration() -> None:
