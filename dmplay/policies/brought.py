@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from dmplay.core import Interval, Policy, Problem
+from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter
 from dmplay.policies._solved import Optimal, Plan, Qmdp, Seeing
 from dmplay.tabular import tabulate
@@ -12,11 +12,11 @@ FEW_SEEN, FEW_HIDDEN = 1000, 4  # states that a table, and alpha vectors, are ma
 
 def POLICIES(problem: Problem) -> dict[str, Callable[..., Policy]]:  # noqa: N802 - as elsewhere
     """The agents that fit."""
-    one = len(problem.agents) == 1 and not isinstance(problem.actions[0], Interval)
+    one = len(problem.agents) == 1 and problem.action_counts[0] > 0
     if not one or not isinstance(problem.states, int):
         return {}
     ends = problem.discount < 1.0
-    if problem.observations is None:
+    if not problem.hidden:
         return {"optimal": Seeing} if ends and problem.states <= FEW_SEEN else {}
     if problem.states > FEW_HIDDEN or not _listed(problem):
         return {}
