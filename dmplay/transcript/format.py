@@ -109,7 +109,7 @@ def turn_facts(session: Session) -> dict[str, object]:
         state = session.state
         real = np.issubdtype(state.dtype, np.floating)
         facts["state"] = _numbers(state) if real else problem.notation(state)
-    if turns and problem.observations is not None:
+    if turns and problem.hidden:
         seen = zip(problem.agents, problem.observations, turns[-1].observations, strict=True)
         facts["observations"] = {agent: labels[o] for agent, labels, o in seen}
     if turns:
