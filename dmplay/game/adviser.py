@@ -56,7 +56,7 @@ class Adviser:
         """Whether its first answer is still to come, and takes longer than a moment."""
         problem = self.session.problem
         states = problem.states if isinstance(problem.states, int) else 1
-        actions = [len(one.labels) or 1 for one in problem.actions]
+        actions = [many or 1 for many in problem.action_counts]
         return "_follower" not in vars(self) and states * prod(actions) > LARGE
 
     def silent(self) -> str:

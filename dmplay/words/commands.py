@@ -52,7 +52,7 @@ def _act(table: Table, argument: str) -> str:
     try:
         action = game.keyboard.read(game.watcher, argument)
     except UnknownName:
-        known = [*game.problem.actions[game.watcher].labels]
+        known = game.problem.actions[game.watcher].labels
         word, _, rest = argument.partition(" ")
         if not word or (rest and word.lower() in known):
             told = f"act: got {argument!r}, expected one action; ';' stands between several"

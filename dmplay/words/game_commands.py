@@ -111,8 +111,7 @@ def belief(game: Game, argument: str) -> str:
 
 def state(game: Game, argument: str) -> str:
     """The state in one line, where it may be known."""
-    hidden = game.problem.hidden
-    if hidden and not (game.reveal or game.session.over):
+    if game.problem.hidden and not (game.reveal or game.session.over):
         return "state: hidden until the game is over, or with --reveal."
     return f"state: {game.problem.notation(game.session.state)}"
 
