@@ -135,9 +135,7 @@ def _ready() -> None:
 
 def _screen(shell: Shell) -> str:
     """Shows the game on the full screen."""
-    screen = Screen(shell.table, shell.terminal, shell.speed)
-    code = show(screen)
-    shell.before = screen.before  # who sat there last sits here
+    code = show(Screen(shell.table, shell.terminal, shell.speed))
     if code > 128 and code != 128 + signal.SIGINT:
         raise SystemExit(code)
     return ""
