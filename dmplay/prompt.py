@@ -60,7 +60,7 @@ def toolbar(shell: Shell) -> str:
         if not view.problem.hidden and view.problem.states != 1:
             at = view.problem.notation(view.observation)
             facts += [f"at {at}"] if len(at) <= SHORT else []
-        elif view.problem.observations and view.turn:
+        elif view.problem.hidden and view.turn:
             facts.append(f"saw {view.problem.observations[view.seat][int(view.observation)]}")
     between = " - " if shell.terminal.ascii else " · "
     return f" {between.join([*facts, 'F1 help'])}"

@@ -118,7 +118,7 @@ def bound() -> Iterator[tuple[str, str, str]]:
     for problem in PROBLEMS:
         played = game(problem)
         yield from ((problem, key, label) for key, label in played.style.KEYS.items())
-        labels = played.problem.actions[0]
+        labels = played.problem.actions[0].labels
         yield from ((problem, str(n), str(label)) for n, label in enumerate(labels, 1))
 
 
