@@ -16,8 +16,8 @@ from dmplay.reports.export import ROOM, film
 from dmplay.screen import frame
 from dmplay.screen.screen import Screen
 from dmplay.terminal import Terminal
+from tests.support.programs import run
 from tests.support.readme import README, ROOT, TIGER, blocks
-from tests.support.terminals import DMPLAY, clean_environment
 
 
 def test_the_problem_of_the_readme_is_no_longer_than_fifteen_lines() -> None:
@@ -58,18 +58,10 @@ def test_the_readme_shows_a_map_a_board_and_a_belief_in_play() -> None:
 def test_the_settings_of_the_readme_are_in_force(tmp_path: Path) -> None:
     (settings,) = blocks("toml")
     (tmp_path / "dmplay.toml").write_text(settings)
-
-    def run(*words: str) -> str:
-        env = clean_environment(tmp_path)
-        return subprocess.run(
-            [*DMPLAY, *words], cwd=tmp_path, env=env, capture_output=True, text=True, check=True,
-            stdin=subprocess.DEVNULL,
-        ).stdout  # fmt: skip
-
-    shown = run("config", "show")
+    shown = run(tmp_path, "config", "show").stdout
     for name in ("play.turns", "play.set", "keys.hex.k", "aliases.hw"):
         assert re.search(rf"^{re.escape(name)} .* dmplay\.toml$", shown, re.MULTILINE)
-    assert "hexworld, seed 7." in run("hw")
+    assert "hexworld, seed 7." in run(tmp_path, "hw").stdout
 
 
 def test_the_problem_of_the_readme_is_played(tmp_path: Path) -> None:
@@ -77,10 +69,7 @@ def test_the_problem_of_the_readme_is_played(tmp_path: Path) -> None:
     words = ["./tiger.py:Tiger", "--agent", "plan", "--turns", "3", "--seed", "1", "-o", "g.dmt"]
     about = (["info", words[0]], ["agents", words[0]])
     for command in (words, ["verify", "g.dmt", "--trust"], ["replay", "g.dmt", "--trust"], *about):
-        done = subprocess.run(
-            [sys.executable, "-m", "dmplay", *command],
-            cwd=tmp_path, capture_output=True, text=True, stdin=subprocess.DEVNULL, check=False,
-        )  # fmt: skip
+        done = run(tmp_path, *command)
         told = "transcript: g.dmt\nreplay: dmplay replay g.dmt --trust\n"
         assert (done.returncode, done.stderr) in ((0, ""), (0, told))
 

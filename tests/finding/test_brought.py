@@ -16,6 +16,7 @@ from dmplay.game.game import Game
 from dmplay.game.seats import HUMAN
 from dmplay.session import Session
 from dmplay.solutions import every
+from dmplay.solvers import alpha_vectors
 from tests.support.brought import Key
 from tests.support.programs import run
 from tests.support.readme import TIGER
@@ -140,7 +141,8 @@ def test_what_is_seen_of_the_state_before_is_left_to_a_search() -> None:
         every.solution(Flip())
 
 
-def test_a_hint_is_searched_where_plans_are_too_many() -> None:
+def test_a_hint_is_searched_where_plans_are_too_many(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(alpha_vectors, "WORK", 1000)
     played = game(Four(discount=1.0))
     assert played.adviser.hint().startswith("hint (search): ")
     with pytest.raises(BadPolicy, match="plans are too many; search needs none"):

@@ -15,6 +15,7 @@ GAME = Game2048()
 EARLY = "2 . . 4/. 2 . ./. . 8 ./4 . . 2"
 LATE = "2 4 2 8/4 8 16 64/2 32 512 128/. 2 1024 16"
 BIG = "65536 32768 2 4/4 8 16 64/2 32 512 128/4 2 8 16"
+TIGHT = "2 4 2 8/4 8 16 64/2 32 512 128/4 1024 1024 16"
 PAIR = "32768 32768 2 4/4 8 16 64/2 32 512 128/4 2 8 16"
 DEAD = "2 4 2 4/4 2 4 2/2 4 2 4/4 2 4 2"
 
@@ -54,7 +55,7 @@ def best_worth(game: Game2048, s: np.ndarray, depth: int) -> float:
 @pytest.mark.parametrize("p_two", [0.8, 0.0, 1.0])
 @pytest.mark.parametrize(
     ("text", "depth"),
-    [(EARLY, 1), (EARLY, 2), (LATE, 1), (LATE, 2), (LATE, 3), (LATE, 4), (LATE, 5)],
+    [(EARLY, 1), (EARLY, 2), (LATE, 1), (LATE, 2), (LATE, 3), (LATE, 4), (TIGHT, 5)],
 )
 def test_the_values_are_those_of_the_plain_recursion(
     monkeypatch: pytest.MonkeyPatch, text: str, depth: int, p_two: float
