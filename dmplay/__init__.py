@@ -19,9 +19,9 @@ _HOMES = {
     "Span": "chance",
     "Tables": "tabular",
     "Tabular": "tabular",
-    "agent": "finding.catalog",
+    "agent": "finding.agents",
     "exact": "core",
-    "load": "finding.catalog",
+    "load": "finding.problems",
     "rollout": "rollouts",
 }
 __all__ = [*_HOMES]  # noqa: PLE0604 - the names above

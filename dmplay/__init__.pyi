@@ -9,8 +9,8 @@ from dmplay.core import Policy as Policy
 from dmplay.core import Problem as Problem
 from dmplay.core import exact as exact
 from dmplay.dice import Dice as Dice
-from dmplay.finding.catalog import agent as agent
-from dmplay.finding.catalog import load as load
+from dmplay.finding.agents import agent as agent
+from dmplay.finding.problems import load as load
 from dmplay.rollouts import rollout as rollout
 from dmplay.session import Session as Session
 from dmplay.tabular import Tables as Tables

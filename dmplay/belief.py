@@ -11,10 +11,20 @@ from dmplay.errors import ImpossibleObservation
 
 
 class Posterior(NamedTuple):
-    """A belief after a turn, and how likely that turn's observations were."""
+    """Beliefs after a turn, and how likely that turn's observations were."""
 
-    belief: Reals  # [S]
-    likelihood: float
+    belief: Reals  # [..., S]
+    likelihood: Reals  # [...]
+
+
+def bayes(joint: Reals) -> Posterior:
+    """Bayes' rule: joint probabilities `[..., S]` of what was seen and each state, to 1 in sum.
+
+    Where the likelihood is 0 there is no belief, and zeros are left. Summed by `cumsum`: a row has
+    the same bits in any batch.
+    """
+    likelihood = joint.cumsum(axis=-1)[..., -1]
+    return Posterior(joint / np.where(likelihood > 0.0, likelihood, 1.0)[..., None], likelihood)
 
 
 def prior(problem: Problem) -> Reals:
@@ -35,11 +45,10 @@ def update(
     None stands for what is not known: an unknown action is taken to be uniformly random, an
     unknown observation says nothing. Raises ImpossibleObservation where the likelihood is 0.
     """
-    joint = problem.carry(belief, actions, observations)
-    likelihood = float(joint.cumsum()[-1])
-    if likelihood <= 0.0:
+    found = bayes(problem.carry(belief, actions, observations))
+    if not found.likelihood:
         raise ImpossibleObservation(_impossible(problem, actions, observations))
-    return Posterior(joint / likelihood, likelihood)
+    return found
 
 
 def _impossible(

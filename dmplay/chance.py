@@ -101,3 +101,19 @@ def among(able: Bools, u: Reals) -> Ints:
     rank = np.cumsum(able, axis=1)
     wanted = (u * rank[:, -1]).astype(np.int64) + 1
     return np.asarray(np.argmax(rank == wanted[:, None], axis=1))
+
+
+def mean(weights: Reals, each: Array) -> Reals:
+    """The sum `[B, K]` of `each` `[S, K]`, or `[B, S, K]`, with these weights `[B, S]`.
+
+    Term by term: a row has the same bits in any batch, which a product of matrices has not.
+    """
+    total = weights[:, 0, None] * each[..., 0, :]
+    for s in range(1, weights.shape[1]):
+        total = total + weights[:, s, None] * each[..., s, :]
+    return np.asarray(total)
+
+
+def anyone(many: int, u: Reals, able: Bools | None) -> Ints:
+    """One of 0 .. many-1, or of those marked `[B, many]`, each as likely, by uniforms `[B]`."""
+    return (u * many).astype(np.int64) if able is None else among(able, u)

@@ -10,10 +10,11 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Categorical, Chance, Finite, Ints, Pick, Reals, sample
-from dmplay.errors import BadParameter, UnknownName
+from dmplay.chance import Array, Bools, Chance, Finite, Ints, Reals, anyone, sample
+from dmplay.errors import BadParameter, IllegalAction, UnknownName
 
 DECIMALS = 9  # of a real-valued action, so that its text is the number
+GRID = 21  # actions that stand for an interval
 MOST_OUTCOMES = 20_000_000  # of one call of `exact`
 
 T = TypeVar("T")
@@ -24,6 +25,43 @@ class Labels(tuple[str, ...]):
     """A finite set of names; the index is the value."""
 
     __slots__ = ()
+    written: tuple[type, ...] = (str,)  # the types of an action in JSON
+
+    @property
+    def labels(self) -> "Labels":
+        """The names to choose from: all of them."""
+        return self
+
+    def read(self, text: str) -> int:
+        """The action that a text names."""
+        word = _plain(text)
+        if word not in self:
+            raise UnknownName("action", text.strip(), self)
+        return self.index(word)
+
+    def name(self, action: float) -> str:
+        """The label of an action."""
+        return str(self[int(action)])
+
+    fact = name  # as a transcript has it
+
+    def check(self, action: float, where: str) -> int:
+        """The action as it will act; raises IllegalAction for what is no index."""
+        if action not in range(len(self)):
+            raise IllegalAction(f"{where}: got action {action}, expected 0 to {len(self) - 1}")
+        return int(action)
+
+    def draw(self, u: Reals, legal: Bools | None) -> Ints:
+        """Actions `[B]` by uniforms `[B]`, each that is legal `[B, A]` as likely."""
+        return anyone(len(self), u, legal)
+
+    def grid(self) -> Ints:
+        """The actions `[A]` that a search tries."""
+        return np.arange(len(self))
+
+    def told(self, legal: Bools | None = None) -> str:
+        """The legal ones in words; '' for none."""
+        return ", ".join(self if legal is None else (self[a] for a in np.flatnonzero(legal)))
 
 
 class Interval(NamedTuple):
@@ -31,6 +69,61 @@ class Interval(NamedTuple):
 
     low: float
     high: float
+
+    @property
+    def written(self) -> tuple[type, ...]:
+        """The types of an action in JSON."""
+        return (int, float)
+
+    @property
+    def labels(self) -> Labels:
+        """The names to choose from: none, an action is a number."""
+        return Labels()
+
+    def read(self, text: str) -> float:
+        """The action that a text writes."""
+        try:
+            value = round(float(text), DECIMALS) if text.isascii() and "_" not in text else math.nan
+        except ValueError:
+            value = math.nan
+        if not self.low <= value <= self.high:
+            raise BadParameter(f"action: got {text.strip()!r}, expected {self.told()}")
+        return value + 0.0
+
+    def name(self, action: float) -> str:
+        """The number, in as many digits as it has."""
+        return f"{action:.9g}"
+
+    def fact(self, action: float) -> float:
+        """The number, as a transcript has it."""
+        return float(action)
+
+    def check(self, action: float, where: str) -> float:
+        """The action as it will act; raises IllegalAction for what is out of bounds."""
+        if not self.low <= action <= self.high:
+            raise IllegalAction(f"{where}: got {action:g}, expected {self.told()}")
+        return round(float(action), DECIMALS) + 0.0
+
+    def draw(self, u: Reals, legal: Bools | None) -> Reals:
+        """Actions `[B]` by uniforms `[B]`, each as likely."""
+        return np.round(self.low + (self.high - self.low) * u, DECIMALS)
+
+    def grid(self) -> Reals:
+        """The actions `[A]` that a search tries."""
+        return np.asarray(np.round(np.linspace(self.low, self.high, GRID), DECIMALS) + 0.0)
+
+    def nearest(self, numbers: Reals) -> Reals:
+        """The actions `[B]` that are closest to these numbers."""
+        return np.asarray(np.round(np.clip(numbers, self.low, self.high), DECIMALS) + 0.0)
+
+    def told(self, legal: Bools | None = None) -> str:
+        """The span in words."""
+        return f"a number from {self.low:g} to {self.high:g}"
+
+
+def _plain(text: str) -> str:
+    """A typed name as labels are written."""
+    return text.strip().lower().replace("_", "-")
 
 
 class Continuous(NamedTuple):
@@ -127,10 +220,20 @@ class Problem(ABC):
     def actions(self) -> tuple[Labels | Interval, ...]:
         """The action set of each agent."""
 
+    @cached_property
+    def action_counts(self) -> tuple[int, ...]:
+        """How many actions each agent has to choose from; 0 where it chooses a number."""
+        return tuple(len(known.labels) for known in self.actions)
+
     @property
     def observations(self) -> tuple[Labels, ...] | None:
         """The observation set of each agent; None where every agent sees the state."""
         return None
+
+    @property
+    def hidden(self) -> bool:
+        """Whether agents see less than the state."""
+        return self.observations is not None
 
     @property
     def states(self) -> int | float | Continuous:
@@ -150,7 +253,7 @@ class Problem(ABC):
     @property
     def rewards_observed(self) -> bool:
         """Whether a seat may see its reward each turn; a hidden state it would betray."""
-        return self.observations is None
+        return not self.hidden
 
     @property
     def aliases(self) -> Mapping[str, str]:
@@ -212,10 +315,8 @@ class Problem(ABC):
         unknown observation says nothing.
         """
         support = np.flatnonzero(belief)
-        each = [
-            range(len(labels)) if a is None else (a,)
-            for a, labels in zip(actions, self.actions, strict=True)
-        ]
+        known = zip(actions, self.action_counts, strict=True)
+        each = [range(many) if a is None else (a,) for a, many in known]
         choices = np.array(list(product(*each)))
         states = self.enumerated()[support]
         p, outcome = exact(
@@ -225,7 +326,7 @@ class Problem(ABC):
         for seat, observation in enumerate(observations):
             if observation is not None:
                 weight = weight * (outcome.observations[:, :, seat] == observation)
-        after = self.index(outcome.state.reshape(p.size, *states.shape[1:]))
+        after = reached(self, outcome).reshape(-1)
         return np.bincount(after, weight.reshape(-1), minlength=len(belief)).astype(float)
 
     @cached_property
@@ -234,7 +335,7 @@ class Problem(ABC):
         opening = self.opening(1)
         start = sum(chance.draws for chance in opening)
         s = self.place(1, sample(opening, np.zeros((1, start))))
-        a = np.array([[one.low if isinstance(one, Interval) else 0 for one in self.actions]])
+        a = np.array([[known.grid()[0] for known in self.actions]])
         return Draws(start, sum(chance.draws for chance in self.chance(s, a)))
 
     def start(self, u: Reals) -> Array:
@@ -245,14 +346,27 @@ class Problem(ABC):
         """One turn of B rows: states, joint actions `[B, n]`, uniforms `[B, draws.step]`."""
         return self.move(s, a, sample(self.chance(s, a), u))
 
+    def first_sight(self, s: Array) -> Array:
+        """What a seat sees before the first turn: the state `[B, ...]`, or -1 if it is hidden."""
+        return np.full(len(s), -1) if self.hidden else s
+
+    def percept(self, seat: int, actions: Array, outcome: Outcome) -> Percept:
+        """What a turn by the joint actions `[B, n]` teaches a seat."""
+        return Percept(
+            actions[:, seat],
+            outcome.observations[:, seat] if self.hidden else outcome.observations,
+            None if self.hidden else actions,
+            outcome.rewards[:, seat] if self.rewards_observed else None,
+        )
+
     @property
     def kind(self) -> str:
         """The field's name for this class of problem, derived from its facts."""
         if self.states == 1:
             return "simple game"
         if len(self.agents) == 1:
-            return "MDP" if self.observations is None else "POMDP"
-        if self.observations is None:
+            return "POMDP" if self.hidden else "MDP"
+        if not self.hidden:
             return "Markov game"
         return "Dec-POMDP" if self.shared_reward else "POMG"
 
@@ -264,33 +378,11 @@ class Problem(ABC):
 
     def action(self, seat: int, text: str) -> float:
         """The action that a person's text names: an index, or a number of the interval."""
-        known = self.actions[seat]
-        if isinstance(known, Interval):
-            return _number(text, known)
-        word = text.strip().lower().replace("_", "-")
-        word = self.aliases.get(word, word)
-        if word not in known:
-            raise UnknownName("action", text.strip(), known)
-        return int(known.index(word))
+        return self.actions[seat].read(self.aliases.get(_plain(text), text))
 
     def action_name(self, seat: int, action: float) -> str:
         """The label of an action, or its number."""
-        known = self.actions[seat]
-        return f"{action:.9g}" if isinstance(known, Interval) else str(known[int(action)])
-
-
-def _number(text: str, interval: Interval) -> float:
-    """The number of an interval that a text is."""
-    try:
-        value = round(float(text), DECIMALS) if text.isascii() and "_" not in text else math.nan
-    except ValueError:
-        value = math.nan
-    if not interval.low <= value <= interval.high:
-        raise BadParameter(
-            f"action: got {text.strip()!r}, expected a number from {interval.low:g} to "
-            f"{interval.high:g}"
-        )
-    return value + 0.0
+        return self.actions[seat].name(action)
 
 
 class Exact(NamedTuple):
@@ -311,6 +403,12 @@ def exact(problem: Problem, s: Array, a: Array) -> Exact:
     return Exact(probabilities, Outcome(*shaped))
 
 
+def reached(problem: Problem, outcome: Outcome) -> Ints:
+    """The indices `[B, K]` of the next states that `exact` lists."""
+    rows, many, *state = outcome.state.shape
+    return problem.index(outcome.state.reshape(rows * many, *state)).reshape(rows, many)
+
+
 def exact_start(problem: Problem) -> tuple[Reals, Array]:
     """Every start state `[K, ...]` with its probability `[K]`; a state may come up twice."""
     probabilities, events = _joint(_finite(problem, problem.opening(1)), 1)
@@ -318,7 +416,7 @@ def exact_start(problem: Problem) -> tuple[Reals, Array]:
 
 
 def _finite(problem: Problem, chances: tuple[Chance, ...]) -> tuple[Finite, ...]:
-    finite = tuple(chance for chance in chances if isinstance(chance, Categorical | Pick))
+    finite = tuple(chance for chance in chances if isinstance(chance, Finite))
     if len(finite) < len(chances):
         name = type(problem).__name__
         raise BadParameter(f"{name} draws real numbers: its outcomes cannot be listed")

@@ -2,7 +2,7 @@
 
 import math
 
-from dmplay.core import Continuous, Interval, Labels, Problem
+from dmplay.core import Continuous, Problem
 
 VARIES = "varies"
 
@@ -23,7 +23,7 @@ def summary(problem: Problem) -> dict[str, str]:
     return {
         "agents": agents,
         "states": VARIES if varies(problem, "states") else _states(problem),
-        "actions": f"{_actions(problem.actions[0])}{each}",
+        "actions": f"{len(problem.actions[0].labels) or 'in R'}{each}",
         "observations": seen,
         "discount": f"{problem.discount:g}",
     }
@@ -36,7 +36,3 @@ def _states(problem: Problem) -> str:
     if problem.states == math.inf:
         return "unbounded"
     return "-" if problem.states == 1 else str(problem.states)
-
-
-def _actions(actions: Labels | Interval) -> str:
-    return "in R" if isinstance(actions, Interval) else str(len(actions))

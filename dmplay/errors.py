@@ -55,6 +55,14 @@ class BadPolicy(DmplayError, RuntimeError):
 class BadTranscript(DmplayError, ValueError):
     """A file that is not a transcript, with the line and column of the first fault."""
 
+    def __init__(self, path: str, line: int, column: int | None, what: str) -> None:
+        super().__init__(path, line, column, what)
+        self.path, self.line, self.column, self.what = path, line, column, what
+
+    def __str__(self) -> str:
+        column = "" if self.column is None else f"{self.column}:"
+        return f"{self.path}:{self.line}:{column} {self.what}"
+
 
 class TranscriptMismatch(DmplayError, AssertionError):
     """A transcript whose replay differs from what it records."""

@@ -2,19 +2,20 @@
 
 import contextlib
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from shlex import quote
 
 from dmplay import __version__
-from dmplay.finding import catalog
+from dmplay.finding import problems
+from dmplay.game.errand import Conversation, Sitting
+from dmplay.game.start import begin
 from dmplay.game.table import Table
 from dmplay.screen.screen import Screen
 from dmplay.screen.show import show
 from dmplay.signals import leaving
-from dmplay.terminal import Terminal
-from dmplay.words.plain import Objects, Reporter, Sentences, Silence, play
-from dmplay.words.shell import Shell, ask
-from dmplay.words.shell import play as play_script
+from dmplay.terminal import here
+from dmplay.words.plain import Objects, Reporter, Sentences, Silence, by_lines
+from dmplay.words.shell import Shell, ask, script
 
 BANNER = f"""\
 dmplay {__version__}: decision problems, in words
@@ -22,37 +23,31 @@ list names them, play hexworld begins one,
 help tells the rest, Ctrl-D leaves"""
 
 
-def run(  # noqa: PLR0913 - a table, how to talk, and what is wanted beside it
-    table: Table,
-    terminal: Terminal,
-    *,
-    json: bool = False,
-    quiet: bool = False,
-    speed: float = 2.0,
-    rate: float | None = None,
-) -> int:
-    """Plays at a table with the front end that the terminal allows; returns the exit code."""
+def sit(table: Table, sitting: Sitting) -> int:
+    """Plays the game that is wanted with the front end that the terminal allows; the exit code."""
+    terminal, quiet = here(sitting.wishes), sitting.quiet
+    table.put(begin(sitting.wanted))
     code = 0
     with _closing(table, quiet=quiet):
         if terminal.screen and not quiet:
-            code = show(Screen(table, terminal, speed, rate))
+            code = show(Screen(table, terminal, sitting.speed, sitting.rate))
             table.end("interrupted" if code else "quit")
-            print(table.game.result())
+            print(table.game.account.result())
         else:
+            json = sitting.wishes.json
             reporter: Reporter = Silence() if quiet else Objects() if json else Sentences()
-            play(table, terminal, sys.stdin, reporter)
+            by_lines(table, terminal, sys.stdin, reporter)
     return code or faults(table)
 
 
-def converse(
-    table: Table, terminal: Terminal, commands: Sequence[str], *, speed: float = 2.0
-) -> int:
+def converse(table: Table, conversation: Conversation) -> int:
     """Plays at a table in words, typed, piped or given; returns the exit code."""
-    shell = Shell(table, terminal, speed)
+    terminal = here(conversation.wishes)
+    shell = Shell(table, terminal, conversation.speed)
     code = 0
     with _closing(table):
-        if commands:
-            play_script(shell, commands, "command", echo=False)
+        if conversation.commands:
+            script(shell, conversation.commands, "command", echo=False)
         elif terminal.screen:
             from dmplay import prompt
 
@@ -62,7 +57,7 @@ def converse(
             print(BANNER)
             ask(shell)
         else:
-            play_script(shell, sys.stdin)
+            script(shell, sys.stdin)
         table.end("interrupted" if code else "quit")
     return code or faults(table)
 
@@ -86,7 +81,7 @@ def epilogue(table: Table) -> None:
     whole = [recorder for recorder in table.ended if not recorder.fault]
     rows = [f"transcript: {recorder.path}" for recorder in whole]
     if whole:
-        trust = "" if catalog.stem(whole[-1].session.problem) else " --trust"
+        trust = "" if problems.stem(whole[-1].session.problem) else " --trust"
         rows.append(f"replay: dmplay replay {quote(str(whole[-1].path))}{trust}")
     if table.playing and table.game.again:
         rows.append(f"again: {table.game.again}")

@@ -56,7 +56,7 @@ def toolbar(shell: Shell) -> str:
     if shell.game:
         view = shell.game.view()
         if view.rewards is not None:
-            facts.append(f"return {shell.game.returned(view):.2f}")
+            facts.append(f"return {shell.game.account.returned(view):.2f}")
         if view.problem.observations is None and view.problem.states != 1:
             at = view.problem.notation(view.observation)
             facts += [f"at {at}"] if len(at) <= SHORT else []

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.chance import Array, Bools, Ints, Reals
-from dmplay.core import DECIMALS, Memory, Outcome, Percept, Policy, Problem
+from dmplay.core import DECIMALS, Memory, Policy, Problem
 from dmplay.dice import NATURE, uniforms
 from dmplay.errors import BadPolicy
 
@@ -51,8 +51,7 @@ def rollout(  # noqa: PLR0913 - each is the caller's to choose
     length = np.zeros(episodes, np.int64)
     weight = 1.0
     row = np.arange(episodes)  # the games that go on
-    seen = state if problem.observations is None else np.full(episodes, -1)
-    memories = [policy.begin(seen) for policy in policies]
+    memories = [policy.begin(problem.first_sight(state)) for policy in policies]
     for turn in range(1, limit + 1):
         going = ~problem.terminal(state)
         if not going.all():
@@ -64,7 +63,7 @@ def rollout(  # noqa: PLR0913 - each is the caller's to choose
         actions = _chosen(problem, policies, memories, state, luck)
         outcome = problem.step(state, actions, draw(NATURE, turn, problem.draws.step)[row])
         memories = [
-            policy.update(memory, _percept(problem, seat, actions, outcome))
+            policy.update(memory, problem.percept(seat, actions, outcome))
             for seat, (policy, memory) in enumerate(zip(policies, memories, strict=True))
         ]
         final[row] = state = outcome.state
@@ -96,13 +95,3 @@ def _chosen(
     actions = np.stack(chosen, axis=1)
     # As in a session, so that the text of an action is the action.
     return np.round(actions, DECIMALS) + 0.0 if actions.dtype.kind == "f" else actions
-
-
-def _percept(problem: Problem, seat: int, actions: Array, outcome: Outcome) -> Percept:
-    public = problem.observations is None
-    return Percept(
-        actions[:, seat],
-        outcome.observations if public else outcome.observations[:, seat],
-        actions if public else None,
-        outcome.rewards[:, seat] if problem.rewards_observed else None,
-    )

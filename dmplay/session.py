@@ -3,18 +3,20 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
 from dmplay import belief as beliefs
 from dmplay.chance import Array, Bools, Reals
-from dmplay.core import DECIMALS, Continuous, Interval, Memory, Percept, Policy, Problem
+from dmplay.core import Continuous, Memory, Outcome, Percept, Policy, Problem
 from dmplay.dice import NATURE
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
 
 LARGEST_BELIEF = 4096  # states that a view shows a belief over, where it is quick to have
 LONGEST_LIST = 64  # states; a longer belief, written as a list, is no use to a reader
+
+P_co = TypeVar("P_co", bound=Problem, covariant=True)
 
 
 class Source(Protocol):
@@ -35,10 +37,10 @@ class Turn(NamedTuple):
 
 
 @dataclass(frozen=True)
-class View:
+class View(Generic[P_co]):
     """All that a seat may know, and nothing else."""
 
-    problem: Problem
+    problem: P_co
     seat: int
     observations: tuple[Array, ...]  # one more than turns; the first is -1 where states are hidden
     actions: tuple[float, ...]  # its own
@@ -59,10 +61,21 @@ class View:
         """The latest observation, or the state where every agent sees it."""
         return self.observations[-1]
 
+    @property
+    def last(self) -> str:
+        """The name of its latest action; nothing before the first."""
+        return self.problem.action_name(self.seat, self.actions[-1]) if self.actions else ""
+
+    @property
+    def belief(self) -> Reals:
+        """The latest of its beliefs, for those who know that it has them."""
+        assert self.beliefs is not None
+        return self.beliefs[-1]
+
 
 def believed(problem: Problem) -> float:
     """How many hidden states a belief is over; infinity where there is no belief."""
-    if problem.observations is None or isinstance(problem.states, Continuous):
+    if not problem.hidden or isinstance(problem.states, Continuous):
         return math.inf
     return problem.states
 
@@ -169,21 +182,13 @@ class Session:
         known = problem.actions[seat]
         if action is None:
             raise IllegalAction(f"{where}: no action given")
-        if isinstance(known, Interval):
-            if not known.low <= action <= known.high:
-                span = f"from {known.low:g} to {known.high:g}"
-                raise IllegalAction(f"{where}: got {action:g}, expected a number {span}")
-            return round(float(action), DECIMALS) + 0.0
-        if action not in range(len(known)):
-            raise IllegalAction(f"{where}: got action {action}, expected 0 to {len(known) - 1}")
-        legal = self.legal(seat)
-        if legal is not None and not legal[int(action)]:
-            names = ", ".join(np.array(known)[legal])
-            state = problem.notation(self.state)
+        done, legal = known.check(action, where), self.legal(seat)
+        if legal is not None and known.labels and not legal[int(done)]:
             raise IllegalAction(
-                f"{where}: {known[int(action)]} changes nothing in {state}; expected one of {names}"
+                f"{where}: {known.name(done)} changes nothing in "
+                f"{problem.notation(self.state)}; expected one of {known.told(legal)}"
             )
-        return int(action)
+        return done
 
     def undo(self, turns: int = 1) -> list[Turn]:
         """Takes back the last turns and returns them; the same action gives the same outcome."""
@@ -208,22 +213,16 @@ class Session:
 
     def observation(self, seat: int, turn: int) -> Array:
         """What a seat saw after a turn; before the first, the state or -1."""
-        hidden = self.problem.observations is not None
         if turn == 0:
-            return np.array(-1) if hidden else self.first
+            first: Array = self.problem.first_sight(self.first[None])[0]
+            return first
         seen = self.turns[turn - 1].observations
-        return seen[seat] if hidden else seen
+        return seen[seat] if self.problem.hidden else seen
 
     def percept(self, seat: int, turn: int) -> Percept:
         """What a turn (from 1) taught a seat, as a batch of one row."""
-        played = self.turns[turn - 1]
-        public = self.problem.observations is None
-        return Percept(
-            played.actions[seat : seat + 1],
-            self.observation(seat, turn)[None],
-            played.actions[None] if public else None,
-            played.rewards[seat : seat + 1] if self.problem.rewards_observed else None,
-        )
+        actions, _, state, observations, rewards = (part[None] for part in self.turns[turn - 1])
+        return self.problem.percept(seat, actions, Outcome(state, rewards, observations))
 
     @property
     def believes(self) -> bool:
@@ -245,17 +244,16 @@ class Session:
             self._beliefs.append(np.array(rows))
         return self._beliefs
 
-    def view(self, seat: int) -> View:
+    def view(self, seat: int) -> View[Problem]:
         """What this seat may know."""
         problem = self.problem
-        public = problem.observations is None
         turns = self.turns
         return View(
             problem=problem,
             seat=seat,
             observations=tuple(self.observation(seat, t) for t in range(len(turns) + 1)),
             actions=tuple(turn.actions[seat].item() for turn in turns),
-            joint=tuple(turn.actions for turn in turns) if public else None,
+            joint=None if problem.hidden else tuple(turn.actions for turn in turns),
             rewards=(
                 tuple(turn.rewards[seat].item() for turn in turns)
                 if problem.rewards_observed or self.over

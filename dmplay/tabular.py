@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.chance import Array, Categorical, Chance, Ints, Reals
-from dmplay.core import Outcome, Problem, exact
+from dmplay.core import Outcome, Problem, exact, reached
 from dmplay.errors import BadParameter
 
 CERTAIN = 1e-9  # probabilities this close are equal
@@ -71,8 +71,8 @@ class Tabular(Problem):
 
     def _row(self, s: Array, a: Array) -> Ints:
         row = s
-        for seat, labels in enumerate(self.actions):
-            row = row * len(labels) + a[:, seat]
+        for seat, many in enumerate(self.action_counts):
+            row = row * many + a[:, seat]
         return row
 
     def opening(self, rows: int) -> tuple[Chance, ...]:
@@ -90,7 +90,7 @@ class Tabular(Problem):
     def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """Reads the pair apart; the reward is the expected one, R(s, a)."""
         moved = events[0] // (len(self._each) // self.states)
-        seen = moved if self.observations is None else self._each[events[0]]
+        seen = self._each[events[0]] if self.hidden else moved
         return Outcome(moved, self._expected[self._row(s, a)], seen)
 
     def notation(self, s: Array) -> str:
@@ -104,7 +104,7 @@ class Tabular(Problem):
 
 def joint_actions(problem: Problem) -> Ints:
     """Every joint action `[A, n]`, the first agent slowest."""
-    return np.array(list(product(*(range(len(labels)) for labels in problem.actions))))
+    return np.array(list(product(*map(range, problem.action_counts))))
 
 
 def joint_observation(problem: Problem, observations: Array) -> Ints:
@@ -137,12 +137,12 @@ def tabulate(problem: Problem) -> Tables:
     s, a = np.repeat(states, many, axis=0), np.tile(choices, (size, 1))
     a = _allowed(problem, s, a)
     if isinstance(problem, Tabular):
-        tables, counts = problem.tables, [len(labels) for labels in problem.actions]
-        at = s.reshape(size, many), np.ravel_multi_index(tuple(a.T), counts).reshape(size, many)
+        tables, joint = problem.tables, np.ravel_multi_index(tuple(a.T), problem.action_counts)
+        at = s.reshape(size, many), joint.reshape(size, many)
         return tables._replace(transition=tables.transition[at], rewards=tables.rewards[at])
     p, outcome = exact(problem, s, a)
     row = np.arange(len(p))[:, None]
-    after = problem.index(outcome.state.reshape(p.size, *states.shape[1:])).reshape(p.shape)
+    after = reached(problem, outcome)
     transition = np.zeros((size * many, size))
     np.add.at(transition, (row, after), p)
     rewards = np.einsum("bk,bkn->bn", p, outcome.rewards)

@@ -8,7 +8,7 @@ from typing import cast
 
 from dmplay.cli.app import app
 from dmplay.cli.group import rejoined
-from dmplay.cli.program import ABORTED, USAGE, sentence
+from dmplay.cli.sentence import ABORTED, USAGE, sentence
 from dmplay.errors import DmplayError
 
 COMPLETING = "_DMPLAY_COMPLETE"  # set by a shell that asks what can follow
@@ -29,12 +29,16 @@ def run() -> int:
     if sys.argv[1] in SCRIPTS and len(sys.argv) > 2:
         os.environ[NAMED] = "1"
     try:
-        code = app(standalone_mode=False, prog_name="dmplay")
+        errand = app(standalone_mode=False, prog_name="dmplay")
+        if isinstance(errand, int):  # of help
+            return errand
+        from dmplay.cli.errands import do
+
+        return do(errand)
     except (DmplayError, USAGE) as error:
         return _fail(sentence(error))
     except ABORTED:
         return INTERRUPT_CODE
-    return code if isinstance(code, int) else 0
 
 
 def _complete() -> int:

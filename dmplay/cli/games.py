@@ -1,20 +1,17 @@
-"""Commands that set up a game and play it."""
+"""Commands that want a game: what was said of it, as data; whoever asked plays it."""
 
-from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
-from dmplay.cli import config, options
-from dmplay.cli.program import program
+from dmplay.cli import options
 from dmplay.errors import BadParameter
 from dmplay.terminal import Wishes, here
 
 
 @options.wishes()
 def play(
-    ctx: typer.Context,
     problem: options.Name,
     variant: options.Variant = "",
     set_: options.Set = [],  # noqa: B006 - typer reads it once
@@ -35,7 +32,7 @@ def play(
     rate: options.Rate = None,
     *,
     wishes: Wishes,
-) -> int:
+) -> object:
     """Play a problem, or watch agents play it.
 
     \b
@@ -44,33 +41,29 @@ def play(
       dmplay play crying-baby --agent feed-when-crying -o game.dmt
       printf 'e\\nne\\nquit\\n' | dmplay play hexworld
     """
+    from dmplay.game.errand import Sitting
     from dmplay.game.request import Request
-    from dmplay.game.start import new
 
     if str(record) == "-" and not quiet:
         raise BadParameter("-o -: only with --quiet; else the game itself is told there")
     if rate and not wishes.motion:
         raise BadParameter("--rate: real time moves by itself; leave out --no-motion")
-    terminal, table = here(wishes), _table(ctx)
     request = Request(
         problem, variant, set_, seed, episode, agent, vs, seat, turns, record, frames, force,
-        strict, reveal, keep=ctx.obj is not None, keys=options.wanted_keys(keys),
-        asks=ctx.obj is not None or terminal.asks,
+        strict, reveal, keys=options.wanted_keys(keys), asks=here(wishes).asks,
     )  # fmt: skip
-    table.put(new(request))
-    return _sit(ctx, table, terminal, json=wishes.json, quiet=quiet, speed=speed, rate=rate)
+    return Sitting(request, wishes, quiet, speed, rate)
 
 
 @options.wishes()
 def resume(
-    ctx: typer.Context,
     file: options.LastFile = None,
     trust: options.Trust = False,
     quiet: options.Quiet = False,
     keys: options.Keys = None,
     *,
     wishes: Wishes,
-) -> int:
+) -> object:
     """Go on with a game that was left or killed.
 
     \b
@@ -78,40 +71,36 @@ def resume(
       dmplay resume game.dmt
     """
     from dmplay.game import saves
-    from dmplay.game.start import resumed
+    from dmplay.game.errand import Sitting
+    from dmplay.game.request import Resumption
 
-    terminal, table = here(wishes), _table(ctx)
     file = file or saves.latest_unfinished()
-    asks, wanted = ctx.obj is not None or terminal.asks, options.wanted_keys(keys)
-    table.put(resumed(file, trusted=trust, keys=wanted, asks=asks))
-    return _sit(ctx, table, terminal, json=wishes.json, quiet=quiet)
+    wanted = Resumption(file, trust, options.wanted_keys(keys), here(wishes).asks)
+    return Sitting(wanted, wishes, quiet)
 
 
 @options.wishes()
 def replay(
-    ctx: typer.Context,
     file: options.File,
     trust: options.Trust = False,
     speed: options.Speed = 2.0,
     *,
     wishes: Wishes,
-) -> int:
+) -> object:
     """Watch a recorded game: Space or right steps on, Backspace back, A plays at --speed.
 
     \b
       dmplay replay game.dmt
       dmplay replay game.dmt --plain
     """
-    from dmplay.game.playback import Playback
+    from dmplay.game.errand import Sitting
+    from dmplay.game.request import Recording
 
-    terminal, table = here(wishes), _table(ctx)
-    table.put(Playback(file, trusted=trust))
-    return _sit(ctx, table, terminal, json=wishes.json, speed=speed)
+    return Sitting(Recording(file, trust), wishes, speed=speed)
 
 
 @options.wishes()
 def branch(
-    ctx: typer.Context,
     file: options.File,
     at: Annotated[int, typer.Option("--at", metavar="TURN", min=0, help="the turn to go on from")],
     record: Annotated[
@@ -123,30 +112,30 @@ def branch(
     keys: options.Keys = None,
     *,
     wishes: Wishes,
-) -> int:
+) -> object:
     """Play on from any turn of a recorded game, into a transcript of its own.
 
     \b
       dmplay branch game.dmt --at 7 -o other.dmt
     """
-    from dmplay.game.start import branched
+    from dmplay.game.errand import Sitting
+    from dmplay.game.request import Branching
 
-    terminal, table = here(wishes), _table(ctx)
-    asks, wanted = ctx.obj is not None or terminal.asks, options.wanted_keys(keys)
-    table.put(branched(file, at, record, force=force, trusted=trust, keys=wanted, asks=asks))
-    return _sit(ctx, table, terminal, json=wishes.json, quiet=quiet)
+    wanted = Branching(
+        file, trust, options.wanted_keys(keys), here(wishes).asks, at, force, record=record
+    )
+    return Sitting(wanted, wishes, quiet)
 
 
 @options.wishes("plain", "color", "ascii", "theme", "width", "motion", "input")
 def shell(
-    ctx: typer.Context,
     execute: Annotated[
         list[str], typer.Option("--execute", "-e", metavar="COMMAND", help="do this and leave")
     ] = [],  # noqa: B006
     speed: options.Speed = 2.0,
     *,
     wishes: Wishes,
-) -> int:
+) -> object:
     """Play in words, one game after another; piped, a script whose first bad line ends it.
 
     \b
@@ -154,29 +143,8 @@ def shell(
       dmplay shell < game.dm
       dmplay -e 'play hexworld --seed 7' -e ne -e 'hint; quit'
     """
-    from dmplay.front import converse
+    from dmplay.game.errand import Conversation
 
-    terminal = here(wishes)
-    if not terminal.asks and not execute:
+    if not here(wishes).asks and not execute:
         raise BadParameter("--no-input: nobody is asked; give commands by -e or in a pipe")
-    return converse(_table(ctx), terminal, execute, speed=speed)
-
-
-def _table(ctx: typer.Context) -> Any:
-    """The table of the shell that asks, else one with what the command line and files add to it."""
-    from dmplay.game.table import Table
-    from dmplay.words.commands import is_command
-
-    if ctx.obj is not None:
-        return ctx.obj
-    for name in config.aliases():
-        if is_command(name):
-            raise BadParameter(f"aliases.{name}: {name} is a command; give another name")
-    return Table(None, partial(program, ctx.find_root().command), config.aliases())
-
-
-def _sit(ctx: typer.Context, table: Any, terminal: Any, **how: Any) -> int:
-    """Plays the game at a table; a shell that asks for it does that itself."""
-    from dmplay.front import run
-
-    return 0 if ctx.obj is not None else run(table, terminal, **how)
+    return Conversation(execute, wishes, speed)

@@ -1,7 +1,7 @@
 """The arguments and options that commands share, and what completes each of them."""
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import wraps
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from dmplay.cli import config
+from dmplay.game.formats import FORMATS
 from dmplay.terminal import Wishes
 from dmplay.words.completion import known
 
@@ -212,33 +213,51 @@ WISHES = {
     "plain": Plain, "json": Json, "color": Color, "ascii": Ascii, "theme": Theme, "width": Width,
     "motion": Motion, "input": Input,
 }  # fmt: skip
-Command = Callable[..., Any]
+Command = Callable[..., object]
 
 
 def wishes(*some: str) -> Callable[[Command], Command]:
-    """Gives a command, in place of its parameter `wishes`, the options of `Wishes`, or some.
+    """Gives a command, in place of its parameter `wishes`, the options of `Wishes`, or some."""
+    names = some or Wishes._fields
+    options = {name: (WISHES[name], Wishes._field_defaults[name]) for name in names}
+    return _spread("wishes", options, lambda given: Wishes(**given))
+
+
+def formats(command: Command) -> Command:
+    """Gives a command, in place of its parameter `formats`, an option for each."""
+    options = {
+        name: (Annotated[bool, typer.Option(f"--{name}", help=one.help)], False)
+        for name, one in FORMATS.items()
+    }
+    return _spread("formats", options, lambda given: [n for n, wish in given.items() if wish])(
+        command
+    )
+
+
+def _spread(
+    name: str, options: Mapping[str, tuple[Any, object]], gather: Callable[[dict[str, Any]], object]
+) -> Callable[[Command], Command]:
+    """Gives a command options in place of a parameter, which is what `gather` makes of them.
 
     Typer has no groups of options; it reads them from a signature.
     """
-    names = some or Wishes._fields
 
-    def given(command: Command) -> Command:
+    def spread(command: Command) -> Command:
         @wraps(command)
-        def run(**told: Any) -> Any:
-            wished = Wishes(**{name: told.pop(name) for name in names})
-            return command(**told, wishes=wished)
+        def run(**given: Any) -> object:
+            gathered = gather({option: given.pop(option) for option in options})
+            return command(**given, **{name: gathered})
 
         signature = inspect.signature(command)
-        own = [one for name, one in signature.parameters.items() if name != "wishes"]
+        kind = inspect.Parameter.KEYWORD_ONLY
         more = [
-            inspect.Parameter(
-                name, inspect.Parameter.KEYWORD_ONLY,
-                default=Wishes._field_defaults[name], annotation=WISHES[name],
-            )
-            for name in names
-        ]  # fmt: skip
-        told = signature.replace(parameters=[*own, *more])
-        run.__signature__ = told  # type: ignore[attr-defined] # which inspect takes for its own
+            inspect.Parameter(option, kind, default=default, annotation=annotation)
+            for option, (annotation, default) in options.items()
+        ]
+        own = [one.replace(kind=kind) for one in signature.parameters.values()]
+        at = [one.name for one in own].index(name)
+        changed = signature.replace(parameters=[*own[:at], *more, *own[at + 1 :]])
+        run.__signature__ = changed  # type: ignore[attr-defined] # which inspect takes for its own
         return run
 
-    return given
+    return spread

@@ -1,4 +1,4 @@
-"""Commands that tell: problems, agents, solutions, figures and settings."""
+"""Commands that tell: problems, agents, solutions, figures and settings; each returns a report."""
 
 import os
 from typing import Annotated
@@ -7,20 +7,21 @@ import typer
 
 from dmplay.cli import config, options
 from dmplay.errors import BadParameter
-from dmplay.terminal import Wishes, here
+from dmplay.terminal import Wishes
 
 
 @options.wishes("json", "color", "width")
-def list_(kind: options.Kind = "", *, wishes: Wishes) -> None:
+def list_(kind: options.Kind = "", *, wishes: Wishes) -> object:
     """List the problems: table F.1 of the book.
 
     \b
       dmplay list
       dmplay list pomdp --json
     """
-    from dmplay.reports import problems as reports
+    from dmplay.game.errand import Told
+    from dmplay.reports import problems
 
-    reports.print_list(kind, wishes)
+    return Told(problems.listing(kind, wishes), wishes)
 
 
 @options.wishes("json", "motion")
@@ -30,19 +31,20 @@ def solve(
     set_: options.Set = [],  # noqa: B006 - typer reads it once
     *,
     wishes: Wishes,
-) -> None:
+) -> object:
     """Solve a problem: values, best actions or equilibria, and how they were found.
 
     \b
       dmplay solve hexworld --set slip=0.1
       dmplay solve rock-paper-scissors --json
     """
+    from dmplay.game.errand import Told
     from dmplay.game.request import pairs
     from dmplay.reports import solving
 
     name = f"{problem}:{variant}" if variant else problem
-    motion = wishes.motion
-    solving.print_solution(name, pairs(set_, "--set"), json=wishes.json, motion=motion)
+    wanted = pairs(set_, "--set")
+    return Told(solving.solved(name, wanted, json=wishes.json, motion=wishes.motion))
 
 
 @options.wishes("color", "ascii", "theme")
@@ -52,7 +54,7 @@ def figure(
     output: options.Output = None,
     *,
     wishes: Wishes,
-) -> None:
+) -> object:
     """Draw a figure or table of the book's appendix F from the problems themselves.
 
     \b
@@ -60,41 +62,43 @@ def figure(
       dmplay figure F.2
       dmplay figure F.11 --svg -o regions.svg
     """
+    from dmplay.game.errand import Told
     from dmplay.reports import drawing
 
     if name:
-        drawing.print_figure(name, here(wishes), output, svg=svg)
-    elif svg or output:
+        return Told(drawing.drawn(name, output, svg=svg), wishes)
+    if svg or output:
         raise BadParameter("figure: --svg and -o want a figure, as F.2; dmplay figure names them")
-    else:
-        drawing.print_names()
+    return Told(drawing.named())
 
 
-def agents(problem: options.Name, json: options.Json = False) -> None:
+def agents(problem: options.Name, json: options.Json = False) -> object:
     """List the agents that fit a problem, with their parameters.
 
     \b
       dmplay agents 2048
       dmplay agents prisoners-dilemma --json
     """
-    from dmplay.reports import problems as reports
+    from dmplay.game.errand import Told
+    from dmplay.reports import problems
 
-    reports.print_agents(problem, json=json)
+    return Told(problems.who_plays(problem, json=json))
 
 
-def info(problem: options.Name, json: options.Json = False, keys: options.Keys = None) -> None:
+def info(problem: options.Name, json: options.Json = False, keys: options.Keys = None) -> object:
     """Tell all about a problem: spaces, parameters, variants, agents, keys, decisions, source.
 
     \b
       dmplay info hexworld
       dmplay info crying-baby --json
     """
-    from dmplay.reports import problems as reports
+    from dmplay.game.errand import Told
+    from dmplay.reports import problems
 
-    reports.print_info(problem, options.wanted_keys(keys), json=json)
+    return Told(problems.info(problem, options.wanted_keys(keys), json=json))
 
 
-def config_show(ctx: typer.Context, json: options.Json = False) -> None:
+def config_show(ctx: typer.Context, json: options.Json = False) -> object:
     """Show every setting with its value and where it comes from.
 
     \b
@@ -102,16 +106,18 @@ def config_show(ctx: typer.Context, json: options.Json = False) -> None:
       DMPLAY_COLOR=never dmplay config show --json
     """
     from dmplay.cli.settings import in_force, named, shown
+    from dmplay.game.errand import Told
 
-    told = [*in_force(ctx.find_root()), *named(config.files())]
-    print(shown(told, as_json=json))
+    settings = [*in_force(ctx.find_root()), *named(config.files())]
+    return Told(shown(settings, as_json=json))
 
 
-def config_path() -> None:
+def config_path() -> object:
     """Tell where the files of settings are looked for.
 
     \b
       dmplay config path
     """
-    user, project = config.paths(os.environ)
-    print(user, project, sep="\n")
+    from dmplay.game.errand import Told
+
+    return Told("\n".join(map(str, config.paths(os.environ))))

@@ -4,14 +4,15 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.chance import Reals
-from dmplay.core import Labels, Problem
-from dmplay.finding import catalog
+from dmplay.core import Problem
+from dmplay.finding.problems import load
+from dmplay.problems.catch import DISTANCES
 from dmplay.solvers import alpha_vectors
 from dmplay.solvers.alpha_vectors import Stage
 from dmplay.solvers.value_iteration import greedy
 from dmplay.tabular import tabulate
-from dmplay.views._canvas import Canvas
-from dmplay.views._plot import Axis, Plot
+from dmplay.views.canvas import Canvas
+from dmplay.views.plot import Axis, Plot
 
 TEN = 10  # steps, of the function that figure F.10 draws
 FOURTEEN = 14  # steps, of figure F.11
@@ -22,7 +23,7 @@ MARKS = ("o", "x", "+", "*")
 
 def crying_baby() -> Text:
     """Both value functions: the drawing is the ten-step one, the claim the endless one."""
-    problem = catalog.load("crying-baby")
+    problem = load("crying-baby")
     tables = tabulate(problem)
     ten = alpha_vectors.stages(tables, problem.discount, TEN)[-1]
     endless = alpha_vectors.infinite(tables, problem.discount)
@@ -35,14 +36,12 @@ def crying_baby() -> Text:
 
 def _lines(problem: Problem, stage: Stage) -> Text:
     """The vectors of a stage as lines over the belief."""
-    labels = problem.actions[0]
-    assert isinstance(labels, Labels)
     low, high = float(stage.vectors.min()), float(stage.vectors.max())
     plot = Plot(Axis(0.0, 1.0, "P(hungry)"), Axis(low, high, "U", "{:.1f}"), height=12)
     for number, (vector, actions) in enumerate(zip(stage.vectors, stage.actions, strict=True)):
         glyph, style = MARKS[number % len(MARKS)], STYLES[number % len(STYLES)]
         plot.curve(lambda b, v=vector: v[0] + b * (v[1] - v[0]), glyph, style)  # type: ignore[misc]
-        names = " or ".join(labels[a] for a in np.flatnonzero(actions))
+        names = " or ".join(problem.action_name(0, float(a)) for a in np.flatnonzero(actions))
         plot.note(number, f"{glyph} {names} ({vector[0]:.2f}, {vector[1]:.2f})", style)
     return plot.text()
 
@@ -59,16 +58,16 @@ def horizons() -> Text:
 
 def _legend() -> Text:
     text = Text()
-    labels = catalog.load("machine-replacement").actions[0]
-    assert isinstance(labels, Labels)
-    for label, style in zip(labels, STYLES, strict=True):
+    problem = load("machine-replacement")
+    for action, style in enumerate(STYLES):
+        label = problem.action_name(0, action)
         text.append(f"{label[0]} {label}  ", style=style)
     return text.append("top: none failed, left: one, right: both\n", style="dim")
 
 
 def _triangles(steps: list[int], rows: int, across: int) -> Text:
     """A triangle for each number of steps, so many rows high, some to a line."""
-    problem = catalog.load("machine-replacement")
+    problem = load("machine-replacement")
     stages = alpha_vectors.stages(tabulate(problem), problem.discount, max(steps))
     canvas = Canvas()
     for place, step in enumerate(steps):
@@ -97,16 +96,13 @@ def _first(stage: Stage, b: Reals) -> int:
 
 def catch() -> Text:
     """The probability of a catch by distance, for the four proficiencies."""
-    problem = catalog.load("catch")
-    labels = problem.actions[0]
-    assert isinstance(labels, Labels)
-    distances = np.array([float(label) for label in labels])
-    pay = tabulate(problem).rewards[:, :, 0] / distances
+    problem = load("catch")
+    pay = tabulate(problem).rewards[:, :, 0] / DISTANCES
     plot = Plot(Axis(10.0, 100.0, "distance d"), Axis(0.0, 1.0, "P(catch)"))
     for number, name in enumerate(problem.notation(s) for s in problem.enumerated()):
         shares = pay[number]
         style = STYLES[number]
-        plot.curve(lambda d, p=shares: float(np.interp(d, distances, p)), MARKS[number], style)  # type: ignore[misc]
+        plot.curve(lambda d, p=shares: float(np.interp(d, DISTANCES, p)), MARKS[number], style)  # type: ignore[misc]
         plot.note(number, f"{MARKS[number]} s = {name}", style)
     return plot.text()
 

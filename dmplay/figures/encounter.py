@@ -4,10 +4,10 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.chance import Reals
-from dmplay.finding import catalog
+from dmplay.finding.problems import load
 from dmplay.solvers import collision_grid
 from dmplay.solvers.value_iteration import SLACK, best
-from dmplay.views._canvas import Canvas
+from dmplay.views.canvas import Canvas
 
 RATES = (0.0, 5.0)  # m/s, of the left and the right column
 NO_ADVISORY = 1  # the index of the last advisory and of the action
@@ -18,7 +18,7 @@ STYLES = ("bold yellow", "dim", "bold blue")
 
 def slices() -> Text:
     """Values above, advisories below; rate 0 at the left, 5 m/s at the right."""
-    q = collision_grid.optimal(catalog.load("collision-avoidance"))
+    q = collision_grid.optimal(load("collision-avoidance"))
     canvas = Canvas()
     for column, rate in enumerate(RATES):
         j = int(np.searchsorted(collision_grid.CLIMBS, rate))

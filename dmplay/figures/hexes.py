@@ -5,14 +5,14 @@ from rich.text import Text
 
 from dmplay.chance import Array
 from dmplay.core import Problem, exact_start
-from dmplay.finding import catalog
-from dmplay.problems._hex import Hex
+from dmplay.finding.problems import load
+from dmplay.hexes import Hex
 from dmplay.problems.hexworld import HexWorld
 from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.solvers import value_iteration
 from dmplay.tabular import tabulate
-from dmplay.views._canvas import short, signed
-from dmplay.views._hexgrid import ARROWS, NORMAL, Cell, Size, grid
+from dmplay.views.canvas import short, signed
+from dmplay.views.hexgrid import ARROWS, NORMAL, Cell, Size, grid
 
 
 def hex_worlds() -> Text:
@@ -20,7 +20,7 @@ def hex_worlds() -> Text:
     drawn = Text()
     for name in ("hexworld", "hexworld:straight-line"):
         drawn.append(f"{name}: optimal actions and values\n", style="bold")
-        drawn.append_text(_solved(catalog.load(name))).append("\n")
+        drawn.append_text(_solved(load(name))).append("\n")
     return drawn
 
 
@@ -43,8 +43,7 @@ def _solved(problem: Problem) -> Text:
 
 def hunt() -> Text:
     """The start of predator-prey on the standard map."""
-    problem = catalog.load("predator-prey")
-    assert isinstance(problem, PredatorPrey)
+    problem = PredatorPrey()
     p, states = exact_start(problem)
     return Text("predator P, prey o\n").append_text(_start(problem, states[int(np.argmax(p))]))
 

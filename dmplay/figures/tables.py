@@ -7,20 +7,19 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.chance import Reals
-from dmplay.core import Labels, Problem
 from dmplay.describe import summary
 from dmplay.dice import Dice
-from dmplay.finding import catalog
 from dmplay.finding.names import problem_names
+from dmplay.finding.problems import load
 from dmplay.session import Session
 from dmplay.tabular import tabulate
-from dmplay.views import _payoffs
-from dmplay.views._canvas import Look
+from dmplay.views.style import Look, style_of
 
 
 def _payoff(name: str) -> Text:
-    view = Session(catalog.load(name), Dice(0)).view(0)
-    drawn = list(_payoffs.boards(view, Look()))[1]  # the table without the rounds
+    problem = load(name)
+    view = Session(problem, Dice(0)).view(0)
+    drawn = list(style_of(problem).boards(view, Look()))[1]  # the table without the rounds
     return Text("rewards of agent 1, agent 2; rows are agent 1's actions\n").append_text(drawn)
 
 
@@ -38,7 +37,7 @@ def problems() -> Text:
     """The kind and the spaces of every problem."""
     rows = [["problem", "kind", "agents", "states", "actions", "observations", "discount"]]
     for name in sorted(problem_names(), key=_section):
-        problem = catalog.load(name)
+        problem = load(name)
         rows.append([name, problem.kind, *summary(problem).values()])
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     text = Text()
@@ -50,30 +49,24 @@ def problems() -> Text:
 
 def _section(name: str) -> int:
     """The section of the appendix that a problem's module names as its source."""
-    told = sys.modules[type(catalog.load(name)).__module__].__doc__ or ""
+    told = sys.modules[type(load(name)).__module__].__doc__ or ""
     found = re.search(r"appendix F\.(\d+)", told)
     return int(found[1]) if found else 0
 
 
 def machine() -> Text:
     """Transitions, observations and rewards of machine replacement."""
-    problem = catalog.load("machine-replacement")
+    problem = load("machine-replacement")
     tables = tabulate(problem)
     assert tables.observation is not None
     text = Text()
-    for a, label in enumerate(_labels(problem)):
-        text.append(f"{label}\n", style="bold")
+    for a in range(tables.transition.shape[1]):
+        text.append(f"{problem.action_name(0, a)}\n", style="bold")
         parts = (tables.transition[:, a], tables.observation[a], tables.rewards[:, a])
         for s in range(len(tables.transition)):
             row = "   ".join(_row(part[s]) for part in parts)
             text.append(f"  {row}\n" if s else f"  {row}   T(s'|s,a)  O(o|a,s')  R(s,a)\n")
     return text
-
-
-def _labels(problem: Problem) -> Labels:
-    labels = problem.actions[0]
-    assert isinstance(labels, Labels)
-    return labels
 
 
 def _row(values: Reals) -> str:

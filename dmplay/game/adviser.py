@@ -7,9 +7,9 @@ from typing import TypeVar
 
 from dmplay.core import Interval, Policy
 from dmplay.errors import BadPolicy
-from dmplay.finding import catalog
+from dmplay.finding import agents
 from dmplay.session import Follower, Session
-from dmplay.views._canvas import Overlay
+from dmplay.views.style import Overlay
 
 T = TypeVar("T")
 MOST = 10  # actions whose values are told
@@ -40,7 +40,7 @@ class Adviser:
     @cached_property
     def _found(self) -> tuple[str, Policy] | None:
         """The agent, if there is one; found out late, as a first frame does not need it."""
-        return catalog.adviser(self.session.problem, self.seat, self.session.limit, self.seats)
+        return agents.adviser(self.session.problem, self.seat, self.session.limit, self.seats)
 
     @property
     def name(self) -> str | None:
@@ -72,7 +72,7 @@ class Adviser:
             return ask(self._follower)
         except BadPolicy:
             problem = self.session.problem
-            self._found = "search", catalog.agent(problem, self.seat, "search")
+            self._found = "search", agents.agent(problem, self.seat, "search")
             self._follower = Follower(self.session, self.seat, self._found[1])
             return ask(self._follower)
 

@@ -1,14 +1,13 @@
 """Verifying files and folders of transcripts, and rewriting them."""
 
 import os
-import sys
 from collections.abc import Iterator, Sequence
 from json import dumps
 from pathlib import Path
 
 from dmplay.errors import BadParameter, BadTranscript, DmplayError
-from dmplay.finding import catalog
-from dmplay.game.game import frame
+from dmplay.finding import problems
+from dmplay.game.account import frame
 from dmplay.game.saves import INPUT, standard
 from dmplay.game.seats import asked_again
 from dmplay.terminal import clean
@@ -34,17 +33,16 @@ def files(paths: Sequence[Path]) -> Iterator[Path]:
             raise BadParameter(f"{path}: no such file or folder")
 
 
-def loaded(transcript: Transcript, *, trusted: bool) -> catalog.Loaded:
+def loaded(transcript: Transcript, *, trusted: bool) -> problems.Loaded:
     """The problem of a transcript; nothing that the file names is imported unless trusted."""
     header, entries = transcript.header, transcript.header_block.entries
     for key, parameters in (("problem", {}), ("set", header.parameters)):
         try:
-            found = catalog.resolve(header.problem, parameters, trusted=trusted)
+            found = problems.resolve(header.problem, parameters, trusted=trusted)
         except DmplayError as error:
             line = entries.get(key, entries["problem"]).line
             hint = "" if trusted else "; if it is yours, add --trust"
-            text = f"{transcript.path}:{line}: {error}{hint if key == 'problem' else ''}"
-            raise BadTranscript(text) from None
+            raise transcript.fault(line, f"{error}{hint if key == 'problem' else ''}") from None
     return found
 
 
@@ -63,7 +61,7 @@ def check(path: Path, *, trusted: bool = False) -> Report:
         problem = loaded(transcript, trusted=trusted).problem
         policies = asked_again(problem, dict(transcript.header.seats), trusted=trusted)
     except BadTranscript as error:
-        return Report(str(path), [fault(str(path), error, "form")])
+        return Report(str(path), [fault(error, "form")])
     except OSError as error:
         raise BadParameter(f"{path}: {error.strerror}") from None
     except DmplayError as error:
@@ -107,34 +105,35 @@ def replace(path: Path, content: str) -> None:
         raise BadParameter(f"cannot write {path}: {error.strerror}") from None
 
 
-def print_updates(paths: Sequence[Path], *, trusted: bool) -> None:
-    """Rewrites files, showing what changes in each."""
+def updates(paths: Sequence[Path], *, trusted: bool) -> tuple[list[str], list[str]]:
+    """Rewrites files: what changed in each that differed, and why others were not rewritten."""
+    diffs, refused = [], []
     for path in paths:
         try:
-            diff = update(path, trusted=trusted)
+            diffs.append(update(path, trusted=trusted))
         except BadTranscript as error:
-            print(f"not rewritten: {error}", file=sys.stderr)
-            continue
-        if diff:
-            print(diff)
+            refused.append(f"not rewritten: {error}")
+    return [diff for diff in diffs if diff], refused
 
 
-def print_reports(
+def reported(
     reports: Sequence[Report], good: Sequence[bool], *, json: bool, quiet: bool
-) -> None:
+) -> list[str]:
     """A line for each good file, all findings of a bad one, and a sum; or an object a file."""
-    for report, fine in zip(reports, good, strict=True):
-        if json:
-            print(dumps(_data(report, fine)))
-        elif not fine:
-            print(clean(str(report)))
-        elif not quiet:
-            unfinished = ", unfinished" if report.unfinished else ""
-            turns = f"{report.turns} turn{'s' * (report.turns != 1)}"
-            print(f"ok {clean(report.path)} ({turns}{unfinished})")
-    if not (json or quiet):
-        bad = len(good) - sum(good)
-        print(f"{sum(good)} verified, {bad} failed" if bad else f"{len(good)} verified")
+    pairs = list(zip(reports, good, strict=True))
+    if json:
+        return [dumps(_data(report, fine)) for report, fine in pairs]
+    rows = [_line(report) if fine else clean(str(report)) for report, fine in pairs]
+    if quiet:
+        return [row for row, fine in zip(rows, good, strict=True) if not fine]
+    bad = len(good) - sum(good)
+    return [*rows, f"{sum(good)} verified, {bad} failed" if bad else f"{len(good)} verified"]
+
+
+def _line(report: Report) -> str:
+    """A file that is as it should be."""
+    unfinished = ", unfinished" if report.unfinished else ""
+    return f"ok {clean(report.path)} ({report.turns} turn{'s' * (report.turns != 1)}{unfinished})"
 
 
 def _data(report: Report, fine: bool) -> dict[str, object]:

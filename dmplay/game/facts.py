@@ -2,13 +2,14 @@
 
 from collections.abc import Mapping
 
+from dmplay.core import Problem
 from dmplay.session import Session, View
 from dmplay.transcript.format import turn_facts
 
 OPEN = ("turn", "actions", "state", "observations", "rewards", "belief")  # which a seat may know
 
 
-def public(session: Session, view: View) -> dict[str, object]:
+def public(session: Session, view: View[Problem]) -> dict[str, object]:
     """What the seat of a view may know of the last turn."""
     hidden = session.problem.observations is not None
     agent = session.problem.agents[view.seat]

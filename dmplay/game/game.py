@@ -1,68 +1,55 @@
-"""A game that people play: a session, who sits where, its transcript, and its words."""
+"""A game that people play: a session, who sits where, and its transcript."""
 
-from collections.abc import Mapping, Sequence
-from itertools import zip_longest
+from collections.abc import Sequence
 from pathlib import Path
 from typing import cast
 
 from rich.text import Text
 
-from dmplay.core import Interval, Problem
+from dmplay.core import Problem
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter
-from dmplay.game import facts
+from dmplay.game.account import Account
 from dmplay.game.adviser import Adviser
-from dmplay.game.keymap import AS_DRAWN, hands, names
+from dmplay.game.keyboard import Keyboard
 from dmplay.game.request import Request
-from dmplay.game.seats import DIGITS, HUMAN, action_by_key, action_of
 from dmplay.policies.script import EndOfScript
 from dmplay.session import Session, View
 from dmplay.signals import whole
-from dmplay.transcript.format import number, turn_facts
 from dmplay.transcript.recorder import Recorder
-from dmplay.views._canvas import Look, fit
-from dmplay.views._style_of import style_of
-
-FRAME = Look(width=80, height=24)
-PAIR = 2
-
-
-def frame(session: Session) -> str:
-    """What the first seat's screen shows, as the transcript's plain-text frame."""
-    drawn = fit(style_of(session.problem), session.view(0), FRAME)
-    return "\n".join(row.rstrip() for row in drawn.plain.split("\n"))
+from dmplay.views.style import Look, fit, style_of
 
 
 class Game:
-    """A session with people, agents and a transcript; what a front end drives."""
+    """What is played and recorded; its account tells of it, its keyboard says which keys act."""
 
-    def __init__(
+    def __init__(  # noqa: PLR0913, PLR0917 - what is played, who sits there, and where it is kept
         self,
         name: str,
         session: Session,
         seats: Sequence[str],
+        keyboard: Keyboard,
         recorder: Recorder | None = None,
         asked: Request | None = None,
     ) -> None:
         self.name = name
-        self.session = session
         self.seats = tuple(seats)
+        self.people = keyboard.people
+        self.keyboard = keyboard
         self.recorder = recorder
         self.asked = asked  # None for a recording
         self.style = style_of(session.problem)
-        self.hands = hands(session.problem, AS_DRAWN)
-        self.people = [seat for seat, who in enumerate(seats) if who == HUMAN]
-        self.tells_seed = True  # whether the player gave it
         self.notes = ""  # for the end of the transcript
-        self.again = ""  # the command that plays this game once more
-        self.strict = asked is not None and asked.strict
-        self.reveal = asked is not None and asked.reveal
         self._chosen: dict[int, float] = {}
-        self._told: tuple[object, list[dict[str, object]]] = (None, [])
         self._undone: list[list[float]] = []
+        self._sit(session)
+
+    def _sit(self, session: Session) -> None:
+        """Plays this session from now on."""
+        self.session = session
+        self.account = Account(session, self.people, reveal=self.reveal)
         self._advisers: dict[int, Adviser] = {}
-        self._sum: tuple[View, float] | None = None
-        self._seen: tuple[tuple[object, ...], View] | None = None
+        self._seen: tuple[tuple[object, ...], View[Problem]] | None = None
 
     @property
     def problem(self) -> Problem:
@@ -75,14 +62,30 @@ class Game:
         return self.recorder.path if self.recorder else None
 
     @property
-    def shows_seed(self) -> bool:
-        """Whether the player knows the seed: a fresh one is told after the game."""
-        return self.tells_seed or self.session.over
+    def strict(self) -> bool:
+        """Whether nothing may be taken back."""
+        return self.asked is not None and self.asked.strict
+
+    @property
+    def reveal(self) -> bool:
+        """Whether what is hidden is shown."""
+        return self.asked is not None and self.asked.reveal
 
     @property
     def seed(self) -> int:
         """The seed of the dice."""
         return cast(Dice, self.session.source).seed
+
+    @property
+    def shows_seed(self) -> bool:
+        """Whether the player knows the seed: a fresh one is told after the game."""
+        return self.asked is None or self.asked.seed_known or self.session.over
+
+    @property
+    def again(self) -> str:
+        """The command that plays a game of fresh dice once more; '' for another."""
+        fresh = self.asked is not None and self.asked.fresh
+        return self.asked.command(self.name, self.seed) if self.asked and fresh else ""
 
     @property
     def private(self) -> bool:
@@ -101,26 +104,34 @@ class Game:
         left = [seat for seat in self.people if seat not in self._chosen]
         return left[0] if left and not self.session.over else None
 
-    def view(self) -> View:
-        """What the watcher may know; made anew only when a turn, the seat or the end is new."""
-        session, seat = self.session, self.watcher
+    @property
+    def adviser(self) -> Adviser:
+        """Who gives hints to the watcher."""
+        seat = self.watcher
+        if seat not in self._advisers:
+            self._advisers[seat] = Adviser(self.session, seat, self.seats)
+        return self._advisers[seat]
+
+    def view(self, seat: int | None = None) -> View[Problem]:
+        """What the watcher, or another seat, may know.
+
+        The watcher's is made anew only when a turn, the seat or the end is new.
+        """
+        session = self.session
+        if seat is not None:
+            return session.view(seat)
         last = session.turns[-1] if session.turns else None
-        now = (session, seat, last, session.ending)
+        now = (self.watcher, last, session.ending)
         if self._seen is None or any(a is not b for a, b in zip(self._seen[0], now, strict=True)):
-            self._seen = now, session.view(seat)
+            self._seen = now, session.view(self.watcher)
         return self._seen[1]
 
     def draw(self, look: Look) -> Text:
         """The board in the room there is; the state too where it is revealed."""
         if self.reveal or (self.session.over and self.problem.observations is not None):
             look = look._replace(state=self.session.state)
-        labels = self.problem.actions[self.watcher]
-        if not isinstance(labels, Interval):
-            known = names(self.keys_of(self.watcher), labels)
-            look = look._replace(names={**known, **look.names})
+        look = look._replace(names={**self.keyboard.names(self.watcher), **look.names})
         return fit(self.style, self.view(), look)
-
-    # What is done
 
     def choose(self, action: float, seat: int | None = None) -> bool:
         """Takes a person's choice, the next one's to choose unless `seat` says whose.
@@ -134,9 +145,9 @@ class Game:
             raise BadParameter("no person plays here")
         self.session.check(waiting, action)
         self._chosen[waiting] = action
-        return self.waiting is None and self.play()
+        return self.waiting is None and self.advance()
 
-    def play(self) -> bool:
+    def advance(self) -> bool:
         """Plays a turn with the choices that are in."""
         chosen, self._chosen = self._chosen, {}
         actions = [chosen.get(seat) for seat in range(len(self.seats))]
@@ -152,7 +163,7 @@ class Game:
 
     def unattended(self) -> bool:
         """Plays a turn of a game without people; False once it is over."""
-        return not self.session.over and self.play()
+        return not self.session.over and self.advance()
 
     def undo(self, turns: int = 1) -> None:
         """Takes back turns; the transcript keeps that it was done."""
@@ -207,124 +218,3 @@ class Game:
             self.session.end(reason)
             if self.recorder:
                 self.recorder.end(self.notes)
-
-    # What is said
-
-    def read(self, word: str) -> float:
-        """The action that a person typed: its name, an alias, its number or a key."""
-        return action_of(self.problem, self.watcher, word, self.keys_of(self.watcher))
-
-    def key(self, key: str) -> tuple[int, float] | None:
-        """Whose action a key plays, and which: of who is to choose, or each with keys of its own
-        where two people share a keyboard.
-        """
-        seat, keys = self.watcher, self.keys_of(self.watcher)
-        if len(self.people) == PAIR and self.hands.other and not self.private:
-            second = key in self.hands.other
-            seat, keys = self.people[second], self.hands.other if second else self.hands.keys
-        action = action_by_key(self.problem, seat, key, keys)
-        return None if action is None else (seat, action)
-
-    def keys_of(self, seat: int) -> Mapping[str, str]:
-        """The keys of a seat's person, first those of the hand that is the second's of two."""
-        second = len(self.people) == PAIR and seat == self.people[1]
-        return {**self.hands.other, **self.hands.keys} if second else self.hands.keys
-
-    @property
-    def nudges(self) -> Mapping[str, float]:
-        """Keys that move a typed number up or down; none where actions have keys."""
-        return getattr(self.style, "NUDGES", {})
-
-    @property
-    def types_numbers(self) -> bool:
-        """Whether actions are typed as numbers, not pressed as keys."""
-        actions = self.problem.actions[self.watcher]
-        return isinstance(actions, Interval) or (len(actions) > DIGITS and actions[0].isdigit())
-
-    def legal(self, seat: int) -> list[tuple[str, str, bool]]:
-        """Key, label and legality of each action; '' where numbers are typed, [] for reals."""
-        labels = self.problem.actions[seat]
-        if isinstance(labels, Interval):
-            return []
-        keys: dict[str, str] = {}
-        for key, label in self.keys_of(seat).items():
-            keys.setdefault(label, key)
-        able = self.session.legal(seat)
-        digits = [str(n % DIGITS) for n in range(1, DIGITS + 1)] if len(labels) <= DIGITS else []
-        return [
-            (keys.get(label, digit), label, able is None or bool(able[index]))
-            for index, (label, digit) in enumerate(
-                zip_longest(labels, digits[: len(labels)], fillvalue="")
-            )
-        ]
-
-    def said(self, seat: int | None = None) -> str:
-        """The last turn in one line: number, what happened, reward and return where seen.
-
-        As the watcher may know it, unless `seat` says who.
-        """
-        view = self.view() if seat is None else self.session.view(seat)
-        rerolled = ", under other dice" if view.turn in self.session.rerolls else ""
-        parts = [f"turn {view.turn}{rerolled}.", self.style.told(view)]
-        if view.rewards is not None:
-            parts.append(f"reward {view.rewards[-1]:.6g}. return {self.returned(view):.6g}.")
-        return " ".join(parts)
-
-    def change(self, before: int) -> str:
-        """What happened since there were so many turns: how far back the game is, or a turn."""
-        now = len(self.session.turns)
-        return f"undone. turn {now}." if now < before else self.said()
-
-    def returned(self, view: View) -> float:
-        """The discounted sum of the rewards that a view shows; a frame asks twice."""
-        if self._sum is None or self._sum[0] is not view:
-            discount = self.problem.discount
-            each = (discount**t * reward for t, reward in enumerate(view.rewards or ()))
-            self._sum = view, sum(each, 0.0)
-        return self._sum[1]
-
-    def situation(self) -> str:
-        """Where the game stands, in sentences."""
-        words = self.style.situation(self.view())
-        if self.reveal and self.problem.observations is not None:
-            words += f" truly {self.problem.notation(self.session.state)}."
-        return words
-
-    @property
-    def adviser(self) -> Adviser:
-        """Who gives hints to the watcher."""
-        seat = self.watcher
-        if seat not in self._advisers:
-            self._advisers[seat] = Adviser(self.session, seat, self.seats)
-        return self._advisers[seat]
-
-    def result(self) -> str:
-        """How it ended: reason, turns, return and total of each seat."""
-        session = self.session
-        sums = zip(self.problem.agents, session.returns(), session.totals(), strict=True)
-        each = "; ".join(f"{who} return {number(r):g}, total {number(t):g}" for who, r, t in sums)
-        turns = len(session.turns)
-        return f"{session.ending or 'unfinished'} after {turns} turn{'s' * (turns != 1)}. {each}."
-
-    def closing(self) -> list[str]:
-        """How it ended and, turn by turn, what was hidden, a line each."""
-        return [f"over: {self.result()}", *map(facts.sentence, self.debrief())]
-
-    def debrief(self) -> list[dict[str, object]]:
-        """Turn by turn what was hidden, once it is over: state, observation, belief and reward."""
-        session = self.session
-        if self.problem.observations is None or not session.over:
-            return []
-        key = (len(session.turns), session.ending)
-        if self._told[0] != key:
-            self._told = key, facts.debrief(session)
-        return self._told[1]
-
-    def public(self, seat: int | None = None) -> dict[str, object]:
-        """The last turn as data: everything if no person sits here or all is revealed,
-        else what the watcher, or another seat, may know.
-        """
-        if not self.people or self.reveal:
-            return turn_facts(self.session)
-        view = self.view() if seat is None else self.session.view(seat)
-        return facts.public(self.session, view)

@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 from dmplay.core import Interval, Labels, Problem
 from dmplay.errors import BadParameter, UnknownName
-from dmplay.finding import catalog
+from dmplay.finding import problems
 from dmplay.finding.names import name_of
-from dmplay.views._style_of import style_of
+from dmplay.views.style import style_of
 
 Own = tuple[str, Mapping[str, str]]  # the file that has them; key -> action
 NOTHING: Mapping[str, Own] = {}
@@ -65,7 +65,7 @@ def hands(problem: Problem, wanted: Keys) -> Hands:
 
 def _families(problem: Problem) -> list[str]:
     """The names under which keys of a problem are set, the widest first."""
-    name = name_of(catalog.stem(problem))
+    name = name_of(problems.stem(problem))
     family: str = getattr(style_of(problem), "FAMILY", name)
     return list(dict.fromkeys((family, name)))
 

@@ -44,4 +44,4 @@ class Log:
             self._last = self._turn
             self.rows.extend(told)
         else:
-            self.tell(self.game.said)
+            self.tell(lambda seat: self.game.account.said(self.game.view(seat)))

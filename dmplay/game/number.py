@@ -14,9 +14,10 @@ class Number:
 
     def press(self, game: Game, key: str) -> bool:
         """Writes, nudges or takes back; False if the key does none of it."""
-        if key in game.nudges:
-            self.text = self._nudged(game, game.nudges[key])
-        elif game.types_numbers and key in DIGITS:
+        keyboard = game.keyboard
+        if key in keyboard.nudges:
+            self.text = self._nudged(game, keyboard.nudges[key])
+        elif keyboard.types_numbers(game.watcher) and key in DIGITS:
             self.text += key
         elif key == "backspace" and self.text:
             self.text = self.text[:-1]

@@ -6,8 +6,9 @@ from dmplay.dice import Dice
 from dmplay.errors import BadParameter
 from dmplay.game.checking import loaded, readable
 from dmplay.game.game import Game
+from dmplay.game.keyboard import Keyboard
+from dmplay.game.keymap import AS_DRAWN
 from dmplay.session import Session
-from dmplay.transcript.format import CHOSEN
 from dmplay.transcript.reading import Block
 from dmplay.transcript.replay import play, start
 
@@ -21,9 +22,8 @@ class Playback(Game):
         self._problem = found.problem
         self._place = 0
         seats = list(self.transcript.header.seats.values())
-        super().__init__(found.name, self._session(0), seats)
-        self.people = []
-        self.reveal = True
+        keyboard = Keyboard(found.problem, [], AS_DRAWN)  # nobody plays
+        super().__init__(found.name, self._session(0), seats, keyboard)
 
     def _session(self, blocks: int) -> Session:
         header = self.transcript.header
@@ -38,13 +38,17 @@ class Playback(Game):
     def unattended(self) -> bool:
         """Shows the next turn or event; False at the end of the file."""
         if self._place >= len(self._blocks()):
-            reason = self.transcript.reason
-            self.session.end(reason if reason in CHOSEN else "unfinished")
+            self.session.end(self.transcript.chosen or "unfinished")
             return False
         blocks = self._blocks()[self._place :]
         for block in blocks[: 1 + (blocks[0].kind == "reroll")]:  # with the turn that came of it
             play(self.transcript, block, self.session)
             self._place += 1
+        return True
+
+    @property
+    def reveal(self) -> bool:
+        """Nothing is hidden."""
         return True
 
     @property
@@ -68,5 +72,4 @@ class Playback(Game):
             self._place -= 1
             if self._place and self._blocks()[self._place - 1].kind == "reroll":
                 self._place -= 1
-        self.session = self._session(self._place)
-        self._advisers.clear()
+        self._sit(self._session(self._place))

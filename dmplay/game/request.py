@@ -1,4 +1,4 @@
-"""What game is wanted: as the command line, a transcript or the game before it has it."""
+"""What game is wanted: a new one, or one of a transcript: gone on with, branched, looked at."""
 
 import json
 import shlex
@@ -8,7 +8,8 @@ from pathlib import Path
 
 from dmplay.errors import BadParameter
 from dmplay.game.keymap import AS_DRAWN, Keys
-from dmplay.transcript.format import PERSON, Header
+from dmplay.transcript.format import PERSON
+from dmplay.transcript.header import Header
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,8 @@ class Request:
     keep: bool = False  # in the state folder, though nobody plays
     keys: Keys = AS_DRAWN
     asks: bool = True  # whether a person may be asked to choose
+    seed_known: bool = True  # whether the player may see the seed before the end
+    fresh: bool = False  # whether the seed was drawn for this game
 
     @property
     def name(self) -> str:
@@ -62,6 +65,36 @@ class Request:
         return shlex.join([*words, "--seed", str(seed)])
 
 
+@dataclass(frozen=True)
+class Resumption:
+    """The game of a transcript, to go on with."""
+
+    path: Path
+    trusted: bool = False
+    keys: Keys = AS_DRAWN
+    asks: bool = True
+
+
+@dataclass(frozen=True)
+class Branching(Resumption):
+    """A new game that begins as that of a transcript did, up to a turn."""
+
+    turn: int = 0
+    record: Path = field(kw_only=True)
+    force: bool = False
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A recorded game, to look at."""
+
+    path: Path
+    trusted: bool = False
+
+
+Wanted = Request | Resumption | Branching | Recording
+
+
 def words_of(line: str) -> list[str]:
     """The words of a line, as a shell takes them apart."""
     try:
@@ -83,16 +116,6 @@ def pairs(settings: Sequence[str], option: str) -> dict[str, object]:
 
 def repeated(header: Header, seats: Sequence[str], record: Path, keys: Keys) -> Request:
     """The game of a transcript, with those who sit there now."""
-    return Request(
-        header.problem,
-        seed=header.seed,
-        episode=header.episode,
-        agent=seats[0],
-        seats=[f"{name}={who}" for name, who in zip(header.seats, seats, strict=True)],
-        turns=header.turns,
-        record=record,
-        strict=header.strict,
-        reveal=header.reveal,
-        parameters=header.parameters,
-        keys=keys,
-    )
+    sitting = [f"{name}={who}" for name, who in zip(header.seats, seats, strict=True)]
+    told = vars(header) | {"seats": sitting}
+    return Request(**told, agent=seats[0], record=record, keys=keys, seed_known=False)

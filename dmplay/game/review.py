@@ -11,10 +11,10 @@ import numpy as np
 from dmplay.chance import Reals
 from dmplay.core import Interval
 from dmplay.errors import BadParameter
-from dmplay.finding import catalog
+from dmplay.finding import agents
 from dmplay.game.adviser import decimals, fixed
 from dmplay.game.checking import replace
-from dmplay.game.seats import HUMAN
+from dmplay.game.seats import people
 from dmplay.session import Follower, Session
 from dmplay.solvers.value_iteration import best
 
@@ -42,13 +42,13 @@ class Move(NamedTuple):
         return f"{told}, best {names}, regret {fixed(self.regret, places)}. values: {each}"
 
 
-def moves(session: Session, people: list[int], seats: Sequence[str] = ()) -> Iterator[Move]:
+def moves(session: Session, who: Sequence[int], seats: Sequence[str] = ()) -> Iterator[Move]:
     """Every move of these people that the adviser can value, in order; `seats` says who plays."""
     problem = session.problem
     past = Session(problem, session.source, limit=session.limit, opening=session.opening)
     advisers = {}
-    for seat in people:
-        found = catalog.adviser(problem, seat, session.limit, seats)
+    for seat in who:
+        found = agents.adviser(problem, seat, session.limit, seats)
         if found and not isinstance(problem.actions[seat], Interval):
             advisers[seat] = Follower(past, seat, found[1])
     for number, turn in enumerate(session.turns, 1):
@@ -72,54 +72,54 @@ def _move(past: Session, seat: int, turn: int, action: int, values: Reals) -> Mo
     return Move(turn, past.problem.agents[seat], labels[action], top, regret, each)
 
 
-def summary(reviewed: list[Move]) -> str:
+def summary(made: list[Move]) -> str:
     """How many moves were the best, and what the others lost."""
-    if not reviewed:
+    if not made:
         return "review: no agent here knows the values of these moves"
-    right = sum(move.chosen in move.best for move in reviewed)
-    lost = sum(move.regret for move in reviewed)
-    worst = max(reviewed, key=lambda move: move.regret)
+    right = sum(move.chosen in move.best for move in made)
+    lost = sum(move.regret for move in made)
+    worst = max(made, key=lambda move: move.regret)
     total = fixed(lost, decimals([lost]))
-    told = f"review: {right} of {len(reviewed)} moves the best, regret {total} in all"
-    return told if right == len(reviewed) else f"{told}, most in turn {worst.turn}"
+    told = f"review: {right} of {len(made)} moves the best, regret {total} in all"
+    return told if right == len(made) else f"{told}, most in turn {worst.turn}"
 
 
 def in_time(
-    session: Session, people: list[int], seats: Sequence[str], seconds: float
+    session: Session, who: Sequence[int], seats: Sequence[str], seconds: float
 ) -> list[Move] | None:
     """The whole review if it can be had within so many seconds; else None."""
     until = time.monotonic() + seconds
     done = []
-    for move in moves(session, people, seats):
+    for move in moves(session, who, seats):
         done.append(move)
         if time.monotonic() > until:
             return None
     return done
 
 
-def print_review(path: Path, *, write: bool, json: bool, trusted: bool) -> None:
-    """Prints the review of a transcript; keeps it as notes after the end where asked to."""
+def reviewed(path: Path, *, write: bool, json: bool, trusted: bool) -> str:
+    """The review of a transcript; kept as notes after its end where asked to."""
     from dmplay.game.playback import Playback
 
     game = Playback(path, trusted=trusted)
     seats = list(game.transcript.header.seats.values())
     while game.unattended():
         pass
-    people = [n for n, who in enumerate(seats) if who == HUMAN]
-    reviewed = list(moves(game.session, people, seats))
-    if json:
-        print(dumps([move._asdict() for move in reviewed]))
-    else:
-        print(*reviewed, summary(reviewed), sep="\n")
+    found = list(moves(game.session, people(seats), seats))
     if write and game.transcript.end is None:
         raise BadParameter(f"{path}: the game is unfinished; a review is kept after its end")
     if write:
         rows = path.read_text(encoding="utf-8").splitlines(keepends=True)
         kept = [row for row in rows if not row.startswith(MARK)]
-        replace(path, "".join([*kept, *notes(reviewed)]))
+        replace(path, "".join([*kept, *notes(found)]))
+    return dumps([move._asdict() for move in found]) if json else "\n".join(lines(found))
 
 
-def notes(reviewed: list[Move]) -> list[str]:
+def lines(made: list[Move]) -> list[str]:
+    """The review, a line a move, and its sum."""
+    return [*map(str, made), summary(made)]
+
+
+def notes(made: list[Move]) -> list[str]:
     """The review as notes for the end of a transcript."""
-    told = [*map(str, reviewed), summary(reviewed)]
-    return [f"{MARK}{line.removeprefix('review: ')}\n" for line in told]
+    return [f"{MARK}{line.removeprefix('review: ')}\n" for line in lines(made)]

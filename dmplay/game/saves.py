@@ -10,7 +10,6 @@ from functools import cache
 from pathlib import Path
 
 from dmplay.errors import BadParameter, DmplayError
-from dmplay.transcript.format import CHOSEN
 from dmplay.transcript.recorder import Recorder, played
 
 KEPT = 20
@@ -95,7 +94,7 @@ def latest_unfinished() -> Path:
             transcript = read(path)
         except (DmplayError, OSError):
             continue
-        if (transcript.end is None or transcript.reason in CHOSEN) and not _played(path):
+        if (transcript.end is None or transcript.chosen) and not _played(path):
             return path
     raise BadParameter(f"no unfinished game in {place}; name a file: dmplay resume FILE")
 

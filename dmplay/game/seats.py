@@ -1,71 +1,29 @@
-"""Who sits where: people, agents, scripts and recordings, and how a word or a key is an action."""
+"""Who sits where: people, agents, scripts and recordings."""
 
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from dmplay.core import Interval, Policy, Problem
+from dmplay.core import Policy, Problem
 from dmplay.dice import Dice
-from dmplay.errors import BadParameter, DmplayError, UnknownName
-from dmplay.finding import catalog
+from dmplay.errors import BadParameter, DmplayError
+from dmplay.finding import agents, problems
+from dmplay.game.keyboard import action_of
 from dmplay.game.request import Request
+from dmplay.policies.kinds import Seated
 from dmplay.policies.script import Script
 from dmplay.terminal import clean
-from dmplay.transcript.format import PERSON, Header
+from dmplay.transcript.format import PERSON
+from dmplay.transcript.header import LINES, Header
 from dmplay.transcript.reading import Transcript, read
 from dmplay.transcript.replay import replay
-from dmplay.views._style_of import style_of
 
 HUMAN = PERSON
 UNASKED = (HUMAN, "script", "replay")  # seats whose actions only the file can tell
-DIGITS = 10  # keys that are the number of an action
-DIGIT_KEYS = "0123456789"
-NUMERIC = re.compile(r"\s*[-+]?\.?\d")
 
 
-def action_of(
-    problem: Problem, seat: int, word: str, keys: Mapping[str, str] | None = None
-) -> float:
-    """The action that a person wrote: its name, an alias, its number or a key."""
-    try:
-        return problem.action(seat, word)
-    except UnknownName:
-        by_key = action_by_key(problem, seat, word, keys)
-        if by_key is None:
-            _check_bounds(problem, seat, word)
-            raise
-        return by_key
-
-
-def _check_bounds(problem: Problem, seat: int, word: str) -> None:
-    """Refuses a number where actions are other whole numbers, and tells which."""
-    labels = problem.actions[seat]
-    if isinstance(labels, Interval) or not all(label.isdigit() for label in labels):
-        return
-    if NUMERIC.match(word):
-        step = int(labels[1]) - int(labels[0])
-        tens = f" in steps of {step}" if step > 1 else ""
-        wanted = f"a whole number from {labels[0]} to {labels[-1]}{tens}"
-        raise BadParameter(f"action: got {word!r}, expected {wanted}") from None
-
-
-def action_by_key(
-    problem: Problem, seat: int, key: str, keys: Mapping[str, str] | None = None
-) -> float | None:
-    """The action that a key plays, of a view's keys if no others are in force.
-
-    A digit is the action's number, 0 the tenth.
-    """
-    labels = problem.actions[seat]
-    if isinstance(labels, Interval):
-        return None
-    known = style_of(problem).KEYS if keys is None else keys
-    if known.get(key) in labels:
-        return labels.index(known[key])
-    if len(key) == 1 and key in DIGIT_KEYS and len(labels) <= DIGITS:
-        number_ = (int(key) - 1) % DIGITS
-        return number_ if number_ < len(labels) else None
-    return None
+def people(seats: Sequence[str]) -> list[int]:
+    """The seats that people play."""
+    return [seat for seat, who in enumerate(seats) if who == HUMAN]
 
 
 def seat_policy(problem: Problem, seat: int, who: str) -> Policy | None:
@@ -78,7 +36,7 @@ def seat_policy(problem: Problem, seat: int, who: str) -> Policy | None:
     if kind == "replay":
         played = replay(_readable(rest), problem).turns
         return Script(problem, seat, tuple(turn.actions[seat].item() for turn in played))
-    return catalog.agent(problem, seat, who)
+    return agents.agent(problem, seat, who)
 
 
 def _readable(path: str) -> Transcript:
@@ -96,8 +54,8 @@ def _script(problem: Problem, seat: int, rest: str) -> tuple[float, ...]:
         except (OSError, UnicodeDecodeError) as error:
             raise BadParameter(f"{rest}: {error}") from None
         words = [
-            (f"{rest}:{number_}", word)
-            for number_, row in enumerate(rows, 1)
+            (f"{rest}:{number}", word)
+            for number, row in enumerate(rows, 1)
             for word in row.partition("#")[0].replace(",", " ").split()
         ]
     else:
@@ -135,10 +93,10 @@ def sitting(
     names = [HUMAN if who.partition(":")[0] in UNASKED else who for who in seats.values()]
     for name in names:
         base = name.partition(":")[0]
-        if name != HUMAN and base not in catalog.agents(problem) and not trusted:
+        if name != HUMAN and base not in agents.roster(problem).agents and not trusted:
             raise BadParameter(f"seats: {name!r} is not built in; if it is yours, add --trust")
     policies = [
-        None if name == HUMAN else catalog.agent(problem, seat, name)
+        None if name == HUMAN else agents.agent(problem, seat, name)
         for seat, name in enumerate(names)
     ]
     return names, policies
@@ -146,19 +104,19 @@ def sitting(
 
 def _asked(problem: Problem, seat: int, who: str, trusted: bool) -> Policy | None:
     name = who.partition(":")[0]
-    if name in UNASKED or not (trusted or name in catalog.agents(problem)):
+    if name in UNASKED or not (trusted or name in agents.roster(problem).agents):
         return None
-    policy = catalog.agent(problem, seat, who)
-    return None if getattr(policy, "timed", False) else policy  # it may do otherwise next time
+    policy = agents.agent(problem, seat, who)
+    timed = isinstance(policy, Seated) and policy.timed  # it may do otherwise next time
+    return None if timed else policy
 
 
-def header(loaded: catalog.Loaded, seats: Sequence[str], dice: Dice, request: Request) -> Header:
+def header(loaded: problems.Loaded, seats: Sequence[str], dice: Dice, request: Request) -> Header:
     """The transcript header of a game; scripts are named without their place."""
     names = [
         who.partition(":")[0] if who.startswith(("script:", "replay:")) else who for who in seats
     ]
-    told = dict(zip(loaded.problem.agents, map(clean, names), strict=True))
-    return Header(
-        loaded.name, told, dice.seed, loaded.parameters, dice.episode, request.turns,
-        request.strict, request.reveal,
-    )  # fmt: skip
+    told = {line.field: getattr(request, line.field) for line in LINES}
+    told |= {"problem": loaded.name, "parameters": loaded.parameters, "seed": dice.seed}
+    told["seats"] = dict(zip(loaded.problem.agents, map(clean, names), strict=True))
+    return Header(**told)

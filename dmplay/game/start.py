@@ -3,19 +3,21 @@
 import os
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 from dmplay.core import Problem
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter
-from dmplay.finding import catalog
+from dmplay.finding import agents, problems
 from dmplay.game import saves
+from dmplay.game.account import frame
 from dmplay.game.checking import loaded, readable
-from dmplay.game.game import Game, frame
-from dmplay.game.keymap import AS_DRAWN, Keys, hands
-from dmplay.game.request import Request, pairs, repeated
+from dmplay.game.game import Game
+from dmplay.game.keyboard import Keyboard
+from dmplay.game.keymap import hands
+from dmplay.game.playback import Playback
+from dmplay.game.request import Branching, Recording, Request, Resumption, Wanted, pairs, repeated
 from dmplay.game.saves import OUTPUT, standard
-from dmplay.game.seats import HUMAN, header, seat_policy, sitting
+from dmplay.game.seats import HUMAN, header, people, seat_policy, sitting
 from dmplay.session import Session
 from dmplay.transcript.format import Frame, turn_limit
 from dmplay.transcript.reading import Transcript
@@ -26,25 +28,33 @@ LARGEST_SEED = 2**63 - 1
 NEW_SEEDS = 10**9  # few enough to type
 
 
+def begin(wanted: Wanted) -> Game:
+    """The game that is wanted."""
+    match wanted:
+        case Request():
+            return new(wanted)
+        case Branching():
+            return branched(wanted)
+        case Resumption():
+            return resumed(wanted)
+        case Recording():
+            return Playback(wanted.path, trusted=wanted.trusted)
+
+
 def new(request: Request) -> Game:
     """A new game: its problem, who sits where, its dice and its transcript."""
-    found = catalog.resolve(request.name, request.configured())
+    found = problems.resolve(request.name, request.configured())
     problem = found.problem
-    keys = hands(problem, request.keys)
+    hands(problem, request.keys)  # refuses what cannot be, before anything is written
     seats = _seats(request, found)
     if request.turns is not None and request.turns > 0:
         turns = request.turns
-        seats = [catalog.for_turns(problem, n, who, turns) for n, who in enumerate(seats)]
+        seats = [agents.for_turns(problem, n, who, turns) for n, who in enumerate(seats)]
     _answered(problem, seats, asks=request.asks)
     policies = [seat_policy(problem, seat, who) for seat, who in enumerate(seats)]
-    seed = (
-        int.from_bytes(os.urandom(8), "big") % NEW_SEEDS if request.seed is None else request.seed
-    )
-    if not 0 <= seed <= LARGEST_SEED:
-        raise BadParameter(f"--seed: got {seed}, expected 0 to {LARGEST_SEED}")
     if request.turns is not None and request.turns < 1:
         raise BadParameter(f"--turns: got {request.turns}, expected at least 1")
-    dice = Dice(seed, request.episode)
+    request, dice = _thrown(request)
     limit = turn_limit(problem, seats, request.turns)
     session = Session(problem, dice, policies, limit=limit)
     path = request.record and standard(request.record, OUTPUT)
@@ -59,22 +69,29 @@ def new(request: Request) -> Game:
             frame=frame if request.frames else None,
             force=request.force,
         )
-    game = Game(found.name, session, seats, recorder, request)
-    game.hands = keys
+    keyboard = Keyboard(problem, people(seats), request.keys)
+    return Game(found.name, session, seats, keyboard, recorder, request)
+
+
+def _thrown(request: Request) -> tuple[Request, Dice]:
+    """The request with a seed, a fresh one if it has none, and its dice."""
     if request.seed is None:
-        game.tells_seed = False
-        game.again = request.command(found.name, seed)
-    return game
+        seed = int.from_bytes(os.urandom(8), "big") % NEW_SEEDS
+        request = replace(request, seed=seed, seed_known=False, fresh=True)
+    assert request.seed is not None
+    if not 0 <= request.seed <= LARGEST_SEED:
+        raise BadParameter(f"--seed: got {request.seed}, expected 0 to {LARGEST_SEED}")
+    return request, Dice(request.seed, request.episode)
 
 
-def _seats(request: Request, found: catalog.Loaded) -> list[str]:
+def _seats(request: Request, found: problems.Loaded) -> list[str]:
     """Who sits where: the first seat, the others, and any named one."""
     problem = found.problem
     if request.others and len(problem.agents) == 1:
         raise BadParameter(f"--vs: {found.name} has one seat only; use --agent")
     rest = range(1, len(problem.agents))
     seats = [request.agent]
-    seats += [request.others or catalog.partner(problem, seat) for seat in rest]
+    seats += [request.others or agents.roster(problem, seat).partner for seat in rest]
     for name, who in pairs(request.seats, "--seat").items():
         seats[problem.seat(name)] = str(who)
     return seats
@@ -88,65 +105,65 @@ def _answered(problem: Problem, seats: Sequence[str], *, asks: bool) -> None:
         raise BadParameter(f"--no-input: {names} would be asked; let agents play every seat")
 
 
-def resumed(path: Path, *, trusted: bool = False, keys: Keys = AS_DRAWN, asks: bool = True) -> Game:
+def resumed(wanted: Resumption) -> Game:
     """The game of a transcript, to go on with: cut to its last whole turn, replayed from inputs."""
-    transcript = readable(path)
-    found = loaded(transcript, trusted=trusted)
-    held = hands(found.problem, keys)
+    path, transcript = wanted.path, readable(wanted.path)
+    found = loaded(transcript, trusted=wanted.trusted)
+    hands(found.problem, wanted.keys)
     for who in transcript.header.seats.values():
         kind = who.partition(":")[0]
         if kind in ("script", "replay"):
             raise BadParameter(
                 f"{path}: a seat was played by a {kind}, which the file does not hold"
             )
-    seats, policies = sitting(found.problem, transcript.header.seats, trusted=trusted)
-    _answered(found.problem, seats, asks=asks)
+    seats, policies = sitting(found.problem, transcript.header.seats, trusted=wanted.trusted)
+    _answered(found.problem, seats, asks=wanted.asks)
     session = replay(transcript, found.problem, policies)
     if session.over and transcript.end:
         raise BadParameter(f"{path}: the game is over ({session.ending}); nothing to resume")
     recorder = Recorder.resume(path, transcript.content, session, _framing(transcript))
-    asked = repeated(transcript.header, seats, path, keys)
-    game = Game(found.name, session, seats, recorder, asked)
-    game.hands = held
-    game.tells_seed = False
-    return game
+    return _repeated(found, transcript, seats, wanted, recorder)
 
 
-def branched(  # noqa: PLR0913 - a place in a file, another file, and what is wanted of both
-    path: Path,
-    turn: int,
-    record: Path,
-    *,
-    force: bool = False,
-    trusted: bool = False,
-    keys: Keys = AS_DRAWN,
-    asks: bool = True,
-) -> Game:
+def branched(wanted: Branching) -> Game:
     """A new game whose first turns are those of a transcript; the rest is played."""
-    transcript = readable(path)
-    found = loaded(transcript, trusted=trusted)
-    header, held = transcript.header, hands(found.problem, keys)
-    told = replay(transcript, found.problem)
-    if turn > len(told.turns):
-        raise BadParameter(
-            f"--at: got {turn}, {path} has {len(told.turns)} turn{'s' * (len(told.turns) != 1)}"
-        )
-    seats, policies = sitting(found.problem, header.seats, trusted=trusted)
-    _answered(found.problem, seats, asks=asks)
+    transcript = readable(wanted.path)
+    found = loaded(transcript, trusted=wanted.trusted)
+    hands(found.problem, wanted.keys)
+    header = transcript.header
+    past = replay(transcript, found.problem)
+    many = len(past.turns)
+    if wanted.turn > many:
+        turns = f"{many} turn{'s' * (many != 1)}"
+        raise BadParameter(f"--at: got {wanted.turn}, {wanted.path} has {turns}")
+    seats, policies = sitting(found.problem, header.seats, trusted=wanted.trusted)
+    _answered(found.problem, seats, asks=wanted.asks)
     dice = Dice(header.seed, header.episode)
     limit = turn_limit(found.problem, seats, header.turns)
-    session = Session(found.problem, dice, policies, limit=limit, opening=told.opening)
-    framed = _framing(transcript)
+    session = Session(found.problem, dice, policies, limit=limit, opening=past.opening)
     names = dict(zip(found.problem.agents, seats, strict=True))
     recorder = Recorder.create(
-        record, replace(header, seats=names), session, frame=framed, force=force
+        wanted.record,
+        replace(header, seats=names),
+        session,
+        frame=_framing(transcript),
+        force=wanted.force,
     )
-    _retell(told, turn, session, recorder)
-    asked = repeated(header, seats, record, keys)
-    game = Game(found.name, session, seats, recorder, asked)
-    game.hands = held
-    game.tells_seed = False
-    return game
+    _retell(past, wanted.turn, session, recorder)
+    return _repeated(found, transcript, seats, wanted, recorder)
+
+
+def _repeated(
+    found: problems.Loaded,
+    transcript: Transcript,
+    seats: Sequence[str],
+    wanted: Resumption,
+    recorder: Recorder,
+) -> Game:
+    """A game that goes on from a transcript."""
+    asked = repeated(transcript.header, seats, recorder.path, wanted.keys)
+    keyboard = Keyboard(found.problem, people(seats), wanted.keys)
+    return Game(found.name, recorder.session, seats, keyboard, recorder, asked)
 
 
 def _retell(told: Session, turns: int, session: Session, recorder: Recorder) -> None:

@@ -7,14 +7,15 @@ from pathlib import Path
 
 from dmplay.errors import BadParameter
 from dmplay.game import saves
+from dmplay.game.answer import Page
+from dmplay.game.errand import Program, Told
 from dmplay.game.game import Game
 from dmplay.game.request import Request
-from dmplay.game.start import new
+from dmplay.game.start import begin, new
 from dmplay.transcript.recorder import Recorder
 
 NOTHING: Mapping[str, str] = {}
 NUMBERED = re.compile(r"(.*)-(\d+)")
-Program = Callable[[Sequence[str], "Table"], str]
 
 
 class Table:
@@ -64,23 +65,18 @@ class Table:
 
     def begin(self, **changes: object) -> str:
         """Begins the same game anew but for these changes, with fresh dice if none are given."""
-        asked = self._asked()
-        record = asked.record and following(asked.record)
-        keep = asked.keep or self.game.recorder is not None
-        wanted = replace(asked, record=record, force=False, seed=None, keep=keep)
-        self.put(new(replace(wanted, **changes)))  # type: ignore[arg-type] # fields of a request
-        return self.began()
+        return self.restart(**{"seed": None, "seed_known": True, "fresh": False, **changes})
 
     def restart(self, **changes: object) -> str:
         """Begins the same game again but for these changes under the same dice, known or not as
         before.
         """
-        self._asked()
-        old = self.game
-        told = self.begin(seed=old.seed, **changes)
-        self.game.tells_seed = old.tells_seed
-        self.game.again = old.again and self._asked().command(self.game.name, old.seed)
-        return told if old.tells_seed else self.began()
+        asked = self._asked()
+        record = asked.record and following(asked.record)
+        keep = asked.keep or self.game.recorder is not None
+        wanted = replace(asked, record=record, force=False, keep=keep)
+        self.put(new(replace(wanted, **changes)))  # type: ignore[arg-type] # fields of a request
+        return self.began()
 
     def _asked(self) -> Request:
         if self.game.asked is None:
@@ -99,10 +95,16 @@ class Table:
         return kept or following(path)
 
     def ask(self, words: Sequence[str]) -> str:
-        """What the command line prints for these words; games that it sets up come here."""
+        """Does what the command line would do with these words: a game is played here, a report
+        is told.
+        """
         if self._program is None:
             raise BadParameter(f"{words[0]}: only the command line knows it")
-        return self._program(words, self)
+        errand = self._program(words)
+        if isinstance(errand, Told):
+            return Page(errand.plain)
+        self.put(begin(errand.at_a_table))
+        return ""
 
 
 def following(path: Path) -> Path:

@@ -4,15 +4,15 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 from types import ModuleType
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Percept, parameter
 from dmplay.errors import BadPolicy, UnknownName
-from dmplay.policies._kinds import Seated
-from dmplay.problems._matrix_game import MatrixGame
+from dmplay.matrix_game import MatrixGame
+from dmplay.policies.kinds import Seated
 
 SEEDS = 10**9
 
@@ -27,7 +27,7 @@ class Axelrod(Seated):
 
     name: str = parameter("TitForTat", "the class of the strategy")
 
-    by_default: ClassVar[str] = "name"
+    unnamed = "name"
 
     def __post_init__(self) -> None:
         """Refuses unknown strategies, and those that cheat."""

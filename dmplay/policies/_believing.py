@@ -10,9 +10,9 @@ import numpy as np
 
 from dmplay import belief
 from dmplay.chance import Array, Bools, Ints, Reals
-from dmplay.core import Memory, Percept, exact
+from dmplay.core import Memory, Percept, exact, reached
 from dmplay.errors import ImpossibleObservation
-from dmplay.policies._kinds import Seated
+from dmplay.policies.kinds import Seated
 
 
 class _Flow(NamedTuple):
@@ -54,12 +54,12 @@ class Believing(Seated, ABC):
         """Beliefs `[R, S]` after the same action and observation in each row."""
         flow = self._after(action).get(observation)
         joint = np.zeros_like(before) if flow is None else _carried(before, flow)
-        likelihood = joint.cumsum(axis=1)[:, -1:]
-        if (likelihood <= 0.0).any():
+        after, likelihood = belief.bayes(joint)
+        if not likelihood.all():
             raise ImpossibleObservation(
                 f"{self.problem.agents[self.seat]}: an observation of probability 0"
             )
-        return np.asarray(joint / likelihood)
+        return after
 
     @abstractmethod
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
@@ -77,13 +77,13 @@ class Believing(Seated, ABC):
         states = problem.enumerated()
         size = len(states)
         kinds = len((problem.observations or ())[self.seat])
-        choices = [range(len(labels)) for labels in problem.actions]
+        choices = [range(many) for many in problem.action_counts]
         choices[self.seat] = range(action, action + 1)
         joints = list(product(*choices))
         flow: dict[int, list[tuple[Ints, Reals]]] = {}
         for joint in joints:
             p, outcome = exact(problem, states, np.tile(joint, (size, 1)))
-            after = problem.index(outcome.state.reshape(p.size, *states.shape[1:]))
+            after = reached(problem, outcome).reshape(-1)
             seen = outcome.observations[:, :, self.seat].reshape(-1)
             cell = np.repeat(np.arange(size), p.shape[1]) * size + after
             weight = p.reshape(-1) / len(joints)
@@ -92,17 +92,6 @@ class Believing(Seated, ABC):
                 if happens.any():
                     flow.setdefault(kind, []).append(_summed(cell[happens], weight[happens]))
         return {kind: _flow(parts, size) for kind, parts in flow.items()}
-
-
-def mean(b: Reals, each: Reals) -> Reals:
-    """The mean `[B, K]` of `each` `[S, K]`, or `[B, S, K]`, under beliefs `[B, S]`: few states.
-
-    State by state: a row has the same bits in any batch.
-    """
-    total = b[:, 0, None] * each[..., 0, :]
-    for s in range(1, b.shape[1]):
-        total = total + b[:, s, None] * each[..., s, :]
-    return np.asarray(total)
 
 
 def _carried(before: Reals, flow: _Flow) -> Reals:

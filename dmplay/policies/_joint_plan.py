@@ -6,11 +6,10 @@ from functools import cached_property
 import numpy as np
 
 from dmplay import belief
-from dmplay.chance import Array, Bools, Ints, Reals
+from dmplay.chance import Array, Bools, Ints, Reals, mean
 from dmplay.core import Memory, Percept, parameter
 from dmplay.errors import BadParameter
-from dmplay.policies._believing import mean
-from dmplay.policies._kinds import Seated
+from dmplay.policies.kinds import Seated
 from dmplay.solvers import alpha_vectors, joint_plans
 from dmplay.solvers.envelope import envelope
 from dmplay.solvers.value_iteration import greedy
@@ -35,10 +34,6 @@ class JointPlan(Seated):
             raise BadParameter(f"horizon: got {self.horizon}, expected 1 to {LONGEST}")
         _ = self._vectors  # refuses a game of too many plans
 
-    @property
-    def _shape(self) -> tuple[int, ...]:
-        return tuple(len(labels) for labels in self.problem.actions)
-
     @cached_property
     def _vectors(self) -> list[Reals]:
         """What pairs of plans are worth from each state `[N, S]`, by their first joint action."""
@@ -58,7 +53,7 @@ class JointPlan(Seated):
         kinds = len((self.problem.observations or ())[self.seat])
         own = heard.reshape(*heard.shape[:2], -1, kinds).sum(axis=3 - self.seat)
         both = transition.transpose(1, 0, 2)[:, None] * own.transpose(0, 2, 1)[:, :, None]
-        shaped: Reals = both.reshape(*self._shape, *both.shape[1:])
+        shaped: Reals = both.reshape(*self.problem.action_counts, *both.shape[1:])
         return shaped if self.seat == 0 else shaped.swapaxes(0, 1)
 
     def begin(self, observation: Array) -> Memory:
@@ -69,11 +64,9 @@ class JointPlan(Seated):
         """Bayes' rule beside the partner's plan; where that is ruled out, beside a random one."""
         (b,) = memory
         partner = self._planned(b)[:, 1 - self.seat]
-        joint = mean(b, self._foreseen[percept.action, partner, percept.observation])
-        possible = joint.any(axis=1, keepdims=True)
+        foreseen = self._foreseen[percept.action, partner, percept.observation]
         surprising = self._foreseen.mean(axis=1)[percept.action, percept.observation]
-        joint = np.where(possible, joint, mean(b, surprising))
-        return (joint / joint.cumsum(axis=1)[:, -1:],)
+        return (surprised(b, foreseen, surprising),)
 
     def _jointly(self, b: Reals) -> Reals:
         """Q `[B, joint actions]` of beliefs `[B, S]`."""
@@ -89,5 +82,15 @@ class JointPlan(Seated):
 
     def values(self, memory: Memory) -> Reals:
         """Q of each action beside the partner's best one."""
-        q = self._jointly(memory[0]).reshape(-1, *self._shape)
+        q = self._jointly(memory[0]).reshape(-1, *self.problem.action_counts)
         return np.asarray(q.max(axis=2 - self.seat))
+
+
+def surprised(b: Reals, foreseen: Reals, surprising: Reals) -> Reals:
+    """The beliefs `[B, S]` after a turn, by what was likely `[B, S, S']` beside a foreseen partner.
+
+    Where that rules out what was seen, by what else was likely.
+    """
+    joint = mean(b, foreseen)
+    possible = joint.any(axis=1, keepdims=True)
+    return belief.bayes(np.where(possible, joint, mean(b, surprising))).belief

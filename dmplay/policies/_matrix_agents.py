@@ -5,11 +5,11 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Categorical, Reals
+from dmplay.chance import Array, Bools, Categorical, Reals, mean
 from dmplay.core import Memory, Percept, parameter
 from dmplay.errors import BadParameter
-from dmplay.policies._kinds import Maximising, Reactive
-from dmplay.problems._matrix_game import MatrixGame
+from dmplay.matrix_game import MatrixGame
+from dmplay.policies.kinds import Maximising, Reactive
 from dmplay.solvers import matrix_game
 
 
@@ -102,10 +102,7 @@ class BestResponse(Maximising, _Mixed):
         (counts,) = memory
         rounds = np.cumsum(counts, axis=1)[:, -1:]
         known = np.where(rounds > 0, counts, 1)
-        total = known[:, :1] * self._own[0]
-        for action in range(1, len(self._own)):
-            total = total + known[:, action, None] * self._own[action]
-        return np.asarray(total / np.where(rounds > 0, rounds, len(self._own)))
+        return mean(known, self._own) / np.where(rounds > 0, rounds, len(self._own))
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,11 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Reals
+from dmplay.chance import Array, Bools, Reals, mean
 from dmplay.core import Memory, Problem
 from dmplay.errors import BadPolicy
-from dmplay.policies._believing import mean
-from dmplay.policies._kinds import Reactive
-from dmplay.policies._valued import Planner, Valued
+from dmplay.policies.kinds import Reactive
+from dmplay.policies.valued import Planner, Valued
 from dmplay.solvers import alpha_vectors, value_iteration
 from dmplay.solvers.alpha_vectors import Stage
 from dmplay.tabular import tabulate

@@ -6,9 +6,10 @@ from functools import cached_property
 import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Memory, Percept, parameter
+from dmplay.core import Memory, Percept, Problem, parameter
 from dmplay.errors import BadParameter
-from dmplay.policies._kinds import Always, Reactive
+from dmplay.policies.kinds import Always, Reactive
+from dmplay.policies.roster import Roster
 from dmplay.problems.cart_pole import CartPole
 from dmplay.solvers import riccati
 
@@ -103,11 +104,10 @@ class Alternate(Reactive):
         return memory[0]
 
 
-POLICIES = {
-    "balance": Balance,
-    "regulate": Regulate,
-    "always-left": AlwaysLeft,
-    "always-right": AlwaysRight,
-    "alternate": Alternate,
-}
-HINT = "regulate"
+def roster(problem: Problem, seat: int) -> Roster:
+    """Who plays cart-pole."""
+    return Roster(
+        {"balance": Balance, "regulate": Regulate, "always-left": AlwaysLeft,
+         "always-right": AlwaysRight, "alternate": Alternate},
+        adviser="regulate",
+    )  # fmt: skip

@@ -5,10 +5,11 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Categorical, Ints, Reals
-from dmplay.core import Memory
-from dmplay.policies._believing import Believing, mean
-from dmplay.policies._valued import Countdown, Valued
+from dmplay.chance import Array, Bools, Categorical, Ints, Reals, mean
+from dmplay.core import Memory, Problem
+from dmplay.policies._believing import Believing
+from dmplay.policies.roster import Roster
+from dmplay.policies.valued import Countdown, Valued
 from dmplay.solvers.bounded_search import BoundedSearch
 from dmplay.solvers.value_iteration import greedy
 from dmplay.tabular import tabulate
@@ -71,5 +72,6 @@ class Optimal(Countdown):
         return np.array([self._known[key] for key in keys])
 
 
-POLICIES = {"greedy": Greedy, "optimal": Optimal, "thompson": Thompson}
-HINT = "optimal"
+def roster(problem: Problem, seat: int) -> Roster:
+    """Who plays catch."""
+    return Roster({"greedy": Greedy, "optimal": Optimal, "thompson": Thompson}, adviser="optimal")

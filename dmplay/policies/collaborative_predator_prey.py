@@ -5,13 +5,14 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Categorical, Reals
+from dmplay.chance import Array, Bools, Categorical, Reals, mean
 from dmplay.core import Memory, Percept, Problem, parameter
 from dmplay.errors import BadParameter, BadPolicy
-from dmplay.policies._believing import Believing, mean
-from dmplay.policies._kinds import Reactive, Seated
-from dmplay.policies._valued import Valued
-from dmplay.problems import _hex
+from dmplay.hexes import DIRECTIONS, arrivals, paths
+from dmplay.policies._believing import Believing
+from dmplay.policies.kinds import Reactive, Seated
+from dmplay.policies.roster import Roster
+from dmplay.policies.valued import Valued
 from dmplay.problems.collaborative_predator_prey import SENSES, CollaborativePredatorPrey
 from dmplay.solvers import reactive_team, sparse
 from dmplay.solvers.value_iteration import greedy
@@ -32,7 +33,7 @@ class Sweep(Seated):
     def begin(self, observation: Array) -> Memory:
         """The direction, for how many turns it has been held, and whether a prey was near."""
         rows = len(observation)
-        first = len(_hex.DIRECTIONS) * self.seat // len(self.problem.agents)
+        first = len(DIRECTIONS) * self.seat // len(self.problem.agents)
         return (np.full(rows, first), np.zeros(rows, np.int64), np.zeros(rows, bool))
 
     def update(self, memory: Memory, percept: Percept) -> Memory:
@@ -59,7 +60,7 @@ class ChaseBelief(Believing):
     def _far(self) -> Reals:
         """Steps `[H, 6, H]` from where a move from a hex ends to another hex."""
         hexes = _hunt(self.problem).hexes
-        return _hex.paths(hexes)[_hex.arrivals(hexes)[:, :, 0]].astype(float)
+        return paths(hexes)[arrivals(hexes)[:, :, 0]].astype(float)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """The move that leaves the fewest steps to it, on average over where the seat may be."""
@@ -86,7 +87,7 @@ class Qmdp(Valued):
     @cached_property
     def _q(self) -> Reals:
         """Q* `[S, A]` of each move beside the partner's best one, everything seen."""
-        shape = [len(labels) for labels in self.problem.actions]
+        shape = self.problem.action_counts
         others = tuple(1 + i for i in range(len(shape)) if i != self.seat)
         return np.asarray(_seen(self.problem).reshape(-1, *shape).max(axis=others))
 
@@ -145,15 +146,18 @@ def _planned(problem: Problem) -> bool:
     return problem.discount < 1.0 and sparse.size(problem) <= sparse.MOST
 
 
-def _adviser(problem: Problem, seat: int) -> str:
+def _adviser(hunt: CollaborativePredatorPrey) -> str:
     """The one that knows values, where it is found; a team that never senses anew does worse so."""
-    if not _planned(problem):
+    if not _planned(hunt):
         return "chase-belief"
-    hunt = _hunt(problem)
-    blind = hunt.predators > 1 and len(np.unique(hunt.observe(hunt.enumerated()))) == 1
+    blind = hunt.predators > 1 and np.ptp(hunt.observe(hunt.enumerated())) == 0
     return "sweep" if blind else "qmdp"
 
 
-POLICIES = {"sweep": Sweep, "chase-belief": ChaseBelief, "qmdp": Qmdp, "reactive": ByTheSense}
-PARTNER = "sweep"
-HINT = _adviser
+def roster(problem: Problem, seat: int) -> Roster:
+    """Who hunts together."""
+    return Roster(
+        {"sweep": Sweep, "chase-belief": ChaseBelief, "qmdp": Qmdp, "reactive": ByTheSense},
+        adviser=_adviser(_hunt(problem)),
+        partner="sweep",
+    )

@@ -6,8 +6,9 @@ from functools import cached_property
 import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Memory, parameter
-from dmplay.policies._kinds import Always, Maximising, Reactive
+from dmplay.core import Memory, Problem, parameter
+from dmplay.policies.kinds import Always, Maximising, Reactive
+from dmplay.policies.roster import Roster
 from dmplay.solvers import collision_grid
 
 DESCEND, NO_ADVISORY, CLIMB = range(3)
@@ -53,5 +54,8 @@ class Optimal(Maximising, Reactive):
         return q
 
 
-POLICIES = {"no-advisory": NoAdvisory, "simple": Simple, "optimal": Optimal}
-HINT = "optimal"
+def roster(problem: Problem, seat: int) -> Roster:
+    """Who plays collision avoidance."""
+    return Roster(
+        {"no-advisory": NoAdvisory, "simple": Simple, "optimal": Optimal}, adviser="optimal"
+    )

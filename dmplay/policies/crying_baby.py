@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Labels, Memory, Problem
-from dmplay.policies._kinds import Reactive
+from dmplay.core import Memory, Problem
 from dmplay.policies._solved import Optimal, Plan, Qmdp
+from dmplay.policies.kinds import Reactive
+from dmplay.policies.roster import Roster
 
 
 @dataclass(frozen=True)
@@ -18,20 +19,14 @@ class FeedWhenCrying(Reactive):
         """By the last observation; before the first, the baby is taken to be quiet."""
         labels = self.problem.actions[self.seat]
         seen = (self.problem.observations or ())[self.seat]
-        assert isinstance(labels, Labels)
         crying = memory[0] == seen.index("crying")
-        return np.where(crying, labels.index("feed"), labels.index("ignore"))
+        return np.where(crying, labels.read("feed"), labels.read("ignore"))
 
 
-def _adviser(problem: Problem, seat: int) -> str:
-    """The optimum, where a game without end has one."""
-    return "optimal" if problem.discount < 1.0 else "plan"
-
-
-POLICIES = {
-    "feed-when-crying": FeedWhenCrying,
-    "optimal": Optimal,
-    "plan": Plan,
-    "qmdp": Qmdp,
-}
-HINT = _adviser
+def roster(problem: Problem, seat: int) -> Roster:
+    """Who cares for a baby; the optimum advises where a game without end has one."""
+    adviser = "optimal" if problem.discount < 1.0 else "plan"
+    return Roster(
+        {"feed-when-crying": FeedWhenCrying, "optimal": Optimal, "plan": Plan, "qmdp": Qmdp},
+        adviser,
+    )

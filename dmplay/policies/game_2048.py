@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Memory, Percept, parameter
+from dmplay.core import Memory, Percept, Problem, parameter
 from dmplay.errors import BadParameter
-from dmplay.policies._kinds import Maximising, Reactive, Seated
+from dmplay.policies.kinds import Maximising, Reactive, Seated
+from dmplay.policies.roster import Roster
 from dmplay.problems.game_2048 import DOWN, LEFT, RIGHT, UP, Game2048
 from dmplay.solvers import expectimax_2048
 
@@ -68,6 +69,8 @@ class Expectimax(Maximising, Reactive):
         return expectimax_2048.deepened(board, p_two, DEEPEST, self.milliseconds / 1000)
 
 
-POLICIES = {"corner": Corner, "expectimax": Expectimax}
-HINT = "expectimax"
-QUICK = "corner"
+def roster(problem: Problem, seat: int) -> Roster:
+    """Who plays 2048; expectimax is too slow for many games."""
+    return Roster(
+        {"corner": Corner, "expectimax": Expectimax}, adviser="expectimax", quick="corner"
+    )

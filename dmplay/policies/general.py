@@ -4,9 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Reals, among
-from dmplay.core import DECIMALS, Interval, Memory, Percept
-from dmplay.policies._kinds import Seated
+from dmplay.chance import Array, Bools, Reals
+from dmplay.core import Memory, Percept, Problem
+from dmplay.policies.kinds import Seated
+from dmplay.policies.roster import Roster
 from dmplay.policies.search import Search
 
 
@@ -29,12 +30,9 @@ class Random(Seated):
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Uniform over the legal actions, or over the interval."""
-        actions = self.problem.actions[self.seat]
-        if isinstance(actions, Interval):
-            return np.round(actions.low + (actions.high - actions.low) * u[:, 0], DECIMALS)
-        if legal is None:
-            return (u[:, 0] * len(actions)).astype(np.int64)
-        return among(legal, u[:, 0])
+        return self.problem.actions[self.seat].draw(u[:, 0], legal)
 
 
-POLICIES = {"random": Random, "search": Search}
+def roster(problem: Problem, seat: int) -> Roster:
+    """Who plays any problem."""
+    return Roster({"random": Random, "search": Search})

@@ -1,6 +1,10 @@
 """Policies for hex world."""
 
+from dmplay.core import Problem
 from dmplay.policies._solved import Seeing
+from dmplay.policies.roster import Roster
 
-POLICIES = {"optimal": Seeing}
-HINT = "optimal"
+
+def roster(problem: Problem, seat: int) -> Roster:
+    """Who plays hex world."""
+    return Roster({"optimal": Seeing}, adviser="optimal")

@@ -5,11 +5,12 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Memory, parameter
-from dmplay.policies._believing import Believing, mean
-from dmplay.policies._kinds import Always
-from dmplay.policies._valued import Countdown
+from dmplay.chance import Array, Bools, Reals, mean
+from dmplay.core import Memory, Problem, parameter
+from dmplay.policies._believing import Believing
+from dmplay.policies.kinds import Always
+from dmplay.policies.roster import Roster
+from dmplay.policies.valued import Countdown
 from dmplay.problems.machine_replacement import MachineReplacement
 from dmplay.solvers import alpha_vectors, value_iteration
 from dmplay.solvers.alpha_vectors import Stage
@@ -81,10 +82,10 @@ class Qmdp(Countdown):
         return mean(b, self._q[left - 1])
 
 
-POLICIES = {
-    "always-manufacture": AlwaysManufacture,
-    "optimal": Optimal,
-    "qmdp": Qmdp,
-    "threshold": Threshold,
-}
-HINT = "optimal"
+def roster(problem: Problem, seat: int) -> Roster:
+    """Who plays with the machine."""
+    return Roster(
+        {"always-manufacture": AlwaysManufacture, "optimal": Optimal, "qmdp": Qmdp,
+         "threshold": Threshold},
+        adviser="optimal",
+    )  # fmt: skip

@@ -6,9 +6,10 @@ from functools import cached_property
 import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Memory, parameter
+from dmplay.core import Memory, Problem, parameter
 from dmplay.errors import BadParameter
-from dmplay.policies._kinds import Always, Maximising, Reactive
+from dmplay.policies.kinds import Always, Maximising, Reactive
+from dmplay.policies.roster import Roster
 from dmplay.problems.mountain_car import LEFT_WALL, RIGHT_WALL, TOP_SPEED
 from dmplay.solvers import grid_iteration
 
@@ -68,11 +69,10 @@ class AlwaysRight(Always):
     action = RIGHT
 
 
-POLICIES = {
-    "optimal": Optimal,
-    "pump": Pump,
-    "always-left": AlwaysLeft,
-    "always-coast": AlwaysCoast,
-    "always-right": AlwaysRight,
-}
-HINT = "optimal"
+def roster(problem: Problem, seat: int) -> Roster:
+    """Who plays the mountain car."""
+    return Roster(
+        {"optimal": Optimal, "pump": Pump, "always-left": AlwaysLeft, "always-coast": AlwaysCoast,
+         "always-right": AlwaysRight},
+        adviser="optimal",
+    )  # fmt: skip

@@ -1,8 +1,10 @@
 """Policies for the two caregivers: that of one, best answers, and plans of both."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
+from typing import Self
 
 import numpy as np
 
@@ -10,10 +12,10 @@ from dmplay import belief
 from dmplay.chance import Array, Reals
 from dmplay.core import Memory, Percept, Problem, exact, parameter
 from dmplay.errors import BadParameter, BadPolicy
-from dmplay.policies._believing import mean
-from dmplay.policies._joint_plan import JointPlan
-from dmplay.policies._kinds import Maximising, Seated
+from dmplay.policies._joint_plan import JointPlan, surprised
 from dmplay.policies.crying_baby import FeedWhenCrying
+from dmplay.policies.kinds import Maximising, Seated
+from dmplay.policies.roster import Roster
 from dmplay.problems.multicaregiver_crying_baby import ACTIONS
 from dmplay.solvers import alpha_vectors
 from dmplay.solvers.alpha_vectors import Stage
@@ -94,14 +96,16 @@ class BestResponse(Maximising, Seated):
     def update(self, memory: Memory, percept: Percept) -> Memory:
         """Bayes' rule; where that partner rules out what was heard, beside a random one."""
         turn = percept.action, percept.observation
-        joint = mean(memory[0], self._foreseen[turn])
-        possible = joint.any(axis=1, keepdims=True)
-        joint = np.where(possible, joint, mean(memory[0], self._surprising[turn]))
-        return (joint / joint.cumsum(axis=1)[:, -1:],)
+        return (surprised(memory[0], self._foreseen[turn], self._surprising[turn]),)
 
     def values(self, memory: Memory) -> Reals:
         """Q of each action against that partner."""
         return alpha_vectors.action_values(self._stage, memory[0])
+
+    def in_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
+        """The answer to the partner who sits there, if it has one."""
+        answered = [who for who in rivals if who in ANSWERED]
+        return replace(self, to=answered[0]) if answered else self
 
 
 def _likely(tables: Tables) -> Reals:
@@ -111,15 +115,11 @@ def _likely(tables: Tables) -> Reals:
     return np.asarray(tables.transition.transpose(1, 0, 2)[:, None] * seen)
 
 
-def _adviser(problem: Problem, seat: int) -> str:
-    """The best answer to the usual partner, where a game without end has one."""
-    return "best-response" if problem.discount < 1.0 else "joint-plan"
-
-
-POLICIES = {
-    "best-response": BestResponse,
-    "feed-when-crying": FeedWhenCrying,
-    "joint-plan": JointPlan,
-}
-PARTNER = "feed-when-crying"
-HINT = _adviser
+def roster(problem: Problem, seat: int) -> Roster:
+    """Who cares for a baby; the best answer advises where a game without end has one."""
+    adviser = "best-response" if problem.discount < 1.0 else "joint-plan"
+    return Roster(
+        {"best-response": BestResponse, "feed-when-crying": FeedWhenCrying,
+         "joint-plan": JointPlan},
+        adviser, partner="feed-when-crying",
+    )  # fmt: skip

@@ -1,16 +1,19 @@
 """Policies for predator-prey."""
 
 from abc import abstractmethod
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
 from dmplay.chance import Array, Bools, Categorical, Ints, Reals
 from dmplay.core import Memory, Problem, parameter
 from dmplay.errors import BadParameter, BadPolicy
-from dmplay.policies._kinds import Maximising, Reactive
-from dmplay.problems import _hex
+from dmplay.hexes import DIRECTIONS, arrivals, paths
+from dmplay.policies.kinds import Maximising, Reactive
+from dmplay.policies.roster import Roster
 from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.solvers import best_response, markov_game, sparse
 
@@ -25,7 +28,7 @@ class _Runner(Reactive):
     def _far(self) -> Ints:
         """Steps `[H, 6, H]` from where a move from a hex ends to another hex."""
         hexes = _hunt(self.problem).hexes
-        return _hex.paths(hexes)[_hex.arrivals(hexes)[:, :, 0]]
+        return paths(hexes)[arrivals(hexes)[:, :, 0]]
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """The first of the best moves."""
@@ -81,7 +84,7 @@ class BestResponse(Maximising, Reactive):
 
     def _likely(self, seat: int) -> Reals:
         """How likely the agent of a seat takes each action in each state `[S, 6]`."""
-        states, many = self.problem.enumerated(), len(_hex.DIRECTIONS)
+        states, many = self.problem.enumerated(), len(DIRECTIONS)
         if self.to == "random":
             return np.full((len(states), many), 1 / many)
         name = _natural(self.problem, seat) if self.to == "natural" else self.to
@@ -91,6 +94,15 @@ class BestResponse(Maximising, Reactive):
     def values(self, memory: Memory) -> Reals:
         """Q of each move against these others."""
         return np.asarray(self._q[self.problem.index(memory[0])])
+
+    def in_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
+        """The answer to these others, where all play one thing that it answers."""
+        seats = range(len(self.problem.agents))
+        natural = {_natural(self.problem, seat) for seat in seats if seat != self.seat}
+        played = {*rivals}
+        if len(played) != 1 or played == natural or rivals[0] not in ANSWERED:
+            return self
+        return replace(self, to=rivals[0])
 
 
 @dataclass(frozen=True)
@@ -140,16 +152,17 @@ def _natural(problem: Problem, seat: int) -> str:
     return "chase" if seat in _hunt(problem).hunters else "flee"
 
 
-def _adviser(problem: Problem, seat: int) -> str:
-    """The best answer to the natural play where it is found while one waits, else that play."""
-    hunt = _hunt(problem)
-    each = 3**hunt.predators * max(len(hunt.hexes), 3) ** hunt.prey
-    quick = hunt.states * len(_hex.DIRECTIONS) * each <= WAITED
-    return "best-response" if quick and hunt.discount < 1.0 else _natural(problem, seat)
-
-
 RUNNERS: dict[str, type[_Runner]] = {"chase": Chase, "flee": Flee}
 ANSWERED = ("natural", *RUNNERS, "random")
-POLICIES = {**RUNNERS, "best-response": BestResponse, "equilibrium": Equilibrium}
-PARTNER = _natural
-HINT = _adviser
+
+
+def roster(problem: Problem, seat: int) -> Roster:
+    """Who hunts; the best answer advises where it is found while one waits, else natural play."""
+    hunt, natural = _hunt(problem), _natural(problem, seat)
+    each = 3**hunt.predators * max(len(hunt.hexes), 3) ** hunt.prey
+    quick = hunt.states * len(DIRECTIONS) * each <= WAITED
+    return Roster(
+        {**RUNNERS, "best-response": BestResponse, "equilibrium": Equilibrium},
+        adviser="best-response" if quick and hunt.discount < 1.0 else natural,
+        partner=natural,
+    )

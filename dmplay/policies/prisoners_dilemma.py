@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.chance import Array, Bools, Ints, Reals
-from dmplay.core import Memory, Percept, parameter
+from dmplay.core import Memory, Percept, Problem, parameter
 from dmplay.policies._axelrod import Axelrod
-from dmplay.policies._kinds import Rule
 from dmplay.policies._matrix_agents import BestResponse, GradientAscent, Nash, Softmax
+from dmplay.policies.kinds import Rule
+from dmplay.policies.roster import Roster
 
 
 @dataclass(frozen=True)
@@ -134,21 +135,14 @@ class Majority(_Counting):
         return np.asarray(memory[0] > 0, np.int64)
 
 
-POLICIES = {
-    "tit-for-tat": TitForTat,
-    "suspicious-tit-for-tat": SuspiciousTitForTat,
-    "grim": Grim,
-    "win-stay-lose-shift": WinStayLoseShift,
-    "always-cooperate": AlwaysCooperate,
-    "always-defect": AlwaysDefect,
-    "generous-tit-for-tat": GenerousTitForTat,
-    "tit-for-two-tats": TitForTwoTats,
-    "two-tits-for-tat": TwoTitsForTat,
-    "majority": Majority,
-    "nash": Nash,
-    "best-response": BestResponse,
-    "softmax": Softmax,
-    "gradient-ascent": GradientAscent,
-    "axelrod": Axelrod,
-}
-PARTNER = "tit-for-tat"
+def roster(problem: Problem, seat: int) -> Roster:
+    """Who plays the repeated dilemma; nobody advises."""
+    return Roster(
+        {"tit-for-tat": TitForTat, "suspicious-tit-for-tat": SuspiciousTitForTat, "grim": Grim,
+         "win-stay-lose-shift": WinStayLoseShift, "always-cooperate": AlwaysCooperate,
+         "always-defect": AlwaysDefect, "generous-tit-for-tat": GenerousTitForTat,
+         "tit-for-two-tats": TitForTwoTats, "two-tits-for-tat": TwoTitsForTat,
+         "majority": Majority, "nash": Nash, "best-response": BestResponse, "softmax": Softmax,
+         "gradient-ascent": GradientAscent, "axelrod": Axelrod},
+        partner="tit-for-tat",
+    )  # fmt: skip

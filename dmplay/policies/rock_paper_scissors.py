@@ -3,9 +3,11 @@
 from dataclasses import dataclass
 
 from dmplay.chance import Array, Ints
-from dmplay.policies._kinds import Rule
+from dmplay.core import Problem
 from dmplay.policies._matrix_agents import BestResponse, GradientAscent, Nash
 from dmplay.policies.general import Random
+from dmplay.policies.kinds import Rule
+from dmplay.policies.roster import Roster
 
 
 @dataclass(frozen=True)
@@ -17,12 +19,10 @@ class BeatLast(Rule):
         return (other + 1) % 3
 
 
-POLICIES = {
-    "uniform": Random,
-    "nash": Nash,
-    "beat-last": BeatLast,
-    "frequency": BestResponse,
-    "gradient-ascent": GradientAscent,
-}
-PARTNER = "frequency"
-HINT = "frequency"
+def roster(problem: Problem, seat: int) -> Roster:
+    """Who plays rock-paper-scissors."""
+    return Roster(
+        {"uniform": Random, "nash": Nash, "beat-last": BeatLast, "frequency": BestResponse,
+         "gradient-ascent": GradientAscent},
+        adviser="frequency", partner="frequency",
+    )  # fmt: skip

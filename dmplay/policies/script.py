@@ -7,7 +7,7 @@ import numpy as np
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Percept
 from dmplay.errors import DmplayError
-from dmplay.policies._kinds import Seated
+from dmplay.policies.kinds import Seated
 
 
 class EndOfScript(DmplayError):

@@ -30,17 +30,13 @@ class Search(Believing):
     def __post_init__(self) -> None:
         """Refuses numbers out of bounds, and problems without a belief to search from."""
         check_bounds(self)
-        if self._hidden:
+        if self.problem.hidden:
             try:
                 belief.prior(self.problem)
                 first = self.problem.enumerated()[:1]
                 exact(self.problem, first, np.zeros((1, len(self.problem.agents)), np.int64))
             except BadParameter as error:
                 raise BadPolicy(f"search needs a belief, as states are hidden: {error}") from None
-
-    @property
-    def _hidden(self) -> bool:
-        return self.problem.observations is not None
 
     @property
     def draws(self) -> int:
@@ -53,11 +49,11 @@ class Search(Believing):
 
     def begin(self, observation: Array) -> Memory:
         """The state, or the belief where it is hidden."""
-        return super().begin(observation) if self._hidden else (observation,)
+        return super().begin(observation) if self.problem.hidden else (observation,)
 
     def update(self, memory: Memory, percept: Percept) -> Memory:
         """The new state, or belief."""
-        return super().update(memory, percept) if self._hidden else (percept.observation,)
+        return super().update(memory, percept) if self.problem.hidden else (percept.observation,)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """An action with the greatest mean return; of several, any."""
@@ -74,7 +70,7 @@ class Search(Believing):
     def _chosen(self, known: Array, legal: Bools | None, u: Reals) -> Array:
         """The actions `[B]` for some rows that are searched together."""
         told = spread(u, self.simulations + self._tree.draws)
-        if self._hidden:
+        if self.problem.hidden:
             roots = self._drawn(known, told[:, : self.simulations])
         else:
             roots = np.repeat(known[:, None], self.simulations, axis=1)

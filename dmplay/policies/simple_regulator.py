@@ -5,23 +5,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.chance import Array, Bools, Normal, Reals
-from dmplay.core import DECIMALS, Interval, Memory, parameter
-from dmplay.policies._kinds import Reactive
+from dmplay.core import Memory, Problem, parameter
+from dmplay.policies.kinds import Reactive
+from dmplay.policies.roster import Roster
+from dmplay.problems.simple_regulator import SimpleRegulator
 
 
 @dataclass(frozen=True)
 class Optimal(Reactive):
     """Undoes the number it finds: a = -s."""
 
+    problem: SimpleRegulator
+
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """As far as the interval allows."""
-        return self._within(-memory[0][:, 0])
-
-    def _within(self, a: Reals) -> Reals:
-        """The nearest actions: of the interval, in nine decimals."""
-        bounds = self.problem.actions[self.seat]
-        assert isinstance(bounds, Interval)
-        return np.asarray(np.round(np.clip(a, bounds.low, bounds.high), DECIMALS) + 0.0)
+        return self.problem.actions[0].nearest(-memory[0][:, 0])
 
 
 @dataclass(frozen=True)
@@ -39,8 +37,10 @@ class Gaussian(Optimal):
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """A draw, as far as the interval allows."""
         mean = self.theta1 * memory[0][:, 0]
-        return self._within(Normal(mean, np.full(len(mean), abs(self.theta2))).sample(u))
+        drawn = Normal(mean, np.full(len(mean), abs(self.theta2))).sample(u)
+        return self.problem.actions[0].nearest(drawn)
 
 
-POLICIES = {"optimal": Optimal, "gaussian": Gaussian}
-HINT = "optimal"
+def roster(problem: Problem, seat: int) -> Roster:
+    """Who plays the simple regulator."""
+    return Roster({"optimal": Optimal, "gaussian": Gaussian}, adviser="optimal")

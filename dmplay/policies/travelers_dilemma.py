@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Memory, parameter
+from dmplay.core import Memory, Problem, parameter
 from dmplay.errors import BadParameter
-from dmplay.policies._kinds import Reactive
 from dmplay.policies._matrix_agents import BestResponse, GradientAscent, Nash, Softmax
+from dmplay.policies.kinds import Reactive
+from dmplay.policies.roster import Roster
 from dmplay.problems.travelers_dilemma import LEAST, MOST
 
 
@@ -28,12 +29,10 @@ class Claim(Reactive):
         return np.full(len(u), self.claim - LEAST)
 
 
-POLICIES = {
-    "nash": Nash,
-    "level-k": Softmax,
-    "best-response": BestResponse,
-    "gradient-ascent": GradientAscent,
-    "claim": Claim,
-}
-PARTNER = "level-k"
-HINT = "best-response"  # what level-k draws is not always its best reply
+def roster(problem: Problem, seat: int) -> Roster:
+    """Who plays the traveler's dilemma; what level-k draws is not always its best reply."""
+    return Roster(
+        {"nash": Nash, "level-k": Softmax, "best-response": BestResponse,
+         "gradient-ascent": GradientAscent, "claim": Claim},
+        adviser="best-response", partner="level-k",
+    )  # fmt: skip

@@ -10,8 +10,7 @@ import numpy as np
 from dmplay.chance import Array, Categorical, Chance, Ints, Pick
 from dmplay.core import Labels, Problem, parameter
 from dmplay.errors import BadParameter
-from dmplay.problems import _hex
-from dmplay.problems._hex import Hex
+from dmplay.hexes import ALIASES, DIRECTIONS, Hex, arrivals, checked, hex_of, notation_of, slips
 
 STANDARD = (
     (-1, 2), (0, 2), (1, 2), (-1, 1), (1, 1), (3, 1), (4, 1),
@@ -29,14 +28,14 @@ class Hunt(Problem):
     slip: float = parameter(0.3, "probability to slip, half to either side", 0.0, 1.0)
     hexes: tuple[Hex, ...] = parameter(STANDARD, "the map, as [[q, r], ...]")
 
-    aliases = _hex.ALIASES
+    aliases = ALIASES
     horizon = 50
 
     def __post_init__(self) -> None:
         """Refuses a map that makes no sense."""
         super().__post_init__()
         try:
-            object.__setattr__(self, "hexes", _hex.checked(self.hexes, "hexes"))
+            object.__setattr__(self, "hexes", checked(self.hexes, "hexes"))
         except ValueError as error:
             raise BadParameter(str(error)) from None
 
@@ -48,7 +47,7 @@ class Hunt(Problem):
     @property
     def actions(self) -> tuple[Labels, ...]:
         """The six directions for each agent."""
-        return (_hex.DIRECTIONS,) * len(self.agents)
+        return (DIRECTIONS,) * len(self.agents)
 
     @property
     def states(self) -> int:
@@ -58,12 +57,12 @@ class Hunt(Problem):
     @cached_property
     def slips(self) -> Categorical:
         """Straight on, or to either side."""
-        return _hex.slips(self.slip)
+        return slips(self.slip)
 
     @cached_property
     def _after(self) -> Ints:
         """Where a move ends, by (hex, direction, slip), flat."""
-        return _hex.arrivals(self.hexes).reshape(-1)
+        return arrivals(self.hexes).reshape(-1)
 
     def walk(self, hex_: Array, direction: Array, slip: Array) -> Ints:
         """Where moves end `[B]`."""
@@ -91,11 +90,11 @@ class Hunt(Problem):
 
     def notation(self, s: Array) -> str:
         """`(q,r)` of each in turn."""
-        return " ".join(_hex.notation(self.hexes[int(hex_)]) for hex_ in s)
+        return " ".join(notation_of(self.hexes[int(hex_)]) for hex_ in s)
 
     def parse(self, text: str) -> Array:
         """The state that `notation` wrote."""
-        return np.array([self.hexes.index(_hex.parse(word)) for word in text.split()])
+        return np.array([self.hexes.index(hex_of(word)) for word in text.split()])
 
 
 def sharing(s: Array, seat: int, others: Iterable[int]) -> Ints:

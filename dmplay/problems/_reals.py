@@ -1,15 +1,25 @@
-"""States of a few real numbers, as text that loses nothing."""
+"""Problems whose state is a few real numbers."""
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from dmplay.chance import Array
+from dmplay.core import Problem
 
 
-def notation(s: Array) -> str:
-    """The numbers, each as short as it can be and still be read back: `0.1 -0.25`."""
-    return " ".join(repr(float(number)) for number in s)
+@dataclass(frozen=True)
+class RealState(Problem):
+    """A problem in R^d, whose opening draws the numbers of the state unless it says otherwise."""
 
+    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
+        """The numbers drawn."""
+        return np.stack(events, axis=1)
 
-def parse(text: str) -> Array:
-    """The state that `notation` wrote."""
-    return np.array([float(word) for word in text.split()])
+    def notation(self, s: Array) -> str:
+        """The numbers, each as short as it can be and still be read back: `0.1 -0.25`."""
+        return " ".join(repr(float(number)) for number in s)
+
+    def parse(self, text: str) -> Array:
+        """The state that `notation` wrote."""
+        return np.array([float(word) for word in text.split()])

@@ -12,15 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.chance import Array, Bools, Chance, Span
-from dmplay.core import Continuous, Labels, Outcome, Problem, parameter
-from dmplay.problems import _reals
+from dmplay.core import Continuous, Labels, Outcome, parameter
+from dmplay.problems._reals import RealState
 from dmplay.problems._trigonometry import sine_and_cosine
 
 START = 0.05  # each number of the start is uniform within this
 
 
 @dataclass(frozen=True)
-class CartPole(Problem):
+class CartPole(RealState):
     """A pole balanced on a cart; a state is x (m), v (m/s), theta (rad) and omega (rad/s)."""
 
     gravity: float = parameter(9.8, "gravitational acceleration, m/s^2")
@@ -41,10 +41,6 @@ class CartPole(Problem):
         """Four numbers close to 0."""
         edge = np.full(rows, START)
         return (Span(-edge, edge),) * 4
-
-    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
-        """The numbers are the state."""
-        return np.stack(events, axis=1)
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         """Nothing."""
@@ -83,14 +79,6 @@ class CartPole(Problem):
     def terminal(self, s: Array) -> Bools:
         """The cart is past its limit, or the pole past its."""
         return self._past(s[:, 0], s[:, 2])
-
-    def notation(self, s: Array) -> str:
-        """`x v theta omega`."""
-        return _reals.notation(s)
-
-    def parse(self, text: str) -> Array:
-        """The state that `notation` wrote."""
-        return _reals.parse(text)
 
 
 VARIANTS = {"gym": CartPole(pole_mass_in_tau=True)}

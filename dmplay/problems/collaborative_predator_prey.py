@@ -16,7 +16,7 @@ import numpy as np
 
 from dmplay.chance import Array, Bools, Chance, Ints, Pick, Reals
 from dmplay.core import Labels, Outcome, parameter
-from dmplay.problems import _hex
+from dmplay.hexes import arrivals, notation_of
 from dmplay.problems._hunt import CIRCLE, TRIANGLE, Hunt, numbered, sharing
 
 CAPTURED, MOVED = 10.0, -1.0
@@ -48,14 +48,14 @@ class CollaborativePredatorPrey(Hunt):
         """Whether a prey is near, and where sighted from which hex that was sensed."""
         if not self.sighted:
             return (SENSES,) * self.predators
-        hexes = [_hex.notation(hex_) for hex_ in self.hexes]
+        hexes = [notation_of(hex_) for hex_ in self.hexes]
         pairs = Labels(tuple(f"{sense} {hex_}" for sense in SENSES for hex_ in hexes))
         return (pairs,) * self.predators
 
     @cached_property
     def _around(self) -> Ints:
         """The hex `[H, 7]` in each direction of a hex, the last being the hex itself."""
-        reached = _hex.arrivals(self.hexes)[:, :, 0]
+        reached = arrivals(self.hexes)[:, :, 0]
         return np.hstack([reached, np.arange(len(self.hexes))[:, None]])
 
     @cached_property
@@ -127,7 +127,7 @@ class CollaborativePredatorPrey(Hunt):
     def walks(self) -> Reals:
         """The probability `[6, H, H]` of getting from one hex to another by a direction."""
         size = len(self.hexes)
-        ends = _hex.arrivals(self.hexes)
+        ends = arrivals(self.hexes)
         walks = np.zeros((6, size, size))
         for slip, p in enumerate(self.slips.probabilities()[0]):
             for direction in range(6):

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.chance import Array, Bools, Categorical, Chance, Reals, Span
-from dmplay.core import Continuous, Labels, Outcome, Problem, parameter
-from dmplay.problems import _reals
+from dmplay.core import Continuous, Labels, Outcome, parameter
+from dmplay.problems._reals import RealState
 
 RATES = np.array([-5.0, 0.0, 5.0])  # m/s, by action
 GUSTS = np.array([-2.0, 0.0, 2.0])  # m/s^2
@@ -24,7 +24,7 @@ FIRST_HEIGHT, FIRST_RATE, FIRST_TIME = 200.0, 10.0, 40.0
 
 
 @dataclass(frozen=True)
-class CollisionAvoidance(Problem):
+class CollisionAvoidance(RealState):
     """Two aircraft head on; a state is h (m), its rate (m/s), the last advisory and the time."""
 
     repaired: bool = parameter(False, "whether a rate close to the advised one becomes that one")
@@ -75,11 +75,3 @@ class CollisionAvoidance(Problem):
     def terminal(self, s: Array) -> Bools:
         """The time is over: the aircraft have passed."""
         return np.asarray(s[:, 3] < 0)
-
-    def notation(self, s: Array) -> str:
-        """`h dh a_prev t_col`."""
-        return _reals.notation(s)
-
-    def parse(self, text: str) -> Array:
-        """The state that `notation` wrote."""
-        return _reals.parse(text)

@@ -14,8 +14,7 @@ import numpy as np
 from dmplay.chance import Array, Bools, Chance, Ints, Pick, Reals
 from dmplay.core import Outcome, Problem, parameter
 from dmplay.errors import BadParameter
-from dmplay.problems import _hex
-from dmplay.problems._hex import Hex
+from dmplay.hexes import ALIASES, DIRECTIONS, Hex, arrivals, checked, hex_of, notation_of, slips
 
 # Row by row as in figure F.2, the order of the package.
 MAP = (
@@ -38,14 +37,14 @@ class HexWorld(Problem):
     hexes: tuple[Hex, ...] = parameter(MAP, "the map, as [[q, r], ...]")
     rewards: tuple[tuple[Hex, float], ...] = parameter(EXITS, "the exits, as [[[q, r], pay], ...]")
 
-    actions = (_hex.DIRECTIONS,)
-    aliases = _hex.ALIASES
+    actions = (DIRECTIONS,)
+    aliases = ALIASES
 
     def __post_init__(self) -> None:
         """Refuses a map or exits that make no sense."""
         super().__post_init__()
         try:
-            object.__setattr__(self, "hexes", _hex.checked(self.hexes, "hexes"))
+            object.__setattr__(self, "hexes", checked(self.hexes, "hexes"))
             object.__setattr__(self, "rewards", _exits(self.rewards, self.hexes))
         except ValueError as error:
             raise BadParameter(str(error)) from None
@@ -57,14 +56,14 @@ class HexWorld(Problem):
 
     @cached_property
     def _slips(self) -> Chance:
-        return _hex.slips(self.slip)
+        return slips(self.slip)
 
     @cached_property
     def _after(self) -> Ints:
         """The next state by (state, action, slip event), flat."""
         over = len(self.hexes)
         after = np.full((self.states, 6, 3), over)
-        after[:-1] = _hex.arrivals(self.hexes)
+        after[:-1] = arrivals(self.hexes)
         after[[self.hexes.index(hex_) for hex_, _ in self.rewards]] = over
         return after.reshape(-1)
 
@@ -102,20 +101,20 @@ class HexWorld(Problem):
 
     def notation(self, s: Array) -> str:
         """`(q,r)`, or `over`."""
-        return OVER if s == len(self.hexes) else _hex.notation(self.hexes[int(s)])
+        return OVER if s == len(self.hexes) else notation_of(self.hexes[int(s)])
 
     def parse(self, text: str) -> Array:
         """The state that `notation` wrote."""
-        return np.array(len(self.hexes) if text == OVER else self.hexes.index(_hex.parse(text)))
+        return np.array(len(self.hexes) if text == OVER else self.hexes.index(hex_of(text)))
 
 
 def _exits(value: object, hexes: tuple[Hex, ...]) -> tuple[tuple[Hex, float], ...]:
     if not isinstance(value, Sequence) or not all(map(_is_exit, value)):
         raise ValueError(f"rewards: got {value!r}, expected pairs such as [[[9, 0], 10]]")
-    places = _hex.checked([item[0] for item in value], "rewards") if value else ()
+    places = checked([item[0] for item in value], "rewards") if value else ()
     for place in places:
         if place not in hexes:
-            raise ValueError(f"rewards: {_hex.notation(place)} is not a hex of the map")
+            raise ValueError(f"rewards: {notation_of(place)} is not a hex of the map")
     return tuple((place, float(item[1])) for place, item in zip(places, value, strict=True))
 
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.chance import Array, Bools, Chance, Span
-from dmplay.core import Continuous, Labels, Outcome, Problem, parameter
-from dmplay.problems import _reals
+from dmplay.core import Continuous, Labels, Outcome, parameter
+from dmplay.problems._reals import RealState
 from dmplay.problems._trigonometry import cosine_of_triple
 
 LEFT_WALL, RIGHT_WALL, TOP_SPEED = -1.2, 0.6, 0.07
@@ -20,7 +20,7 @@ THRUST, GRAVITY = 0.001, 0.0025
 
 
 @dataclass(frozen=True)
-class MountainCar(Problem):
+class MountainCar(RealState):
     """An underpowered car in a valley; a state is the place x and the speed v."""
 
     goal: float = parameter(0.6, "the place to reach", LEFT_WALL, RIGHT_WALL)
@@ -50,10 +50,6 @@ class MountainCar(Problem):
         )
         return (Span(low, high), Span(-speed, speed))
 
-    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
-        """The numbers are the state."""
-        return np.stack(events, axis=1)
-
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         """Nothing."""
         return ()
@@ -79,14 +75,6 @@ class MountainCar(Problem):
     def terminal(self, s: Array) -> Bools:
         """The car has reached its goal."""
         return self._there(s[:, 0], s[:, 1])
-
-    def notation(self, s: Array) -> str:
-        """`x v`."""
-        return _reals.notation(s)
-
-    def parse(self, text: str) -> Array:
-        """The state that `notation` wrote."""
-        return _reals.parse(text)
 
 
 VARIANTS = {

@@ -14,7 +14,7 @@ import numpy as np
 
 from dmplay.chance import Array, Bools, Categorical, Chance, Reals
 from dmplay.core import Outcome, parameter
-from dmplay.problems import _hex
+from dmplay.hexes import slips
 from dmplay.problems._hunt import CIRCLE, STANDARD, TRIANGLE, Hunt, numbered, sharing
 
 FIRST_PREDATOR, FIRST_PREY = (1, 2), (2, 0)  # figure F.16
@@ -55,7 +55,7 @@ class PredatorPrey(Hunt):
         """Cumulative probabilities of a prey's event: its slip if free, its hex if devoured."""
         size = max(len(self.hexes), 3)
         births = np.ones((2, size - 1))
-        births[0, :2] = _hex.slips(self.slip).cumulative
+        births[0, :2] = slips(self.slip).cumulative
         births[1, : len(self.hexes) - 1] = np.arange(1, len(self.hexes)) / len(self.hexes)
         return births
 

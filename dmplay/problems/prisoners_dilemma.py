@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.core import Labels
-from dmplay.problems._matrix_game import MatrixGame
+from dmplay.matrix_game import MatrixGame
 
 YEARS = np.array([[1.0, 4.0], [0.0, 3.0]])  # served by the row player
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.core import Labels
-from dmplay.problems._matrix_game import MatrixGame
+from dmplay.matrix_game import MatrixGame
 
 WINS = np.array([[0.0, -1.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 1.0, 0.0]])  # of the row player
 

@@ -10,14 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.chance import Array, Chance, Normal
-from dmplay.core import Continuous, Interval, Outcome, Problem, parameter
-from dmplay.problems import _reals
+from dmplay.core import Continuous, Interval, Outcome, parameter
+from dmplay.problems._reals import RealState
 
 START_MEAN, START_DEVIATION = 0.3, 0.1
 
 
 @dataclass(frozen=True)
-class SimpleRegulator(Problem):
+class SimpleRegulator(RealState):
     """A linear quadratic regulator of one number."""
 
     discount: float = parameter(0.9, "factor on the rewards of each later turn", 0.0, 1.0)
@@ -31,10 +31,6 @@ class SimpleRegulator(Problem):
         """The first number."""
         return (Normal(np.full(rows, START_MEAN), np.full(rows, START_DEVIATION)),)
 
-    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
-        """The number is the state."""
-        return events[0][:, None]
-
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         """The next number, around the sum of this one and the action."""
         return (Normal(s[:, 0] + a[:, 0], np.full(len(s), self.noise)),)
@@ -43,14 +39,6 @@ class SimpleRegulator(Problem):
         """The reward is that of the state acted in."""
         moved = events[0][:, None]
         return Outcome(moved, -(s * s), moved)
-
-    def notation(self, s: Array) -> str:
-        """The number."""
-        return _reals.notation(s)
-
-    def parse(self, text: str) -> Array:
-        """The state that `notation` wrote."""
-        return _reals.parse(text)
 
 
 VARIANTS = {"undiscounted": SimpleRegulator(discount=1.0)}

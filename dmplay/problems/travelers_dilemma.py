@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.core import Labels
-from dmplay.problems._matrix_game import MatrixGame
+from dmplay.matrix_game import MatrixGame
 
 LEAST, MOST = 2, 100  # dollars
 BONUS = 2  # dollars from the higher claim to the lower

@@ -13,7 +13,7 @@ from dmplay.errors import BadParameter
 from dmplay.figures.every import figure, figures
 from dmplay.styles import ansi
 from dmplay.terminal import Terminal
-from dmplay.views._canvas import plainly, size
+from dmplay.views.canvas import plainly, size
 
 # Rich's own template, but nothing is loaded from elsewhere.
 SVG = re.sub(r"@font-face {{.*?}}\n", "", CONSOLE_SVG_FORMAT, flags=re.DOTALL).replace(
@@ -59,35 +59,29 @@ def film(texts: Sequence[Text], title: str, width: int) -> str:
     return "\n".join([head, f"<style>{style}</style>", *timed, "</svg>", ""])
 
 
-def show(text: Text, terminal: Terminal) -> None:
-    """Prints a text, in colour and in Unicode where the terminal can."""
-    shown = plainly(text) if terminal.ascii else text
-    if terminal.color:
-        print(ansi(shown, terminal.theme))
-    else:
-        print("\n".join(row.rstrip() for row in shown.plain.split("\n")))
+def shown(text: Text, terminal: Terminal) -> str:
+    """A text, in colour and in Unicode where the terminal can."""
+    able = plainly(text) if terminal.ascii else text
+    return ansi(able, terminal.theme) if terminal.color else able.plain
 
 
-def write(path: Path | None, content: str) -> None:
-    """Writes to a file, or to the standard output."""
+def kept(path: Path | None, content: str) -> str:
+    """Writes to a file and leaves nothing to be told; without one, what is to be told."""
     if path is None or str(path) == "-":
-        print(content, end="")
-        return
+        return content.removesuffix("\n")
     try:
         path.write_text(content, encoding="utf-8", newline="\n")
     except OSError as error:
         raise BadParameter(f"cannot write {path}: {error.strerror}") from None
+    return ""
 
 
-def print_names() -> None:
-    """Prints the name and title of every figure."""
-    print(*(f"{key:<5} {title}" for key, (title, _) in figures().items()), sep="\n")
+def named() -> str:
+    """The name and title of every figure."""
+    return "\n".join(f"{key:<5} {title}" for key, (title, _) in figures().items())
 
 
-def print_figure(name: str, terminal: Terminal, output: Path | None, *, svg: bool) -> None:
-    """Prints a figure; as a picture where that or a file is asked for."""
+def drawn(name: str, output: Path | None, *, svg: bool) -> Text | str:
+    """A figure; as a picture where that or a file is asked for."""
     title, draw = figure(name)
-    if svg or output:
-        write(output, picture(draw(), title))
-    else:
-        show(draw(), terminal)
+    return kept(output, picture(draw(), title)) if svg or output else draw()

@@ -3,18 +3,20 @@
 import csv
 import io
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from rich.text import Text
 
 from dmplay.errors import BadParameter
+from dmplay.game.formats import FORMATS
 from dmplay.game.playback import Playback
-from dmplay.reports.drawing import console, picture, write
+from dmplay.reports.drawing import console, kept, picture
 from dmplay.reports.drawing import film as pictures
 from dmplay.screen.frame import Room, Shown, compose
 from dmplay.styles import ansi
-from dmplay.transcript.format import end_facts, header_facts, turn_facts
+from dmplay.transcript.format import end_facts, turn_facts
+from dmplay.transcript.header import header_facts
 
 ROOM = Room(80, 24)
 SHORT_ROOM_ROWS = 18
@@ -26,7 +28,7 @@ def screens(game: Playback, room: Room) -> Iterator[Text]:
     yield compose(game, room, Shown(), log)
     before = 0
     while game.unattended():
-        log.append(game.change(before))
+        log.append(game.account.change(game.view(), before))
         before = len(game.session.turns)
         yield compose(game, room, Shown(), log)
 
@@ -85,7 +87,7 @@ def text(game: Playback, turn: int | None, room: Room) -> str:
     return "\n\n".join([*parts, ""])
 
 
-def table(game: Playback, turn: int | None, room: Room) -> str:
+def rows_of_turns(game: Playback, turn: int | None, room: Room) -> str:
     """A row a turn as comma-separated values, a column a fact and seat."""
     rows = []
     for facts in _facts(game):
@@ -120,24 +122,28 @@ def _facts(game: Playback) -> Iterator[dict[str, object]]:
         before = now
 
 
-STILL = ("svg", "html")
-FORMATS: dict[str, Callable[[Playback, int | None, Room], str]] = {
-    "svg": svg, "film": film, "html": html, "cast": cast, "text": text, "csv": table, "json": data,
+WRITERS: dict[str, Callable[[Playback, int | None, Room], str]] = {
+    "svg": svg, "film": film, "html": html, "cast": cast, "text": text, "csv": rows_of_turns,
+    "json": data,
 }  # fmt: skip
 
 
-def print_export(  # noqa: PLR0913 - a file, and what is wanted of it
+def exported(  # noqa: PLR0913 - a file, and what is wanted of it
     file: Path,
-    form: str,
+    chosen: Sequence[str],
     turn: int | None,
     output: Path | None,
     *,
     width: int | None = None,
     ascii_: bool = False,
     trusted: bool = False,
-) -> None:
-    """Writes a transcript in another form."""
-    if turn is not None and form not in STILL:
-        raise BadParameter(f"--at: a turn of --{' or --'.join(STILL)}, not of --{form}")
+) -> str:
+    """A transcript in the one form chosen; nothing where it is written to a file."""
+    if len(chosen) != 1:
+        raise BadParameter(f"export: choose one of {', '.join(f'--{name}' for name in FORMATS)}")
+    (form,) = chosen
+    if turn is not None and not FORMATS[form].still:
+        stills = " or ".join(f"--{name}" for name, one in FORMATS.items() if one.still)
+        raise BadParameter(f"--at: a turn of {stills}, not of --{form}")
     room = Room(width or ROOM.width, ROOM.height, ascii_)
-    write(output, FORMATS[form](Playback(file, trusted=trusted), turn, room))
+    return kept(output, WRITERS[form](Playback(file, trusted=trusted), turn, room))

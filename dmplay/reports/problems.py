@@ -4,28 +4,35 @@ import shutil
 from dataclasses import fields
 from json import dumps
 from textwrap import fill
+from typing import NamedTuple
 
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
-from dmplay.core import Interval, Problem
+from dmplay.core import Interval, Labels
 from dmplay.describe import summary
 from dmplay.errors import UnknownName
-from dmplay.finding import catalog
+from dmplay.finding import agents, problems
 from dmplay.finding.names import problem_names
 from dmplay.game.keymap import AS_DRAWN, Keys, hands
-from dmplay.terminal import Wishes, here
+from dmplay.terminal import Wishes
 
 WIDE = 100  # columns of a table that goes into a pipe
 GAP = 1  # columns between two
 MANY = 12  # names that a line holds
+FROM_FILES = {
+    "script:a,b,c": "Written actions, or script:FILE.",
+    "replay:FILE": "The seat's actions from a transcript.",
+}
+Space = str | list[str] | dict[str, float]  # what can be done or seen: words, names, a span
 
 
 def facts() -> list[dict[str, str]]:
     """Table F.1: every built-in problem with its kind."""
     rows = []
     for name in problem_names():
-        problem = catalog.load(name)
+        problem = problems.load(name)
         rows.append({"problem": name, "kind": problem.kind} | summary(problem))
     return rows
 
@@ -39,14 +46,16 @@ def of_kind(kind: str) -> list[dict[str, str]]:
     return chosen
 
 
-def table(known: list[dict[str, str]], width: int) -> Table:
-    """Table F.1 for people, in so many columns of the terminal."""
-    shown = fitting(known, width)
-    drawn = Table(box=None, header_style="bold", pad_edge=False, padding=(0, GAP, 0, 0))
-    for heading in shown:
-        drawn.add_column(heading, no_wrap=heading != "kind" and len(shown) > 1, overflow="fold")
-    for one in known:
-        drawn.add_row(*(_short(one[heading]) for heading in shown))
+def _drawn(rows: list[dict[str, str]], headings: list[str], width: int) -> Text:
+    """These columns of table F.1 for people."""
+    grid = Table(box=None, header_style="bold", pad_edge=False, padding=(0, GAP, 0, 0))
+    for heading in headings:
+        grid.add_column(heading, no_wrap=heading != "kind" and len(headings) > 1, overflow="fold")
+    for one in rows:
+        grid.add_row(*(_short(one[heading]) for heading in headings))
+    pieces = Console(width=width, highlight=False).render(grid)
+    drawn = Text.assemble(*((piece.text, piece.style or "") for piece in pieces))
+    drawn.right_crop(1)  # the end of its last row
     return drawn
 
 
@@ -70,143 +79,155 @@ def _short(cell: str) -> str:
     return cell.replace("per agent", "each")
 
 
-def about(name: str, keys: Keys = AS_DRAWN) -> dict[str, object]:
+class About(NamedTuple):
     """Everything about a problem: what it is, its spaces, parameters, agents, keys and source."""
-    problem = catalog.load(name)
+
+    problem: str
+    kind: str
+    about: str
+    agents: list[str]
+    states: str
+    actions: Space
+    observations: Space
+    turns: int | None
+    parameters: dict[str, dict[str, object]]  # name -> default and meaning
+    variants: list[str]
+    players: dict[str, str]  # agent -> what it does
+    keys: dict[str, str]  # key -> action
+
+    def __str__(self) -> str:
+        """The same for people."""
+        rows = [f"{self.problem}: {self.kind}", "", self.about, ""]
+        rows += [
+            f"seats         {', '.join(self.agents)}",
+            f"states        {self.states}",
+            f"actions       {_listed(self.actions)}",
+            f"observations  {_listed(self.observations)}",
+            f"turns         {self.turns or 'until it ends'}",
+            f"variants      {', '.join(self.variants)}",
+            "",
+            "parameters (--set NAME=VALUE)",
+        ]
+        widest = max(map(len, self.parameters))
+        for name, one in self.parameters.items():
+            shown = str(one["default"])
+            shown = shown if len(shown) <= 24 else f"{shown[:21]}..."
+            rows.append(f"  {name:<{widest}} {shown:<24} {one['meaning']}")
+        players = {"human": "You.", **self.players, **FROM_FILES}
+        rows += ["", "agents (--agent, --vs, --seat NAME=AGENT)"]
+        rows += [f"  {name:<22} {does}" for name, does in players.items()]
+        keys: dict[str, list[str]] = {}
+        for key, label in self.keys.items():
+            keys.setdefault(label, []).append(key)
+        rows += ["", "keys"]
+        rows += [f"  {label:<14} {', '.join(names)}" for label, names in keys.items()]
+        return "\n".join(rows)
+
+
+def about(name: str, keys: Keys = AS_DRAWN) -> About:
+    """Everything about a problem, with the keys in force."""
+    problem = problems.load(name)
     base = name.partition(":")[0]
-    return {
-        "problem": name,
-        "kind": problem.kind,
-        "about": catalog.docs(problem),
-        "agents": list(problem.agents),
-        "states": summary(problem)["states"],
-        "actions": _named(problem.actions[0]),
-        "observations": _observed(problem),
-        "turns": problem.horizon,
-        "parameters": {
+    return About(
+        problem=name,
+        kind=problem.kind,
+        about=problems.docs(problem),
+        agents=list(problem.agents),
+        states=summary(problem)["states"],
+        actions=_actions(problem.actions[0]),
+        observations=(
+            "the state" if problem.observations is None else list(problem.observations[0])
+        ),
+        turns=problem.horizon,
+        parameters={
             one.name: {
                 "default": getattr(problem, one.name),
                 "meaning": one.metadata.get("meaning", ""),
             }
             for one in fields(problem)
         },
-        "variants": [variant or "standard" for variant in catalog.variants(base) or [""]],
-        "players": {
-            name: (make.__doc__ or "").partition("\n")[0]
-            for name, make in catalog.agents(problem).items()
-        },
-        "keys": dict(hands(problem, keys).keys),
-    }
+        variants=[variant or "standard" for variant in problems.variants(base) or [""]],
+        players={agent: _first_line(make) for agent, make in agents.roster(problem).agents.items()},
+        keys=dict(hands(problem, keys).keys),
+    )
 
 
-def _named(actions: object) -> object:
+def _first_line(make: object) -> str:
+    """What an agent does."""
+    return (make.__doc__ or "").partition("\n")[0]
+
+
+def _actions(actions: Labels | Interval) -> Space:
     if isinstance(actions, Interval):
         return {"from": actions.low, "to": actions.high}
-    return list(actions)  # type: ignore[call-overload]
+    return list(actions)
 
 
-def _observed(problem: Problem) -> object:
-    return "the state" if problem.observations is None else list(problem.observations[0])
-
-
-def told(facts_: dict[str, object]) -> str:
-    """The same for people."""
-    keys: dict[str, list[str]] = {}
-    for key, label in facts_["keys"].items():  # type: ignore[attr-defined]
-        keys.setdefault(label, []).append(key)
-    rows = [f"{facts_['problem']}: {facts_['kind']}", "", str(facts_["about"]), ""]
-    rows += [
-        f"seats         {', '.join(facts_['agents'])}",  # type: ignore[arg-type]
-        f"states        {facts_['states']}",
-        f"actions       {_listed(facts_['actions'])}",
-        f"observations  {_listed(facts_['observations'])}",
-        f"turns         {facts_['turns'] or 'until it ends'}",
-        f"variants      {', '.join(facts_['variants'])}",  # type: ignore[arg-type]
-        "",
-        "parameters (--set NAME=VALUE)",
-    ]
-    parameters: dict[str, dict[str, object]] = facts_["parameters"]  # type: ignore[assignment]
-    widest = max(map(len, parameters))
-    for name, one in parameters.items():
-        shown = str(one["default"])
-        shown = shown if len(shown) <= 24 else f"{shown[:21]}..."
-        rows.append(f"  {name:<{widest}} {shown:<24} {one['meaning']}")
-    rows += ["", "agents (--agent, --vs, --seat NAME=AGENT)"]
-    rows += [
-        f"  {name:<22} {doc}"
-        for name, doc in {
-            "human": "You.",
-            **facts_["players"],  # type: ignore[dict-item]
-            "script:a,b,c": "Written actions, or script:FILE.",
-            "replay:FILE": "The seat's actions from a transcript.",
-        }.items()
-    ]
-    rows += ["", "keys"]
-    rows += [f"  {label:<14} {', '.join(names)}" for label, names in keys.items()]
-    return "\n".join(rows)
-
-
-def _listed(known: object) -> str:
+def _listed(space: Space) -> str:
     """Names with commas between, of many the first and the last; the span of reals."""
-    if isinstance(known, dict):
-        return f"a number from {known['from']:g} to {known['to']:g}"
-    if not isinstance(known, list):
-        return str(known)
-    return ", ".join(known if len(known) <= MANY else [*known[:3], "...", known[-1]])
+    if isinstance(space, str):
+        return space
+    if isinstance(space, dict):
+        return f"a number from {space['from']:g} to {space['to']:g}"
+    return ", ".join(space if len(space) <= MANY else [*space[:3], "...", space[-1]])
 
 
-def players(name: str) -> list[dict[str, object]]:
-    """The agents that fit a problem: name, what each does, its parameters and their meanings."""
-    problem = catalog.load(name)
-    advises = {catalog.hint(problem, seat) for seat in range(len(problem.agents))}
-    partners = {catalog.partner(problem, seat) for seat in range(1, len(problem.agents))}
-    rows: list[dict[str, object]] = []
-    for agent, make in catalog.agents(problem).items():
-        rows.append(
-            {
-                "agent": agent,
-                "does": (make.__doc__ or "").partition("\n")[0],
-                "parameters": catalog.settings(make),
-                "meanings": catalog.meanings(make),
-                "advises": agent in advises,
-                "partner": agent in partners,
-            }
-        )
-    return rows
+class Player(NamedTuple):
+    """An agent that fits a problem: what it does, its parameters and what they mean."""
 
+    agent: str
+    does: str
+    parameters: dict[str, object]
+    meanings: dict[str, str]
+    advises: bool
+    partner: bool
 
-def print_agents(name: str, *, json: bool) -> None:
-    """Prints the agents that fit a problem."""
-    known = players(name)
-    if json:
-        print(dumps(known))
-        return
-    for one in known:
-        parts = one["parameters"].items()  # type: ignore[attr-defined]
-        given = f":{','.join(f'{key}={value}' for key, value in parts)}" if parts else ""
-        marks = [word for word in ("advises", "partner") if one[word]]
+    def __str__(self) -> str:
+        """The same for people."""
+        pairs = ",".join(f"{key}={value}" for key, value in self.parameters.items())
+        marks = [word for word in ("advises", "partner") if getattr(self, word)]
         note = f" ({', '.join(marks)})" if marks else ""
-        print(f"{one['agent']}{given}{note}\n    {one['does']}")
-        for key, meaning in one["meanings"].items():  # type: ignore[attr-defined]
-            if meaning:
-                print(f"    {key}: {meaning}.")
+        rows = [f"{self.agent}{pairs and ':'}{pairs}{note}", f"    {self.does}"]
+        rows += [f"    {key}: {meaning}." for key, meaning in self.meanings.items() if meaning]
+        return "\n".join(rows)
 
 
-def print_list(kind: str, wishes: Wishes) -> None:
-    """Prints table F.1, or its problems of one kind, and what there was no room for."""
-    known = of_kind(kind)
+def players(name: str) -> list[Player]:
+    """The agents that fit a problem."""
+    problem = problems.load(name)
+    advises = {agents.roster(problem, seat).adviser for seat in range(len(problem.agents))}
+    partners = {agents.roster(problem, seat).partner for seat in range(1, len(problem.agents))}
+    return [
+        Player(
+            agent, _first_line(make), agents.settings(make), agents.meanings(make),
+            agent in advises, agent in partners,
+        )
+        for agent, make in agents.roster(problem).agents.items()
+    ]  # fmt: skip
+
+
+def who_plays(name: str, *, json: bool) -> str:
+    """The agents that fit a problem, as text or data."""
+    fitting = players(name)
+    return dumps([one._asdict() for one in fitting]) if json else "\n".join(map(str, fitting))
+
+
+def listing(kind: str, wishes: Wishes) -> Text | str:
+    """Table F.1, or its problems of one kind, and what there was no room for."""
+    rows = of_kind(kind)
     if wishes.json:
-        print(dumps(known))
-        return
-    wide, color = wishes.width or shutil.get_terminal_size((WIDE, 0)).columns, here(wishes).color
-    drawn = Console(width=wide, force_terminal=color, no_color=not color, highlight=False)
-    drawn.print(table(known, wide))
-    left_out = [*known[0]][len(fitting(known, wide)) :]
+        return dumps(rows)
+    width = wishes.width or shutil.get_terminal_size((WIDE, 0)).columns
+    headings = fitting(rows, width)
+    shown = _drawn(rows, headings, width)
+    left_out = [*rows[0]][len(headings) :]
     if left_out:
-        print(fill(f"no room for {', '.join(left_out)}; --width or --json has all", wide))
+        told = f"no room for {', '.join(left_out)}; --width or --json has all"
+        shown.append(f"\n{fill(told, width)}")
+    return shown
 
 
-def print_info(name: str, keys: Keys, *, json: bool) -> None:
-    """Prints all about a problem, with the keys in force."""
-    found = about(name, keys)
-    print(dumps(found) if json else told(found))
+def info(name: str, keys: Keys, *, json: bool) -> str:
+    """All about a problem, as text or data."""
+    known = about(name, keys)
+    return dumps(known._asdict()) if json else str(known)

@@ -7,10 +7,10 @@ from json import dumps, loads
 from pathlib import Path
 
 from dmplay import __version__
-from dmplay.finding import catalog
+from dmplay.finding import problems
 from dmplay.reports.progress import Bar
-from dmplay.solutions._solution import Solution, Tick
 from dmplay.solutions.every import solution
+from dmplay.solutions.solution import Solution, Tick
 
 
 def cached(name: str, parameters: Mapping[str, object], tick: Tick) -> Solution:
@@ -18,8 +18,8 @@ def cached(name: str, parameters: Mapping[str, object], tick: Tick) -> Solution:
 
     That of a problem from elsewhere is found anew: its code may be another by now.
     """
-    loaded = catalog.resolve(name, parameters)
-    if not catalog.stem(loaded.problem):
+    loaded = problems.resolve(name, parameters)
+    if not problems.stem(loaded.problem):
         return solution(loaded.problem, tick)
     made = [loaded.name, loaded.parameters, __version__, *_code()]
     key = dumps(made, sort_keys=True, default=str)
@@ -43,7 +43,7 @@ def _code() -> list[int]:
     return [file.stat().st_mtime_ns for file in sorted(Path(__file__).parent.parent.rglob("*.py"))]
 
 
-def told(name: str, found: Solution) -> str:
+def _told(name: str, found: Solution) -> str:
     """The solution for people: method, result and a table."""
     columns = list(found.rows[0]) if found.rows else []
     cells = [columns] + [[_cell(row[column]) for column in columns] for row in found.rows]
@@ -59,10 +59,10 @@ def _cell(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def print_solution(
+def solved(
     name: str, parameters: Mapping[str, object], *, json: bool = False, motion: bool = True
-) -> None:
-    """Prints the solution of a problem; while it is sought, how far that is."""
+) -> str:
+    """The solution of a problem; while it is sought, how far that is."""
     with Bar(f"solving {name}", quiet=json, motion=motion) as bar:
         found = cached(name, parameters, bar)
-    print(dumps({"problem": name} | found._asdict()) if json else told(name, found))
+    return dumps({"problem": name} | found._asdict()) if json else _told(name, found)

@@ -10,8 +10,9 @@ from dmplay.game.game import Game
 from dmplay.game.keymap import SHOWN
 from dmplay.rollouts import MOST_TURNS
 from dmplay.terminal import clean
-from dmplay.views._canvas import ASCII, Look, Needed, size
-from dmplay.words.commands import COMMANDS, named
+from dmplay.views.canvas import ASCII, size
+from dmplay.views.style import Look, Needed
+from dmplay.words.commands import named
 
 PANEL = 17  # columns of the side panel at least
 LOG = 2  # rows of the log at least
@@ -30,34 +31,18 @@ class Room(NamedTuple):
     ascii: bool = False
 
 
-class Key(NamedTuple):
-    """A key that only the screen has: how it is shown, its name, what it does."""
-
-    shown: str
-    name: str
-    help: str
-
-
 class Shown(NamedTuple):
     """What the front end adds: a message, the overlay, a page in place of the board."""
 
     message: str = ""
     overlay: str = ""
-    help: bool = False
-    page: Sequence[str] = ()  # an answer of several lines
-    part: int = 0  # which part of help or page, where they are longer than the screen
+    page: Sequence[str] = ()  # an answer of several lines, in place of the board
+    part: int = 0  # which part of it, where it is longer than the screen
     curtain: str = ""  # the agent before whose turn nothing is shown
     keys_until: int = KEYS_SHOWN  # the turn from which on the board names no keys
 
 
 NOTHING = Shown()
-KEYS = (
-    Key("V", "overlay", "values, policy or states on the board, where it has them"),
-    Key("P", "pause", "let agents or the clock play, or stop them"),
-    Key("Space", "step", "one turn of agents"),
-    Key("+", "faster", "agents play faster"),
-    Key("-", "slower", "agents play slower"),
-)
 
 
 def compose(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
@@ -76,23 +61,23 @@ def compose(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
 
 def _beside(game: Game, room: Room, shown: Shown, log: list[str]) -> str:
     """What the row of messages tells where the body has one row alone."""
-    if shown.help or shown.page:
-        many = len(pages(game, room, shown))
+    if shown.page:
+        many = len(pages(room, shown))
         return f"part {min(shown.part, many - 1) + 1} of {many}. Space goes on"
-    return log[-1] if log else game.situation()
+    return log[-1] if log else game.account.situation(game.view())
 
 
 def _urgent(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
     """One row: the curtain, a row of a page, the message, what happened last, how it stands."""
     if shown.curtain:
         return _curtain(shown.curtain, room)[0]
-    if shown.help or shown.page:
-        return _part(game, room, shown)[0]
+    if shown.page:
+        return _part(room, shown)[0]
     if shown.message or log:
         return Text(f" {clean(shown.message or log[-1])}")
     board = game.draw(Look(room.width, 1, room.ascii, around=LOG + SMALL))
     needed = [board.plain] if isinstance(board, Needed) else []
-    return Text(" " + ". ".join([*needed, game.situation()]))
+    return Text(" " + ". ".join([*needed, game.account.situation(game.view())]))
 
 
 def message(room: Room, shown: Shown) -> Text:
@@ -109,23 +94,23 @@ def upper(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
     body = room.height - 3
     if shown.curtain:
         title, parts = _name(game), _curtain(shown.curtain, room)
-    elif shown.help or shown.page:
-        title, parts = _title(game, room), _part(game, room, shown)
+    elif shown.page:
+        title, parts = _title(game, room), _part(room, shown)
     else:
         title, parts = _title(game, room), _body(game, room, shown, log, body)
     parts += [Text("")] * (body - len(parts))
     return _rows([_fitted(row, room) for row in [title, *parts][: room.height - 2]])
 
 
-def _part(game: Game, room: Room, shown: Shown) -> list[Text]:
-    """The part of help or page that is shown; the last where a larger screen needs fewer."""
-    parts = pages(game, room, shown)
+def _part(room: Room, shown: Shown) -> list[Text]:
+    """The part of the page that is shown; the last where a larger screen needs fewer."""
+    parts = pages(room, shown)
     return parts[min(shown.part, len(parts) - 1)]
 
 
-def pages(game: Game, room: Room, shown: Shown) -> list[list[Text]]:
-    """Help, or an answer of several lines, in parts that the screen holds."""
-    rows = _help(game, room) if shown.help else _page([*map(clean, shown.page)], room)
+def pages(room: Room, shown: Shown) -> list[list[Text]]:
+    """An answer of several lines, in parts that the screen holds."""
+    rows = _page([*map(clean, shown.page)], room)
     body = max(room.height - 3, 1)
     if len(rows) <= body:
         return [rows]
@@ -183,7 +168,7 @@ def _facts(game: Game) -> list[str]:
     limit = f"/{view.limit}" if view.limit not in (None, MOST_TURNS) else ""
     facts = [f"turn {view.turn}{limit}"]
     if view.rewards is not None:
-        facts.append(f"return {game.returned(view):.6g}")
+        facts.append(f"return {game.account.returned(view):.6g}")
     if game.people:
         facts.append(f"you: {game.problem.agents[game.watcher]}")
     seats = enumerate(zip(game.problem.agents, game.seats, strict=True))
@@ -209,7 +194,11 @@ def _body(game: Game, room: Room, shown: Shown, log: list[str], body: int) -> li
     long = [shown.message] if len(shown.message) >= room.width else []  # its row cuts it
     if isinstance(board, Needed):
         left = max(body - 1, 0)
-        words = _log(game, room, long, log, left) if log else _page([game.situation()], room)
+        words = (
+            _log(game, room, long, log, left)
+            if log
+            else _page([game.account.situation(game.view())], room)
+        )
         return [board, *words[:left]]
     wide, _ = size(board)
     panel = game.style.panel(view)
@@ -231,9 +220,9 @@ def _body(game: Game, room: Room, shown: Shown, log: list[str], body: int) -> li
 
 def _log(game: Game, room: Room, long: list[str], log: list[str], rows: int) -> list[Text]:
     """The last events, wrapped; after the game, what was hidden; a message too long for its row."""
-    lines = [*log, *map(sentence, game.debrief())]
+    lines = [*log, *map(sentence, game.account.debrief())]
     if game.session.over:
-        lines.append(f"over: {game.result()}")
+        lines.append(f"over: {game.account.result()}")
     lines += map(clean, long)
     shown: list[Text] = []
     for line in reversed(lines[-rows:] if rows else []):
@@ -273,34 +262,18 @@ def _pieces(line: str, most: int) -> list[str]:
     ]
 
 
-def _help(game: Game, room: Room) -> list[Text]:
-    """The keys of the game, of the screen and of the commands; commands without one; wrapped."""
-    actions = [f"{SHOWN.get(key, key)} {label}" for key, label, _ in game.legal(game.watcher)[:10]]
-    keyed = [(c.shown, f"{c.name} {c.argument}".strip(), c.help) for c in COMMANDS if c.key]
-    others = [command.name for command in COMMANDS if not command.key]
-    return _page(
-        [
-            f"actions: {',  '.join(actions) or 'a number, and Enter'}",
-            "keys",
-            *(f"  {shown:<7} {name:<14} {help_}" for shown, name, help_ in [*KEYS, *keyed]),
-            f"commands, typed after ':'  {' '.join(others)}",
-        ],
-        room,
-    )
-
-
 def keys(game: Game, room: Room, shown: Shown = NOTHING) -> Text:
     """The keys that count now, the game's before the shell's; illegal ones in brackets and dim."""
     row = Text(" ")
     if shown.curtain:
         return _fitted(row.append("Enter shows the board  q quit"), room)
-    if game.waiting is not None and game.types_numbers:
-        nudges = " ".join(SHOWN.get(key, key) for key in game.nudges)
+    if game.waiting is not None and game.keyboard.types_numbers(game.watcher):
+        nudges = " ".join(SHOWN.get(key, key) for key in game.keyboard.nudges)
         told = f"type a number, Enter plays it  {nudges} nudge it  "
         least = len(" ".join(map(_shown, ROW_KEYS[-2])))
         row.append(told if len(told) + least < room.width else "a number, Enter  ")
     elif game.waiting is not None:
-        for key, label, able in game.legal(game.watcher):
+        for key, label, able in game.keyboard.legal(game.view()):
             words = label if key == label else f"{SHOWN.get(key, key)} {label}"
             row.append(words if able else f"[{words}]", style="" if able else "dim").append("  ")
     over = game.session.over and game.asked is not None

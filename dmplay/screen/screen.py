@@ -1,23 +1,27 @@
 """Play by single keys on a full screen."""
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
 
 from rich.text import Text
 
 from dmplay.errors import DmplayError
+from dmplay.game.answer import Page
 from dmplay.game.game import Game
+from dmplay.game.keymap import SHOWN
 from dmplay.game.log import Log
 from dmplay.game.number import Number
 from dmplay.game.table import Table
 from dmplay.screen import frame
 from dmplay.screen.frame import KEYS_SHOWN, Room, Shown
+from dmplay.screen.modes import Event, Mode, Modes
 from dmplay.screen.painter import Painter, Place
 from dmplay.terminal import Terminal
-from dmplay.words.commands import COMMANDS, parts, typed
+from dmplay.words.commands import COMMANDS, Leave, parts, typed
 
 REVIEW_TIME = 0.3  # seconds that a review may take before the last frame
-FASTER = {"+": 1.5, "-": 1 / 1.5}  # the speed times this
+FASTER = 1.5  # the speed times this
 SLOWEST, FASTEST = 0.1, 50.0  # turns a second
 MORE = ("space", "down", "pagedown", "enter")
 MANY = 20  # turns that nobody wants to lose by one key
@@ -32,27 +36,29 @@ class Screen:
         self, table: Table, terminal: Terminal, speed: float = 2.0, rate: float | None = None
     ) -> None:
         self.table = table
-        self._log = Log(table.game)
         self.terminal = terminal
         self.speed = speed  # turns a second in autoplay
         self.rate = rate  # turns a second in real time; None where each turn waits for a key
-        self.held: float | None = None  # the action that repeats in real time
-        self.number = Number()  # that is being typed
+        self.modes = Modes()
         self.message = ""
         self.overlay = 0
-        self.help = False
-        self.keys_until = KEYS_SHOWN  # the turn from which on the board names no keys
         self.page: list[str] = []  # an answer of several lines
-        self.part = 0  # of the help or the page
-        self.before = table.game.watcher  # who sits before the screen
-        self.prefix = ""  # the first arrow of a diagonal
-        self.reviewed = False
-        self.auto = False
-        self.leaving = False  # whether q was warned of
-        self.paused = False  # whether the clock of real time stands
+        self.part = 0  # of the page
         self._room = Room(80, 24)
+        self._sit()
         if table.game.people and table.game.asked and table.game.recorder is None:
             self.message = "this game is not kept: there is no place to write to"
+
+    def _sit(self) -> None:
+        """Forgets the game before this one."""
+        game = self.game
+        self._log, self.before = Log(game), game.watcher  # who sits before the screen
+        self.number = Number()  # that is being typed
+        self.prefix = ""  # the first arrow of a diagonal
+        self.keys_until = KEYS_SHOWN  # the turn from which on the board names no keys
+        self.held: float | None = None  # the action that repeats in real time
+        self.reviewed = False
+        self.modes.begins(clock=bool(self.rate and game.people))
 
     @property
     def game(self) -> Game:
@@ -74,8 +80,8 @@ class Screen:
         """What the screen adds to the game."""
         curtain = self.game.problem.agents[self.game.watcher] if self.curtained else ""
         kind = OVERLAYS[self.overlay]
-        part = self.part
-        return Shown(self.message, kind, self.help, self.page, part, curtain, self.keys_until)
+        page = self.page if self.modes.shows is Mode.PAGE else ()
+        return Shown(self.message, kind, page, self.part, curtain, self.keys_until)
 
     @property
     def log(self) -> list[str]:
@@ -103,36 +109,37 @@ class Screen:
     def press(self, key: str) -> None:
         """Does what a key says; raises Leave."""
         self.message = ""
-        self.leaving = self.leaving and key == "q"
+        if key != "q":
+            self.modes.happens(Event.PRESSED)
         if self.curtained and key != "q":
             if key in ("enter", "space"):
                 self.before = self.game.watcher
             return
-        if self.help or self.page:
+        if self.modes.shows is Mode.PAGE:
             self._turn_page(key)
             return
-        with self.told():
+        with self.caught():
             waiting = self.game.waiting is not None
             if waiting and (self._number(key) or self._action(key)):
                 return
             self.command(key)
 
     def _turn_page(self, key: str) -> None:
-        parts = frame.pages(self.game, self._room, self.shown)
+        parts = frame.pages(self._room, self.shown)
         if key in MORE and self.part + 1 < len(parts):
             self.part += 1
         else:
-            self.help, self.page, self.part = False, [], 0
+            self.modes.happens(Event.CLOSED)
 
     def _action(self, key: str) -> bool:
         """Plays the action of a key, or of two arrows for a diagonal."""
         combination = f"{self.prefix} {key}".strip()
         self.prefix = ""
-        found = self.game.key(combination)
+        found = self.game.keyboard.pressed(self.game.watcher, combination)
         if found is not None:
             seat, action = found
             self.act(action, seat)
-        elif key in ("up", "down") and any(" " in one for one in self.game.hands.keys):
+        elif key in ("up", "down") and any(" " in one for one in self.game.keyboard.hands.keys):
             self.prefix = key
             self.message = f"{key}, then left or right: a diagonal"
         else:
@@ -142,7 +149,7 @@ class Screen:
     def _number(self, key: str) -> bool:
         """Writes or nudges a number, and plays it on Enter."""
         if key == "enter" and self.number.text:
-            self.act(self.game.read(self.number.taken()))
+            self.act(self.game.keyboard.read(self.game.watcher, self.number.taken()))
             return True
         if not self.number.press(self.game, key):
             return False
@@ -165,38 +172,57 @@ class Screen:
 
     def tick(self) -> None:
         """A beat of the clock in real time: the last push repeats, from the first key on."""
-        if self.held is None or self.paused or self.game.waiting is None:
+        standing = self.modes.moves is not Mode.CLOCK or self.game.waiting is None
+        if self.held is None or standing:
             return
         before = len(self.game.session.turns)
-        with self.told():
+        with self.caught():
             self.game.choose(self.held)
             self.note(before)
 
     def command(self, key: str) -> None:
-        """Does what a key of the shell says."""
-        if key == "?":
-            self.help = True
-            self.keys_until = len(self.game.session.turns) + KEYS_SHOWN
-        elif key == "V":
-            self.next_overlay()
-        elif key in ("P", "A"):
-            self.pause()
-        elif key in ("space", "right") and not self.game.people:
-            self.step()
-        elif key in FASTER:
-            self.speed = min(max(self.speed * FASTER[key], SLOWEST), FASTEST)
-            self.message = f"{self.speed:.3g} turns a second"
-        elif key == "q" and self.unsaved > MANY and not self.leaving:
-            self.leaving = True
-            self.message = f"{self.unsaved} turns are not kept; q once more leaves"
-        else:
-            command = next((c for c in COMMANDS if c.key == key), None)
-            if command is None:
-                self.message = f"{key}: no such key; ? shows them" if key.isprintable() else ""
-                return
+        """Does what a key of the screen or of the shell says."""
+        own = next((one for one in KEYS if one.acts(key, self.game)), None)
+        command = next((c for c in COMMANDS if c.key == key), None)
+        if own:
+            own.run(self)
+        elif command:
             before = len(self.game.session.turns)
             self.say(command.run(self.table, ""))
             self.note(before)
+        elif key.isprintable():
+            self.message = f"{key}: no such key; ? shows them"
+
+    def show_help(self) -> None:
+        """The keys of the game, of the screen and of the commands; commands without one."""
+        game = self.game
+        legal = game.keyboard.legal(game.view())[:10]
+        actions = [f"{SHOWN.get(key, key)} {label}" for key, label, _ in legal]
+        keys = [(key.shown, key.name, key.help) for key in KEYS if key.help]
+        keys += [(c.shown, f"{c.name} {c.argument}".strip(), c.help) for c in COMMANDS if c.key]
+        others = [command.name for command in COMMANDS if not command.key]
+        self.open(
+            [
+                f"actions: {',  '.join(actions) or 'a number, and Enter'}",
+                "keys",
+                *(f"  {shown:<7} {name:<14} {help_}" for shown, name, help_ in keys),
+                f"commands, typed after ':'  {' '.join(others)}",
+            ]
+        )
+        self.keys_until = len(game.session.turns) + KEYS_SHOWN
+
+    def quicken(self, times: float) -> None:
+        """Lets agents play so many times as fast."""
+        self.speed = min(max(self.speed * times, SLOWEST), FASTEST)
+        self.message = f"{self.speed:.3g} turns a second"
+
+    def leave(self) -> None:
+        """Leaves the game; where it is not kept, only when asked twice."""
+        if self.unsaved > MANY and self.modes.shows is not Mode.WARNED:
+            self.modes.happens(Event.WARNED)
+            self.message = f"{self.unsaved} turns are not kept; q once more leaves"
+        else:
+            raise Leave
 
     def next_overlay(self) -> None:
         """Goes on to what else the board can show, at last nothing; says so if it never can."""
@@ -214,14 +240,12 @@ class Screen:
         """Lets agents play or stops them; stops the clock of real time or lets it go on."""
         if not self.game.people and not self.terminal.motion:
             self.message = "nothing moves by itself; Space steps on, :auto plays to the end"
-        elif not self.game.people:
-            self.auto = not self.auto
-            self.message = "" if self.auto else "paused; P goes on"
-        elif self.rate:
-            self.paused = not self.paused
-            self.message = "paused; P goes on" if self.paused else ""
-        else:
+        elif self.game.people and not self.rate:
             self.message = "the game waits for you; there is nothing to pause"
+        else:
+            moving = self.modes.moves in (Mode.AUTO, Mode.CLOCK)
+            self.modes.happens(Event.HALTED if moving else Event.LET_GO)
+            self.message = "paused; P goes on" if moving else ""
 
     @property
     def unsaved(self) -> int:
@@ -234,20 +258,20 @@ class Screen:
         before = len(self.game.session.turns)
         self.game.unattended()
         if len(self.game.session.turns) < before:  # a recording may take turns back
-            self.message = self.game.change(before)
+            self.message = self.game.account.change(self.game.view(), before)
         self.note(before)
 
     def autoplay(self) -> None:
         """A turn of a game that plays by itself; an error stops it."""
-        self.auto = False
-        with self.told():
+        self.modes.happens(Event.HALTED)
+        with self.caught():
             self.step()
-            self.auto = True
+            self.modes.happens(Event.LET_GO)
 
     def type(self, line: str) -> None:
         """Does what a line of the command row says; raises Leave."""
-        self.help, self.page, self.part = False, [], 0
-        with self.told():
+        self.modes.happens(Event.CLOSED)
+        with self.caught():
             for part in parts(line):
                 if self.curtained:  # the rest of the line is not for the one who comes next
                     return
@@ -256,7 +280,7 @@ class Screen:
                 self.note(before)
 
     @contextlib.contextmanager
-    def told(self) -> Iterator[None]:
+    def caught(self) -> Iterator[None]:
         """Turns an error into a message."""
         try:
             yield
@@ -264,22 +288,25 @@ class Screen:
             self.message = str(error)
 
     def say(self, words: str) -> None:
-        """Shows an answer: in its row, or on a page that any key closes where it has several."""
-        self.message, self.page = ("", words.split("\n")) if "\n" in words else (words, [])
+        """Shows an answer: in its row, or as a page that any key closes."""
+        if isinstance(words, Page):
+            self.open(words.split("\n"))
+        else:
+            self.modes.happens(Event.CLOSED)
+            self.message = words
 
-    def fresh(self) -> None:
-        """Forgets the game before this one."""
-        self._log, self.before = Log(self.game), self.game.watcher
-        self.number, self.prefix, self.keys_until = Number(), "", KEYS_SHOWN
-        self.held, self.auto, self.paused, self.reviewed = None, False, False, False
+    def open(self, rows: list[str]) -> None:
+        """Shows rows in place of the board."""
+        self.message, self.page, self.part = "", rows, 0
+        self.modes.happens(Event.OPENED)
 
     def note(self, before: int) -> None:
         """Logs what happened since there were `before` turns."""
         now = len(self.game.session.turns)
         if self._log.game is not self.game:
-            self.fresh()
+            self._sit()
         elif now > before or (now == before and self._log.outdated):
-            self._log.turns(self.page)
+            self._log.turns(self.shown.page)
             self.message = "" if self.message == self.log[-1] else self.message
         elif now < before:
             undone = self.message
@@ -303,3 +330,32 @@ def _player(plain: str) -> Place | None:
     _, *below = plain.split("\n")
     rows = ((number, row.find("@")) for number, row in enumerate(below, 1))
     return next((Place(column, number) for number, column in rows if column >= 0), None)
+
+
+class Key(NamedTuple):
+    """A key that only the screen has: which, how it is shown, its name, what it does."""
+
+    keys: tuple[str, ...]
+    shown: str
+    name: str
+    help: str  # '' where the shell's command of this key tells
+    run: Callable[[Screen], None]
+    watched: bool = False  # only where nobody plays
+
+    def acts(self, key: str, game: Game) -> bool:
+        """Whether this is the key, and it does something in this game."""
+        return key in self.keys and not (self.watched and game.people)
+
+
+KEYS = (
+    Key(
+        ("V",), "V", "overlay", "values, policy or states on the board, where it has them",
+        Screen.next_overlay,
+    ),
+    Key(("P", "A"), "P", "pause", "let agents or the clock play, or stop them", Screen.pause),
+    Key(("space", "right"), "Space", "step", "one turn of agents", Screen.step, watched=True),
+    Key(("+",), "+", "faster", "agents play faster", lambda screen: screen.quicken(FASTER)),
+    Key(("-",), "-", "slower", "agents play slower", lambda screen: screen.quicken(1 / FASTER)),
+    Key(("?",), "?", "help", "", Screen.show_help),
+    Key(("q",), "q", "quit", "", Screen.leave),
+)  # fmt: skip

@@ -13,6 +13,7 @@ from prompt_toolkit.input.typeahead import get_typeahead, store_typeahead
 from prompt_toolkit.key_binding import KeyPress
 from prompt_toolkit.keys import Keys
 
+from dmplay.screen.modes import Mode
 from dmplay.screen.painter import Painter
 from dmplay.screen.screen import Screen
 from dmplay.signals import ENDS, INTERRUPTED
@@ -101,7 +102,9 @@ class Stage:
 
     def _clocks(self) -> Iterator[Awaitable[None]]:
         screen = self.screen
-        yield self._clock(lambda: screen.speed, screen.autoplay, lambda: screen.auto)
+        yield self._clock(
+            lambda: screen.speed, screen.autoplay, lambda: screen.modes.moves is Mode.AUTO
+        )
         if screen.rate:
             rate = screen.rate
             yield self._clock(lambda: rate, screen.tick, lambda: screen.held is not None)
@@ -165,12 +168,12 @@ class Stage:
         """Opens the command row, with what was typed ahead, and does what it says."""
         if self.screen.curtained:
             return
-        from dmplay.screen import row as line  # not needed before
+        from dmplay.screen import row  # not needed before
 
         self._wait_no_more()
         store_typeahead(self.input, ahead)
         with self.input.detach():
-            typed = await line.ask(self.screen, self.painter, self.input, self._history)
+            typed = await row.ask(self.screen, self.painter, self.input, self._history)
         self.painter.forget()
         if typed is not None:
             self.screen.type(typed)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from dmplay.core import Problem
-from dmplay.problems._matrix_game import MatrixGame
+from dmplay.matrix_game import MatrixGame
 from dmplay.problems.cart_pole import CartPole
 from dmplay.problems.collision_avoidance import CollisionAvoidance
 from dmplay.problems.mountain_car import MountainCar
@@ -12,7 +12,7 @@ from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
 from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.problems.simple_regulator import SimpleRegulator
 from dmplay.solutions import games, hidden, played, reals, seen, teams
-from dmplay.solutions._solution import Solution, Tick
+from dmplay.solutions.solution import Solution, Tick
 from dmplay.solvers import markov_game, sparse
 
 Solve = Callable[[Any, Tick], Solution]
@@ -46,7 +46,7 @@ METHODS: list[tuple[Callable[[Problem], bool], Solve]] = [
     (lambda problem: isinstance(problem, MulticaregiverCryingBaby), teams.care),
     (_one_to_one, games.hunt),
     (_one_reward, teams.hunt),
-    (lambda problem: _small(problem) and problem.observations is None, seen.sweeps),
+    (lambda problem: _small(problem) and not problem.hidden, seen.sweeps),
     (lambda problem: _small(problem) and len(problem.enumerated()) <= hidden.DRAWN, hidden.vectors),
     (_small, hidden.first),
     (lambda problem: True, played.simulation),

@@ -1,8 +1,8 @@
 """Solutions of games in which everyone sees the state: their equilibria."""
 
-from dmplay.problems._matrix_game import MatrixGame
+from dmplay.matrix_game import MatrixGame
 from dmplay.problems.predator_prey import PredatorPrey
-from dmplay.solutions._solution import Row, Solution, Tick, mixed
+from dmplay.solutions.solution import Row, Solution, Tick, mixed
 from dmplay.solvers import markov_game, matrix_game
 
 

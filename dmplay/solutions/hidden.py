@@ -5,10 +5,10 @@ import numpy as np
 from dmplay import belief
 from dmplay.core import Problem
 from dmplay.errors import BadPolicy
-from dmplay.finding import catalog
-from dmplay.policies._valued import Countdown
-from dmplay.solutions._solution import Row, Solution, Tick, names
+from dmplay.finding import agents
+from dmplay.policies.valued import Planner
 from dmplay.solutions.played import simulation
+from dmplay.solutions.solution import Row, Solution, Tick, names
 from dmplay.solvers import alpha_vectors
 from dmplay.solvers.alpha_vectors import Stage
 from dmplay.solvers.value_iteration import best
@@ -22,8 +22,8 @@ def vectors(problem: Problem, tick: Tick) -> Solution:
     """The alpha vectors of a game without end or, where that has no value, of some turns."""
     tables = tabulate(problem)
     start = belief.prior(problem)
-    found = catalog.adviser(problem, 0, problem.horizon)
-    counts = found is not None and isinstance(found[1], Countdown)  # a game of so many turns
+    found = agents.adviser(problem, 0, problem.horizon)
+    counts = found is not None and found[1].whole_game  # a game of so many turns
     if problem.discount < 1.0 and problem.horizon == TURNS and not counts:
         stage: Stage = alpha_vectors.infinite(tables, problem.discount)
         method = "alpha vectors, without end"
@@ -43,7 +43,7 @@ def vectors(problem: Problem, tick: Tick) -> Solution:
 
 def first(problem: Problem, tick: Tick) -> Solution:
     """The value of each first action, by the agent that knows the optimum."""
-    found = catalog.adviser(problem, 0, problem.horizon)
+    found = agents.adviser(problem, 0, problem.horizon)
     if found is None:
         return simulation(problem, tick)
     name, agent = found
@@ -57,6 +57,6 @@ def first(problem: Problem, tick: Tick) -> Solution:
         {"first": problem.action_name(0, a), "value": float(value), "best": "*" if able else ""}
         for a, (value, able) in enumerate(zip(q[0], best(q[0]), strict=True))
     ]
-    turns = getattr(agent, "horizon", None)
-    told = f"value {q.max():.6g} at the start" + (f", {turns} turns to go" if turns else "")
+    ahead = f", {agent.horizon} turns to go" if isinstance(agent, Planner) else ""
+    told = f"value {q.max():.6g} at the start{ahead}"
     return Solution(f"the agent {name}", told, rows)

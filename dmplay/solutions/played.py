@@ -7,9 +7,9 @@ import numpy as np
 
 from dmplay.chance import Ints, Reals
 from dmplay.core import Policy, Problem
-from dmplay.finding import catalog
+from dmplay.finding.agents import agent, roster
 from dmplay.rollouts import rollout
-from dmplay.solutions._solution import Row, Solution, Tick
+from dmplay.solutions.solution import Row, Solution, Tick
 
 GAMES, SEED = 1000, 1
 AT_A_TIME = 100
@@ -46,12 +46,13 @@ def mean(sample: Reals) -> dict[str, object]:
 
 def simulation(problem: Problem, tick: Tick, agents: Sequence[str] = ()) -> Solution:
     """What these agents earn, or the usual ones."""
-    names = agents or [catalog.quick(problem, seat) for seat in range(len(problem.agents))]
-    policies = [catalog.agent(problem, seat, name) for seat, name in enumerate(names)]
+    usual = [roster(problem, seat) for seat in range(len(problem.agents))]
+    names = agents or [one.quick or one.adviser or one.partner for one in usual]
+    policies = [agent(problem, seat, name) for seat, name in enumerate(names)]
     played = games(problem, policies, tick, episodes=GAMES, turns=problem.horizon)
     rows: list[Row] = [
-        {"seat": agent, "agent": name} | mean(played.returns[:, seat])
-        for seat, (agent, name) in enumerate(zip(problem.agents, names, strict=True))
+        {"seat": player, "agent": name} | mean(played.returns[:, seat])
+        for seat, (player, name) in enumerate(zip(problem.agents, names, strict=True))
     ]
     told = f"{GAMES} games of seed {SEED}, {played.turns.mean():.4g} turns each"
     return Solution("simulation of its agents: no exact solution is known here", told, rows)

@@ -7,7 +7,7 @@ from dmplay.policies.cart_pole import Regulate
 from dmplay.policies.mountain_car import GRID, Optimal
 from dmplay.problems.cart_pole import CartPole
 from dmplay.problems.simple_regulator import SimpleRegulator
-from dmplay.solutions._solution import Row, Solution, Tick, names
+from dmplay.solutions.solution import Row, Solution, Tick, names
 from dmplay.solvers import collision_grid, grid_iteration, linear_regulator
 from dmplay.solvers.value_iteration import best
 

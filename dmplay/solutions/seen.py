@@ -3,7 +3,7 @@
 import numpy as np
 
 from dmplay.core import Problem
-from dmplay.solutions._solution import Row, Solution, Tick, names
+from dmplay.solutions.solution import Row, Solution, Tick, names
 from dmplay.solvers import value_iteration
 from dmplay.solvers.value_iteration import best
 from dmplay.tabular import tabulate

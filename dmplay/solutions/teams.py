@@ -7,11 +7,11 @@ import numpy as np
 from dmplay import belief
 from dmplay.chance import Reals
 from dmplay.core import Problem
-from dmplay.finding import catalog
+from dmplay.finding import agents
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
 from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
-from dmplay.solutions._solution import Row, Solution, Tick, part
 from dmplay.solutions.played import games
+from dmplay.solutions.solution import Row, Solution, Tick, part
 from dmplay.solvers import alpha_vectors, joint_plans, reactive_team, sparse, value_iteration
 from dmplay.tabular import Tables, tabulate
 
@@ -75,9 +75,9 @@ def hunt(problem: Problem, tick: Tick) -> Solution:
     if isinstance(problem, CollaborativePredatorPrey) and problem.predators == 2:
         value = reactive_team.team(problem, part(tick, 0.2, 0.3)).value
         teams.append(Team("reactive", value, "exact, if the first state is sensed too"))
-    known = [name for name in SIMULATED if name in catalog.agents(problem)]
+    known = [name for name in SIMULATED if name in agents.roster(problem).agents]
     for place, name in enumerate(known):
-        seated = [catalog.agent(problem, seat, name) for seat in range(len(problem.agents))]
+        seated = [agents.agent(problem, seat, name) for seat in range(len(problem.agents))]
         share = 0.7 / len(known)
         inner = part(tick, 0.3 + share * place, 0.3 + share * (place + 1))
         sample = games(problem, seated, inner, episodes=GAMES, turns=TURNS).returns[:, 0]

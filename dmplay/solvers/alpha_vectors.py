@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.chance import Bools, Ints, Reals
+from dmplay.chance import Bools, Ints, Reals, mean
 from dmplay.errors import BadParameter, BadPolicy
 from dmplay.solvers.double_description import SLACK
 from dmplay.solvers.envelope import envelope
@@ -75,10 +75,7 @@ def action_values(stage: Stage, b: Reals) -> Reals:
 
 def values(vectors: Reals, b: Reals) -> Reals:
     """The greatest value `[B]` of these vectors `[N, S]` at beliefs `[B, S]`."""
-    total = b[:, 0, None] * vectors[:, 0]
-    for s in range(1, b.shape[1]):
-        total = total + b[:, s, None] * vectors[:, s]
-    return np.asarray(total.max(axis=1))
+    return np.asarray(mean(b, vectors.T).max(axis=1))
 
 
 def backup(tables: Tables, discount: float, after: Reals) -> Stage:

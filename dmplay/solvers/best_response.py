@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 
 from dmplay.chance import Reals
-from dmplay.core import Problem, exact
+from dmplay.core import Problem, exact, reached
 from dmplay.errors import BadParameter
 from dmplay.solvers.sparse import Listed
 
@@ -38,9 +38,8 @@ def faced(problem: Problem, seat: int, play: Sequence[Reals]) -> Listed:
         a[:, seat] = action
         each, outcome = exact(problem, s, a)
         weighted = each * weight
-        reached = problem.index(outcome.state.reshape(each.size, *states.shape[1:]))
         p.append(weighted.reshape(size, -1))
-        after.append(reached.reshape(size, -1))
+        after.append(reached(problem, outcome).reshape(size, -1))
         rewards.append((weighted * outcome.rewards[:, :, seat]).reshape(size, -1).sum(axis=1))
     return Listed(np.stack(p, axis=1), np.stack(after, axis=1), np.stack(rewards, axis=1))
 

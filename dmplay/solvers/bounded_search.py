@@ -12,7 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Ints, Reals
+from dmplay.belief import Posterior, bayes
+from dmplay.chance import Bools, Ints, Reals, mean
 from dmplay.errors import BadParameter
 from dmplay.solvers import alpha_vectors
 from dmplay.solvers.alpha_vectors import Stage
@@ -99,7 +100,7 @@ class BoundedSearch:
     def _level(self, b: Reals, left: int, *, everything: bool) -> tuple[_Level, Reals]:
         """One level of the search, and the beliefs of the next one."""
         rewards = mean(b, self.tables.rewards[:, :, 0])
-        likelihood, after = self._after(b)
+        after, likelihood = self._after(b)
         low, high = (
             rewards + self.discount * (likelihood * bound.reshape(likelihood.shape)).sum(axis=2)
             for bound in self._between(after.reshape(-1, after.shape[-1]), left - 1)
@@ -116,23 +117,19 @@ class BoundedSearch:
         """A lower and an upper bound `[B]` of the value of beliefs."""
         bounds = self.bounds(turns)
         places, weights = self.grid.around(b)
-        low, high = np.zeros(places.shape), np.zeros(len(b))
-        for s in range(b.shape[1]):
-            low += b[:, s, None] * bounds.plans[:, s][places]
-            high += weights[:, s] * bounds.upper[places[:, s]]
-        return low.max(axis=1), high
+        low = mean(b, bounds.plans[places].swapaxes(1, 2)).max(axis=1)
+        return low, mean(weights, bounds.upper[places][:, :, None])[:, 0]
 
-    def _after(self, b: Reals) -> tuple[Reals, Reals]:
-        """How likely each observation is `[B, A, O]`, and the belief after it `[B, A, O, S]`."""
-        joint = mean(b, self._joint)
-        likelihood = joint.sum(axis=3)
-        return likelihood, joint / np.where(likelihood > 0, likelihood, 1.0)[..., None]
+    def _after(self, b: Reals) -> Posterior:
+        """The belief after each observation `[B, A, O, S]`, and how likely that is `[B, A, O]`."""
+        joint = mean(b, self._joint.reshape(b.shape[1], -1))
+        return bayes(joint.reshape(len(b), *self._joint.shape[1:]))
 
     def _before(self, bounds: Bounds) -> Bounds:
         """The bounds with one more reward to come."""
         b = self.grid.points
         rewards = self.tables.rewards[:, :, 0]
-        likelihood, after = self._after(b)
+        after, likelihood = self._after(b)
         flat = after.reshape(-1, b.shape[1])
         places, weights = self.grid.around(flat)
         above = (weights * bounds.upper[places]).sum(axis=1).reshape(likelihood.shape)
@@ -143,12 +140,3 @@ class BoundedSearch:
         vectors = rewards.T + self.discount * np.einsum("saot,baot->bas", self._joint, then)
         chosen = np.argmax((vectors * b[:, None]).sum(axis=2), axis=1)
         return Bounds(upper.max(axis=1), vectors[np.arange(len(b)), chosen])
-
-
-def mean(b: Reals, each: Array) -> Reals:
-    """The mean `[B, ...]` of `each` `[S, ...]` under beliefs `[B, S]`, the same in any batch."""
-    shape = (len(b), *(1,) * (each.ndim - 1))
-    total = b[:, 0].reshape(shape) * each[0]
-    for s in range(1, b.shape[1]):
-        total = total + b[:, s].reshape(shape) * each[s]
-    return np.asarray(total)

@@ -70,7 +70,7 @@ def _before(problem: Problem, after: Stage) -> Stage:
 def _longer(problem: Problem, after: Stage, seat: int) -> Plans:
     """An agent's plans with one more action in front."""
     assert problem.observations is not None
-    many, kinds = len(problem.actions[seat]), len(problem.observations[seat])
+    many, kinds = problem.action_counts[seat], len(problem.observations[seat])
     known = len(after.plans[seat].actions)
     every = np.indices((many, *(known,) * kinds)).reshape(1 + kinds, -1)
     return Plans(every[0], every[1:].T)

@@ -57,7 +57,7 @@ def _share(changes: list[float]) -> float:
 
 def _games(problem: Problem, tables: Tables, values: Reals) -> Reals:
     """The matrix game `[S, A1, A2]` of every state, to the first."""
-    shape = (len(values), *(len(labels) for labels in problem.actions))
+    shape = (len(values), *problem.action_counts)
     return value_iteration.action_values(tables, problem.discount, values).reshape(shape)
 
 
@@ -87,7 +87,7 @@ def _weighed(problem: Problem, play: tuple[Reals, Reals], seat: int) -> tuple[Re
 
 def _opposed(problem: Problem) -> Tables:
     """The arrays of a game of two in which one gains what the other loses, to scale."""
-    if len(problem.agents) != 2 or problem.observations is not None:
+    if len(problem.agents) != 2 or problem.hidden:
         raise BadParameter(f"got {len(problem.agents)} agents, expected two who see the state")
     if problem.discount >= 1.0:
         raise BadParameter("a game without end needs a discount below 1")

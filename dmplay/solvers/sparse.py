@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.chance import Finite, Ints, Reals
-from dmplay.core import Problem, exact
+from dmplay.core import Problem, exact, reached
 from dmplay.errors import BadParameter
 from dmplay.solvers.value_iteration import SLACK, greedy
 from dmplay.tabular import joint_actions
@@ -29,7 +29,7 @@ def size(problem: Problem) -> int:
     s = problem.place(1, (np.zeros(1, np.int64),) * len(problem.opening(1)))
     chances = problem.chance(s, np.zeros((1, len(problem.agents)), np.int64))
     each = [one.probabilities().shape[1] for one in chances if isinstance(one, Finite)]
-    return math.prod([problem.states, *map(len, problem.actions), *each])
+    return math.prod([problem.states, *problem.action_counts, *each])
 
 
 def listed(problem: Problem) -> Listed:
@@ -40,9 +40,8 @@ def listed(problem: Problem) -> Listed:
     p, after, rewards = [], [], []
     for a in joint_actions(problem):
         weight, outcome = exact(problem, states, np.tile(a, (len(states), 1)))
-        reached = problem.index(outcome.state.reshape(weight.size, *states.shape[1:]))
         p.append(weight)
-        after.append(reached.reshape(weight.shape))
+        after.append(reached(problem, outcome))
         rewards.append((weight * outcome.rewards[:, :, 0]).sum(axis=1))
     return Listed(np.stack(p, axis=1), np.stack(after, axis=1), np.stack(rewards, axis=1))
 

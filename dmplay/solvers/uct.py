@@ -11,11 +11,10 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Ints, Reals, among
-from dmplay.core import DECIMALS, Interval, Problem
+from dmplay.chance import Array, Bools, Ints, Reals, anyone
+from dmplay.core import Problem
 
 WAVE = 20  # simulations of a row at a time
-GRID = 21  # actions that stand for an interval
 MOST_SEEN = 200  # states that nodes tell apart; of more, none
 ENTRIES = 4_000_000  # of the table of children, which bounds the rows searched together
 
@@ -33,7 +32,7 @@ class Tree:
     @cached_property
     def actions(self) -> Array:
         """The seat's actions `[A]`: indices, or a grid of an interval."""
-        return choices(self.problem.actions[self.seat])
+        return self.problem.actions[self.seat].grid()
 
     @cached_property
     def seen(self) -> int:
@@ -78,16 +77,9 @@ class Tree:
 
     def sights(self, state: Array, observations: Array) -> Ints:
         """What the seat sees `[N]`, as the index that nodes go by."""
-        if self.problem.observations is not None:
+        if self.problem.hidden:
             return np.asarray(observations[:, self.seat])
         return self.problem.index(state) if self.seen > 1 else np.zeros(len(state), np.int64)
-
-
-def choices(known: tuple[str, ...] | Interval) -> Array:
-    """The actions `[A]` of a set that a search tries."""
-    if isinstance(known, Interval):
-        return np.round(np.linspace(known.low, known.high, GRID), DECIMALS) + 0.0
-    return np.arange(len(known))
 
 
 class _Grown:
@@ -136,16 +128,13 @@ class _Grown:
     def _at_random(self, legal: Bools | None, u: Reals) -> Array:
         """Joint actions `[N, n]`, each agent's uniform over what it may do."""
         columns: list[Array] = []
+        own = self.tree.actions
         for seat, known in enumerate(self.tree.problem.actions):
-            if isinstance(known, Interval) and seat != self.tree.seat:
-                drawn = known.low + (known.high - known.low) * u[:, seat]
-                columns.append(np.round(drawn, DECIMALS))
-                continue
-            actions = choices(known)
-            if legal is None:
-                columns.append(actions[(u[:, seat] * len(actions)).astype(np.int64)])
-                continue
-            columns.append(among(legal[:, seat], u[:, seat]))
+            able = None if legal is None else legal[:, seat]
+            if seat == self.tree.seat:
+                columns.append(own[anyone(len(own), u[:, seat], able)])
+            else:
+                columns.append(known.draw(u[:, seat], able))
         return np.stack(columns, axis=1)
 
     def _selected(self, node: Ints, legal: Bools | None) -> Ints:

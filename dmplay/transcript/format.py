@@ -24,37 +24,21 @@ Lines that begin with `# ` are notes: anybody may add them, nothing checks them.
 import hashlib
 import json
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field
 
 import numpy as np
 
 from dmplay.chance import Array
-from dmplay.core import Interval, Problem
+from dmplay.core import Problem
 from dmplay.rollouts import MOST_TURNS
 from dmplay.session import LONGEST_LIST, Session, believed
 
-VERSION = 1
 PERSON = "human"
 DIGITS = 10  # significant, of a fact that is a real number
-TOLERANCE = 1e-6  # of its scale
 NATURAL = ("terminal", "horizon", "turn limit")  # ends that the game itself comes to
 CHOSEN = ("quit", "interrupted", "illegal", "forfeit")
+EVENTS = ("undo", "reroll")  # what takes turns back
 
 Frame = Callable[[Session], str]
-
-
-@dataclass(frozen=True)
-class Header:
-    """What game it is and who sat there."""
-
-    problem: str
-    seats: Mapping[str, str]
-    seed: int
-    parameters: Mapping[str, object] = field(default_factory=dict)  # that differ from the default
-    episode: int = 0
-    turns: int | None = None  # a turn limit other than the problem's horizon
-    strict: bool = False  # nothing is taken back
-    reveal: bool = False  # the players saw what is hidden
 
 
 def turn_limit(problem: Problem, seats: Collection[str], turns: int | None) -> int | None:
@@ -80,47 +64,58 @@ def _by_seat(problem: Problem, values: Array) -> dict[str, object]:
     return {name: _numbers(value) for name, value in zip(problem.agents, values, strict=True)}
 
 
-def header_facts(header: Header) -> dict[str, object]:
-    """The header's lines."""
-    facts: dict[str, object] = {"dmplay": VERSION, "problem": header.problem}
-    if header.parameters:
-        facts["set"] = dict(header.parameters)
-    facts |= {"seats": dict(header.seats), "seed": header.seed}
-    if header.episode:
-        facts["episode"] = header.episode
-    if header.turns is not None:
-        facts["turns"] = header.turns
-    rules = {"strict": header.strict, "reveal": header.reveal}
-    return facts | {rule: True for rule, holds in rules.items() if holds}
+def _actions(session: Session) -> object:
+    if not session.turns:
+        return None
+    problem = session.problem
+    did = zip(problem.agents, problem.actions, session.turns[-1].actions, strict=True)
+    return {agent: known.fact(action) for agent, known, action in did}
+
+
+def _draws(session: Session) -> object:
+    draws = session.turns[-1].draws if session.turns else session.opening
+    return draws.tolist() or None
+
+
+def _state(session: Session) -> object:
+    if session.problem.states == 1:
+        return None
+    real = np.issubdtype(session.state.dtype, np.floating)
+    return _numbers(session.state) if real else session.problem.notation(session.state)
+
+
+def _observations(session: Session) -> object:
+    problem = session.problem
+    if not session.turns or not problem.observations:
+        return None
+    seen = zip(problem.agents, problem.observations, session.turns[-1].observations, strict=True)
+    return {agent: labels[o] for agent, labels, o in seen}
+
+
+def _rewards(session: Session) -> object:
+    return _by_seat(session.problem, session.turns[-1].rewards) if session.turns else None
+
+
+def _belief(session: Session) -> object:
+    short = believed(session.problem) <= LONGEST_LIST
+    return _by_seat(session.problem, session.beliefs()[-1]) if short else None
+
+
+TURN: Mapping[str, Callable[[Session], object]] = {  # the lines of a turn, in order
+    "turn": lambda session: len(session.turns),
+    "actions": _actions,
+    "draws": _draws,
+    "state": _state,
+    "observations": _observations,
+    "rewards": _rewards,
+    "belief": _belief,
+}
 
 
 def turn_facts(session: Session) -> dict[str, object]:
     """The lines of the last turn, or of the opening."""
-    problem = session.problem
-    turns = session.turns
-    facts: dict[str, object] = {"turn": len(turns)}
-    if turns:
-        names = {}
-        for seat, agent in enumerate(problem.agents):
-            action = turns[-1].actions[seat]
-            real = isinstance(problem.actions[seat], Interval)
-            names[agent] = float(action) if real else problem.action_name(seat, action)
-        facts["actions"] = names
-    draws = turns[-1].draws if turns else session.opening
-    if len(draws):
-        facts["draws"] = draws.tolist()
-    if problem.states != 1:
-        state = session.state
-        real = np.issubdtype(state.dtype, np.floating)
-        facts["state"] = _numbers(state) if real else problem.notation(state)
-    if turns and problem.observations is not None:
-        seen = zip(problem.agents, problem.observations, turns[-1].observations, strict=True)
-        facts["observations"] = {agent: labels[o] for agent, labels, o in seen}
-    if turns:
-        facts["rewards"] = _by_seat(problem, turns[-1].rewards)
-    if believed(problem) <= LONGEST_LIST:
-        facts["belief"] = _by_seat(problem, session.beliefs()[-1])
-    return facts
+    facts = {key: told(session) for key, told in TURN.items()}
+    return {key: value for key, value in facts.items() if value is not None}
 
 
 def end_facts(session: Session) -> dict[str, object]:
@@ -131,6 +126,11 @@ def end_facts(session: Session) -> dict[str, object]:
         "return": _by_seat(session.problem, session.returns()),
         "total": _by_seat(session.problem, session.totals()),
     }
+
+
+def closing(session: Session, digest: str) -> list[str]:
+    """The end line, with the checksum of what stands above it."""
+    return lines({"end": end_facts(session) | {"sha256": digest}})
 
 
 def lines(facts: Mapping[str, object], frame: str = "") -> list[str]:

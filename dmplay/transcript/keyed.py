@@ -11,24 +11,25 @@ KEY = re.compile(r"([a-z0-9]+): ")
 SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")  # we write characters, never their halves
 
 
-def keyed(row: str, where: str) -> tuple[str, object]:
+def keyed(row: str, path: str, line: int) -> tuple[str, object]:
     """The key and value of a line."""
     found = KEY.match(row)
     if not found:
-        raise BadTranscript(f"{where}:1: expected 'key: value', '| frame', '# note' or nothing")
+        expected = "expected 'key: value', '| frame', '# note' or nothing"
+        raise BadTranscript(path, line, 1, expected)
     at = found.end()
     if SURROGATE.search(row):
-        raise BadTranscript(f"{where}: half a character")
+        raise BadTranscript(path, line, None, "half a character")
     try:
         return found[1], json.loads(
             row[at:], parse_constant=_no_constant, parse_float=_finite, object_pairs_hook=_unique
         )
     except json.JSONDecodeError as error:
-        raise BadTranscript(f"{where}:{at + error.colno}: {error.msg.lower()}") from None
+        raise BadTranscript(path, line, at + error.colno, error.msg.lower()) from None
     except RecursionError:
-        raise BadTranscript(f"{where}:{at + 1}: nested too deeply") from None
+        raise BadTranscript(path, line, at + 1, "nested too deeply") from None
     except ValueError as error:
-        raise BadTranscript(f"{where}:{at + 1}: {error}") from None
+        raise BadTranscript(path, line, at + 1, str(error)) from None
 
 
 def _no_constant(name: str) -> float:

@@ -1,20 +1,20 @@
 """Reading a transcript: strict about form, with the line and column of the first fault."""
 
 import re
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import MISSING, dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from dmplay.errors import BadTranscript, UnknownName
-from dmplay.transcript.format import VERSION, Header
+from dmplay.transcript.format import CHOSEN, EVENTS, TURN, lines, text
+from dmplay.transcript.header import FORMAT, LINES, VERSION, Header, Kind
 from dmplay.transcript.keyed import keyed
 
 LONGEST_LINE = 1_000_000
 
-HEADER = ("dmplay", "problem", "set", "seats", "seed", "episode", "turns", "strict", "reveal")
-TURN = ("turn", "actions", "draws", "state", "observations", "rewards", "belief")
-BLOCKS = {keys[0]: keys for keys in (HEADER, TURN, ("undo",), ("reroll",), ("end",))}
+HEADER = ("dmplay", *(line.key for line in LINES))
+BLOCKS = {keys[0]: keys for keys in (HEADER, tuple(TURN), *((e,) for e in EVENTS), ("end",))}
 END = re.compile(r"(#.*\n)*end: .*\n(#.*\n)*\Z")
 NOTES = re.compile(r"(#.*\n)+\Z")
 
@@ -39,6 +39,10 @@ class Block:
     def __getitem__(self, key: str) -> object:
         return self.entries[key].value
 
+    def anew(self, facts: Mapping[str, object], frame: str = "") -> str:
+        """The text of this block with these facts and frame."""
+        return text(self.noted(lines(facts, frame)))
+
     def noted(self, rows: list[str]) -> list[str]:
         """New lines of this block with its notes in their places."""
         out = list(rows)
@@ -60,11 +64,20 @@ class Transcript:
     last: str  # the end line and the notes around it
     torn: str  # what follows the last whole block of an unfinished file
 
+    def fault(self, line: int, what: str) -> BadTranscript:
+        """The error that a line of it is."""
+        return BadTranscript(self.path, line, None, what)
+
     @property
     def reason(self) -> str:
         """Why the game ended, as its end line says; '' without one."""
         told = self.end["end"] if self.end else None
         return str(told.get("reason")) if isinstance(told, dict) else ""
+
+    @property
+    def chosen(self) -> str:
+        """The reason where somebody ended the game before it came to its end; else ''."""
+        return self.reason if self.reason in CHOSEN else ""
 
 
 def read(path: str | Path) -> Transcript:
@@ -79,18 +92,18 @@ def parse(raw: bytes, path: str = "transcript") -> Transcript:
     end = next(iter(_blocks(last, path, content.count("\n") + 1)), None) if last else None
     if not blocks:
         if torn:
-            raise BadTranscript(f"{path}:1: not a transcript, or torn before its first turn")
-        raise BadTranscript(f"{path}:1: empty, expected 'dmplay: {VERSION}'")
+            raise BadTranscript(path, 1, None, "not a transcript, or torn before its first turn")
+        raise BadTranscript(path, 1, None, f"empty, expected 'dmplay: {VERSION}'")
     header, *rest = blocks
     for place, block in enumerate(rest):
         opening = block.kind == "turn" and block["turn"] == 0
         if block.kind in ("dmplay", "end") or opening != (place == 0):
             expected = "a turn, an undo or a reroll" if place else "the opening, 'turn: 0'"
-            raise BadTranscript(f"{path}:{block.line}: got {block.kind}, expected {expected}")
+            raise BadTranscript(path, block.line, None, f"got {block.kind}, expected {expected}")
     told = _header(header, path)
-    back = next((block for block in rest if block.kind in ("undo", "reroll")), None)
+    back = next((block for block in rest if block.kind in EVENTS), None)
     if told.strict and back:
-        raise BadTranscript(f"{path}:{back.line}: got {back.kind}, but the game is strict")
+        raise BadTranscript(path, back.line, None, f"got {back.kind}, but the game is strict")
     return Transcript(path, told, header, rest, end, content, last, torn)
 
 
@@ -100,14 +113,15 @@ def _decoded(raw: bytes, path: str) -> str:
     except UnicodeDecodeError as error:
         before = raw[: error.start]
         line, column = before.count(b"\n") + 1, error.start - before.rfind(b"\n")
-        raise BadTranscript(f"{path}:{line}:{column}: not UTF-8") from None
+        raise BadTranscript(path, line, column, "not UTF-8") from None
 
 
 def _split(content: str, path: str) -> tuple[str, str, str]:
     """The whole blocks, the end block or '', and the torn tail or ''."""
     if "\r" in content:
         line = content[: content.index("\r")].count("\n") + 1
-        raise BadTranscript(f"{path}:{line}: a carriage return; lines end with a newline alone")
+        fault = "a carriage return; lines end with a newline alone"
+        raise BadTranscript(path, line, None, fault)
     at = content.rfind("\n\n") + 2 if "\n\n" in content else 0
     tail = content[at:]
     if END.match(tail):
@@ -121,27 +135,25 @@ def _blocks(content: str, path: str, first: int) -> Iterator[Block]:
     frame: list[Entry] = []
     notes: list[tuple[int, str]] = []
     for line, row in enumerate(content.split("\n"), first):
-        where = f"{path}:{line}"
         if len(row) > LONGEST_LINE:
-            raise BadTranscript(f"{where}:{LONGEST_LINE + 1}: a line of over a million characters")
+            fault = "a line of over a million characters"
+            raise BadTranscript(path, line, LONGEST_LINE + 1, fault)
         if row == "#" or row.startswith("# "):
             notes.append((len(entries) + len(frame), row))
         elif row.startswith("|"):
             frame.append(Entry(line, row[2:]))
         elif row:
-            key, value = keyed(row, where)
+            key, value = keyed(row, path, line)
             if key in entries:
-                raise BadTranscript(f"{where}:1: {key} stands twice in this block")
+                raise BadTranscript(path, line, 1, f"{key} stands twice in this block")
             if frame:
-                raise BadTranscript(f"{where}:1: {key} after the frame")
+                raise BadTranscript(path, line, 1, f"{key} after the frame")
             entries[key] = Entry(line, value)
         elif frame and not entries:
-            raise BadTranscript(f"{where}: a frame without a turn")
+            raise BadTranscript(path, line, None, "a frame without a turn")
         elif entries:
             yield _block(path, entries, frame, notes)
             entries, frame, notes = {}, [], []
-    if entries:
-        yield _block(path, entries, frame, notes)
 
 
 def _block(
@@ -151,64 +163,31 @@ def _block(
     kind = next(iter(entries))
     at = entries[kind].line
     if kind not in BLOCKS:
-        raise BadTranscript(f"{path}:{at}:1: {UnknownName('block', kind, BLOCKS)}")
+        raise BadTranscript(path, at, 1, str(UnknownName("block", kind, BLOCKS)))
     order = BLOCKS[kind]
     for key, entry in entries.items():
         if key not in order:
-            raise BadTranscript(f"{path}:{entry.line}:1: {UnknownName('key', key, order)}")
+            raise BadTranscript(path, entry.line, 1, str(UnknownName("key", key, order)))
     if list(entries) != [key for key in order if key in entries]:
-        raise BadTranscript(f"{path}:{at}: keys out of order, expected {', '.join(order)}")
+        raise BadTranscript(path, at, None, f"keys out of order, expected {', '.join(order)}")
     return Block(at, kind, entries, frame, notes)
-
-
-class _Fields(NamedTuple):
-    """The entries of a header, each of which must be of its type."""
-
-    block: Block
-    path: str
-
-    def fault(self, key: str, expected: str) -> BadTranscript:
-        """The error that an entry is, or that its absence is."""
-        entry = self.block.entries.get(key)
-        if entry is None:
-            where = f"{self.path}:{self.block.line}"
-            return BadTranscript(f"{where}: the header has no {key}: {expected}")
-        return BadTranscript(f"{self.path}:{entry.line}: {key}: expected {expected}")
-
-    def value(self, key: str, default: object = None) -> object:
-        """Whatever stands there."""
-        entry = self.block.entries.get(key)
-        return default if entry is None else entry.value
-
-    def whole(self, key: str, default: int | None = None) -> int:
-        """A whole number."""
-        found = self.value(key, default)
-        if type(found) is not int or found < 0:
-            raise self.fault(key, "a whole number, such as 7")
-        return found
-
-    def flag(self, key: str) -> bool:
-        """True or false, which it is where nothing stands."""
-        found = self.value(key, default=False)
-        if type(found) is not bool:
-            raise self.fault(key, "true or false")
-        return found
 
 
 def _header(block: Block, path: str) -> Header:
     """The header that a block holds."""
-    told = _Fields(block, path)
-    if told.whole("dmplay") != VERSION:
-        raise told.fault("dmplay", f"format {VERSION}")
-    problem, seats, parameters = told.value("problem"), told.value("seats"), told.value("set", {})
-    if not isinstance(problem, str):
-        raise told.fault("problem", 'a name, such as "hexworld"')
-    if not isinstance(seats, dict) or not all(isinstance(name, str) for name in seats.values()):
-        raise told.fault("seats", 'names, such as {"agent": "human"}')
-    if not isinstance(parameters, dict):
-        raise told.fault("set", 'values, such as {"slip": 0.2}')
-    turns = told.whole("turns") if "turns" in block.entries else None
-    return Header(
-        problem, seats, told.whole("seed"), parameters, told.whole("episode", 0), turns,
-        told.flag("strict"), told.flag("reveal"),
-    )  # fmt: skip
+    _told(block, path, "dmplay", FORMAT)
+    told = {line.field: _told(block, path, line.key, line.kind, line.default) for line in LINES}
+    return Header(**told)
+
+
+def _told(block: Block, path: str, key: str, kind: Kind, default: object = MISSING) -> Any:
+    """What stands on a line of the header, or what is meant where there is none."""
+    entry = block.entries.get(key)
+    if entry is None and default is MISSING:
+        what = f"the header has no {key}: {kind.expected}"
+        raise BadTranscript(path, block.line, None, what)
+    if entry is None:
+        return default
+    if not kind.holds(entry.value):
+        raise BadTranscript(path, entry.line, None, f"{key}: expected {kind.expected}")
+    return entry.value

@@ -8,16 +8,8 @@ from pathlib import Path
 
 from dmplay.errors import BadParameter
 from dmplay.session import Session
-from dmplay.transcript.format import (
-    Frame,
-    Header,
-    end_facts,
-    header_facts,
-    lines,
-    text,
-    turn_facts,
-    without_notes,
-)
+from dmplay.transcript.format import Frame, closing, lines, text, turn_facts, without_notes
+from dmplay.transcript.header import Header, header_facts
 
 
 class Recorder:
@@ -101,8 +93,7 @@ class Recorder:
         """Writes the end line, and notes, and closes the file; a second end is none."""
         if self._file < 0:
             return
-        facts = end_facts(self.session) | {"sha256": self._digest.hexdigest()[:16]}
-        self._write("\n".join([*lines({"end": facts}), notes]))
+        self._write("\n".join([*closing(self.session, self._digest.hexdigest()[:16]), notes]))
         self.close()
 
     @property
@@ -143,10 +134,8 @@ def played(file: int) -> bool:
         return False
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return True
-    except OSError:  # a file system without locks
-        return False
+    except OSError as error:  # another error is a file system without locks
+        return isinstance(error, BlockingIOError)
     return False
 
 

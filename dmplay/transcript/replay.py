@@ -6,8 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from dmplay.chance import Reals
-from dmplay.core import Interval, Policy, Problem
-from dmplay.dice import Dice
+from dmplay.core import Policy, Problem
 from dmplay.errors import BadTranscript, DmplayError
 from dmplay.session import Session, Source
 from dmplay.transcript.format import turn_limit
@@ -21,10 +20,8 @@ def start(
     header = transcript.header
     if list(header.seats) != list(problem.agents):
         entry = transcript.header_block.entries["seats"]
-        raise BadTranscript(
-            f"{transcript.path}:{entry.line}: seats: got {', '.join(header.seats)}, expected "
-            f"{', '.join(problem.agents)}"
-        )
+        got, expected = ", ".join(header.seats), ", ".join(problem.agents)
+        raise transcript.fault(entry.line, f"seats: got {got}, expected {expected}")
     opening = draws_of(transcript, transcript.blocks[0], problem.draws.start)
     limit = turn_limit(problem, header.seats.values(), header.turns)
     return Session(problem, source, policies, limit=limit, opening=opening)
@@ -32,12 +29,11 @@ def start(
 
 def play(transcript: Transcript, block: Block, session: Session) -> None:
     """Feeds one block's inputs to the session; raises BadTranscript where they cannot be."""
-    where = f"{transcript.path}:{block.line}"
     try:
         if block.kind == "turn":
             expected = len(session.turns) + 1
             if block["turn"] != expected:
-                raise BadTranscript(f"{where}: got turn {block['turn']}, expected {expected}")
+                raise transcript.fault(block.line, f"got turn {block['turn']}, expected {expected}")
             actions = actions_of(transcript, block, session.problem)
             session.advance(actions, draws_of(transcript, block, session.problem.draws.step))
         elif block.kind == "undo":
@@ -48,15 +44,14 @@ def play(transcript: Transcript, block: Block, session: Session) -> None:
     except BadTranscript:
         raise
     except DmplayError as error:
-        raise BadTranscript(f"{where}: {error}") from None
+        raise transcript.fault(block.line, str(error)) from None
 
 
 def replay(
     transcript: Transcript, problem: Problem, policies: Sequence[Policy | None] = ()
 ) -> Session:
     """The session after every whole block of a transcript: to go on with, or to look at."""
-    source = Dice(transcript.header.seed, transcript.header.episode)
-    session = start(transcript, problem, source, policies)
+    session = start(transcript, problem, transcript.header.dice, policies)
     for block in transcript.blocks[1:]:
         play(transcript, block, session)
     return session
@@ -69,35 +64,32 @@ def draws_of(transcript: Transcript, block: Block, count: int) -> Reals:
     if not isinstance(values, list) or not all(
         type(u) in (int, float) and 0.0 <= u < 1.0 for u in values
     ):
-        fault = "draws: expected numbers from 0 to below 1"
-        raise BadTranscript(f"{transcript.path}:{entry.line}: {fault}")
+        raise transcript.fault(entry.line, "draws: expected numbers from 0 to below 1")
     if len(values) != count:
-        fault = f"draws: got {len(values)}, expected {count}"
-        raise BadTranscript(f"{transcript.path}:{entry.line}: {fault}")
+        raise transcript.fault(entry.line, f"draws: got {len(values)}, expected {count}")
     return np.array(values, float)
 
 
 def actions_of(transcript: Transcript, block: Block, problem: Problem) -> list[float]:
     """The action of each agent in a turn."""
     entry = block.entries.get("actions", Entry(block.line, None))
-    where = f"{transcript.path}:{entry.line}: actions"
     told = entry.value
     if not isinstance(told, dict) or list(told) != list(problem.agents):
-        raise BadTranscript(f"{where}: expected one for each of {', '.join(problem.agents)}")
+        expected = f"expected one for each of {', '.join(problem.agents)}"
+        raise transcript.fault(entry.line, f"actions: {expected}")
     actions = []
     for seat, (agent, value) in enumerate(told.items()):
-        real = isinstance(problem.actions[seat], Interval)
-        if type(value) not in ((int, float) if real else (str,)):
-            raise BadTranscript(f"{where}: {agent}: got {json.dumps(value)}")
+        if type(value) not in problem.actions[seat].written:
+            raise transcript.fault(entry.line, f"actions: {agent}: got {json.dumps(value)}")
         try:
             actions.append(problem.action(seat, str(value)))
         except DmplayError as error:
-            raise BadTranscript(f"{where}: {agent}: {error}") from None
+            raise transcript.fault(entry.line, f"actions: {agent}: {error}") from None
     return actions
 
 
 def _count(transcript: Transcript, block: Block, key: str) -> int:
     value = block[key]
     if type(value) is not int or value < 1:
-        raise BadTranscript(f"{transcript.path}:{block.line}: {key}: expected a whole number, as 1")
+        raise transcript.fault(block.line, f"{key}: expected a whole number, as 1")
     return value

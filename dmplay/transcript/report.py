@@ -29,10 +29,10 @@ class Finding(NamedTuple):
         return f"{place}: expected {_shown(self.expected)}, got {_shown(self.got)}"
 
 
-def fault(path: str, error: BadTranscript, where: str) -> Finding:
-    """The finding that an error means, which names file and line."""
-    line, _, message = str(error).removeprefix(f"{path}:").partition(":")
-    return Finding("facts", path, int(line), where, message.strip())
+def fault(error: BadTranscript, where: str) -> Finding:
+    """The finding that an error means."""
+    column = "" if error.column is None else f"{error.column}: "
+    return Finding("facts", error.path, error.line, where, f"{column}{error.what}")
 
 
 def _shown(value: object) -> str:

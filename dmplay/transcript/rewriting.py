@@ -3,20 +3,9 @@
 from collections.abc import Sequence
 
 from dmplay.core import Policy, Problem
-from dmplay.dice import Dice
 from dmplay.session import Session
-from dmplay.transcript.format import (
-    CHOSEN,
-    NATURAL,
-    Frame,
-    checksum,
-    end_facts,
-    header_facts,
-    lines,
-    text,
-    turn_facts,
-    turn_limit,
-)
+from dmplay.transcript.format import NATURAL, Frame, checksum, closing, lines, text, turn_facts
+from dmplay.transcript.header import header_facts
 from dmplay.transcript.reading import Block, Transcript
 from dmplay.transcript.replay import actions_of, play, start
 
@@ -32,27 +21,33 @@ def rewritten(
     What people did stays as the file has it, as long as it can be done; notes stay in their block.
     """
     session = _anew(transcript, problem, policies)
-    content = text(transcript.header_block.noted(lines(header_facts(transcript.header))))
+    content = transcript.header_block.anew(header_facts(transcript.header))
     content += _turn(session, transcript.blocks[0], frame)
     for block in transcript.blocks[1:]:
         content += _again(transcript, block, session, frame)
-    return content if transcript.end is None else _ended(transcript, content, session, frame)
+    if transcript.end is None:
+        return content
+    content += _further(transcript, session, frame)
+    session.end(transcript.chosen or "quit")
+    return ended(content, transcript.end, session)
+
+
+def ended(content: str, end: Block, session: Session) -> str:
+    """The content with its end line, the notes of the old one in their places."""
+    return content + "\n".join([*end.noted(closing(session, checksum(content))), ""])
 
 
 def _anew(transcript: Transcript, problem: Problem, policies: Sequence[Policy | None]) -> Session:
     """The session before its first turn, with the opening of its seed."""
-    header = transcript.header
-    dice = Dice(header.seed, header.episode)
-    start(transcript, problem, dice)  # the seats must be this problem's
-    limit = turn_limit(problem, header.seats.values(), header.turns)
-    return Session(problem, dice, policies, limit=limit)
+    dice = transcript.header.dice
+    return Session(problem, dice, policies, limit=start(transcript, problem, dice).limit)
 
 
 def _again(transcript: Transcript, block: Block, session: Session, frame: Frame | None) -> str:
     """Plays a block, people as it says and agents as they choose now; '' after the game's end."""
     if block.kind != "turn":
         play(transcript, block, session)
-        return text(block.noted(lines({block.kind: block[block.kind]})))
+        return block.anew({block.kind: block[block.kind]})
     if session.over:
         return ""
     told = actions_of(transcript, block, session.problem)
@@ -64,16 +59,14 @@ def _again(transcript: Transcript, block: Block, session: Session, frame: Frame 
 def _turn(session: Session, block: Block, frame: Frame | None) -> str:
     """The session's last turn, or its opening, in place of this block."""
     drawn = frame(session) if frame and block.frame else ""
-    return text(block.noted(lines(turn_facts(session), drawn)))
+    return block.anew(turn_facts(session), drawn)
 
 
-def _ended(transcript: Transcript, content: str, session: Session, frame: Frame | None) -> str:
-    """The content with its end; agents alone play on until there is one."""
-    assert transcript.end
+def _further(transcript: Transcript, session: Session, frame: Frame | None) -> str:
+    """The turns that agents alone play on, where the game came to its end of itself."""
     framed = frame if transcript.blocks[-1].frame else None
+    content = ""
     while transcript.reason in NATURAL and all(session.followers) and not session.over:
         session.advance()
         content += text(lines(turn_facts(session), framed(session) if framed else ""))
-    session.end(transcript.reason if transcript.reason in CHOSEN else "quit")
-    facts = end_facts(session) | {"sha256": checksum(content)}
-    return content + "\n".join([*transcript.end.noted(lines({"end": facts})), ""])
+    return content

@@ -1,26 +1,18 @@
 """Verifying a transcript: do its facts follow from its inputs, and its inputs from its seed?"""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import zip_longest
 
 from dmplay.core import Policy, Problem
 from dmplay.dice import NATURE, Dice
 from dmplay.errors import BadTranscript
 from dmplay.session import Session
-from dmplay.transcript.format import (
-    CHOSEN,
-    TOLERANCE,
-    Frame,
-    checksum,
-    end_facts,
-    header_facts,
-    lines,
-    text,
-    turn_facts,
-)
+from dmplay.transcript.format import Frame, end_facts, turn_facts
+from dmplay.transcript.header import header_facts
 from dmplay.transcript.reading import Block, Entry, Transcript
 from dmplay.transcript.replay import actions_of, play, start
 from dmplay.transcript.report import Finding, Report, fault
+from dmplay.transcript.rewriting import ended
 
 
 def verify(
@@ -38,10 +30,11 @@ def verify(
     try:
         check.game(problem, policies)
     except BadTranscript as error:
-        report.findings.append(fault(transcript.path, error, "inputs"))
+        report.findings.append(fault(error, "inputs"))
     return report
 
 
+TOLERANCE = 1e-6  # of the scale of a fact that is a real number
 REROLLS = 10  # numbers of a reroll that are tried where its draws are another's
 
 
@@ -60,11 +53,11 @@ class _Check:
         """Plays the transcript again and compares block by block."""
         transcript = self.transcript
         header = transcript.header
-        dice = Dice(header.seed, header.episode)
+        dice = header.dice
         if self._limit_differs():
             return
         session = start(transcript, problem, dice, policies)
-        self._write(transcript.header_block, header_facts(header), "")
+        self.canonical += transcript.header_block.anew(header_facts(header))
         self._block(transcript.blocks[0], session, dice)
         for block in transcript.blocks[1:]:
             if block.kind == "turn":
@@ -74,7 +67,7 @@ class _Check:
                 self._block(block, session, dice)
             else:
                 self.event = block
-                self._write(block, {block.kind: block[block.kind]}, "")
+                self.canonical += block.anew({block.kind: block[block.kind]})
         self.report.turns = len(session.turns)
         if len(self.drawn) > 1 and not any(self.drawn):
             self._blame_seed()
@@ -83,9 +76,6 @@ class _Check:
     def _found(self, level: str, line: int, where: str, what: str, *pair: object) -> None:
         self.report.findings.append(Finding(level, self.transcript.path, line, where, what, *pair))
 
-    def _write(self, block: Block, facts: Mapping[str, object], frame: str) -> None:
-        self.canonical += text(block.noted(lines(facts, frame)))
-
     def _limit_differs(self) -> bool:
         """A limit other than the one that ended the game: every later finding would follow."""
         end, header = self.transcript.end, self.transcript.header_block
@@ -93,10 +83,8 @@ class _Check:
         if not isinstance(told, dict) or told.get("reason") != "turn limit":
             return False
         entry = header.entries.get("turns")
-        if entry is None:
-            return False
         last = self.transcript.blocks[-1].entries.get("turn", Entry(0, None))
-        if entry.value == last.value or told.get("turns") != last.value:
+        if entry is None or entry.value == last.value or told.get("turns") != last.value:
             return False
         self._found("facts", entry.line, "header", "turns", entry.value, last.value)
         return True
@@ -131,7 +119,7 @@ class _Check:
             frame = self.frame(session)
             drawn = [row.rstrip() for row in frame.split("\n")]
             self._frame(block, turn, drawn)
-        self._write(block, facts, frame)
+        self.canonical += block.anew(facts, frame)
 
     def _fact(self, entry: Entry, turn: int, key: str, got: object) -> None:
         """Compares one fact, seat by seat where it has seats."""
@@ -193,8 +181,8 @@ class _Check:
             return
         entry = end.entries["end"]
         told = entry.value if isinstance(entry.value, dict) else {}
-        if not session.over and transcript.reason in CHOSEN:
-            session.end(transcript.reason)
+        if transcript.chosen:
+            session.end(transcript.chosen)
         for key, got in end_facts(session).items():
             if not _close(told.get(key), got):
                 self._found("facts", entry.line, "end", key, told.get(key), got)
@@ -206,10 +194,9 @@ class _Check:
     def _checksum(self, end: Block, session: Session) -> None:
         """Where all facts hold, the checksum still says whether a line was touched."""
         transcript = self.transcript
-        facts = end_facts(session) | {"sha256": checksum(self.canonical)}
-        written = self.canonical + "\n".join([*end.noted(lines({"end": facts})), ""])
         told = (transcript.content + transcript.last).split("\n")
-        for line, (row, right) in enumerate(zip_longest(told, written.split("\n")), 1):
+        written = ended(self.canonical, end, session).split("\n")
+        for line, (row, right) in enumerate(zip_longest(told, written), 1):
             if row != right:
                 self._found("checksum", line, "line", "text", row or "nothing", right or "nothing")
                 return

@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 
 from dmplay.chance import Reals
-from dmplay.views._canvas import Canvas, Look
+from dmplay.views.canvas import Canvas
+from dmplay.views.style import Look
 
 EIGHTHS = " ▏▎▍▌▋▊▉"
 SPARKS = "▁▂▃▄▅▆▇█"

@@ -4,29 +4,20 @@ from collections.abc import Iterator
 
 from rich.text import Text
 
-from dmplay.core import Labels
-from dmplay.problems._matrix_game import MatrixGame
+from dmplay.matrix_game import MatrixGame
 from dmplay.session import View
-from dmplay.views._canvas import Canvas, Look
+from dmplay.views.canvas import Canvas
+from dmplay.views.style import Look
 
 INITIAL = 2  # columns of an action's first letter in the rounds
 
 
-def game(view: View) -> tuple[MatrixGame, tuple[Labels, Labels]]:
-    """The problem and the labels of both agents."""
-    assert isinstance(view.problem, MatrixGame)
-    rows, columns = view.problem.actions
-    assert isinstance(rows, Labels)
-    assert isinstance(columns, Labels)
-    return view.problem, (rows, columns)
-
-
-def last(view: View) -> tuple[int, int] | None:
+def last(view: View[MatrixGame]) -> tuple[int, int] | None:
     """Both actions of the last round."""
     return (int(view.joint[-1][0]), int(view.joint[-1][1])) if view.joint else None
 
 
-def boards(view: View, look: Look) -> Iterator[Text]:
+def boards(view: View[MatrixGame], look: Look) -> Iterator[Text]:
     """The table with the last play in brackets, and the rounds so far; then the table alone."""
     for width in (10, 8, 6):
         for history in (True, False):
@@ -37,9 +28,10 @@ def boards(view: View, look: Look) -> Iterator[Text]:
             yield canvas.text()
 
 
-def _table(view: View, canvas: Canvas, width: int) -> int:
+def _table(view: View[MatrixGame], canvas: Canvas, width: int) -> int:
     """The table, the last play in brackets; the row after it."""
-    problem, (rows, columns) = game(view)
+    problem = view.problem
+    rows, columns = problem.actions
     played = last(view)
     stub = max(max(map(len, rows)) + 1, width)
     for j, name in enumerate(columns):
@@ -64,42 +56,43 @@ def _table(view: View, canvas: Canvas, width: int) -> int:
 
 
 def rounds(  # noqa: PLR0913 - a place on the canvas, and what goes there
-    view: View, canvas: Canvas, y: int, width: int, *, column: int, none: str = ""
+    view: View[MatrixGame], canvas: Canvas, y: int, width: int, *, column: int, none: str = ""
 ) -> None:
     """Who did what, a row an agent and so many columns a round, the last rounds at the end."""
-    problem, labels = game(view)
+    problem = view.problem
     stub = max(map(len, problem.agents)) + 7
     joints = (view.joint or ())[-max((width - stub) // column, 1) :]
     for seat, agent in enumerate(problem.agents):
         you = " (you)" if seat == view.seat else ""
         canvas.put(0, y + seat, f"{agent}{you}")
-        words = [labels[seat][int(joint[seat])].upper() for joint in joints] or [none]
+        words = [problem.actions[seat][int(joint[seat])].upper() for joint in joints] or [none]
         row = "".join(word[: column - 1].rjust(column) for word in words)
         canvas.put(stub - 1, y + seat, row, "bold")
 
 
-def panel(view: View) -> list[tuple[str, str]]:
+def panel(view: View[MatrixGame]) -> list[tuple[str, str]]:
     """The last round and the sums."""
-    problem, labels = game(view)
+    problem = view.problem
     played = last(view)
-    names = [labels[seat][played[seat]] for seat in (0, 1)] if played else ["-", "-"]
+    names = [problem.actions[seat][played[seat]] for seat in (0, 1)] if played else ["-", "-"]
     rewards = view.rewards or ()
     sums = [("reward", f"{rewards[-1]:g}" if rewards else "-"), ("total", f"{sum(rewards):g}")]
     return [*zip(problem.agents, names, strict=True), *sums, ("gamma", f"{problem.discount:g}")]
 
 
-def told(view: View) -> str:
+def told(view: View[MatrixGame]) -> str:
     """Who chose what."""
-    problem, labels = game(view)
+    problem = view.problem
     played = last(view)
     assert played
-    both = zip(problem.agents, labels, played, strict=True)
+    both = zip(problem.agents, problem.actions, played, strict=True)
     return ". ".join(f"{agent} chose {names[action]}" for agent, names, action in both) + "."
 
 
-def situation(view: View) -> str:
+def situation(view: View[MatrixGame]) -> str:
     """One sentence a cell, and the last round."""
-    problem, (rows, columns) = game(view)
+    problem = view.problem
+    rows, columns = problem.actions
     cells = [
         f"{mine} against {theirs}: {problem.payoffs[i, j, 0]:g} to {problem.agents[0]}, "
         f"{problem.payoffs[i, j, 1]:g} to {problem.agents[1]}."

@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from dmplay.views._canvas import Canvas
+from dmplay.views.canvas import Canvas
 
 
 class Scale(NamedTuple):

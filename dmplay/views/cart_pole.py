@@ -16,8 +16,9 @@ from rich.text import Text
 
 from dmplay.problems.cart_pole import CartPole
 from dmplay.session import View
-from dmplay.views._canvas import Canvas, Look
 from dmplay.views._scale import Scale, gauge, named, plus
+from dmplay.views.canvas import Canvas
+from dmplay.views.style import Look
 
 KEYS = {
     "h": "left", "l": "right", "left": "left", "right": "right", "a": "left", "d": "right",
@@ -51,26 +52,17 @@ class Cart(NamedTuple):
     fallen: bool  # the pole leans too far
 
 
-def _cart(view: View) -> Cart:
-    problem = _problem(view)
+def _cart(view: View[CartPole]) -> Cart:
+    problem = view.problem
     x, v, theta, omega = map(float, view.observation)
     limits = problem.x_limit, problem.theta_limit
     off, fallen = abs(x) > limits[0], abs(theta) > limits[1] * 2 * math.pi / 360
     return Cart(x, v, math.degrees(theta), math.degrees(omega), *limits, off, fallen)
 
 
-def _problem(view: View) -> CartPole:
-    assert isinstance(view.problem, CartPole)
-    return view.problem
-
-
-def _last(view: View) -> str:
-    return view.problem.action_name(view.seat, view.actions[-1]) if view.turn else ""
-
-
-def boards(view: View, look: Look) -> Iterator[Text]:
+def boards(view: View[CartPole], look: Look) -> Iterator[Text]:
     """The cart in five sizes, then its numbers in a line."""
-    cart, problem = _cart(view), _problem(view)
+    cart, problem = _cart(view), view.problem
     for size in SIZES:
         canvas = Canvas()
         margin = size.half + 1
@@ -79,7 +71,7 @@ def boards(view: View, look: Look) -> Iterator[Text]:
         middle = scale.column(cart.x) + cart.off * int(math.copysign(1, cart.x))
         metre = (scale.right - scale.left) / max(scale.high - scale.low, 1e-9)
         _pole(canvas, cart.theta, problem.length * metre / ASPECT, middle, size)
-        _body(canvas, _last(view), middle, size)
+        _body(canvas, view.last, middle, size)
         y = size.pole + 2
         _track(canvas, y, scale, cart)
         if size.scales:
@@ -150,7 +142,7 @@ def _against(cart: Cart) -> tuple[str, str]:
     )
 
 
-def panel(view: View) -> list[tuple[str, str]]:
+def panel(view: View[CartPole]) -> list[tuple[str, str]]:
     """The state, its limits, the last push."""
     cart = _cart(view)
     return [
@@ -160,8 +152,8 @@ def panel(view: View) -> list[tuple[str, str]]:
         ("omega", f"{plus(cart.omega, 0)} deg/s"),
         ("fails", f"{cart.x_limit:g} m"),
         ("or", f"{cart.theta_limit:g} deg"),
-        ("last", _last(view) or "-"),
-        ("force", f"{_problem(view).force:g} N"),
+        ("last", view.last or "-"),
+        ("force", f"{view.problem.force:g} N"),
     ]
 
 
@@ -174,13 +166,13 @@ def _stands(cart: Cart) -> str:
     return "stands"
 
 
-def told(view: View) -> str:
+def told(view: View[CartPole]) -> str:
     """Whether it stands, the push, and the state."""
     cart = _cart(view)
-    return f"{_stands(cart)}. pushed {_last(view)}. {_words(cart)}."
+    return f"{_stands(cart)}. pushed {view.last}. {_words(cart)}."
 
 
-def situation(view: View) -> str:
+def situation(view: View[CartPole]) -> str:
     """Whether it stands, the state, and what would end it."""
     cart = _cart(view)
     fails = f"fails past {cart.x_limit:g} m or {cart.theta_limit:g} deg"

@@ -8,7 +8,8 @@ from dmplay.chance import Reals
 from dmplay.problems.catch import CAUGHT, DISTANCES, PROFICIENCIES, Catch
 from dmplay.session import View
 from dmplay.views._belief import bars, words
-from dmplay.views._canvas import Canvas, Look
+from dmplay.views.canvas import Canvas
+from dmplay.views.style import Look
 
 KEYS: dict[str, str] = {}  # a digit throws ten times as far, 0 a hundred
 NUDGES = {"left": -10, "right": 10}  # metres; Enter throws
@@ -17,28 +18,18 @@ STUB, COLUMN, HIGH = 6, 4, 6  # of the plot: columns before it, a distance, rows
 LEGEND = ("p(caught) by", "proficiency:", "2 is 20 m,", "4 is 40 m ...")
 
 
-def _problem(view: View) -> Catch:
-    assert isinstance(view.problem, Catch)
-    return view.problem
-
-
-def _belief(view: View) -> Reals:
-    assert view.beliefs is not None
-    return view.beliefs[-1]
-
-
-def _throw(view: View, turn: int) -> tuple[str, bool]:
+def _throw(view: View[Catch], turn: int) -> tuple[str, bool]:
     """The distance of a throw, and whether it was caught."""
     name = view.problem.action_name(view.seat, view.actions[turn])
     return name, int(view.observations[turn + 1]) == CAUGHT
 
 
-def _promises(view: View) -> Reals:
+def _promises(view: View[Catch]) -> Reals:
     """The reward expected of each distance under the belief."""
-    return _belief(view) @ _problem(view).catches * DISTANCES
+    return view.belief @ view.problem.catches * DISTANCES
 
 
-def boards(view: View, look: Look) -> Iterator[Text]:
+def boards(view: View[Catch], look: Look) -> Iterator[Text]:
     """The plot with the belief beside it, or below; a table; the table with the belief in a row."""
     wide = STUB + COLUMN * len(DISTANCES)
     for beside in (True, False):
@@ -54,16 +45,16 @@ def boards(view: View, look: Look) -> Iterator[Text]:
         canvas = Canvas()
         y = _table(view, canvas)
         if full:
-            y = bars(canvas, y, NAMES, _belief(view), look._replace(width=34))
+            y = bars(canvas, y, NAMES, view.belief, look._replace(width=34))
         else:
-            pairs = zip(PROFICIENCIES, _belief(view), strict=True)
+            pairs = zip(PROFICIENCIES, view.belief, strict=True)
             canvas.put(0, y, "  ".join(f"{name}: {share:.2f}" for name, share in pairs))
             y += 1
         _throws(view, canvas, y, look)
         yield canvas.text()
 
 
-def _plot(view: View, canvas: Canvas) -> int:
+def _plot(view: View[Catch], canvas: Canvas) -> int:
     """The probability of a catch by distance, a digit a proficiency: 2 is 20 m."""
     for row in range(HIGH + 1):
         label = {0: "1.0 ┤", HIGH // 2: "0.5 ┤", HIGH: "0.0 ┤"}.get(row, "    │")
@@ -79,7 +70,7 @@ def _plot(view: View, canvas: Canvas) -> int:
     for column, (distance, promise) in enumerate(zip(DISTANCES, _promises(view), strict=True)):
         x = STUB + column * COLUMN
         marks: dict[int, str] = {}
-        for proficiency, caught in zip(PROFICIENCIES, _problem(view).catches, strict=True):
+        for proficiency, caught in zip(PROFICIENCIES, view.problem.catches, strict=True):
             row = round(HIGH * (1.0 - float(caught[column])))
             marks[row] = marks.get(row, "") + str(proficiency // 10)
         for row, digits in marks.items():
@@ -89,19 +80,19 @@ def _plot(view: View, canvas: Canvas) -> int:
     return foot + 3
 
 
-def _beliefs(view: View, canvas: Canvas, x: int, y: int, look: Look) -> int:
+def _beliefs(view: View[Catch], canvas: Canvas, x: int, y: int, look: Look) -> int:
     """The belief in bars at any place; the row after it."""
     drawn = Canvas()
-    bars(drawn, 0, NAMES, _belief(view), look._replace(width=min(look.width, 36)))
+    bars(drawn, 0, NAMES, view.belief, look._replace(width=min(look.width, 36)))
     canvas.put(x, y, "belief in the proficiency", "dim")
     for row, line in enumerate(drawn.text().split("\n")):
         canvas.put(x, y + 1 + row, line.plain, "cyan")
     return y + 1 + len(NAMES)
 
 
-def _table(view: View, canvas: Canvas) -> int:
+def _table(view: View[Catch], canvas: Canvas) -> int:
     """Distances, the probability of a catch in percent, and the reward to expect."""
-    caught = _belief(view) @ _problem(view).catches
+    caught = view.belief @ view.problem.catches
     rows = [("metres", DISTANCES), ("caught %", caught * 100), ("expected", _promises(view))]
     for y, (name, values) in enumerate(rows):
         canvas.put(0, y, name, "dim")
@@ -112,7 +103,7 @@ def _table(view: View, canvas: Canvas) -> int:
     return len(rows)
 
 
-def _throws(view: View, canvas: Canvas, y: int, look: Look) -> None:
+def _throws(view: View[Catch], canvas: Canvas, y: int, look: Look) -> None:
     """The last throws, and once it is told the truth."""
     thrown = [_throw(view, turn) for turn in range(view.turn)]
     words_ = [f"{name}{'✓' if caught else '✗'}" for name, caught in thrown]
@@ -123,7 +114,7 @@ def _throws(view: View, canvas: Canvas, y: int, look: Look) -> None:
     canvas.put(len(truth), y, "throws " + (" ".join(words_) or "none yet"))
 
 
-def panel(view: View) -> list[tuple[str, str]]:
+def panel(view: View[Catch]) -> list[tuple[str, str]]:
     """The last throw, what it paid, and the throw that promises most."""
     name, caught = _throw(view, view.turn - 1) if view.turn else ("-", False)
     rewards = view.rewards or ()
@@ -136,16 +127,16 @@ def panel(view: View) -> list[tuple[str, str]]:
     ]
 
 
-def told(view: View) -> str:
+def told(view: View[Catch]) -> str:
     """Caught or dropped, how far it was, what to believe."""
     name, caught = _throw(view, view.turn - 1)
-    likeliest = words(NAMES, _belief(view)).partition(",")[0]
+    likeliest = words(NAMES, view.belief).partition(",")[0]
     return (
         f"{'caught' if caught else 'dropped'}. threw {name} m. proficiency likeliest {likeliest}."
     )
 
 
-def situation(view: View) -> str:
+def situation(view: View[Catch]) -> str:
     """The last throw, the belief, and the reward to expect of each distance."""
     each = zip(DISTANCES, _promises(view), strict=True)
     promises = ", ".join(f"{distance:.0f} m {promise:.1f}" for distance, promise in each)
@@ -153,5 +144,5 @@ def situation(view: View) -> str:
     if view.turn:
         name, caught = _throw(view, view.turn - 1)
         before = f"{'caught' if caught else 'dropped'} {name} m."
-    belief = f"belief in the proficiency: {words(NAMES, _belief(view))}."
+    belief = f"belief in the proficiency: {words(NAMES, view.belief)}."
     return f"{before} {belief} expected reward: {promises}."

@@ -7,14 +7,16 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.chance import Reals
-from dmplay.problems import _hex
-from dmplay.problems._hex import Hex, neighbours
+from dmplay.hexes import Hex, neighbours, notation_of
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
 from dmplay.session import View
+from dmplay.views import hexgrid
 from dmplay.views._belief import spark
-from dmplay.views._canvas import Look
-from dmplay.views._hexgrid import FAMILY, FINE, KEYS, LEFT, Cell, Size, grids, key_of, ways
+from dmplay.views.generic import seen
+from dmplay.views.hexgrid import Cell, Size
+from dmplay.views.style import Look
 
+FAMILY, KEYS, LEFT = hexgrid.FAMILY, hexgrid.KEYS, hexgrid.LEFT
 TOLD = 4  # likeliest hexes that are told in words
 
 
@@ -25,17 +27,12 @@ class Marginals(NamedTuple):
     you: Reals  # [H]
 
 
-def _problem(view: View) -> CollaborativePredatorPrey:
-    assert isinstance(view.problem, CollaborativePredatorPrey)
-    return view.problem
-
-
-def marginals(view: View) -> Marginals | None:
+def marginals(view: View[CollaborativePredatorPrey]) -> Marginals | None:
     """What the belief says of each hex; None where it is too large to have."""
     if view.beliefs is None:
         return None
-    problem = _problem(view)
-    joint = view.beliefs[-1].reshape((len(problem.hexes),) * problem.walkers)
+    problem = view.problem
+    joint = view.belief.reshape((len(problem.hexes),) * problem.walkers)
 
     def over(walker: int) -> Reals:
         others = tuple(axis for axis in range(problem.walkers) if axis != walker)
@@ -44,17 +41,11 @@ def marginals(view: View) -> Marginals | None:
     return Marginals(over(problem.walkers - 1), over(view.seat))
 
 
-def _here(view: View, known: Marginals | None) -> Hex | None:
+def _here(view: View[CollaborativePredatorPrey], known: Marginals | None) -> Hex | None:
     """Where you are, if you know."""
     if known is None or known.you.max() < 1 - 1e-9:
         return None
-    return _problem(view).hexes[int(known.you.argmax())]
-
-
-def sensed(view: View) -> str:
-    """The last observation by name."""
-    label = int(view.observation)
-    return _problem(view).observations[view.seat][label] if label >= 0 else "nothing yet"
+    return view.problem.hexes[int(known.you.argmax())]
 
 
 def percent(share: float) -> str:
@@ -64,12 +55,12 @@ def percent(share: float) -> str:
     return f"{100 * share:.0f}%" if share >= 0.005 else "<1%"
 
 
-def boards(view: View, look: Look) -> Iterator[Text]:
+def boards(view: View[CollaborativePredatorPrey], look: Look) -> Iterator[Text]:
     """The map, the largest first, each hex with both probabilities and a row that says how."""
-    problem, known = _problem(view), marginals(view)
+    problem, known = view.problem, marginals(view)
     here = _here(view, known)
     around = neighbours(here) if look.keys and here else []
-    keys = {hex_: key_of(look, way) for way, hex_ in enumerate(around)}
+    keys = {hex_: hexgrid.key_of(look, way) for way, hex_ in enumerate(around)}
     true = set() if look.state is None else {problem.hexes[int(place)] for place in look.state}
 
     def cell(hex_: Hex, size: Size) -> Cell:
@@ -81,14 +72,15 @@ def boards(view: View, look: Look) -> Iterator[Text]:
         if size.lines > 1:
             note = _line("@", you, look) or keys.get(hex_, "")
             return Cell(_line("o", prey, look), note, "", style)
-        if size == FINE:
+        if size == hexgrid.FINE:
             return Cell("", dot=spark([prey], look.ascii) if prey >= 1e-9 else ".", style=style)
-        both = _digits(prey).rjust(2) + (spark([you], look.ascii) if you >= 1e-9 else " ")
+        digits = percent(min(prey, 0.99)).rstrip("%")  # two columns
+        both = digits.rjust(2) + (spark([you], look.ascii) if you >= 1e-9 else " ")
         return Cell(both, dot=both if both.strip() else ".", style=style)
 
     legends = ("o prey, @ you", "% prey, bar: you", "% prey, bar: you", "bar: prey")
-    for drawn, legend in zip(grids(problem.hexes, cell), legends, strict=True):
-        said = f"sensed {sensed(view)}. {legend if known else 'belief too large'}"
+    for drawn, legend in zip(hexgrid.grids(problem.hexes, cell), legends, strict=True):
+        said = f"sensed {seen(view)}. {legend if known else 'belief too large'}"
         drawn.append(f"\n{said[: look.width]}")
         if look.state is not None:
             drawn.append(f"\n{_truth(view, look)}", "bold magenta")
@@ -102,32 +94,27 @@ def _line(mark: str, share: float, look: Look) -> str:
     return f"{mark}{shade}{told:>{4 - len(shade)}}" if told else ""
 
 
-def _digits(share: float) -> str:
-    """Whole percent in two columns."""
-    if share < 1e-9:
-        return ""
-    return f"{min(100 * share, 99):.0f}" if share >= 0.005 else "<1"
-
-
-def _truth(view: View, look: Look) -> str:
+def _truth(view: View[CollaborativePredatorPrey], look: Look) -> str:
     """Where everyone truly is."""
-    problem = _problem(view)
+    problem = view.problem
     assert look.state is not None
     names = [*problem.agents, "prey"]
-    places = [_hex.notation(problem.hexes[int(place)]) for place in look.state]
+    places = [notation_of(problem.hexes[int(place)]) for place in look.state]
     full = "truly " + ", ".join(
         f"{name} {place}" for name, place in zip(names, places, strict=True)
     )
     return full if len(full) <= look.width else f"truly {' '.join(places)}"[: look.width]
 
 
-def _likeliest(view: View, shares: Reals, many: int) -> list[tuple[str, float]]:
+def _likeliest(
+    view: View[CollaborativePredatorPrey], shares: Reals, many: int
+) -> list[tuple[str, float]]:
     order = np.argsort(-np.round(shares, 9), kind="stable")[:many]
-    hexes = _problem(view).hexes
-    return [(_hex.notation(hexes[i]), float(shares[i])) for i in order if shares[i] >= 0.0005]
+    hexes = view.problem.hexes
+    return [(notation_of(hexes[i]), float(shares[i])) for i in order if shares[i] >= 0.0005]
 
 
-def _partners(view: View) -> str:
+def _partners(view: View[CollaborativePredatorPrey]) -> str:
     others = [agent for seat, agent in enumerate(view.problem.agents) if seat != view.seat]
     if not others:
         return ""
@@ -135,10 +122,10 @@ def _partners(view: View) -> str:
     return f" {' and '.join(others)} {verb} unseen and believed to act uniformly at random."
 
 
-def panel(view: View) -> list[tuple[str, str]]:
+def panel(view: View[CollaborativePredatorPrey]) -> list[tuple[str, str]]:
     """What you did and sensed, and the likeliest hexes; the reward would betray a capture."""
-    last = view.problem.action_name(view.seat, view.actions[-1]).upper() if view.turn else "-"
-    rows = [("last", last), ("sensed", sensed(view) if view.turn else "-"), ("reward", "hidden")]
+    sensed = seen(view) if view.turn else "-"
+    rows = [("last", view.last.upper() or "-"), ("sensed", sensed), ("reward", "hidden")]
     known = marginals(view)
     for name, shares in known._asdict().items() if known else ():
         ((hex_, share),) = _likeliest(view, shares, 1)
@@ -148,13 +135,12 @@ def panel(view: View) -> list[tuple[str, str]]:
     return [*rows, ("gamma", f"{view.problem.discount:.2f}")]
 
 
-def told(view: View) -> str:
+def told(view: View[CollaborativePredatorPrey]) -> str:
     """What you sensed and did, and where the prey and you most likely are."""
-    name = view.problem.action_name(view.seat, view.actions[-1]).upper()
-    return f"{sensed(view)}. chose {name}. {_believed(view, 1)}".rstrip()
+    return f"{seen(view)}. chose {view.last.upper()}. {_believed(view, 1)}".rstrip()
 
 
-def _believed(view: View, many: int) -> str:
+def _believed(view: View[CollaborativePredatorPrey], many: int) -> str:
     """The likeliest hexes of the prey and of you in words."""
     known = marginals(view)
     if known is None:
@@ -166,20 +152,17 @@ def _believed(view: View, many: int) -> str:
     return " ".join(sentences)
 
 
-def situation(view: View) -> str:
+def situation(view: View[CollaborativePredatorPrey]) -> str:
     """What you sensed, the belief, and where you see it the ways on."""
-    problem, known = _problem(view), marginals(view)
-    sentences = [f"sensed {sensed(view)}.", _believed(view, TOLD)]
+    problem, known = view.problem, marginals(view)
+    sentences = [f"sensed {seen(view)}.", _believed(view, TOLD)]
     here = _here(view, known)
     if known is not None and here:
 
         def kind(hex_: Hex) -> str:
             return f"prey {known.prey[problem.hexes.index(hex_)]:.3f}"
 
-        sentences += [f"at {_hex.notation(here)}.", *ways(problem.hexes, here, kind)]
+        sentences += [f"at {notation_of(here)}.", *hexgrid.ways(problem.hexes, here, kind)]
     if known is None:
         return f"{sentences[0]} the belief is over too many states to be told."
     return " ".join(sentences) + _partners(view)
-
-
-__all__ = ["FAMILY", "KEYS", "LEFT", "boards", "panel", "situation", "told"]

@@ -14,8 +14,9 @@ from rich.text import Text
 
 from dmplay.problems.collision_avoidance import FIRST_TIME, NEAR, CollisionAvoidance
 from dmplay.session import View
-from dmplay.views._canvas import Canvas, Look
 from dmplay.views._scale import Scale, plus
+from dmplay.views.canvas import Canvas
+from dmplay.views.style import Look
 
 KEYS = {
     "j": "descend", "space": "no-advisory", "k": "climb",
@@ -38,7 +39,7 @@ class Size(NamedTuple):
 SIZES = (Size(87, 25, 6), Size(47, 13, 3), Size(47, 9, 2), Size(38, 5, 1), Size(38, 5, 1, False))
 
 
-def boards(view: View, look: Look) -> Iterator[Text]:
+def boards(view: View[CollisionAvoidance], look: Look) -> Iterator[Text]:
     """The encounter in five sizes, the last with less below it, then the numbers."""
     for size in SIZES:
         canvas = Canvas()
@@ -62,23 +63,23 @@ def _time(size: Size) -> Scale:
     return Scale(-FIRST_TIME, 0.0, LABEL, size.width - 1)
 
 
-def _states(view: View) -> list[tuple[float, float, float, float]]:
+def _states(view: View[CollisionAvoidance]) -> list[tuple[float, float, float, float]]:
     """Height, rate, advisory and time before each turn, and now."""
     return [(float(h), float(dh), float(a), float(t)) for h, dh, a, t in view.observations]
 
 
-def _now(view: View) -> tuple[float, float, float, float]:
+def _now(view: View[CollisionAvoidance]) -> tuple[float, float, float, float]:
     """The present state; once they have passed, the one in which they did."""
     states = _states(view)
     return states[-2] if states[-1][3] < 0 and view.turn else states[-1]
 
 
-def _ceiling(view: View) -> float:
+def _ceiling(view: View[CollisionAvoidance]) -> float:
     most = max(abs(h) for h, *_ in _states(view))
     return float(next((high for high in CEILINGS if most <= high), most))
 
 
-def _encounter(canvas: Canvas, view: View, size: Size) -> None:
+def _encounter(canvas: Canvas, view: View[CollisionAvoidance], size: Size) -> None:
     high = _ceiling(view)
     heights, time = Scale(-high, high, 0, size.rows - 1), _time(size)
     bottom = size.rows - 1
@@ -106,58 +107,57 @@ def _times(canvas: Canvas, y: int, time: Scale) -> None:
         canvas.put(time.column(-left) - 1, y, f"{left}s", "dim")
 
 
-def _advisory(view: View) -> str:
+def _advisory(view: View[CollisionAvoidance]) -> str:
     """The advisory that stands."""
     _, _, rate, _ = _states(view)[-1]
     return "none" if not rate else "climb" if rate > 0 else "descend"
 
 
-def _state(view: View) -> str:
+def _state(view: View[CollisionAvoidance]) -> str:
     """Where it stands: the numbers."""
     h, dh, _, left = _now(view)
     return f"◆ h {plus(h, 0)} m  dh {plus(dh, 1)} m/s  {left:g} s  {_advisory(view)}"
 
 
-def passed(view: View) -> bool:
+def passed(view: View[CollisionAvoidance]) -> bool:
     """Whether the aircraft have passed one another."""
     return _states(view)[-1][3] < 0
 
 
-def miss(view: View) -> float:
+def miss(view: View[CollisionAvoidance]) -> float:
     """By how much, in metres, they passed or will at this rate."""
     h, dh, _, left = _now(view)
     return h + dh * left
 
 
-def _passing(view: View) -> str:
+def _passing(view: View[CollisionAvoidance]) -> str:
     """How they passed, or will at this rate."""
     return f"{_how(view)} A: {'COLLISION' if _close(view) else 'clear'}"
 
 
-def _how(view: View) -> str:
+def _how(view: View[CollisionAvoidance]) -> str:
     when, side = "passed" if passed(view) else "will pass", "below" if miss(view) < 0 else "above"
     return f"{when} {abs(miss(view)):.0f} m {side}"
 
 
-def _close(view: View) -> bool:
+def _close(view: View[CollisionAvoidance]) -> bool:
     return abs(miss(view)) < NEAR
 
 
-def _outcome(view: View) -> str:
+def _outcome(view: View[CollisionAvoidance]) -> str:
     """How they pass, in words."""
     ahead = "" if passed(view) else " ahead"
     return f"{'collision' if _close(view) else 'clear'}{ahead}: {_how(view)} the intruder"
 
 
-def _changes(view: View) -> int:
+def _changes(view: View[CollisionAvoidance]) -> int:
     """How often the advisory was changed."""
     advisories = [a for _, _, a, _ in _states(view)]
     return sum(a != b for a, b in pairwise(advisories))
 
 
-def panel(view: View) -> list[tuple[str, str]]:
+def panel(view: View[CollisionAvoidance]) -> list[tuple[str, str]]:
     """The state, what it leads to, the advisories."""
-    assert isinstance(view.problem, CollisionAvoidance)
     h, dh, _, left = _now(view)
     return [
         ("h", f"{plus(h, 0)} m"),
@@ -166,25 +166,24 @@ def panel(view: View) -> list[tuple[str, str]]:
         ("passed" if passed(view) else "passes", f"{plus(miss(view), 0)} m"),
         ("", "COLLISION" if _close(view) else "clear"),
         ("near", f"below {NEAR:g} m"),
-        ("last", view.problem.action_name(view.seat, view.actions[-1]) if view.turn else "-"),
+        ("last", view.last or "-"),
         ("changes", str(_changes(view))),
         ("reward", f"{view.rewards[-1]:.2f}" if view.rewards else "-"),
     ]
 
 
-def told(view: View) -> str:
+def told(view: View[CollisionAvoidance]) -> str:
     """How they pass, what was advised, and the state."""
     changed = _states(view)[-1][2] != _states(view)[-2][2]
-    advised = view.problem.action_name(view.seat, view.actions[-1])
     how = "changed to" if changed else "kept"
-    return f"{_outcome(view)}. {how} {advised}. {_numbers(view)}."
+    return f"{_outcome(view)}. {how} {view.last}. {_numbers(view)}."
 
 
-def situation(view: View) -> str:
+def situation(view: View[CollisionAvoidance]) -> str:
     """How they pass, and the state."""
     return f"{_outcome(view)}. {_numbers(view)}. advisory {_advisory(view)}."
 
 
-def _numbers(view: View) -> str:
+def _numbers(view: View[CollisionAvoidance]) -> str:
     h, dh, _, left = _now(view)
     return f"h {plus(h, 0)} m, dh {plus(dh, 1)} m/s, {left:g} s left"

@@ -6,9 +6,10 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.chance import Array
-from dmplay.problems.game_2048 import slide
+from dmplay.problems.game_2048 import Game2048, slide
 from dmplay.session import View
-from dmplay.views._canvas import Canvas, Look
+from dmplay.views.canvas import Canvas
+from dmplay.views.style import Look
 
 KEYS = {
     "left": "left", "down": "down", "right": "right", "up": "up",
@@ -30,7 +31,7 @@ def _style(exponent: int, new: bool) -> str:
     return f"{style} underline" if new else style
 
 
-def _new(view: View) -> tuple[int, ...] | None:
+def _new(view: View[Game2048]) -> tuple[int, ...] | None:
     """The cell of the tile that came last."""
     if not view.turn:
         return None
@@ -40,7 +41,7 @@ def _new(view: View) -> tuple[int, ...] | None:
     return tuple(found[0]) if len(found) else None
 
 
-def boards(view: View, look: Look) -> Iterator[Text]:
+def boards(view: View[Game2048], look: Look) -> Iterator[Text]:
     """Cells of six columns, of five, and four rows without borders."""
     board, new = view.observation, _new(view)
     yield _boxes(board, new, 6)
@@ -70,37 +71,33 @@ def _boxes(board: Array, new: tuple[int, ...] | None, width: int) -> Text:
     return canvas.text()
 
 
-def panel(view: View) -> list[tuple[str, str]]:
+def panel(view: View[Game2048]) -> list[tuple[str, str]]:
     """Score, largest tile, last slide."""
     board = view.observation
     rewards = view.rewards or ()
-    last = str(view.problem.action_name(view.seat, view.actions[-1])) if view.turn else "-"
     return [
         ("score", f"{sum(rewards):g}"),
         ("largest", _tile(int(board.max()))),
         ("empty", str(int((board == 0).sum()))),
-        ("last", last),
+        ("last", view.last or "-"),
         ("merged", f"{rewards[-1]:g}" if rewards else "-"),
     ]
 
 
-def told(view: View) -> str:
+def told(view: View[Game2048]) -> str:
     """The slide and the new tile."""
-    name = view.problem.action_name(view.seat, view.actions[-1])
     new = _new(view)
     if new is None:
-        return f"slid {name}."
+        return f"slid {view.last}."
     tile = _tile(int(view.observation[new]))
-    return f"slid {name}. new {tile} in row {new[0] + 1}, column {new[1] + 1}."
+    return f"slid {view.last}. new {tile} in row {new[0] + 1}, column {new[1] + 1}."
 
 
-def situation(view: View) -> str:
+def situation(view: View[Game2048]) -> str:
     """The rows from the top, then the slides that are open."""
     rows = [
         f"row {number}: {' '.join('empty' if not e else _tile(int(e)) for e in row)}."
         for number, row in enumerate(view.observation, 1)
     ]
-    labels = view.problem.actions[view.seat]
-    assert view.legal is not None
-    open_ = [str(name) for name, able in zip(labels, view.legal, strict=True) if able]
-    return " ".join([*rows, f"open: {', '.join(open_) or 'nothing, the game is over'}."])
+    can = view.problem.actions[view.seat].told(view.legal)
+    return " ".join([*rows, f"open: {can or 'nothing, the game is over'}."])

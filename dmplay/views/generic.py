@@ -2,19 +2,19 @@
 
 from collections.abc import Iterator
 
-import numpy as np
 from rich.text import Text
 
-from dmplay.core import Interval
+from dmplay.core import Problem
 from dmplay.session import View
 from dmplay.views._belief import bars, words
-from dmplay.views._canvas import Canvas, Look, signed
+from dmplay.views.canvas import Canvas, signed
+from dmplay.views.style import Look
 
 TOLD = 3  # states that are told in words
 KEYS: dict[str, str] = {}
 
 
-def seen(view: View) -> str:
+def seen(view: View[Problem]) -> str:
     """What the seat saw last, by name."""
     observation = view.observation
     if view.problem.observations is None:
@@ -23,58 +23,50 @@ def seen(view: View) -> str:
     return view.problem.observations[view.seat][label] if label >= 0 else "nothing yet"
 
 
-def boards(view: View, look: Look) -> Iterator[Text]:
+def boards(view: View[Problem], look: Look) -> Iterator[Text]:
     """The observation, the belief where there is one, and the actions with their digits."""
     for full in (True, False):
         canvas = Canvas()
-        what = "state" if view.problem.observations is None else "seen"
+        what = "seen" if view.problem.hidden else "state"
         canvas.put(0, 0, f"{what}  {seen(view)}"[: max(look.width, 1)], "bold")
         y = 2
         if view.beliefs is not None and full:
-            y = bars(canvas, y, _names(view), view.beliefs[-1], look) + 1
+            y = bars(canvas, y, _names(view), view.belief, look) + 1
         actions = view.problem.actions[view.seat]
-        if isinstance(actions, Interval):
-            canvas.put(0, y, f"a number from {actions.low:g} to {actions.high:g}")
-        else:
-            for number, label in enumerate(actions if full else (), 1):
-                legal = view.legal is None or view.legal[number - 1]
-                canvas.put(0, y, f"{number} {label}" if legal else f"[{number} {label}]")
-                y += 1
+        if not actions.labels:
+            canvas.put(0, y, actions.told())
+        for number, label in enumerate(actions.labels if full else (), 1):
+            legal = view.legal is None or view.legal[number - 1]
+            canvas.put(0, y, f"{number} {label}" if legal else f"[{number} {label}]")
+            y += 1
         yield canvas.text()
 
 
-def panel(view: View) -> list[tuple[str, str]]:
+def panel(view: View[Problem]) -> list[tuple[str, str]]:
     """The last action and reward."""
-    last = view.problem.action_name(view.seat, view.actions[-1]) if view.turn else "-"
     reward = signed(view.rewards[-1]) if view.rewards else "-"
-    return [("last", last), ("reward", reward), ("gamma", f"{view.problem.discount:g}")]
+    return [("last", view.last or "-"), ("reward", reward), ("gamma", f"{view.problem.discount:g}")]
 
 
-def told(view: View) -> str:
+def told(view: View[Problem]) -> str:
     """The action and what was seen after it."""
-    action = view.problem.action_name(view.seat, view.actions[-1])
-    return f"{seen(view)}. chose {action}.{_believed(view)}"
+    return f"{seen(view)}. chose {view.last}.{_believed(view)}"
 
 
-def situation(view: View) -> str:
+def situation(view: View[Problem]) -> str:
     """What was seen last and what can be done."""
-    actions = view.problem.actions[view.seat]
-    if isinstance(actions, Interval):
-        can = f"a number from {actions.low:g} to {actions.high:g}"
-    else:
-        legal = np.ones(len(actions), bool) if view.legal is None else view.legal
-        can = ", ".join(label for label, able in zip(actions, legal, strict=True) if able)
+    can = view.problem.actions[view.seat].told(view.legal)
     return f"{seen(view)}.{_believed(view)} actions: {can or 'none'}."
 
 
-def _names(view: View) -> list[str]:
+def _names(view: View[Problem]) -> list[str]:
     """The names of the states."""
     return [view.problem.notation(s) for s in view.problem.enumerated()]
 
 
-def _believed(view: View) -> str:
+def _believed(view: View[Problem]) -> str:
     """The likeliest states in words, where there is a belief."""
     if view.beliefs is None:
         return ""
-    ranked = words(_names(view), view.beliefs[-1]).split(", ")
+    ranked = words(_names(view), view.belief).split(", ")
     return f" belief: {', '.join(ranked[:TOLD])}{', ...' if len(ranked) > TOLD else ''}."

@@ -4,41 +4,27 @@ from collections.abc import Iterator
 
 from rich.text import Text
 
-from dmplay.problems import _hex
-from dmplay.problems._hex import DIRECTIONS, Hex, neighbours
+from dmplay.hexes import Hex, neighbours, notation_of
 from dmplay.problems.hexworld import HexWorld
 from dmplay.session import View
-from dmplay.views._canvas import Look, signed
-from dmplay.views._hexgrid import (
-    FAMILY,
-    KEYS,
-    LEFT,
-    Cell,
-    Size,
-    grids,
-    key_of,
-    overlaid,
-    steps,
-    walked,
-    ways,
-)
+from dmplay.views import hexgrid
+from dmplay.views.canvas import signed
+from dmplay.views.hexgrid import Cell, Size
+from dmplay.views.style import Look
+
+FAMILY, KEYS, LEFT = hexgrid.FAMILY, hexgrid.KEYS, hexgrid.LEFT
 
 
-def _problem(view: View) -> HexWorld:
-    assert isinstance(view.problem, HexWorld)
-    return view.problem
-
-
-def _here(view: View, turn: int = -1) -> Hex | None:
+def _here(view: View[HexWorld], turn: int = -1) -> Hex | None:
     """The hex after a turn; None once the game is over."""
-    hexes = _problem(view).hexes
+    hexes = view.problem.hexes
     state = int(view.observations[turn])
     return hexes[state] if state < len(hexes) else None
 
 
-def boards(view: View, look: Look) -> Iterator[Text]:
+def boards(view: View[HexWorld], look: Look) -> Iterator[Text]:
     """The map, the largest first."""
-    problem = _problem(view)
+    problem = view.problem
     # Once over, the exit taken is still where you stand.
     here = _here(view) or (_here(view, -2) if view.turn else None)
     exits = dict(problem.rewards)
@@ -52,36 +38,35 @@ def boards(view: View, look: Look) -> Iterator[Text]:
         dot = note or "."
         mark = glyph
         if look.overlay and pay is None:
-            mark, note, _, style = overlaid(look, problem.hexes.index(hex_), size)
+            mark, note, _, style = hexgrid.overlaid(look, problem.hexes.index(hex_), size)
         if hex_ == here:
             return Cell("@", note, "@", "bold reverse")
         if look.keys and not look.overlay and hex_ in around and _here(view) and pay is None:
-            mark, style = key_of(look, around.index(hex_)), style or "green"
+            mark, style = hexgrid.key_of(look, around.index(hex_)), style or "green"
         return Cell(mark, note, dot, style)
 
-    yield from grids(problem.hexes, cell)
+    yield from hexgrid.grids(problem.hexes, cell)
 
 
-def _moved(view: View) -> tuple[str, str]:
-    """The action of the last turn, and what came of it."""
-    problem, before, after = _problem(view), _here(view, -2), _here(view)
-    chosen = int(view.actions[-1])
-    name = DIRECTIONS[chosen].upper()
-    if before is None:
-        return name, "the game was over"
+def _came(view: View[HexWorld]) -> tuple[str, str]:
+    """What came of the last move, for the panel and in a sentence."""
+    before, after = _here(view, -2), _here(view)
+    assert before
     if after is None:
-        return name, f"left by the exit {signed(dict(problem.rewards)[before])}"
-    return name, walked(before, after, chosen)
+        way_out = f"exit {signed(dict(view.problem.rewards)[before])}"
+        return way_out, f"left by the {way_out}"
+    walk = hexgrid.walked(before, after, int(view.actions[-1]))
+    return f"{walk.way}{' slip' * walk.slipped}" or "bumped", walk.said
 
 
-def panel(view: View) -> list[tuple[str, str]]:
+def panel(view: View[HexWorld]) -> list[tuple[str, str]]:
     """The last move and the odds of the next."""
-    problem = _problem(view)
-    last, moved = _moved(view) if view.turn else ("-", "-")
+    problem = view.problem
+    moved = _came(view)[0] if view.turn else "-"
     reward = f"{view.rewards[-1]:.2f}" if view.rewards else "-"
     return [
-        ("last", last),
-        ("moved", moved.removeprefix("moved ").removeprefix("left by the ").partition(",")[0]),
+        ("last", view.last.upper() or "-"),
+        ("moved", moved),
         ("reward", reward),
         ("p(go)", f"{1 - problem.slip:.2f}"),
         ("slip", f"{problem.slip / 2:.2f} x2"),
@@ -89,33 +74,28 @@ def panel(view: View) -> list[tuple[str, str]]:
     ]
 
 
-def told(view: View) -> str:
+def told(view: View[HexWorld]) -> str:
     """Where you are and how you got there."""
-    chosen, moved = _moved(view)
     here = _here(view)
-    slipped = moved.endswith(" slip")
-    moved = f"slipped, {moved.removesuffix(' slip')}" if slipped else moved
-    return f"{'at ' + _hex.notation(here) if here else 'over'}. chose {chosen}, {moved}."
+    where = f"at {notation_of(here)}" if here else "over"
+    return f"{where}. chose {view.last.upper()}, {_came(view)[1]}."
 
 
-def situation(view: View) -> str:
+def situation(view: View[HexWorld]) -> str:
     """The six ways on, in action order, and how far the exits are."""
-    problem, here = _problem(view), _here(view)
+    problem, here = view.problem, _here(view)
     exits = dict(problem.rewards)
     if here is None:
         return "the game is over."
-    sentences = [f"at {_hex.notation(here)}."]
+    sentences = [f"at {notation_of(here)}."]
     if here in exits:
         sentences.append(f"exit {signed(exits[here])} here: any action takes it.")
-    sentences += ways(problem.hexes, here, lambda hex_: _kind(hex_, exits))
+    sentences += hexgrid.ways(problem.hexes, here, lambda hex_: _kind(hex_, exits))
     for hex_, pay in exits.items():
-        what = "goal" if pay > 0 else "hazard"
-        sentences.append(f"{what} {signed(pay)} at {_hex.notation(hex_)}: {steps(here, hex_)}.")
+        what, far = "goal" if pay > 0 else "hazard", hexgrid.steps(here, hex_)
+        sentences.append(f"{what} {signed(pay)} at {notation_of(hex_)}: {far}.")
     return " ".join(sentences)
 
 
 def _kind(hex_: Hex, exits: dict[Hex, float]) -> str:
     return f"exit {signed(exits[hex_])}" if hex_ in exits else "floor"
-
-
-__all__ = ["FAMILY", "KEYS", "LEFT", "boards", "panel", "situation", "told"]

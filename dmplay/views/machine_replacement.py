@@ -8,7 +8,9 @@ from dmplay.chance import Reals
 from dmplay.problems.machine_replacement import MachineReplacement
 from dmplay.session import View
 from dmplay.views._belief import bars, spark, words
-from dmplay.views._canvas import Canvas, Look
+from dmplay.views.canvas import Canvas
+from dmplay.views.generic import seen
+from dmplay.views.style import Look
 
 HISTORY = 40  # turns of it that are drawn
 KEYS = {"m": "manufacture", "e": "examine", "i": "interrupt", "r": "replace"}
@@ -17,40 +19,22 @@ BARS, TRIANGLE = 36, 21  # columns
 MIDDLE, FOOT = 10, 4  # of the triangle: the column of its top, the row of its base
 
 
-def _problem(view: View) -> MachineReplacement:
-    assert isinstance(view.problem, MachineReplacement)
-    return view.problem
-
-
-def _belief(view: View) -> Reals:
-    assert view.beliefs is not None
-    return view.beliefs[-1]
-
-
-def _seen(view: View) -> str:
-    """The last product, as observed."""
-    if not view.turn:
-        return "nothing yet"
-    (labels,) = _problem(view).observations
-    return labels[int(view.observation)]
-
-
-def _prospects(view: View, look: Look) -> list[tuple[str, str, float]]:
+def _prospects(view: View[MachineReplacement], look: Look) -> list[tuple[str, str, float]]:
     """Key, action and the reward expected of it at once, under the belief."""
-    each = _belief(view) @ _problem(view).tables.rewards[:, :, 0]
+    each = view.belief @ view.problem.tables.rewards[:, :, 0]
     return [
         (look.names.get(name, key), name, float(reward))
         for (key, name), reward in zip(KEYS.items(), each, strict=True)
     ]
 
 
-def boards(view: View, look: Look) -> Iterator[Text]:
+def boards(view: View[MachineReplacement], look: Look) -> Iterator[Text]:
     """Everything with the triangle; without it; the bars and one line of prospects."""
     for triangle in (True, False):
         canvas = Canvas()
         y = _beliefs(view, look, canvas, 2)
         if triangle:
-            _triangle(canvas, BARS + 4, _belief(view))
+            _triangle(canvas, BARS + 4, view.belief)
         title = "history of a failure "
         room = max(min(HISTORY, look.width - len(title)), 1)
         failed = [1.0 - float(b[0]) for b in (view.beliefs or ())[-room:]]
@@ -69,12 +53,12 @@ def boards(view: View, look: Look) -> Iterator[Text]:
     yield canvas.text()
 
 
-def _beliefs(view: View, look: Look, canvas: Canvas, y: int) -> int:
+def _beliefs(view: View[MachineReplacement], look: Look, canvas: Canvas, y: int) -> int:
     """The last product and the bars; the row after them."""
-    seen = _seen(view)
+    product = seen(view)
     canvas.put(0, 0, "saw  ")
-    canvas.put(5, 0, seen, "bold yellow" if seen == "defective" else "bold")
-    return bars(canvas, y, NAMES, _belief(view), look._replace(width=min(look.width, BARS)))
+    canvas.put(5, 0, product, "bold yellow" if product == "defective" else "bold")
+    return bars(canvas, y, NAMES, view.belief, look._replace(width=min(look.width, BARS)))
 
 
 def _triangle(canvas: Canvas, x: int, belief: Reals) -> None:
@@ -96,27 +80,22 @@ def _truth(canvas: Canvas, y: int, look: Look) -> None:
         canvas.put(0, y, f"truly {NAMES[int(look.state)]}", "bold magenta")
 
 
-def panel(view: View) -> list[tuple[str, str]]:
+def panel(view: View[MachineReplacement]) -> list[tuple[str, str]]:
     """The last turn; the reward stays hidden, as it would betray the state."""
-    last = view.problem.action_name(view.seat, view.actions[-1]) if view.turn else "-"
-    return [
-        ("last", last),
-        ("reward", "hidden"),
-        ("gamma", f"{view.problem.discount:.2f}"),
-    ]
+    gamma = f"{view.problem.discount:.2f}"
+    return [("last", view.last or "-"), ("reward", "hidden"), ("gamma", gamma)]
 
 
-def told(view: View) -> str:
+def told(view: View[MachineReplacement]) -> str:
     """The product, what you did, what to believe."""
-    action = view.problem.action_name(view.seat, view.actions[-1])
-    return f"{_seen(view)}. chose {action}. {_believed(view)}"
+    return f"{seen(view)}. chose {view.last}. {_believed(view)}"
 
 
-def situation(view: View) -> str:
+def situation(view: View[MachineReplacement]) -> str:
     """The product, the belief, and the reward to expect of each action."""
     each = ", ".join(f"{name} {reward:.3f}" for _, name, reward in _prospects(view, Look()))
-    return f"saw {_seen(view)}. {_believed(view)} expected reward at once: {each}."
+    return f"saw {seen(view)}. {_believed(view)} expected reward at once: {each}."
 
 
-def _believed(view: View) -> str:
-    return f"belief: {words(NAMES, _belief(view))}."
+def _believed(view: View[MachineReplacement]) -> str:
+    return f"belief: {words(NAMES, view.belief)}."

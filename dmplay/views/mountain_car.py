@@ -14,8 +14,9 @@ from rich.text import Text
 
 from dmplay.problems.mountain_car import LEFT_WALL, RIGHT_WALL, TOP_SPEED, MountainCar
 from dmplay.session import View
-from dmplay.views._canvas import Canvas, Look
 from dmplay.views._scale import Scale, gauge, named, plus
+from dmplay.views.canvas import Canvas
+from dmplay.views.style import Look
 
 KEYS = {
     "h": "left", "j": "coast", "l": "right", "left": "left", "down": "coast", "right": "right",
@@ -38,11 +39,6 @@ class Size(NamedTuple):
 SIZES = (Size(121, 20, 2, True), Size(61, 9, 2, True), Size(61, 6), Size(39, 5), Size(39, 4, 1))
 
 
-def _problem(view: View) -> MountainCar:
-    assert isinstance(view.problem, MountainCar)
-    return view.problem
-
-
 def height(x: float) -> float:
     """The hill."""
     return math.sin(3 * x)
@@ -53,7 +49,7 @@ def _eighths(x: float, rows: int) -> int:
     return max(round((height(x) + 1) / 2 * rows * 8), 1)
 
 
-def boards(view: View, look: Look) -> Iterator[Text]:
+def boards(view: View[MountainCar], look: Look) -> Iterator[Text]:
     """The hill in five sizes, then the numbers in a line."""
     for size in SIZES:
         canvas = Canvas()
@@ -62,7 +58,7 @@ def boards(view: View, look: Look) -> Iterator[Text]:
         _things(canvas, view, scale, size)
         y = size.hill + size.sky
         if size.scales:
-            _labels(canvas, y, scale, _problem(view).goal)
+            _labels(canvas, y, scale, view.problem.goal)
             speed = Scale(-TOP_SPEED, TOP_SPEED, 1, size.width - 2)
             gauge(canvas, y + 1, speed, float(view.observation[1]))
             named(canvas, y + 2, speed, "v")
@@ -86,7 +82,7 @@ def _hill(canvas: Canvas, scale: Scale, size: Size, blocks: str) -> None:
             canvas.put(column, size.sky + size.hill - 1 - whole, blocks[rest], "green")
 
 
-def _things(canvas: Canvas, view: View, scale: Scale, size: Size) -> None:
+def _things(canvas: Canvas, view: View[MountainCar], scale: Scale, size: Size) -> None:
     """The flag, where the car came from, and the car, each on the ground."""
 
     def ground(x: float) -> tuple[int, int]:
@@ -95,7 +91,7 @@ def _things(canvas: Canvas, view: View, scale: Scale, size: Size) -> None:
         # What is less than half a row of hill hides behind what stands there.
         return column, size.sky + size.hill - 1 - (eighths + 3) // 8
 
-    column, y = ground(_problem(view).goal)
+    column, y = ground(view.problem.goal)
     canvas.put(column, y, "│", "bold blue")
     canvas.put(column, max(y - 1, 0), "F", "bold blue")
     if view.turn:
@@ -111,26 +107,22 @@ def _labels(canvas: Canvas, y: int, scale: Scale, goal: float) -> None:
     canvas.put(min(scale.column(goal) - 4, scale.right + 1 - len(text)), y, text, "dim")
 
 
-def _last(view: View) -> str:
-    return view.problem.action_name(view.seat, view.actions[-1]) if view.turn else "-"
-
-
-def _goal(view: View) -> list[str]:
+def _goal(view: View[MountainCar]) -> list[str]:
     """What has to be reached."""
-    problem = _problem(view)
+    problem = view.problem
     fast = [f"v >= {problem.goal_speed:g}"] if problem.goal_speed > -TOP_SPEED else []
     return [f"x >= {problem.goal:g}", *fast]
 
 
-def _numbers(view: View, long: bool) -> str:
+def _numbers(view: View[MountainCar], long: bool) -> str:
     x, v = map(float, view.observation)
     state = f"x {plus(x, 3)}  v {plus(v, 4)}"
     if long:
-        return f"{state}  last: {_last(view)}   goal {', '.join(_goal(view))}"
+        return f"{state}  last: {view.last or '-'}   goal {', '.join(_goal(view))}"
     return f"{state}  goal {_goal(view)[0]}"
 
 
-def panel(view: View) -> list[tuple[str, str]]:
+def panel(view: View[MountainCar]) -> list[tuple[str, str]]:
     """The state, the goal and the last action."""
     x, v = map(float, view.observation)
     return [
@@ -138,14 +130,14 @@ def panel(view: View) -> list[tuple[str, str]]:
         ("v", plus(v, 4)),
         ("height", plus(height(x), 2)),
         *zip(("goal", "and"), _goal(view), strict=False),
-        ("last", _last(view)),
+        ("last", view.last or "-"),
     ]
 
 
-def _stands(view: View) -> str:
+def _stands(view: View[MountainCar]) -> str:
     """Where the car is, and which way it rolls."""
     x, v = map(float, view.observation)
-    if _problem(view).terminal(view.observation[None])[0]:
+    if view.problem.terminal(view.observation[None])[0]:
         return f"at the goal, x {plus(x, 3)}"
     way = f"rolls {'right' if v > 0 else 'left'} at {plus(v, 4)}" if v else "stands still"
     if x == LEFT_WALL:
@@ -153,13 +145,13 @@ def _stands(view: View) -> str:
     return f"{way}, x {plus(x, 3)}"
 
 
-def told(view: View) -> str:
+def told(view: View[MountainCar]) -> str:
     """What the car does, and what the engine did."""
-    last = _last(view)
-    return f"{_stands(view)}. {'coasted' if last == 'coast' else f'drove {last}'}."
+    drove = "coasted" if view.last == "coast" else f"drove {view.last}"
+    return f"{_stands(view)}. {drove}."
 
 
-def situation(view: View) -> str:
+def situation(view: View[MountainCar]) -> str:
     """What the car does, how high it is, and what has to be reached."""
     high = plus(height(float(view.observation[0])), 2)
     return f"{_stands(view)}. height {high}. goal {' and '.join(_goal(view))}."

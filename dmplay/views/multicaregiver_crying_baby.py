@@ -4,18 +4,19 @@ from collections.abc import Iterator
 
 from rich.text import Text
 
+from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
 from dmplay.session import View
 from dmplay.views import crying_baby
-from dmplay.views._canvas import Look
 from dmplay.views.crying_baby import KEYS, told
+from dmplay.views.style import Look
 
 
-def partner(view: View) -> str:
+def partner(view: View[MulticaregiverCryingBaby]) -> str:
     """The name of the other caregiver."""
     return view.problem.agents[1 - view.seat]
 
 
-def boards(view: View, look: Look) -> Iterator[Text]:
+def boards(view: View[MulticaregiverCryingBaby], look: Look) -> Iterator[Text]:
     """As for one caregiver, with what the belief takes the other to do."""
     note = f"{partner(view)} is unseen: believed to act at random"
     if len(note) > look.width:
@@ -25,13 +26,13 @@ def boards(view: View, look: Look) -> Iterator[Text]:
         yield drawn
 
 
-def panel(view: View) -> list[tuple[str, str]]:
+def panel(view: View[MulticaregiverCryingBaby]) -> list[tuple[str, str]]:
     """The own turn; the partner's action is never shown, nor the reward, which betrays both."""
     last, heard, *rest = crying_baby.panel(view)
     return [last, heard, ("partner", "unseen"), *rest]
 
 
-def situation(view: View) -> str:
+def situation(view: View[MulticaregiverCryingBaby]) -> str:
     """The last observation, the belief, and what it rests on."""
     words = crying_baby.situation(view)
     return f"{words} {partner(view)} is unseen and believed to act uniformly at random."

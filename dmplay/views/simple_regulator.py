@@ -12,11 +12,11 @@ from typing import NamedTuple
 
 from rich.text import Text
 
-from dmplay.core import Interval
 from dmplay.problems.simple_regulator import START_DEVIATION, START_MEAN, SimpleRegulator
 from dmplay.session import View
-from dmplay.views._canvas import Canvas, Look, signed
 from dmplay.views._scale import Scale, plus
+from dmplay.views.canvas import Canvas, signed
+from dmplay.views.style import Look
 
 KEYS: dict[str, str] = {}
 NUDGES = {"left": -0.05, "right": 0.05, "down": -0.5, "up": 0.5}
@@ -35,21 +35,16 @@ class Size(NamedTuple):
 SIZES = (Size(121, 12, 4), Size(61, 6, 2), Size(61, 3, 2), Size(39, 3, 1), Size(39, 1, 1))
 
 
-def _problem(view: View) -> SimpleRegulator:
-    assert isinstance(view.problem, SimpleRegulator)
-    return view.problem
-
-
-def _numbers(view: View) -> list[float]:
+def _numbers(view: View[SimpleRegulator]) -> list[float]:
     """The number before each turn, and now."""
     return [float(state[0]) for state in view.observations]
 
 
-def due(view: View) -> tuple[float, float]:
+def due(view: View[SimpleRegulator]) -> tuple[float, float]:
     """Mean and standard deviation of the number now, before nature drew it."""
     if not view.turn:
         return START_MEAN, START_DEVIATION
-    return _numbers(view)[-2] + view.actions[-1], _problem(view).noise
+    return _numbers(view)[-2] + view.actions[-1], view.problem.noise
 
 
 def reach(values: list[float]) -> float:
@@ -63,7 +58,7 @@ def reach(values: list[float]) -> float:
         tens *= 10
 
 
-def boards(view: View, look: Look) -> Iterator[Text]:
+def boards(view: View[SimpleRegulator], look: Look) -> Iterator[Text]:
     """The number line with the last turns above it, in five sizes; the line; the numbers."""
     numbers = _numbers(view)
     for size in SIZES:
@@ -127,7 +122,7 @@ def _line(canvas: Canvas, y: int, scale: Scale, number: float) -> None:
     canvas.put(scale.column(number), y, "●", "bold yellow")
 
 
-def _words(view: View, short: bool) -> str:
+def _words(view: View[SimpleRegulator], short: bool) -> str:
     """The number, and the last push with what it aimed at."""
     numbers, (mean, deviation) = _numbers(view), due(view)
     now = f"s {plus(numbers[-1], 3)}"
@@ -140,11 +135,10 @@ def _words(view: View, short: bool) -> str:
     return f"{now}   pushed {plus(numbers[-2], 3)} by {push}, aimed at {aim}"
 
 
-def panel(view: View) -> list[tuple[str, str]]:
+def panel(view: View[SimpleRegulator]) -> list[tuple[str, str]]:
     """The number and what it costs, the last push, and what does not change."""
-    problem, number = _problem(view), _numbers(view)[-1]
-    actions = problem.actions[view.seat]
-    assert isinstance(actions, Interval)
+    problem, number = view.problem, _numbers(view)[-1]
+    bounds = problem.actions[0]
     return [
         ("s", plus(number, 3)),
         ("costs", f"{number * number:.3f}"),
@@ -153,11 +147,11 @@ def panel(view: View) -> list[tuple[str, str]]:
         ("reward", f"{view.rewards[-1]:.3f}" if view.rewards else "-"),
         ("noise", f"{problem.noise:g}"),
         ("gamma", f"{problem.discount:g}"),
-        ("a from", f"{actions.low:g} to {actions.high:g}"),
+        ("a from", f"{bounds.low:g} to {bounds.high:g}"),
     ]
 
 
-def told(view: View) -> str:
+def told(view: View[SimpleRegulator]) -> str:
     """The number now, the push, and where it aimed."""
     numbers = _numbers(view)
     return (
@@ -166,13 +160,11 @@ def told(view: View) -> str:
     )
 
 
-def situation(view: View) -> str:
+def situation(view: View[SimpleRegulator]) -> str:
     """The number, what it costs to be there, and what can be done."""
-    problem, number = _problem(view), _numbers(view)[-1]
-    actions = problem.actions[view.seat]
-    assert isinstance(actions, Interval)
+    problem, number = view.problem, _numbers(view)[-1]
     return (
         f"s {plus(number, 3)}. a turn here costs {number * number:.3f}. "
-        f"push by a number from {actions.low:g} to {actions.high:g}; "
+        f"push by {problem.actions[0].told()}; "
         f"noise of {problem.noise:g} comes on top."
     )

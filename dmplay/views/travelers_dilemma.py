@@ -4,10 +4,11 @@ from collections.abc import Iterator
 
 from rich.text import Text
 
-from dmplay.problems.travelers_dilemma import BONUS, LEAST, MOST
+from dmplay.problems.travelers_dilemma import BONUS, LEAST, MOST, TravelersDilemma
 from dmplay.session import View
-from dmplay.views._canvas import Canvas, Look
-from dmplay.views._payoffs import game, last, panel, rounds, told
+from dmplay.views._payoffs import last, panel, rounds, told
+from dmplay.views.canvas import Canvas
+from dmplay.views.style import Look
 
 KEYS: dict[str, str] = {}  # a claim is typed
 NUDGES = {"up": 1, "down": -1, "pageup": 10, "pagedown": -10}  # what a key adds to the claim
@@ -15,7 +16,7 @@ STUB, CELL, MORE = 5, 8, 3  # columns: before the table, of a cell, of an edge w
 CLAIM = 4  # columns of a claim in the rounds
 
 
-def boards(view: View, look: Look) -> Iterator[Text]:
+def boards(view: View[TravelersDilemma], look: Look) -> Iterator[Text]:
     """Five claims by five, three by three, each with the rounds or without; the rounds alone."""
     for many, history in ((5, True), (5, False), (3, True), (3, False)):
         canvas = Canvas()
@@ -30,7 +31,7 @@ def boards(view: View, look: Look) -> Iterator[Text]:
     yield canvas.text()
 
 
-def _window(view: View, canvas: Canvas, many: int) -> int:
+def _window(view: View[TravelersDilemma], canvas: Canvas, many: int) -> int:
     """The table round both last claims, `…` where it goes on; the row after it."""
     played = last(view)
     mine, theirs = (LEAST + action for action in played) if played else (None, None)
@@ -66,24 +67,22 @@ def _line(canvas: Canvas, y: int, widths: list[int], cells: list[tuple[str, str]
         x += wide + 1
 
 
-def _pay(view: View, mine: int | None, theirs: int | None) -> tuple[str, str]:
+def _pay(view: View[TravelersDilemma], mine: int | None, theirs: int | None) -> tuple[str, str]:
     """What two claims pay, and its style: bold in brackets where they are the last."""
     if mine is None or theirs is None:
         return "", ""
-    problem, _ = game(view)
     chosen = (mine - LEAST, theirs - LEAST)
-    first, second = problem.payoffs[chosen]
+    first, second = view.problem.payoffs[chosen]
     if chosen == last(view):
         return f"[{first:g},{second:g}]", "bold reverse"
     return f"{first:g}, {second:g}", ""
 
 
-def situation(view: View) -> str:
+def situation(view: View[TravelersDilemma]) -> str:
     """The rule, as the table is too long to be told."""
-    problem, _ = game(view)
     before = [f"last round: {told(view)}"] if view.turn else []
     sentences = [
-        f"you are {problem.agents[view.seat]}.",
+        f"you are {view.problem.agents[view.seat]}.",
         *before,
         f"claim {LEAST} to {MOST} whole dollars.",
         "equal claims are paid as they are.",

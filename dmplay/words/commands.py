@@ -7,6 +7,7 @@ from typing import NamedTuple
 from dmplay.core import Interval
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.finding.names import problem_names
+from dmplay.game.answer import answer
 from dmplay.game.game import Game
 from dmplay.game.request import words_of
 from dmplay.game.table import Table
@@ -50,7 +51,7 @@ def _act(table: Table, argument: str) -> str:
     """Plays an action."""
     game = table.game
     try:
-        action = game.read(argument)
+        action = game.keyboard.read(game.watcher, argument)
     except UnknownName:
         labels = game.problem.actions[game.watcher]
         known = [] if isinstance(labels, Interval) else [*labels]
@@ -62,7 +63,7 @@ def _act(table: Table, argument: str) -> str:
         names = known if near else [*known, *(command.name for command in COMMANDS)]
         raise UnknownName("action", word, names) from None
     if game.choose(action):
-        return game.said()
+        return game.account.said(game.view())
     if game.session.over:
         return ""
     assert game.waiting is not None
@@ -70,7 +71,8 @@ def _act(table: Table, argument: str) -> str:
 
 
 def _keys(table: Table, argument: str) -> str:
-    actions = ", ".join(f"{label} {key}" for key, label, _ in table.game.legal(table.game.watcher))
+    game = table.game
+    actions = ", ".join(f"{label} {key}" for key, label, _ in game.keyboard.legal(game.view()))
     commands = ", ".join(f"{c.name} {c.shown}" for c in COMMANDS if c.key)
     return f"keys: {actions}. {commands}."
 
@@ -81,7 +83,7 @@ def _quit(table: Table, argument: str) -> str:
 
 def _help(table: Table, argument: str) -> str:
     if argument.lower() in TOPICS:
-        return "\n".join(map(_line, TOPICS[argument.lower()]))
+        return answer([*map(_line, TOPICS[argument.lower()])])
     if _names_action(table, argument):
         return f"{argument}: an action; its name alone plays it"
     if argument.partition(":")[0] in problem_names():
@@ -93,7 +95,7 @@ def _help(table: Table, argument: str) -> str:
         f"{topic}: {', '.join(command.name for command in commands)}"
         for topic, commands in TOPICS.items()
     ]
-    return "\n".join(rows)
+    return answer(rows)
 
 
 def _line(command: Command) -> str:
@@ -213,7 +215,7 @@ def typed(table: Table, line: str) -> str:
     if word not in table.aliases or _names_action(table, word):
         return _typed(table, line)
     told = [_typed(table, part) for part in parts(f"{table.aliases[word]} {rest}")]
-    return "\n".join(filter(None, told))
+    return answer([*filter(None, told)])
 
 
 def _typed(table: Table, line: str) -> str:

@@ -4,6 +4,7 @@ import numpy as np
 
 from dmplay.core import Interval
 from dmplay.errors import BadParameter
+from dmplay.game.answer import answer
 from dmplay.game.game import Game
 from dmplay.transcript.format import lines
 
@@ -24,7 +25,9 @@ def undo(game: Game, argument: str) -> str:
     before = len(game.session.turns)
     game.undo(count(argument, "undo"))
     now = len(game.session.turns)
-    return game.change(before) if now < before else "your choice is taken back."
+    if now == before:
+        return "your choice is taken back."
+    return game.account.change(game.view(), before)
 
 
 def redo(game: Game, argument: str) -> str:
@@ -32,14 +35,14 @@ def redo(game: Game, argument: str) -> str:
     told = []
     for _ in range(count(argument, "redo")):
         game.redo()
-        told.append(game.said())
-    return "\n".join(told)
+        told.append(game.account.said(game.view()))
+    return answer(told)
 
 
 def reroll(game: Game, argument: str) -> str:
     """Throws the last turn's dice anew."""
     game.reroll()
-    return game.said()
+    return game.account.said(game.view())
 
 
 def step(game: Game, argument: str) -> str:
@@ -59,14 +62,14 @@ def _played(game: Game, command: str, turns: int) -> str:
     told: list[str] = []
     before = len(game.session.turns)
     while (not turns or len(told) < turns) and game.unattended():
-        told.append(game.change(before))
+        told.append(game.account.change(game.view(), before))
         before = len(game.session.turns)
-    return "\n".join(told) or f"the game is over ({game.session.ending})"
+    return answer(told or [f"the game is over ({game.session.ending})"])
 
 
 def look(game: Game, argument: str) -> str:
     """The situation in sentences."""
-    return game.situation()
+    return game.account.situation(game.view())
 
 
 def legal(game: Game, argument: str) -> str:
@@ -75,11 +78,11 @@ def legal(game: Game, argument: str) -> str:
     known = game.problem.actions[seat]
     if isinstance(known, Interval):
         return f"legal: a number from {known.low:g} to {known.high:g}."
-    if game.types_numbers:
+    if game.keyboard.types_numbers(seat):
         return f"legal: a number from {known[0]} to {known[-1]}."
     able = [
         f"{label} ({key})" if _typed(game, key) == label else label
-        for key, label, able in game.legal(seat)
+        for key, label, able in game.keyboard.legal(game.view())
         if able
     ]
     return f"legal: {', '.join(able) or 'none'}."
@@ -87,7 +90,7 @@ def legal(game: Game, argument: str) -> str:
 
 def _typed(game: Game, word: str) -> str:
     """The action that a typed word plays: a name before a key."""
-    return game.problem.action_name(game.watcher, game.read(word))
+    return game.problem.action_name(game.watcher, game.keyboard.read(game.watcher, word))
 
 
 def belief(game: Game, argument: str) -> str:
@@ -142,7 +145,7 @@ def review(game: Game, argument: str) -> str:
         raise BadParameter("review: it values the moves of people, once the game is over")
     found = list(reviewing.moves(game.session, game.people, game.seats))
     game.notes = "".join(reviewing.notes(found))
-    return "\n".join([*map(str, found), reviewing.summary(found)])
+    return answer(reviewing.lines(found))
 
 
 def transcript(game: Game, argument: str) -> str:
@@ -151,4 +154,4 @@ def transcript(game: Game, argument: str) -> str:
         return "transcript: none is written; --record FILE writes one"
     turns = len(game.session.turns)
     path = f"transcript: {turns} turn{'s' * (turns != 1)} in {game.recorder.path}"
-    return "\n".join([path, "", *lines(game.public())])
+    return answer([path, "", *lines(game.account.public(game.view()))])

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from typing import Protocol, TextIO
 
 from dmplay.errors import BadParameter, DmplayError
+from dmplay.game.answer import Page
 from dmplay.game.game import Game
 from dmplay.game.table import Table
 from dmplay.session import Turn
@@ -50,15 +51,16 @@ class Sentences:
             return
         help_ = "type help, look, legal, or an action."
         print(f"plain mode (from {terminal.why}). {clean(game.name)}{seed}. {help_}")
-        print(game.situation(), flush=True)
+        print(game.account.situation(game.view()), flush=True)
 
     def turn(self, game: Game) -> None:
         """One line; one for each of several people who see different things, if none looks on."""
         if not game.private:
-            print(game.said(), flush=True)
+            print(game.account.said(game.view()), flush=True)
         elif not self._typed:
             for seat in game.people:
-                print(f"{game.problem.agents[seat]} {game.said(seat)}", flush=True)
+                said = game.account.said(game.view(seat))
+                print(f"{game.problem.agents[seat]} {said}", flush=True)
 
     def words(self, text: str) -> None:
         """As they are."""
@@ -71,7 +73,7 @@ class Sentences:
 
     def end(self, game: Game) -> None:
         """The result, and what was hidden."""
-        for row in game.closing():
+        for row in game.account.closing():
             print(row, flush=True)
 
 
@@ -84,12 +86,12 @@ class Objects:
         facts: dict[str, object] = {"problem": game.name, "seats": seats}
         if game.shows_seed:
             facts["seed"] = game.seed
-        self._print("start", facts | game.public())
+        self._print("start", facts | game.account.public(game.view()))
 
     def turn(self, game: Game) -> None:
         """What the seat may know of the turn; everything where no person sits."""
         for seat in game.people if game.private else [game.watcher]:
-            self._print("turn", game.public(seat))
+            self._print("turn", game.account.public(game.view(seat)))
 
     def words(self, text: str) -> None:
         """What a command answers, under `words`."""
@@ -102,7 +104,7 @@ class Objects:
     def end(self, game: Game) -> None:
         """The ending with return and total, the seed, and what was hidden."""
         facts = end_facts(game.session) | {"seed": game.seed}
-        rows = game.debrief()
+        rows = game.account.debrief()
         self._print("end", facts | ({"debrief": rows} if rows else {}))
 
     def _print(self, event: str, facts: dict[str, object]) -> None:
@@ -129,7 +131,7 @@ class Silence:
         """Nothing."""
 
 
-def play(table: Table, terminal: Terminal, stdin: TextIO, reporter: Reporter) -> None:
+def by_lines(table: Table, terminal: Terminal, stdin: TextIO, reporter: Reporter) -> None:
     """Plays at a table in lines until the game is over, the input ends or the player leaves.
 
     A line that cannot be done is told and asked again where a person types; piped, it ends the
@@ -160,7 +162,7 @@ def _watch(game: Game, reporter: Reporter) -> None:
     while game.unattended():
         now = len(game.session.turns)
         if now < before:  # a recording may take turns back
-            reporter.words(game.change(before))
+            reporter.words(game.account.change(game.view(), before))
         else:
             reporter.turn(game)
         before = now
@@ -174,7 +176,7 @@ def _do(table: Table, line: str, terminal: Terminal, reporter: Reporter) -> None
     if table.game is not game:
         reporter.end(game)
         reporter.start(table.game, terminal)
-    elif _played(game, before, last) and "\n" not in words:
+    elif _played(game, before, last) and not isinstance(words, Page):
         reporter.turn(game)
     elif words:
         reporter.words(words)
@@ -191,7 +193,8 @@ def handed_over(game: Game) -> str:
     name = game.problem.agents[game.watcher]
     with contextlib.suppress(EOFError):
         getpass.getpass(f"{name} is next: nobody else should look now. Enter goes on.")
-    return game.said(game.watcher) if game.session.turns else game.situation()
+    view = game.view()
+    return game.account.said(view) if view.turn else game.account.situation(view)
 
 
 def _lines(

@@ -6,13 +6,12 @@ import sys
 from collections.abc import Iterable
 from textwrap import TextWrapper
 
-from dmplay.core import Interval
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.game.game import Game
 from dmplay.game.table import Table
 from dmplay.styles import ansi
 from dmplay.terminal import Terminal, clean
-from dmplay.views._canvas import Look
+from dmplay.views.style import Look
 from dmplay.words.commands import Leave, own_parts, parts, typed
 from dmplay.words.plain import handed_over
 
@@ -104,19 +103,19 @@ class Shell:
         if self.terminal.screen:
             rows = shutil.get_terminal_size().lines
             room = Look(self.terminal.columns, max(rows - BELOW, 1), self.terminal.ascii)
-            labels = game.problem.actions[game.watcher]  # what is typed here are names, not keys
-            short = {} if isinstance(labels, Interval) else {w: w for w in labels if len(w) <= 2}
+            labels = game.keyboard.names(game.watcher)  # what is typed here are names, not keys
+            short = {label: label for label in labels if len(label) <= 2}
             drawn = game.draw(room._replace(keys=game.waiting is not None, names=short))
             print(ansi(drawn, self.terminal.theme))
         elif fresh:
-            print(game.situation())
+            print(game.account.situation(game.view()))
         if game.session.over and game is not self._over:
             self._over = game
-            for row in game.closing():
+            for row in game.account.closing():
                 self._say(row)
 
 
-def play(shell: Shell, lines: Iterable[str], what: str = "line", *, echo: bool = True) -> None:
+def script(shell: Shell, lines: Iterable[str], what: str = "line", *, echo: bool = True) -> None:
     """Does a script, each line after its prompt; raises BadParameter that names a bad one."""
     shell.typed = False
     for number, line in enumerate(lines, 1):

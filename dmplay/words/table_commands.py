@@ -4,7 +4,8 @@ from pathlib import Path
 from shlex import quote
 
 from dmplay.errors import BadParameter
-from dmplay.finding import catalog
+from dmplay.finding import problems
+from dmplay.game.answer import answer
 from dmplay.game.request import words_of
 from dmplay.game.saves import copied
 from dmplay.game.table import Table
@@ -65,8 +66,8 @@ def set_(table: Table, argument: str) -> str:
     """Begins the game again with another parameter; alone, tells them all."""
     game = table.game
     if not argument:
-        known = catalog.parameters(game.problem)
-        return "\n".join(f"{name} {value}" for name, value in known.items())
+        known = problems.parameters(game.problem)
+        return answer([f"{name} {value}" for name, value in known.items()])
     key, _, value = argument.replace("=", " ", 1).partition(" ")
     settings = [*(game.asked.settings if game.asked else ()), f"{key}={value.strip()}"]
     return table.restart(settings=settings)

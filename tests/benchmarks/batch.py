@@ -5,9 +5,9 @@ from statistics import median
 
 import numpy as np
 
+import dmplay
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Interval, Problem
-from dmplay.finding import catalog
 from dmplay.finding.names import problem_names
 
 ROWS = (1, 100, 10_000)
@@ -55,7 +55,7 @@ def _rate(problem: Problem, cases: list[Case]) -> float:
 
 def report(runs: int) -> None:
     """Prints a row for each problem."""
-    problems = {name: catalog.load(name) for name in problem_names()}
+    problems = {name: dmplay.load(name) for name in problem_names()}
     cases = {(n, rows): _cases(p, rows) for n, p in problems.items() for rows in ROWS}
     rates: dict[tuple[str, int], list[float]] = {key: [] for key in cases}
     for _ in range(runs):

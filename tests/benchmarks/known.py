@@ -7,10 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+import dmplay
 from dmplay import belief
 from dmplay.chance import Reals
 from dmplay.core import Problem
-from dmplay.finding import catalog
+from dmplay.finding.agents import roster
 from dmplay.policies.mountain_car import GRID
 from dmplay.policies.multicaregiver_crying_baby import BestResponse
 from dmplay.problems.simple_regulator import SimpleRegulator
@@ -129,7 +130,7 @@ def _hunt(problem: Problem, seat: int) -> Known:
     states = problem.enumerated()
     play = []
     for other in range(len(problem.agents)):
-        policy = catalog.agent(problem, other, catalog.partner(problem, other))
+        policy = dmplay.agent(problem, other, roster(problem, other).partner)
         play.append(np.eye(6)[policy.choose(policy.begin(states), None, np.zeros((1, 0)))])
     q = sparse.optimal(best_response.faced(problem, seat, play), problem.discount)
     start = belief.prior(problem)

@@ -12,9 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+import dmplay
 from dmplay.core import Policy, Problem
 from dmplay.errors import DmplayError
-from dmplay.finding import catalog
+from dmplay.finding.agents import roster
 from dmplay.finding.names import problem_names
 from dmplay.rollouts import rollout
 from tests.benchmarks.known import Known, best_known, best_team
@@ -65,7 +66,7 @@ class Standing(NamedTuple):
 def tables(names: list[str]) -> Iterator[Table]:
     """The games of these problems, or of all."""
     for name in names or problem_names():
-        problem = catalog.load(name)
+        problem = dmplay.load(name)
         for seat in range(len(problem.agents) if name in EACH else 1):
             if name not in TEAMS or name in EACH:
                 yield Table(name, problem, (seat,), best_known(name, problem, seat))
@@ -79,7 +80,7 @@ def standing(table: Table, agent: str, games: int) -> Standing | None:
     name, problem, seats, known = table
     try:
         seated: list[Policy] = [
-            catalog.agent(problem, i, agent if i in seats else catalog.partner(problem, i))
+            dmplay.agent(problem, i, agent if i in seats else roster(problem, i).partner)
             for i in range(len(problem.agents))
         ]
     except DmplayError:
@@ -112,7 +113,7 @@ def report(games: int, problems: list[str], agents: list[str]) -> None:
         known = table.known
         print(f"\n{table}")
         print(f"  {'best known':<24}{known.number:>12.4g}{'':>10}  {known.source}")
-        fit = catalog.agents(table.problem)
+        fit = roster(table.problem).agents
         found = (standing(table, agent, games) for agent in fit if not agents or agent in agents)
         rows = sorted(filter(None, found), key=lambda one: -one.mean)
         for one in rows:

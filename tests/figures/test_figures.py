@@ -5,7 +5,7 @@ import pytest
 from dmplay.errors import UnknownName
 from dmplay.figures import every
 from dmplay.reports import drawing
-from dmplay.views._canvas import plainly, size
+from dmplay.views.canvas import plainly, size
 from tests.support.glyphs import GLYPHS
 
 

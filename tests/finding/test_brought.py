@@ -11,7 +11,7 @@ from dmplay import Interval, Labels, Outcome, Problem, Tables, Tabular
 from dmplay.chance import Array, Categorical, Chance
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter, BadPolicy
-from dmplay.finding import catalog
+from dmplay.finding.agents import roster
 from dmplay.game.game import Game
 from dmplay.game.seats import HUMAN
 from dmplay.session import Session
@@ -20,6 +20,7 @@ from dmplay.solvers import alpha_vectors
 from tests.support.brought import Key
 from tests.support.programs import run
 from tests.support.readme import TIGER
+from tests.support.screens import seated
 
 TOLD: dict[str, type[Tabular]] = {}
 exec(TIGER, TOLD)  # the README's own
@@ -103,11 +104,11 @@ class Dial(Lamp):
 
 
 def game(problem: dmplay.Problem) -> Game:
-    return Game("mine", Session(problem, Dice(7, 0), [None]), [HUMAN])
+    return seated("mine", Session(problem, Dice(7, 0), [None]), [HUMAN])
 
 
 @pytest.mark.parametrize(
-    ("problem", "agents", "hint"),
+    ("problem", "fitting", "hint"),
     [
         (Tiger(), ["plan"], "plan"),
         (Patient(), ["plan", "optimal", "qmdp"], "optimal"),
@@ -117,10 +118,10 @@ def game(problem: dmplay.Problem) -> Game:
     ],
 )
 def test_a_problem_has_the_agents_that_its_kind_allows(
-    problem: Tabular, agents: list[str], hint: str
+    problem: Tabular, fitting: list[str], hint: str
 ) -> None:
-    assert [*catalog.agents(problem)] == [*agents, "random", "search"]
-    assert catalog.hint(problem, 0) == hint
+    assert [*roster(problem).agents] == [*fitting, "random", "search"]
+    assert roster(problem, 0).adviser == hint
 
 
 def test_what_is_not_legal_is_neither_valued_nor_best() -> None:
@@ -130,13 +131,13 @@ def test_what_is_not_legal_is_neither_valued_nor_best() -> None:
     ]  # fmt: skip
     assert [row["value"] for row in found.rows] == pytest.approx([8.0, 10.0, 0.0])
     assert game(Key()).adviser.hint() == "hint (optimal): take. values: take 8.00, wait 7.20"
-    played = dmplay.rollout(Key(), [catalog.agent(Key(), 0, "optimal")], episodes=1)
+    played = dmplay.rollout(Key(), [dmplay.agent(Key(), 0, "optimal")], episodes=1)
     assert played.returns[0, 0] == pytest.approx(8.0)
 
 
 def test_what_is_seen_of_the_state_before_is_left_to_a_search() -> None:
-    assert [*catalog.agents(Flip())] == ["random", "search"]
-    assert catalog.hint(Flip(), 0) == "search"
+    assert [*roster(Flip()).agents] == ["random", "search"]
+    assert roster(Flip(), 0).adviser == "search"
     with pytest.raises(BadParameter, match="observations depend on the state before: put what is"):
         every.solution(Flip())
 
@@ -146,7 +147,7 @@ def test_a_hint_is_searched_where_plans_are_too_many(monkeypatch: pytest.MonkeyP
     played = game(Four(discount=1.0))
     assert played.adviser.hint().startswith("hint (search): ")
     with pytest.raises(BadPolicy, match="plans are too many; search needs none"):
-        catalog.agent(Four(discount=1.0), 0, "plan").values((np.full((1, 4), 0.25),))
+        dmplay.agent(Four(discount=1.0), 0, "plan").values((np.full((1, 4), 0.25),))
 
 
 def test_the_tiger_is_listened_to_until_a_door_is_worth_it() -> None:
@@ -154,20 +155,20 @@ def test_the_tiger_is_listened_to_until_a_door_is_worth_it() -> None:
     assert played.adviser.hint() == (
         "hint (plan): listen. values: listen 9.44, open-left -36.25, open-right -36.25"
     )
-    assert played.situation() == (
+    assert played.account.situation(played.view()) == (
         "nothing yet. belief: left 0.500, right 0.500. actions: listen, open-left, open-right."
     )
 
 
 def test_an_unending_tiger_is_worth_what_the_literature_says() -> None:
-    policy = catalog.agent(Patient(), 0, "optimal")
+    policy = dmplay.agent(Patient(), 0, "optimal")
     values = policy.values(policy.begin(np.full(1, -1)))
     assert values is not None
     assert values.max() == pytest.approx(19.3714, abs=1e-3)
 
 
 def test_a_lamp_is_switched_on_and_left() -> None:
-    policy = catalog.agent(Lamp(), 0, "optimal")
+    policy = dmplay.agent(Lamp(), 0, "optimal")
     values = policy.values(policy.begin(np.array([0, 1])))
     assert values is not None
     assert values.tolist() == [[0.25, 0.5], [2.0, 0.75]]
@@ -176,7 +177,7 @@ def test_a_lamp_is_switched_on_and_left() -> None:
 def test_a_lamp_goes_where_its_switch_says() -> None:
     played = game(Lamp())
     for action, state in (("wait", "dark"), ("switch", "light"), ("wait", "light")):
-        played.choose(played.read(action))
+        played.choose(played.keyboard.read(0, action))
         assert played.problem.notation(played.session.state) == state
         assert played.view().observation == played.session.state
     assert [turn.rewards.tolist() for turn in played.session.turns] == [[0.0], [-0.5], [1.0]]

@@ -10,14 +10,16 @@ import pytest
 import dmplay
 from dmplay.chance import Reals
 from dmplay.core import Interval, Policy
-from dmplay.finding import catalog
+from dmplay.finding import agents
 from dmplay.game.adviser import decimals, fixed
 from dmplay.game.game import Game
+from dmplay.game.keyboard import DIGITS
 from dmplay.game.review import Move, moves
-from dmplay.game.seats import DIGITS, HUMAN
+from dmplay.game.seats import HUMAN
 from dmplay.session import Session
 from dmplay.solvers.value_iteration import best
 from tests.support.cases import CASES, load, small
+from tests.support.screens import seated
 
 TURNS = 3
 SEATS = [(name, seat) for name in CASES for seat in range(len(load(name).agents))]
@@ -27,17 +29,17 @@ every_seat = pytest.mark.parametrize(("name", "seat"), SEATS)
 def game(name: str, seat: int) -> Game:
     """A game of one person and the usual others."""
     problem = small(name)
-    who = [catalog.partner(problem, i) for i in range(len(problem.agents))]
-    seated = [None if i == seat else catalog.agent(problem, i, w) for i, w in enumerate(who)]
+    who = [agents.roster(problem, i).partner for i in range(len(problem.agents))]
+    others = [None if i == seat else dmplay.agent(problem, i, w) for i, w in enumerate(who)]
     who[seat] = HUMAN
-    return Game(name, Session(problem, dmplay.Dice(11), seated, limit=TURNS), who)
+    return seated(name, Session(problem, dmplay.Dice(11), others, limit=TURNS), who)
 
 
 @cache
 def adviser_of(name: str, seat: int) -> Policy:
     problem = small(name)
-    found = catalog.adviser(problem, seat, TURNS)
-    return found[1] if found else catalog.agent(problem, seat, "random")
+    found = agents.adviser(problem, seat, TURNS)
+    return found[1] if found else dmplay.agent(problem, seat, "random")
 
 
 def values(played: Game, seat: int) -> Reals | None:
@@ -76,7 +78,7 @@ def told(hint: str) -> tuple[str, dict[str, str]]:
 @every_seat
 def test_a_hint_is_the_best_of_the_values_that_it_tells(name: str, seat: int) -> None:
     played = game(name, seat)
-    if catalog.hint(played.problem, seat) is None:
+    if agents.roster(played.problem, seat).adviser is None:
         assert played.adviser.hint().startswith("no hint")
         return
     for _ in situations(played, seat):
@@ -85,7 +87,7 @@ def test_a_hint_is_the_best_of_the_values_that_it_tells(name: str, seat: int) ->
         if known is None:
             assert numbers == {}
             continue
-        able = [able for _, _, able in played.legal(seat)]
+        able = [able for _, _, able in played.keyboard.legal(played.view())]
         labels = played.problem.actions[seat]
         legal = {str(labels[a]): known[a] for a in np.flatnonzero(able)}
         top = best(np.array(list(legal.values())))
@@ -110,9 +112,9 @@ def test_a_hint_for_a_game_of_so_many_turns_plans_no_further(
     name: str, turns: int, played: str, hint: str
 ) -> None:
     problem = dmplay.load(name)
-    one = Game(name, Session(problem, dmplay.Dice(11), [None], limit=turns), [HUMAN])
+    one = seated(name, Session(problem, dmplay.Dice(11), [None], limit=turns), [HUMAN])
     for key in played:
-        one.choose(one.read(key))
+        one.choose(one.keyboard.read(0, key))
     assert one.adviser.hint().startswith(hint)
 
 
@@ -128,12 +130,12 @@ def test_a_hint_for_a_game_of_so_many_turns_plans_no_further(
 )
 def test_a_hint_answers_who_sits_there_if_it_can(rival: str, hint: str) -> None:
     problem = dmplay.load("predator-prey:circle")
-    other = None if rival == HUMAN else catalog.agent(problem, 1, rival)
+    other = None if rival == HUMAN else dmplay.agent(problem, 1, rival)
     seats = (HUMAN, rival)
-    one = Game("predator-prey:circle", Session(problem, dmplay.Dice(11), [None, other]), seats)
+    one = seated("predator-prey:circle", Session(problem, dmplay.Dice(11), [None, other]), seats)
     assert one.adviser.hint().startswith(hint)
     if rival == "random":
-        answer = catalog.agent(problem, 0, "best-response:to=random")
+        answer = dmplay.agent(problem, 0, "best-response:to=random")
         known = answer.values(answer.begin(one.session.state[None]))
         assert known is not None
         one.choose(0.0)
@@ -167,7 +169,7 @@ def test_a_review_values_each_move_as_the_hint_did(name: str, seat: int) -> None
             advised.append(told(played.adviser.hint())[0])
     reviewed: list[Move] = list(moves(played.session, [seat]))
     known = [one for one in expected if one is not None]
-    assert len(reviewed) == len(known) or catalog.hint(played.problem, seat) is None
+    assert len(reviewed) == len(known) or agents.roster(played.problem, seat).adviser is None
     for move, row, advice in zip(reviewed, known, advised, strict=True):
         labels = played.problem.actions[seat]
         assert not isinstance(labels, Interval)

@@ -1,36 +1,37 @@
 """Which key plays what: presets, a player's own keys, and what may not be bound."""
 
-from collections.abc import Mapping
-
 import pytest
 
+import dmplay
 from dmplay.core import Interval
 from dmplay.errors import DmplayError
-from dmplay.finding import catalog
 from dmplay.finding.names import problem_names
 from dmplay.game.game import Game
+from dmplay.game.keyboard import action_by_key
 from dmplay.game.keymap import AS_DRAWN, CLUSTERS, Keys, hands
-from dmplay.game.seats import HUMAN, action_by_key
+from dmplay.game.seats import HUMAN
 from dmplay.game.table import Table
 from dmplay.reports.problems import about
 from dmplay.screen.frame import Room, keys
-from dmplay.views._style_of import style_of
+from dmplay.views.style import style_of
 from dmplay.words.commands import COMMANDS, typed
 from tests.support.screens import SEQUENCES, game, play
 
 PRESSED = [
     name
     for name in problem_names()
-    if not isinstance(catalog.load(name).actions[0], Interval)
-    and len(catalog.load(name).actions[0]) <= 10
+    if not isinstance(dmplay.load(name).actions[0], Interval)
+    and len(dmplay.load(name).actions[0]) <= 10
 ]
 
 
 def held(problem: str, wanted: Keys, *seats: str) -> Game:
     """A game in which these keys play."""
-    made = game(problem, *seats)
-    made.hands = hands(made.problem, wanted)
-    return made
+    return game(problem, *seats, keys=wanted)
+
+
+def legal(played: Game) -> list[tuple[str, str, bool]]:
+    return played.keyboard.legal(played.view())
 
 
 def own(family: str, **bound: str) -> Keys:
@@ -40,7 +41,7 @@ def own(family: str, **bound: str) -> Keys:
 @pytest.mark.parametrize("preset", CLUSTERS)
 @pytest.mark.parametrize("name", PRESSED)
 def test_every_preset_plays_every_action_and_no_key_plays_two(name: str, preset: str) -> None:
-    problem = catalog.load(name)
+    problem = dmplay.load(name)
     labels = problem.actions[0]
     assert not isinstance(labels, Interval)
     plain, preferred = hands(problem, AS_DRAWN).keys, hands(problem, Keys(preset)).keys
@@ -72,7 +73,7 @@ def test_every_preset_plays_every_action_and_no_key_plays_two(name: str, preset:
     ],
 )
 def test_a_preset_leads(name: str, preset: str, first: str) -> None:
-    shown = [key for key, _, _ in held(name, Keys(preset)).legal(0)]
+    shown = [key for key, _, _ in legal(held(name, Keys(preset)))]
     assert shown == first.split("|" if "|" in first else " ")
 
 
@@ -84,9 +85,9 @@ def test_the_board_the_key_row_help_and_info_show_the_keys_in_force(preset: str)
     assert f"  @  │  {east}  │" in shown[0]
     assert f" {east} e  " in shown[0].split("\n")[-1]
     assert f"actions: {east} e,  " in shown[1]
-    assert f"e {hex_.legal(0)[0][0]}" in typed(Table(hex_), "keys")
-    told: Mapping[str, str] = about("hexworld", Keys(preset))["keys"]  # type: ignore[assignment]
-    assert next(key for key, label in told.items() if label == "e") == hex_.legal(0)[0][0]
+    assert f"e {legal(hex_)[0][0]}" in typed(Table(hex_), "keys")
+    told = about("hexworld", Keys(preset)).keys
+    assert next(key for key, label in told.items() if label == "e") == legal(hex_)[0][0]
     assert f"{east} " in keys(hex_, Room(80, 24)).plain
 
 
@@ -100,16 +101,16 @@ def test_a_key_of_ones_own_plays_and_is_shown_and_the_others_go_on() -> None:
 
 def test_keys_of_a_problem_come_before_those_of_its_family() -> None:
     both = {"hex": ("a.toml", {"k": "nw"}), "predator-prey": ("b.toml", {"k": "ne"})}
-    assert hands(catalog.load("predator-prey"), Keys("", both)).keys["k"] == "ne"
-    assert hands(catalog.load("hexworld"), Keys("", both)).keys["k"] == "nw"
+    assert hands(dmplay.load("predator-prey"), Keys("", both)).keys["k"] == "ne"
+    assert hands(dmplay.load("hexworld"), Keys("", both)).keys["k"] == "nw"
     feed = own("crying-baby", x="feed")
-    assert hands(catalog.load("multicaregiver-crying-baby"), feed).keys["x"] == "feed"
+    assert hands(dmplay.load("multicaregiver-crying-baby"), feed).keys["x"] == "feed"
 
 
 def test_typed_words_are_names_before_they_are_keys() -> None:
     made = held("hexworld", Keys("left"))
-    assert made.read("e") == made.problem.action(0, "e")
-    assert made.key("e") == (0, made.problem.action(0, "ne"))
+    assert made.keyboard.read(0, "e") == made.problem.action(0, "e")
+    assert made.keyboard.pressed(0, "e") == (0, made.problem.action(0, "ne"))
 
 
 def test_two_people_are_each_shown_the_keys_of_their_hand() -> None:
@@ -159,14 +160,14 @@ def test_what_cannot_be_bound_is_refused_in_one_line(
     problem: str, wanted: Keys, message: str
 ) -> None:
     with pytest.raises(DmplayError) as error:
-        hands(catalog.load(problem), wanted)
+        hands(dmplay.load(problem), wanted)
     assert message in str(error.value)
     assert "\n" not in str(error.value)
 
 
 @pytest.mark.parametrize("name", problem_names())
 def test_no_key_of_a_view_is_a_key_of_the_shell(name: str) -> None:
-    style = style_of(catalog.load(name))
+    style = style_of(dmplay.load(name))
     bound = {*style.KEYS, *getattr(style, "LEFT", {}), *getattr(style, "NUDGES", {})}
     assert not bound & {command.key for command in COMMANDS}
     assert all(len(word) == 1 or word in SEQUENCES for key in bound for word in key.split())

@@ -5,15 +5,15 @@ from pathlib import Path
 
 import pytest
 
+from dmplay.cli.errands import understood
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.game.checking import check
 from dmplay.game.playback import Playback
-from dmplay.game.request import Request
+from dmplay.game.request import Request, Resumption
 from dmplay.game.start import new
 from dmplay.game.table import Table, following
 from dmplay.transcript.reading import read
 from dmplay.words.commands import typed
-from tests.support.games import PROGRAM
 from tests.support.programs import run
 from tests.support.screens import play
 from tests.support.terminals import Terminal
@@ -70,10 +70,10 @@ def test_a_restart_has_the_same_dice_and_a_new_game_has_others(tmp_path: Path) -
 
 def test_another_agent_or_parameter_meets_the_same_dice(tmp_path: Path) -> None:
     seat = table(tmp_path)
-    start = seat.game.situation()
+    start = seat.game.account.situation(seat.game.view())
     for line in ("agent optimal", "set discount 0.5", "agent human"):
         typed(seat, line)
-        assert (seat.game.seed, seat.game.situation()) == (7, start)
+        assert (seat.game.seed, seat.game.account.situation(seat.game.view())) == (7, start)
     typed(seat, "new")
     fresh = seat.game.seed
     typed(seat, "agent random")
@@ -109,7 +109,7 @@ def test_a_resumed_game_can_begin_anew(tmp_path: Path) -> None:
     seat = table(tmp_path, settings=["slip=0.1"])
     typed(seat, "e")
     seat.end()
-    again = Table(resumed(tmp_path / "game.dmt"))
+    again = Table(resumed(Resumption(tmp_path / "game.dmt")))
     typed(again, "restart")
     assert again.game.seed == 7
     assert not again.game.shows_seed
@@ -159,12 +159,14 @@ def test_a_kept_game_in_which_nothing_was_done_makes_room(
     assert len([*(tmp_path / "dmplay" / "games").iterdir()]) == 2
 
 
-@pytest.mark.parametrize("command", ["transcript", "save", "export --csv", "seed", "new", "values"])
+@pytest.mark.parametrize(
+    "command", ["transcript", "save", "export --csv", "seed", "new", "restart", "values"]
+)
 def test_commands_of_the_table_tell_nothing_hidden(command: str, tmp_path: Path) -> None:
     told = []
     for opening in (5, 6):  # hungry, sated
-        game = table(tmp_path, problem="crying-baby", seed=opening, record=tmp_path / "g.dmt")
-        game.game.tells_seed = False
+        unknown = {"seed": opening, "seed_known": False, "record": tmp_path / "g.dmt"}
+        game = table(tmp_path, problem="crying-baby", **unknown)
         try:
             told.append(typed(game, command))
         except BadParameter as error:
@@ -185,7 +187,7 @@ def test_the_file_of_the_game_that_is_played_is_left_alone(
     line: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
-    seat = Table(new(Request("hexworld", seed=7)), PROGRAM)
+    seat = Table(new(Request("hexworld", seed=7)), understood)
     assert seat.game.recorder is not None
     path = seat.game.recorder.path
     typed(seat, "e")

@@ -11,11 +11,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import dmplay
 from dmplay.chance import Array, Bools, Chance, Normal, Reals, Span, sample
 from dmplay.core import Interval, Memory, Outcome, Percept, Policy, Problem, exact, exact_start
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter, BadPolicy, IllegalAction, UnknownName
-from dmplay.finding import catalog
+from dmplay.finding import agents
 from dmplay.rollouts import rollout
 from dmplay.session import Session, View
 from dmplay.tabular import tabulate
@@ -146,11 +147,11 @@ def test_outcomes_have_the_shapes_and_ranges_that_the_problem_states(name: str) 
     assert np.isfinite(outcome.rewards).all()
     if problem.shared_reward:
         assert (outcome.rewards == outcome.rewards[:, :1]).all()
-    if problem.observations is None:
+    if not problem.hidden:
         assert same(outcome.observations, outcome.state)
         return
     assert outcome.observations.shape == (ROWS, agents)
-    for seat, labels in enumerate(problem.observations):
+    for seat, labels in enumerate(problem.observations or ()):
         seen = outcome.observations[:, seat]
         assert ((seen >= 0) & (seen < len(labels))).all()
 
@@ -338,11 +339,11 @@ def amounts_to(problem: Problem, s: Array, a: Array) -> None:
 @every_problem
 def test_a_belief_is_carried_as_the_listed_outcomes_say(name: str) -> None:
     problem, found = load(name), pool(name)
-    if problem.observations is None or not isinstance(problem.states, int):
+    if not problem.hidden or not isinstance(problem.states, int):
         return
     belief = np.bincount(problem.index(found.s[::700]), minlength=problem.states) / 29
     agents = len(problem.agents)
-    for seat, labels in enumerate(problem.observations):
+    for seat, labels in enumerate(problem.observations or ()):
         action: list[int | None] = [None] * agents
         action[seat] = int(found.a[seat, seat])
         for kind in (0, len(labels) - 1):
@@ -360,7 +361,7 @@ def test_a_belief_is_carried_as_the_listed_outcomes_say(name: str) -> None:
 def made(problem: Problem, seat: int, agent: str) -> Policy | None:
     """The agent of this name, or None where it refuses the seat."""
     try:
-        return catalog.agent(problem, seat, BRIEF.get(agent, agent))
+        return dmplay.agent(problem, seat, BRIEF.get(agent, agent))
     except (BadPolicy, BadParameter, UnknownName):
         return None
 
@@ -370,7 +371,7 @@ def seated(name: str) -> list[tuple[int, list[Policy]]]:
     """Each built-in agent in each seat that it fits, random play in the others."""
     problem = small(name)
     found: list[tuple[int, list[Policy]]] = []
-    for agent in catalog.agents(problem):
+    for agent in agents.roster(problem).agents:
         if agent in FOREIGN:
             continue
         before = len(found)
@@ -386,9 +387,9 @@ def seated(name: str) -> list[tuple[int, list[Policy]]]:
 
 @every_problem
 def test_an_agent_says_what_it_does_and_what_its_parameters_mean(name: str) -> None:
-    for agent, make in catalog.agents(load(name)).items():
+    for agent, make in agents.roster(load(name)).agents.items():
         assert (make.__doc__ or "").strip(), agent
-        assert all(catalog.meanings(make).values()), agent
+        assert all(agents.meanings(make).values()), agent
 
 
 @cache
@@ -527,9 +528,8 @@ def asked(policy: Policy, memory: Memory, legal: Bools | None, u: Reals) -> Aske
 
 def course(problem: Problem, seat: int, policies: list[Policy], rows: int) -> list[Asked]:
     """What a seat's policy is asked in the first turns of a batch of games."""
-    public = problem.observations is None
     s = problem.start(draws(problem.draws.start, 0, rows))
-    memories = [policy.begin(s if public else np.full(rows, -1)) for policy in policies]
+    memories = [policy.begin(problem.first_sight(s)) for policy in policies]
     found = []
     for turn in range(1, SOME):
         going = ~problem.terminal(s)
@@ -568,16 +568,7 @@ def row_of(percept: Percept, rows: slice) -> Percept:
 
 
 def percepts(problem: Problem, a: Array, outcome: Outcome) -> list[Percept]:
-    public = problem.observations is None
-    return [
-        Percept(
-            a[:, seat],
-            outcome.observations if public else outcome.observations[:, seat],
-            a if public else None,
-            outcome.rewards[:, seat] if problem.rewards_observed else None,
-        )
-        for seat in range(len(problem.agents))
-    ]
+    return [problem.percept(seat, a, outcome) for seat in range(len(problem.agents))]
 
 
 @every_problem
@@ -671,7 +662,7 @@ def test_the_twins_of_the_privacy_law_differ_where_they_can(name: str) -> None:
     finite = lists(problem.chance(pool(name).s[:1], pool(name).a[:1]))
     for seat in range(len(problem.agents)):
         for one, other in twins(name, seat):
-            if problem.observations is not None:
+            if problem.hidden:
                 assert not same((one.opening, one.draws), (other.opening, other.draws))
                 assert len(problem.agents) == 1 or not same(one.actions, other.actions)
             elif problem.draws.step and finite:

@@ -1,19 +1,22 @@
 """What a person is shown, told and advised betrays nothing that the seat may not know."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
 from dmplay.errors import DmplayError
-from dmplay.finding import catalog
+from dmplay.finding import problems
 from dmplay.game.game import Game
 from dmplay.game.seats import HUMAN
 from dmplay.game.table import Table
 from dmplay.screen.frame import Room, Shown, compose
 from dmplay.session import Session
 from dmplay.words.commands import COMMANDS, typed
+from tests.support import screens
 from tests.support.cases import CASES, draws, load, small
 from tests.support.games import Scripted
+from tests.support.screens import secret
 from tests.support.twins import Told, twins
 
 ROOMS = (Room(80, 24), Room(80, 24, ascii=True), Room(50, 14), Room(40, 12), Room(200, 60))
@@ -25,7 +28,7 @@ every_guarded = pytest.mark.parametrize("name", GUARDED)
 
 
 def test_the_audit_is_of_the_hidden_and_the_simultaneous_problems() -> None:
-    names = {catalog.stem(load(name)) for name in GUARDED}
+    names = {problems.stem(load(name)) for name in GUARDED}
     assert names == {
         "crying_baby", "machine_replacement", "catch", "multicaregiver_crying_baby",
         "collaborative_predator_prey", "prisoners_dilemma", "rock_paper_scissors",
@@ -37,19 +40,21 @@ def everything(game: Game, log: list[str]) -> list[str]:
     """All that one person can see or ask for: screens, words, data and advice."""
     shown = [str(compose(game, room, Shown(), log).markup) for room in ROOMS]
     shown += [typed(Table(game), command) for command in ASKED]
-    shown += [game.situation(), game.adviser.hint(), json.dumps(game.public())]
+    shown += [
+        game.account.situation(game.view()),
+        game.adviser.hint(),
+        json.dumps(game.account.public(game.view())),
+    ]
     for overlay in ("values", "policy", "states"):
         shown.append(compose(game, ROOMS[0], Shown(overlay=overlay), log).plain)
     return shown + (log[-1:] if game.session.turns else [])
 
 
-def seated(name: str, seat: int, session: Session) -> Game:
+def seated(name: str, seat: int, session: Session, *, reveal: bool = False) -> Game:
     """The game of one person whose seed is fresh and so not shown."""
     who = ["random"] * len(session.problem.agents)
     who[seat] = HUMAN
-    game = Game(name, session, who)
-    game.tells_seed = False
-    return game
+    return screens.seated(name, session, who, replace(secret(name), reveal=reveal))
 
 
 @every_guarded
@@ -68,22 +73,22 @@ def test_games_that_a_seat_cannot_tell_apart_are_shown_alike(name: str) -> None:
                 if turn < len(pair.one.actions):
                     for game, log, told in zip(games, logs, pair, strict=True):
                         game.session.advance(list(told.actions[turn]))
-                        log.append(game.said())
+                        log.append(game.account.said(game.view()))
 
 
 @every_guarded
 def test_what_is_hidden_is_seen_once_it_is_revealed(name: str) -> None:
     problem = small(name)
-    if problem.observations is None:
+    if not problem.hidden:
         return
     for seat in range(len(problem.agents)):
         pair = twins(name, seat)[0]
         shown = []
         for told in pair:
-            game = seated(name, seat, Session(problem, Told(told, seat, 10, 11), limit=TURNS))
+            session = Session(problem, Told(told, seat, 10, 11), limit=TURNS)
+            game = seated(name, seat, session, reveal=True)
             for actions in told.actions:
                 game.session.advance(list(actions))
-            game.reveal = True
             shown.append([compose(game, room, Shown(), []).plain for room in ROOMS])
         assert all(one != other for one, other in zip(*shown, strict=True))
 
@@ -95,8 +100,8 @@ def test_a_choice_stays_hidden_until_all_are_in(name: str) -> None:
     shown = []
     for chosen in (0, 1):
         nature = [draws(count, 0, 1)[0].tolist() for count in problem.draws]
-        game = Game(name, Session(problem, Scripted(*nature)), [HUMAN] * agents)
-        game.tells_seed = False
+        session = Session(problem, Scripted(*nature))
+        game = screens.seated(name, session, [HUMAN] * agents, secret(name))
         assert not game.choose(chosen)
         assert game.watcher == 1
         shown.append(everything(game, []))
@@ -106,13 +111,13 @@ def test_a_choice_stays_hidden_until_all_are_in(name: str) -> None:
 @every_guarded
 def test_no_command_tells_the_state_before_the_end(name: str) -> None:
     problem = small(name)
-    if problem.observations is None:
+    if not problem.hidden:
         return
     told = twins(name, 0)[0].one
     game = seated(name, 0, Session(problem, Told(told, 0, 10, 11), limit=TURNS))
     assert "hidden" in typed(Table(game), "state")
     for command in COMMANDS:
-        if command.name in ("quit", "reroll"):
+        if command.name in ("quit", "reroll", "new", "restart"):
             continue
         try:
             words = typed(Table(game), command.name)

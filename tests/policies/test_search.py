@@ -134,7 +134,7 @@ def test_a_choice_takes_less_than_a_blink(name: str) -> None:
     problem = dmplay.load(name)
     search = dmplay.agent(problem, 0, "search")
     s = problem.start(np.full((1, problem.draws.start), 0.4))
-    memory = search.begin(s if problem.observations is None else np.array([-1]))
+    memory = search.begin(problem.first_sight(s))
     spent = []
     for _ in range(5):
         began = time.perf_counter()

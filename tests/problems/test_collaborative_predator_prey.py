@@ -7,13 +7,13 @@ import dmplay
 from dmplay import belief
 from dmplay.core import Percept, Policy, Problem
 from dmplay.errors import BadPolicy, ImpossibleObservation
-from dmplay.finding import catalog
-from dmplay.game.game import Game
+from dmplay.finding.agents import roster
 from dmplay.game.table import Table
-from dmplay.problems import _hex
+from dmplay.hexes import notation_of
 from dmplay.problems._hunt import STANDARD
 from dmplay.transcript.format import turn_facts
 from dmplay.words.commands import typed
+from tests.support.screens import seated
 
 E, NE, NW, W, SW, SE = range(6)
 PREY, NOTHING = 0, 1
@@ -61,9 +61,7 @@ def test_a_prey_without_a_free_neighbour_stays() -> None:
 
 def test_a_capture_pays_the_whole_team_and_holds_only_the_captor() -> None:
     found, rewards = outcomes(certain(), "(2,0) (3,0) (2,0)", [E, E])
-    assert found == pytest.approx(
-        {f"(2,0) (4,0) {_hex.notation(hex_)}": 1 / 12 for hex_ in STANDARD}
-    )
+    assert found == pytest.approx({f"(2,0) (4,0) {notation_of(hex_)}": 1 / 12 for hex_ in STANDARD})
     assert rewards.tolist() == [10, 10]
 
 
@@ -178,13 +176,13 @@ def test_a_team_that_chases_its_beliefs_catches_more_than_one_that_sweeps() -> N
 
 
 def test_a_long_belief_is_shown_but_not_recorded() -> None:
-    game = Game(NAME, dmplay.Session(PROBLEM, dmplay.Dice(5)), ["human", "human"])
+    game = seated(NAME, dmplay.Session(PROBLEM, dmplay.Dice(5)), ["human", "human"])
     game.session.advance([E, W])
     (_, told) = game.view().beliefs or ()
     assert told == pytest.approx(
         belief.update(PROBLEM, belief.prior(PROBLEM), [E, None], [NOTHING, None]).belief
     )
-    assert "belief" not in game.public()
+    assert "belief" not in game.account.public(game.view())
     words = typed(Table(game), "belief")
     assert words.count("(") == 8 * 3
     assert "1720 other states" in words
@@ -255,18 +253,18 @@ def test_a_reactive_team_catches_more_than_chance() -> None:
 def test_teams_that_cannot_be_planned_are_refused_and_advised_by_the_chase() -> None:
     three, endless = dmplay.load(NAME, predators=3), dmplay.load(NAME, discount=1.0)
     for problem in (three, endless):
-        assert catalog.hint(problem, 0) == "chase-belief"
+        assert roster(problem, 0).adviser == "chase-belief"
         for agent in ("qmdp", "reactive"):
             with pytest.raises(BadPolicy):
                 dmplay.agent(problem, 0, agent)
-    assert catalog.hint(dmplay.load(NAME, predators=26), 0) == "chase-belief"
-    assert catalog.hint(PROBLEM, 0) == "qmdp"
+    assert roster(dmplay.load(NAME, predators=26), 0).adviser == "chase-belief"
+    assert roster(PROBLEM, 0).adviser == "qmdp"
 
 
 def test_two_who_always_sense_the_prey_are_advised_to_sweep() -> None:
     """Planning for sight, both would stand still for the same reason, and the prey avoids them."""
     triangle = dmplay.load(f"{NAME}:triangle")
-    assert catalog.hint(triangle, 1) == "sweep"
+    assert roster(triangle, 1).adviser == "sweep"
     swept, planned = (
         dmplay.rollout(triangle, [dmplay.agent(triangle, i, one) for i in range(2)], episodes=300)
         for one in ("sweep", "qmdp")

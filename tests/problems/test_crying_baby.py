@@ -4,7 +4,7 @@ import pytest
 import dmplay
 from dmplay.core import Percept
 from dmplay.errors import BadParameter, BadPolicy
-from dmplay.finding import catalog
+from dmplay.finding.agents import roster
 from dmplay.policies._solved import Optimal, Plan, Qmdp
 from dmplay.problems.crying_baby import CryingBaby
 from dmplay.rollouts import rollout
@@ -67,8 +67,8 @@ def test_an_unending_game_without_discount_has_no_optimum() -> None:
     for policy in (Optimal(baby, 0), Qmdp(baby, 0)):
         with pytest.raises(BadPolicy, match="below 1"):
             policy.values(beliefs(0.5))
-    assert catalog.hint(baby, 0) == "plan"
-    assert catalog.hint(BABY, 0) == "optimal"
+    assert roster(baby, 0).adviser == "plan"
+    assert roster(BABY, 0).adviser == "optimal"
 
 
 def test_no_turn_cannot_be_planned() -> None:

@@ -8,6 +8,7 @@ import pytest
 import dmplay
 from dmplay.core import exact
 from dmplay.errors import BadParameter
+from dmplay.policies.game_2048 import Expectimax
 from dmplay.problems.game_2048 import Game2048, slide
 from dmplay.solvers import expectimax_2048, worth_2048
 
@@ -112,9 +113,9 @@ def test_a_merge_of_the_two_largest_tiles_is_taken() -> None:
 
 
 def test_a_time_limit_is_kept_and_said() -> None:
-    agent = dmplay.agent(GAME, 0, "expectimax:milliseconds=100")
-    assert getattr(agent, "timed") is True  # noqa: B009 - any Policy
-    assert getattr(dmplay.agent(GAME, 0, "expectimax"), "timed") is False  # noqa: B009
+    agent = Expectimax(GAME, 0, milliseconds=100.0)
+    assert agent.timed
+    assert not Expectimax(GAME, 0).timed
     began = time.perf_counter()
     values = agent.values(agent.begin(board(EARLY)))
     assert time.perf_counter() - began < 5.0  # a slice ends before the search does

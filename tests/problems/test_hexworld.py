@@ -3,7 +3,7 @@ import pytest
 
 import dmplay
 from dmplay import Dice, Session
-from dmplay.problems._hex import DIRECTIONS
+from dmplay.hexes import DIRECTIONS
 
 PROBLEM = dmplay.load("hexworld")
 

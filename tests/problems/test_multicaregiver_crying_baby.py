@@ -7,7 +7,7 @@ import dmplay
 from dmplay import belief
 from dmplay.core import Percept
 from dmplay.errors import BadParameter, BadPolicy
-from dmplay.finding import catalog
+from dmplay.finding.agents import roster
 from dmplay.policies.multicaregiver_crying_baby import BestResponse
 from dmplay.problems.multicaregiver_crying_baby import (
     FEED,
@@ -86,7 +86,7 @@ def test_the_package_reading_is_a_matter_of_parameters() -> None:
 
 
 def test_the_partner_feeds_when_the_baby_cries() -> None:
-    assert catalog.partner(CARE, 1) == "feed-when-crying"
+    assert roster(CARE, 1).partner == "feed-when-crying"
     policy = dmplay.agent(CARE, 1, "feed-when-crying")
     chosen = policy.choose((np.array([-1, CRYING, QUIET]),), None, np.zeros((3, 0)))
     assert chosen.tolist() == [IGNORE, FEED, IGNORE]

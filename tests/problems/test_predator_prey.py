@@ -6,8 +6,8 @@ import pytest
 import dmplay
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, BadPolicy
-from dmplay.finding import catalog
-from dmplay.problems import _hex
+from dmplay.finding.agents import roster
+from dmplay.hexes import distance, notation_of, paths
 from dmplay.problems._hunt import STANDARD
 
 E, NE, NW, W, SW, SE = range(6)
@@ -64,7 +64,7 @@ def test_a_predator_feeds_where_it_stands_and_the_prey_is_born_anywhere(a: int) 
     for place, hex_ in enumerate(STANDARD):
         draw = (place + 0.5) / 12
         assert stepped(PROBLEM, "(4,0) (4,0)", [a, a], [draw, draw]) == (
-            f"(4,0) {_hex.notation(hex_)}",
+            f"(4,0) {notation_of(hex_)}",
             [1, -100],
         )
 
@@ -122,12 +122,12 @@ def test_states_are_listed_with_the_first_agent_slowest() -> None:
 
 
 def test_paths_go_around_the_holes_of_the_map() -> None:
-    steps = _hex.paths(STANDARD)
+    steps = paths(STANDARD)
     place = {hex_: index for index, hex_ in enumerate(STANDARD)}
     assert steps[place[(1, 1)], place[(3, 1)]] == 3  # (2,1) is a hole: by (2,0) and (3,0)
-    assert _hex.distance((1, 1), (3, 1)) == 2
+    assert distance((1, 1), (3, 1)) == 2
     assert (steps == steps.T).all()
-    assert _hex.paths([(0, 0), (5, 5)]).tolist() == [[0, 2], [2, 0]]
+    assert paths([(0, 0), (5, 5)]).tolist() == [[0, 2], [2, 0]]
 
 
 def chosen(problem: Problem, agent: str, seat: int, state: str) -> int:
@@ -157,14 +157,14 @@ def test_each_minds_the_nearest_of_the_other_kind() -> None:
 
 def test_one_against_one_is_advised_by_the_best_answer_to_the_usual_opponent() -> None:
     for problem in (PROBLEM, dmplay.load("predator-prey:circle")):
-        assert [catalog.hint(problem, seat) for seat in range(2)] == ["best-response"] * 2
-    assert catalog.hint(dmplay.load("predator-prey", discount=1.0), 1) == "flee"
+        assert [roster(problem, seat).adviser for seat in range(2)] == ["best-response"] * 2
+    assert roster(dmplay.load("predator-prey", discount=1.0), 1).adviser == "flee"
 
 
 def test_every_seat_is_filled_and_a_large_hunt_is_advised_after_its_kind() -> None:
     problem = hunt(2, 1)
-    assert [catalog.partner(problem, seat) for seat in range(3)] == ["chase", "chase", "flee"]
-    assert [catalog.hint(problem, seat) for seat in range(3)] == ["chase", "chase", "flee"]
+    assert [roster(problem, seat).partner for seat in range(3)] == ["chase", "chase", "flee"]
+    assert [roster(problem, seat).adviser for seat in range(3)] == ["chase", "chase", "flee"]
 
 
 def test_fleeing_is_worth_more_to_the_prey_than_chance() -> None:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.finding import catalog
+from dmplay.finding.agents import roster
 from dmplay.policies._matrix_agents import BestResponse
 from dmplay.problems.rock_paper_scissors import RockPaperScissors
 from dmplay.session import Session
@@ -53,5 +53,5 @@ def test_beating_the_last_beats_frequency_twice_in_ten_rounds() -> None:
 
 def test_it_is_a_simple_game_in_public() -> None:
     assert GAME.kind == "simple game"
-    assert GAME.observations is None
-    assert catalog.partner(GAME, 1) == "frequency"
+    assert not GAME.hidden
+    assert roster(GAME, 1).partner == "frequency"

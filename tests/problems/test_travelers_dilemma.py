@@ -3,7 +3,7 @@ import pytest
 
 import dmplay
 from dmplay.errors import BadParameter, UnknownName
-from dmplay.finding import catalog
+from dmplay.finding.agents import roster
 from dmplay.policies._matrix_agents import Softmax
 from dmplay.policies.travelers_dilemma import Claim
 from dmplay.problems.travelers_dilemma import CLAIMS, TravelersDilemma
@@ -86,11 +86,11 @@ def test_a_hint_of_level_k_is_against_one_level_lower() -> None:
 
 
 def test_a_person_meets_level_k() -> None:
-    assert catalog.partner(GAME, 1) == "level-k"
+    assert roster(GAME, 1).partner == "level-k"
 
 
 def test_a_person_is_advised_the_best_claim_not_a_likely_one() -> None:
-    assert catalog.hint(GAME, 0) == "best-response"
+    assert roster(GAME, 0).adviser == "best-response"
     advised = dmplay.agent(GAME, 0, "best-response")
     before = advised.begin(np.zeros(1))
     assert CLAIMS[advised.choose(before, None, np.zeros((1, 0)))] == 96

@@ -1,12 +1,11 @@
 """The table of problems equals table F.1 of the book, but where a decision says otherwise."""
 
-import io
-
 import pytest
-from rich.console import Console
 
 import dmplay
+from dmplay.cli.errands import do
 from dmplay.describe import summary
+from dmplay.game.errand import Told
 from dmplay.reports import problems as reports
 from dmplay.terminal import Wishes
 
@@ -66,28 +65,28 @@ def test_the_list_has_every_problem_with_its_derived_kind() -> None:
     ],
 )
 def test_info_lists_the_actions_in_words(name: str, actions: str) -> None:
-    assert f"\nactions       {actions}\n" in reports.told(reports.about(name))
+    assert f"\nactions       {actions}\n" in str(reports.about(name))
 
 
 @pytest.mark.parametrize("name", PRINTED)
 def test_info_says_source_decisions_parameters_agents_and_keys(name: str) -> None:
-    told = reports.told(reports.about(name))
+    told = str(reports.about(name))
     assert "Source: appendix F." in told
     assert "Decision" in told
     for word in ("parameters", "agents", "random", "keys", "variants"):
         assert word in told
-    for one in reports.about(name)["parameters"].values():  # type: ignore[attr-defined]
+    for one in reports.about(name).parameters.values():
         assert one["meaning"]
 
 
-def test_a_list_without_room_says_what_it_leaves_out(capsys: pytest.CaptureFixture[str]) -> None:
-    reports.print_list("POMDP", Wishes(width=60))
-    told = capsys.readouterr().out
-    assert "no room for discount; --width or --json has all" in told
-    reports.print_list("POMDP", Wishes(width=100))
-    assert "no room" not in capsys.readouterr().out
-    reports.print_list("", Wishes(width=12))
-    rows = capsys.readouterr().out.replace(" ", "").split("\n")
+def listed(kind: str, width: int) -> str:
+    return Told(reports.listing(kind, Wishes(width=width))).plain
+
+
+def test_a_list_without_room_says_what_it_leaves_out() -> None:
+    assert "no room for discount; --width or --json has all" in listed("POMDP", 60)
+    assert "no room" not in listed("POMDP", 100)
+    rows = listed("", 12).replace(" ", "").split("\n")
     assert {"2048", "cart-pole", "travelers-di"} <= {*rows}
 
 
@@ -111,19 +110,16 @@ def test_the_list_is_coloured_as_everything_is(
         monkeypatch.delenv(name, raising=False)
     for name, value in env.items():
         monkeypatch.setenv(name, value)
-    reports.print_list("MDP", Wishes(color=wish, width=80))
+    wishes = Wishes(color=wish, width=80)
+    do(Told(reports.listing("MDP", wishes), wishes))
     assert ("\x1b[" in capsys.readouterr().out) == drawn
 
 
 @pytest.mark.parametrize("width", [40, 50, 80, 100, 200])
 def test_the_list_has_as_many_columns_as_there_is_room_for(width: int) -> None:
     known = reports.facts()
-    drawn = reports.table(known, width)
-    shown = [str(column.header) for column in drawn.columns]
-    assert shown == list(known[0])[: len(shown)]
-    console = Console(width=width, file=io.StringIO(), record=True)
-    console.print(drawn)
-    rows = console.export_text().splitlines()
-    assert len(rows) == len(known) + 1
-    assert not any("…" in row for row in rows)
-    assert len(shown) == {40: 2, 50: 3, 80: 6, 100: 7, 200: 7}[width]
+    headings, *rows = listed("", width).partition("\nno room")[0].split("\n")
+    many = {40: 2, 50: 3, 80: 6, 100: 7, 200: 7}[width]
+    assert headings.split() == list(known[0])[:many]
+    assert len(rows) == len(known)
+    assert not any("…" in row or len(row) > width for row in rows)

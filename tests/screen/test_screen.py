@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from rich.cells import cell_len
 
+import dmplay
 from dmplay.chance import Reals
-from dmplay.finding import catalog
 from dmplay.finding.names import problem_names
 from dmplay.game.checking import check
 from dmplay.game.game import Game
@@ -22,8 +22,9 @@ from dmplay.game.table import Table
 from dmplay.screen import frame
 from dmplay.screen.frame import Room, Shown, compose
 from dmplay.words.commands import COMMANDS, typed
-from tests.support.screens import SEQUENCES, Played, game, play, press
+from tests.support.screens import SEQUENCES, Played, game, play, press, seated, secret
 
+HELP = tuple(str(typed(Table(game("hexworld")), "help")).split("\n") * 3)
 PROBLEMS = ("2048", "crying-baby", "hexworld", "prisoners-dilemma")
 SIZES = ((80, 24), (60, 20), (50, 14), (200, 60), (20, 5), (9, 3))
 OPEN_BOARD = 1  # a seed of 2048 whose first board slides every way
@@ -330,7 +331,7 @@ def test_a_screen_without_room_for_a_board_is_played_in_text() -> None:
 
 def test_a_page_stays_open_on_a_screen_that_needs_fewer_parts() -> None:
     played = game("hexworld")
-    shown = Shown(help=True, part=9)
+    shown = Shown(page=HELP, part=9)
     for size in ((80, 4), (80, 10), (80, 24), (200, 60)):
         rows = compose(played, Room(*size), shown, []).plain.split("\n")
         assert len(rows) == size[1]
@@ -352,7 +353,7 @@ def test_the_smallest_screens_tell_what_is_most_urgent(problem: str, rows: int) 
     assert {len(frame.split("\n")) for frame in shown.frames} == {rows}
     begun = " ".join(shown.frames[0].split())
     assert ("need " in begun and "; playing in text" in begun) or rows > 3
-    assert played.situation()[:20] in " ".join(shown.frames[1].split())
+    assert played.account.situation(played.view())[:20] in " ".join(shown.frames[1].split())
     assert "actions: " in shown.frames[2]
 
 
@@ -394,11 +395,11 @@ def presses(played: Game) -> Iterator[str]:
     for number in count():
         if played.session.over:
             return
-        if played.types_numbers:
+        if played.keyboard.types_numbers(played.watcher):
             yield from "2" if number % 2 else "37"
             yield "enter"
         else:
-            able = [key for key, _, able in played.legal(played.watcher) if able]
+            able = [key for key, _, able in played.keyboard.legal(played.view()) if able]
             yield able[number * 5 // 3 % len(able)]
         if played.private and played.waiting is not None:
             yield "enter"
@@ -410,7 +411,7 @@ def test_every_problem_is_played_to_its_end_by_keys_and_its_transcript_verifies(
     name: str, people: str, tmp_path: Path
 ) -> None:
     path = tmp_path / "game.dmt"
-    others = HUMAN if people == "people only" and len(catalog.load(name).agents) > 1 else ""
+    others = HUMAN if people == "people only" and len(dmplay.load(name).agents) > 1 else ""
     played = new(Request(name, seed=7, turns=12, others=others, record=path))
     shown = press(played, presses(played))
     assert played.session.ending in ("terminal", "horizon", "turn limit")
@@ -499,13 +500,13 @@ def situations(problem: str) -> tuple[tuple[Game, Shown, tuple[str, ...]], ...]:
         for _ in range(3):
             while not played.choose(next(a for a in range(4) if legal(played, a))):
                 pass
-            log.append(played.said())
+            log.append(played.account.said(played.view()))
     over.finish("quit")
     long = Shown(typed(Table(game(problem)), "keys"), "values")
     return (
         (begun, Shown(), ()),
         (going, Shown(), tuple(log)),
-        (going, Shown(help=True), tuple(log)),
+        (going, Shown(page=HELP), tuple(log)),
         (going, long, tuple(log)),
         (over, Shown("a message"), tuple(log * 9)),
     )
@@ -566,14 +567,14 @@ def _first(problem: str, width: int) -> tuple[Game, Room, Shown, list[str]]:
 def test_the_key_row_has_all_actions_before_any_key_of_the_shell(problem: str, width: int) -> None:
     played = game(problem)
     row = frame.keys(played, Room(width, 24)).plain
-    for key, label, able in played.legal(played.watcher):
+    for key, label, able in played.keyboard.legal(played.view()):
         words = label if key == label else f"{key} {label}"
         assert (words if able else f"[{words}]") in row
     assert "? help" in row
 
 
 def test_names_of_outsiders_reach_the_screen_as_what_they_print() -> None:
-    evil = Game("hex\x1b]0;x\x07", game("hexworld").session, ["\x9b31m\u202e"])
+    evil = seated("hex\x1b]0;x\x07", game("hexworld").session, ["\x9b31m\u202e"])
     text = compose(evil, Room(200, 24), Shown("no \x1b[2J such key"), []).plain
     assert text.replace("\n", "").isprintable()
     assert r"\x1b]0;x\x07" in text
@@ -605,12 +606,20 @@ def test_the_screen_of_a_person_is_the_same_bytes_whatever_the_hidden_state(
     )  # fmt: skip
     told: list[tuple[list[int], list[int], Played, dict[str, object], str]] = []
     for nature in (Nature(0.25, 0.5), Nature(0.75, 0.95)):
-        played = game("crying-baby", source=nature)
-        played.tells_seed = False  # the seed is not the player's own
+        session = game("crying-baby", source=nature).session
+        played = seated("crying-baby", session, [HUMAN], secret("crying-baby"))
         shown = play(played, *keys, size=size)
         states = [int(turn.state) for turn in played.session.turns]
         seen = [int(turn.observations[0]) for turn in played.session.turns]
-        told.append((states, seen, shown, played.public(), played.situation()))
+        told.append(
+            (
+                states,
+                seen,
+                shown,
+                played.account.public(played.view()),
+                played.account.situation(played.view()),
+            )
+        )
     sated, hungry = told
     assert sated[0] == [0] * 4
     assert hungry[0] == [1] * 4

@@ -11,7 +11,7 @@ import dmplay
 from dmplay.chance import Array, Reals
 from dmplay.core import Policy, Problem
 from dmplay.dice import NATURE, uniforms
-from dmplay.finding import catalog
+from dmplay.finding import problems
 from dmplay.finding.names import problem_names
 from dmplay.policies.general import Random
 
@@ -20,7 +20,7 @@ ROWS = 20_011  # a prime, so that no vector width divides it
 CASES = [
     f"{name}:{variant}" if variant else name
     for name in problem_names()
-    for variant in catalog.variants(name)
+    for variant in problems.variants(name)
 ]
 every_problem = pytest.mark.parametrize("name", CASES)
 

@@ -1,23 +1,17 @@
 """Games for tests, set up in a line."""
 
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 
 import numpy as np
-from typer.main import get_command
 
 import dmplay
 from dmplay.chance import Reals
-from dmplay.cli.app import app
-from dmplay.cli.program import program
 from dmplay.core import Problem
 from dmplay.game.request import Request
 from dmplay.game.start import new
 from dmplay.session import View
 from dmplay.transcript.reading import read
-
-PROGRAM = partial(program, get_command(app))  # the command line, as a table asks it
 
 
 class Scripted:
@@ -49,7 +43,9 @@ def started(
     return game
 
 
-def after(name: str, *turns: str, seat: int = 0, seed: int = 5, **parameters: object) -> View:
+def after(
+    name: str, *turns: str, seat: int = 0, seed: int = 5, **parameters: object
+) -> View[Problem]:
     """A seat's view after these turns, the actions of one turn with spaces between."""
     problem = dmplay.load(name, **parameters)
     game = dmplay.Session(problem, dmplay.Dice(seed))

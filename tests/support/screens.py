@@ -1,7 +1,7 @@
 """The play screen without a terminal: keys from a pipe, frames into an emulator, one at a time."""
 
 import io
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import pyte
@@ -10,9 +10,12 @@ from prompt_toolkit.input import PipeInput, create_pipe_input
 from rich.text import Text
 
 from dmplay.dice import Dice
-from dmplay.finding import catalog
+from dmplay.finding import problems
 from dmplay.game.game import Game
-from dmplay.game.seats import HUMAN, seat_policy
+from dmplay.game.keyboard import Keyboard
+from dmplay.game.keymap import AS_DRAWN, Keys
+from dmplay.game.request import Request
+from dmplay.game.seats import HUMAN, people, seat_policy
 from dmplay.game.table import Table
 from dmplay.screen import toolkit
 from dmplay.screen.frame import Room
@@ -32,20 +35,40 @@ SEQUENCES = {
 NOTHING: Mapping[str, object] = {}
 
 
-def game(
+def game(  # noqa: PLR0913 - a problem, and what of it is not as usual
     name: str,
     *seats: str,
     seed: int = 7,
     turns: int | None = None,
     parameters: Mapping[str, object] = NOTHING,
     source: Source | None = None,
+    keys: Keys = AS_DRAWN,
 ) -> Game:
     """A game without a transcript; people sit where nobody is named."""
-    found = catalog.resolve(name, parameters)
+    found = problems.resolve(name, parameters)
     problem = found.problem
     who = list(seats) or [HUMAN] * len(problem.agents)
     policies = [seat_policy(problem, seat, one) for seat, one in enumerate(who)]
-    return Game(found.name, Session(problem, source or Dice(seed, 0), policies, limit=turns), who)
+    session = Session(problem, source or Dice(seed, 0), policies, limit=turns)
+    return seated(found.name, session, who, keys=keys)
+
+
+def seated(
+    name: str,
+    session: Session,
+    who: Sequence[str],
+    asked: Request | None = None,
+    *,
+    keys: Keys = AS_DRAWN,
+) -> Game:
+    """A game of this session, without a transcript."""
+    keyboard = Keyboard(session.problem, people(who), keys)
+    return Game(name, session, who, keyboard, None, asked)
+
+
+def secret(name: str) -> Request:
+    """A wish for a game whose seed is fresh and so not shown."""
+    return Request(name, seed_known=False)
 
 
 class Played(NamedTuple):

@@ -45,7 +45,7 @@ class Twins(NamedTuple):
 @cache
 def twins(name: str, seat: int) -> list[Twins]:
     problem = small(name)
-    if problem.observations is None:
+    if not problem.hidden:
         return [public_twins(problem, row) for row in range(3)]
     return [pair for attempt in range(1, 4) for pair in hidden_twins(problem, seat, attempt)]
 

@@ -2,6 +2,7 @@
 
 import json
 import os
+import pickle
 from contextlib import suppress
 from pathlib import Path
 
@@ -13,7 +14,7 @@ import dmplay
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter, BadTranscript
 from dmplay.game.checking import check, update
-from dmplay.game.request import Request
+from dmplay.game.request import Branching, Request, Resumption
 from dmplay.game.start import branched, new, resumed
 from dmplay.transcript.format import number
 from dmplay.transcript.reading import parse, read
@@ -164,7 +165,7 @@ def test_a_torn_tail_is_cut_and_the_game_goes_on_to_the_same_bytes(
     whole = recorded(path, "crying-baby", "feed-when-crying")
     at = whole.index("\n\nturn: 1\n") + 2 + cut
     path.write_text(whole[:at])
-    game = resumed(path)
+    game = resumed(Resumption(path))
     while game.unattended():
         pass
     game.finish()
@@ -181,7 +182,7 @@ def test_a_game_that_is_over_cannot_be_resumed(tmp_path: Path) -> None:
     path = tmp_path / "game.dmt"
     recorded(path, "hexworld", "optimal")
     with pytest.raises(BadParameter, match="the game is over"):
-        resumed(path)
+        resumed(Resumption(path))
 
 
 def test_a_quit_game_is_played_on(tmp_path: Path) -> None:
@@ -189,7 +190,7 @@ def test_a_quit_game_is_played_on(tmp_path: Path) -> None:
     game = new(Request("hexworld", seed=7, record=path))
     game.choose(0)
     game.finish("quit")
-    again = resumed(path)
+    again = resumed(Resumption(path))
     again.choose(1)
     again.finish("quit")
     unbroken = new(Request("hexworld", seed=7, record=tmp_path / "other.dmt"))
@@ -211,7 +212,7 @@ def test_strictness_and_what_was_revealed_are_kept_and_hold_after_a_resumption(
         "strict: true\nreveal: true\n\n"
     )
     assert check(path).ok
-    again = resumed(path)
+    again = resumed(Resumption(path))
     assert again.reveal
     with pytest.raises(BadParameter, match="undo: this game is strict"):
         again.undo()
@@ -226,12 +227,12 @@ def test_a_game_is_written_by_one_program_at_a_time(tmp_path: Path) -> None:
     game.choose(0)
     before = path.read_bytes()
     with pytest.raises(BadParameter, match=r"game\.dmt: somebody plays this game now"):
-        resumed(path)
+        resumed(Resumption(path))
     with pytest.raises(BadParameter, match="somebody plays this game now"):
         new(Request("hexworld", seed=7, record=path, force=True))
     assert path.read_bytes() == before
     game.finish("quit")
-    resumed(path).finish("quit")
+    resumed(Resumption(path)).finish("quit")
     assert check(path).ok
 
 
@@ -261,7 +262,7 @@ def test_undo_and_reroll_are_kept_and_verified(tmp_path: Path) -> None:
     assert "undo: 2\n" in text
     assert "reroll: 2\n" in text
     assert check(path).ok
-    assert len(resumed(path).session.turns) == 2
+    assert len(resumed(Resumption(path)).session.turns) == 2
 
 
 def test_an_existing_file_is_kept_without_force(file: Path) -> None:
@@ -309,6 +310,30 @@ def test_update_follows_a_new_seed_to_a_new_end(tmp_path: Path) -> None:
     assert path.read_text() == other
 
 
+def test_update_keeps_what_was_taken_back(tmp_path: Path) -> None:
+    path = tmp_path / "game.dmt"
+    game = new(Request("crying-baby", seed=7, record=path))
+    for action in (0, 1, 2):
+        game.choose(action)
+    game.undo(2)
+    game.reroll()
+    game.finish("quit")
+    right = path.read_text()
+    altered(path, "undo: 2", "undo:  2")
+    assert not check(path).ok
+    update(path)
+    assert path.read_text() == right
+
+
+def test_update_drops_the_turns_after_an_earlier_end(tmp_path: Path) -> None:
+    path = tmp_path / "game.dmt"
+    recorded(path, "crying-baby", "random", turns=4)
+    short = recorded(tmp_path / "short.dmt", "crying-baby", "random", turns=2)
+    altered(path, "\nturns: 4", "\nturns: 2")
+    update(path)
+    assert path.read_text() == short
+
+
 def test_update_leaves_an_unfinished_game_unfinished(file: Path) -> None:
     rows = file.read_text().splitlines(keepends=True)
     file.write_text("".join(rows[:-1]))
@@ -332,6 +357,8 @@ OPENING = '\nturn: 0\ndraws: [0.635716]\nstate: "(7,2)"\n\n'
         (HEADER.replace('"hexworld"', "7") + OPENING, "t:2: problem: expected a name"),
         (HEADER.replace('"human"', "7") + OPENING, "t:3: seats: expected names"),
         (HEADER.replace("seats", 'set: [1]\nseats') + OPENING, "t:3: set: expected values"),
+        (HEADER + "strict: 1\n" + OPENING, "t:5: strict: expected true or false"),
+        (HEADER.replace('"hexworld"', r'"\ud800"') + OPENING, "t:2: half a character"),
         (HEADER + "turns: 0.5\n" + OPENING, "t:5: turns: expected a whole number"),
         (HEADER + "seed: 8\n" + OPENING, "t:5:1: seed stands twice in this block"),
         (HEADER + "sead: 8\n" + OPENING, "t:5:1: unknown key 'sead'; did you mean seed"),
@@ -357,6 +384,19 @@ def test_a_fault_of_form_is_told_with_line_and_column(text: str, message: str) -
     with pytest.raises(BadTranscript) as caught:
         parse(text.encode(), "t")
     assert str(caught.value).startswith(message)
+
+
+@pytest.mark.parametrize("name", ["12:3: x.dmt", "a\nok b.dmt", ":.dmt"])
+def test_a_fault_is_told_rightly_whatever_the_file_is_called(tmp_path: Path, name: str) -> None:
+    path = tmp_path / name
+    path.write_text(HEADER + "seed: 8\n" + OPENING)
+    [found] = check(path).findings
+    assert found[:5] == ("facts", str(path), 5, "form", "1: seed stands twice in this block")
+    with pytest.raises(BadTranscript) as caught:
+        read(path)
+    error = pickle.loads(pickle.dumps(caught.value))
+    assert (error.path, error.line, error.column) == (str(path), 5, 1)
+    assert str(error) == f"{path}:5:1: seed stands twice in this block"
 
 
 def test_bytes_that_are_not_utf_8_are_told_with_line_and_column() -> None:
@@ -416,6 +456,24 @@ def test_missing_and_extra_facts_are_told(file: Path) -> None:
 def test_a_wrong_end_is_told(file: Path) -> None:
     altered(file, '"reason": "quit"', '"reason": "terminal"')
     assert findings(file)[0] == "game.dmt:22: end: reason: expected terminal, got null"
+
+
+def test_a_turn_limit_that_the_header_does_not_set_is_told_by_the_end(file: Path) -> None:
+    altered(file, '"reason": "quit"', '"reason": "turn limit"')
+    assert findings(file)[0] == "game.dmt:22: end: reason: expected turn limit, got null"
+
+
+def test_true_is_not_one(file: Path) -> None:
+    altered(file, 'rewards: {"agent": 0}', 'rewards: {"agent": false}')
+    assert findings(file)[0] == "game.dmt:20: turn 2, agent: reward: expected false, got 0"
+
+
+def test_of_many_differences_five_are_shown_and_the_rest_are_counted(tmp_path: Path) -> None:
+    path = tmp_path / "game.dmt"
+    text = recorded(path, "crying-baby", "random", turns=8)
+    path.write_text(text.replace('state: "', 'state: "not '))
+    assert len(findings(path)) == 6
+    assert findings(path)[-1] == "game.dmt: 4 more differences"
 
 
 def test_an_end_with_other_keys_is_told(file: Path) -> None:
@@ -484,6 +542,6 @@ def test_no_agent_that_a_file_names_is_imported_without_trust(tmp_path: Path, wh
     game.finish()
     altered(path, '"agent": "human"', f'"agent": "{who.replace("./", f"{tmp_path}/")}"')
     with pytest.raises(BadParameter, match="is not built in; if it is yours, add --trust"):
-        resumed(path)
+        resumed(Resumption(path))
     with pytest.raises(BadParameter, match="is not built in; if it is yours, add --trust"):
-        branched(path, 1, tmp_path / "other.dmt")
+        branched(Branching(path, turn=1, record=tmp_path / "other.dmt"))

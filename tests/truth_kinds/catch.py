@@ -45,7 +45,7 @@ def belief_chain(case: Case) -> None:
     for distance, outcome in case.given["history"]:
         posterior = updated(b, distance, outcome)
         b = posterior.belief
-        likelihood *= posterior.likelihood
+        likelihood *= float(posterior.likelihood)
     case.close("posterior", b)
     case.close("likelihood", likelihood)
 

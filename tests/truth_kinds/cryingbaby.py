@@ -60,7 +60,7 @@ def belief_chain(case: Case) -> None:
     for action, seen in case.given["history"]:
         posterior = updated(b, action, seen)
         b = posterior.belief[1]
-        likelihood *= posterior.likelihood
+        likelihood *= float(posterior.likelihood)
         posteriors.append(b)
     case.close("posteriors", posteriors)
     case.close("likelihood", likelihood)

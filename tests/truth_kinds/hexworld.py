@@ -1,7 +1,7 @@
 import numpy as np
 
 import dmplay
-from dmplay.problems import _hex
+from dmplay import hexes
 from dmplay.problems.hexworld import HexWorld
 from dmplay.solvers import value_iteration
 from dmplay.tabular import tabulate
@@ -42,11 +42,11 @@ def transition(case: Case) -> None:
 
 
 def neighbours(case: Case) -> None:
-    case.close("in_action_order", [list(hex_) for hex_ in _hex.neighbours(case.given["hex"])])
+    case.close("in_action_order", [list(hex_) for hex_ in hexes.neighbours(case.given["hex"])])
 
 
 def distance(case: Case) -> None:
-    case.close("distance", _hex.distance(case.given["a"], case.given["b"]))
+    case.close("distance", hexes.distance(case.given["a"], case.given["b"]))
 
 
 def random_policy_value(case: Case) -> None:

@@ -1,9 +1,11 @@
 """What a person sees of a cart and its pole, frame by frame."""
 
+import dmplay
 from dmplay.session import Session
-from dmplay.views import cart_pole
-from dmplay.views._canvas import Look, fit
+from dmplay.views.style import Look, fit, style_of
 from tests.support.games import started
+
+cart_pole = style_of(dmplay.load("cart-pole"))
 
 
 def leaning() -> Session:

@@ -2,9 +2,11 @@ from functools import partial
 
 import numpy as np
 
-from dmplay.views import catch
-from dmplay.views._canvas import Look, fit
+import dmplay
+from dmplay.views.style import Look, fit, style_of
 from tests.support import games
+
+catch = style_of(dmplay.load("catch"))
 
 after = partial(games.after, "catch")
 

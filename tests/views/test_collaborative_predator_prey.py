@@ -2,9 +2,11 @@ from functools import partial
 
 import numpy as np
 
-from dmplay.views import collaborative_predator_prey
-from dmplay.views._canvas import Look, fit
+import dmplay
+from dmplay.views.style import Look, fit, style_of
 from tests.support import games
+
+collaborative_predator_prey = style_of(dmplay.load("collaborative-predator-prey"))
 
 after = partial(games.after, "collaborative-predator-prey")
 

@@ -1,9 +1,11 @@
 """What a person sees of an encounter in the air, frame by frame."""
 
+import dmplay
 from dmplay.session import Session
-from dmplay.views import collision_avoidance
-from dmplay.views._canvas import Look, fit
+from dmplay.views.style import Look, fit, style_of
 from tests.support.games import started
+
+collision_avoidance = style_of(dmplay.load("collision-avoidance"))
 
 
 def advised() -> Session:

@@ -2,9 +2,13 @@ from functools import partial
 
 import numpy as np
 
-from dmplay.views import machine_replacement
-from dmplay.views._canvas import Canvas, Look, fit
+import dmplay
+from dmplay.views.canvas import Canvas
+from dmplay.views.machine_replacement import _triangle
+from dmplay.views.style import Look, fit, style_of
 from tests.support import games
+
+machine_replacement = style_of(dmplay.load("machine-replacement"))
 
 after = partial(games.after, "machine-replacement")
 
@@ -71,8 +75,8 @@ truly 1 failed"""
 
 def test_the_corners_of_the_triangle_are_the_states_for_sure() -> None:
     drawn = Canvas()
-    machine_replacement._triangle(drawn, 0, np.array([0.0, 1.0, 0.0]))
-    machine_replacement._triangle(drawn, 25, np.array([0.0, 0.0, 1.0]))
+    _triangle(drawn, 0, np.array([0.0, 1.0, 0.0]))
+    _triangle(drawn, 25, np.array([0.0, 0.0, 1.0]))
     assert drawn.text().plain.split("\n")[4] == "1 ●───────────────╲ 2    1 ╱───────────────● 2"
 
 

@@ -1,9 +1,11 @@
 """What a person sees of a car on its hill, frame by frame."""
 
+import dmplay
 from dmplay.session import Session
-from dmplay.views import mountain_car
-from dmplay.views._canvas import Look, fit
+from dmplay.views.style import Look, fit, style_of
 from tests.support.games import started
+
+mountain_car = style_of(dmplay.load("mountain-car"))
 
 
 def rolling() -> Session:

@@ -1,8 +1,10 @@
 from functools import partial
 
-from dmplay.views import multicaregiver_crying_baby
-from dmplay.views._canvas import Look, fit
+import dmplay
+from dmplay.views.style import Look, fit, style_of
 from tests.support import games
+
+multicaregiver_crying_baby = style_of(dmplay.load("multicaregiver-crying-baby"))
 
 after = partial(games.after, "multicaregiver-crying-baby")
 

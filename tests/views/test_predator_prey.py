@@ -3,11 +3,12 @@ from functools import partial
 
 import numpy as np
 
-from dmplay.finding import catalog
-from dmplay.views import predator_prey
-from dmplay.views._canvas import Look, Overlay, fit
-from dmplay.views._hexgrid import LEFT
+import dmplay
+from dmplay.views.hexgrid import LEFT
+from dmplay.views.style import Look, Overlay, fit, style_of
 from tests.support import games
+
+predator_prey = style_of(dmplay.load("predator-prey"))
 
 after = partial(games.after, "predator-prey")
 
@@ -32,7 +33,7 @@ def test_the_hunt_at_its_start_with_the_keys() -> None:
 
 def test_an_overlay_is_of_you_on_each_hex_with_the_prey_where_it_is() -> None:
     view = after()
-    best = catalog.agent(view.problem, 0, "best-response:to=flee")
+    best = dmplay.agent(view.problem, 0, "best-response:to=flee")
     states = view.problem.enumerated()
     values = best.values(best.begin(states))
     assert values is not None

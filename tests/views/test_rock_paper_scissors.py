@@ -1,8 +1,10 @@
 from functools import partial
 
-from dmplay.views import rock_paper_scissors
-from dmplay.views._canvas import Look, fit
+import dmplay
+from dmplay.views.style import Look, fit, style_of
 from tests.support import games
+
+rock_paper_scissors = style_of(dmplay.load("rock-paper-scissors"))
 
 after = partial(games.after, "rock-paper-scissors")
 

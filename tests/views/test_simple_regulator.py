@@ -1,9 +1,11 @@
 """What a person sees of a number and its pushes, frame by frame."""
 
+import dmplay
 from dmplay.session import Session
-from dmplay.views import simple_regulator
-from dmplay.views._canvas import Look, fit
+from dmplay.views.style import Look, fit, style_of
 from tests.support.games import started
+
+simple_regulator = style_of(dmplay.load("simple-regulator"))
 
 
 def pushed() -> Session:

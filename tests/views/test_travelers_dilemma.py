@@ -1,8 +1,10 @@
 from functools import partial
 
-from dmplay.views import travelers_dilemma
-from dmplay.views._canvas import Look, fit
+import dmplay
+from dmplay.views.style import Look, fit, style_of
 from tests.support import games
+
+travelers_dilemma = style_of(dmplay.load("travelers-dilemma"))
 
 after = partial(games.after, "travelers-dilemma")
 

@@ -6,17 +6,20 @@ from wcwidth import wcswidth
 import dmplay
 from dmplay.core import Problem
 from dmplay.dice import Dice
-from dmplay.finding import catalog
+from dmplay.finding import problems
 from dmplay.finding.names import problem_names
-from dmplay.game.seats import action_by_key
+from dmplay.game.keyboard import action_by_key
 from dmplay.session import Session
 from dmplay.solvers import value_iteration
 from dmplay.tabular import tabulate
-from dmplay.views import crying_baby, game_2048, hexworld, prisoners_dilemma
-from dmplay.views._canvas import Look, Overlay, fit
-from dmplay.views._style_of import style_of
+from dmplay.views.style import Look, Overlay, fit, style_of
 from tests.support.games import session
 from tests.support.glyphs import GLYPHS
+
+crying_baby = style_of(dmplay.load("crying-baby"))
+game_2048 = style_of(dmplay.load("2048"))
+hexworld = style_of(dmplay.load("hexworld"))
+prisoners_dilemma = style_of(dmplay.load("prisoners-dilemma"))
 
 SIZES = [(120, 40), (80, 24), (80, 12), (50, 14), (40, 12), (40, 8), (25, 6), (12, 2)]
 
@@ -24,7 +27,7 @@ SIZES = [(120, 40), (80, 24), (80, 12), (50, 14), (40, 12), (40, 8), (25, 6), (1
 EVERYTHING = [
     pytest.param(problem, id=f"{name}:{variant}" if variant else name)
     for name in problem_names()
-    for variant, problem in catalog.variants(name).items()
+    for variant, problem in problems.variants(name).items()
 ]
 
 

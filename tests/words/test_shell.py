@@ -15,6 +15,7 @@ from prompt_toolkit.input import create_pipe_input
 from prompt_toolkit.output import DummyOutput
 
 from dmplay import prompt
+from dmplay.cli.errands import understood
 from dmplay.errors import UnknownName
 from dmplay.finding.names import problem_names
 from dmplay.game.checking import check
@@ -25,7 +26,7 @@ from dmplay.words.commands import COMMANDS, TOPICS, typed
 from dmplay.words.completion.candidates import candidates
 from dmplay.words.completion.completer import Words
 from dmplay.words.shell import Shell
-from tests.support.games import PROGRAM, values
+from tests.support.games import values
 from tests.support.programs import run
 from tests.support.terminals import (
     CTRL_C,
@@ -51,7 +52,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def shell(*lines: str) -> Shell:
     """A shell in which these lines were done."""
-    made = Shell(Table(program=PROGRAM, aliases={"hw": "play hexworld --seed 7"}), ON_A_TERMINAL)
+    made = Shell(Table(program=understood, aliases={"hw": "play hexworld --seed 7"}), ON_A_TERMINAL)
     for line in lines:
         made.do(line)
     return made

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 from dmplay.core import Interval
+from dmplay.game.formats import FORMATS
 from dmplay.game.table import Table
 from dmplay.words.commands import COMMANDS, TOPICS
 from dmplay.words.completion import known
@@ -12,7 +13,7 @@ OPTIONS = (
     "--variant", "--set", "--seed", "--episode", "--agent", "--vs", "--seat", "--turns", "--record",
     "--frames", "--force", "--reveal", "--strict",
 )  # fmt: skip
-FORMATS = ("--svg", "--film", "--html", "--cast", "--text", "--csv", "--json", "--at", "--output")
+EXPORT = (*(f"--{name}" for name in FORMATS), "--at", "--output")
 
 
 def candidates(table: Table, before: str) -> list[str]:
@@ -36,7 +37,7 @@ def candidates(table: Table, before: str) -> list[str]:
         return _seats(table, rest)
     if command in ("load", "replay", "save", "export", "resume"):
         files = [] if rest else known.transcripts()
-        return [*files, *FORMATS] if command == "export" else files
+        return [*files, *EXPORT] if command == "export" else files
     simple: dict[str, Callable[[], list[str]]] = {
         "act": lambda: actions(table),
         "set": lambda: [] if rest else [name.rstrip("=") for name in _parameters(table)],

@@ -14,9 +14,9 @@ def problems(word: str = "") -> list[str]:
     base, colon, _ = word.partition(":")
     if not colon or base not in problem_names():
         return problem_names()
-    from dmplay.finding import catalog
+    from dmplay.finding import problems
 
-    return [f"{base}:{variant}" for variant in catalog.variants(base) if variant]
+    return [f"{base}:{variant}" for variant in problems.variants(base) if variant]
 
 
 def figures() -> list[str]:

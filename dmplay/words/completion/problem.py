@@ -2,7 +2,8 @@
 
 from dmplay.core import Problem
 from dmplay.errors import DmplayError
-from dmplay.finding import catalog
+from dmplay.finding import problems
+from dmplay.finding.agents import roster, settings
 
 SEATS = ("human", "script:", "replay:")
 
@@ -12,11 +13,11 @@ def agents(problem: str, word: str = "") -> list[str]:
     found = _loaded(problem)
     if found is None:
         return [*SEATS]
-    known = catalog.agents(found)
+    known = roster(found).agents
     base, colon, _ = word.partition(":")
     if colon and base in known:
         before = word[: max(word.rfind(","), word.rfind(":")) + 1]
-        return [f"{before}{name}=" for name in catalog.settings(known[base])]
+        return [f"{before}{name}=" for name in settings(known[base])]
     return ["human", *known, *SEATS[1:]]
 
 
@@ -34,11 +35,11 @@ def seats(problem: str, word: str = "") -> list[str]:
 def parameters(problem: str) -> list[str]:
     """The parameters of a problem, `NAME=`."""
     found = _loaded(problem)
-    return [] if found is None else [f"{name}=" for name in catalog.parameters(found)]
+    return [] if found is None else [f"{name}=" for name in problems.parameters(found)]
 
 
 def _loaded(problem: str) -> Problem | None:
     try:  # no code but our own is run for a completion
-        return catalog.resolve(problem, {}, trusted=False).problem
+        return problems.resolve(problem, {}, trusted=False).problem
     except DmplayError:
         return None

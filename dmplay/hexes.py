@@ -62,13 +62,13 @@ def paths(hexes: Sequence[Hex]) -> Ints:
     return steps
 
 
-def notation(hex_: Hex) -> str:
+def notation_of(hex_: Hex) -> str:
     """`(q,r)`."""
     return f"({hex_[0]},{hex_[1]})"
 
 
-def parse(text: str) -> Hex:
-    """The hex that `notation` wrote."""
+def hex_of(text: str) -> Hex:
+    """The hex that `notation_of` wrote."""
     q, r = text.strip("()").split(",")
     return int(q), int(r)
 

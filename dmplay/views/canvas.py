@@ -1,13 +1,9 @@
-"""A grid of characters with styles, and what a view is told about the screen."""
+"""A grid of characters with styles, drawn as text."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from itertools import groupby
-from typing import NamedTuple, Protocol
 
 from rich.text import Span, Text
-
-from dmplay.chance import Array, Reals
-from dmplay.session import View
 
 ASCII = str.maketrans(
     dict(zip("─│┄━┷╋╱╲┌┐└┘├┤┬┴┼", "-|-=^#/\\+++++++++", strict=True))
@@ -15,53 +11,6 @@ ASCII = str.maketrans(
     | dict(zip("▁▂▃▄▅▆▇▏▎▍▌▋▊▉", "_.:-=+*       ", strict=True))
 )
 DIAGONALS = {"↗": "NE", "↖": "NW", "↙": "SW", "↘": "SE"}
-
-
-NOTHING: Mapping[str, str] = {}
-
-
-class Overlay(NamedTuple):
-    """What else to write into the board: values, policy or states."""
-
-    kind: str
-    values: Reals  # [S, A], the value of each action in each state
-
-
-class Look(NamedTuple):
-    """The room there is, and what is wanted in it."""
-
-    width: int = 80
-    height: int = 24
-    ascii: bool = False
-    overlay: Overlay | None = None
-    keys: bool = False  # whether to write keys into the board
-    names: Mapping[str, str] = NOTHING  # the key of an action, where it is not the view's own
-    state: Array | None = None  # the true state, where it is to be revealed
-    around: int = 0  # rows that the screen needs beside the drawing's
-
-
-class Style(Protocol):
-    """A view: a module of this shape, with the stem of its problem.
-
-    It may also have NUDGES, keys that add so much to a typed number; LEFT, the keys of a second
-    person; and FAMILY, the name under which a player sets its keys where that is not the problem's.
-    """
-
-    @property
-    def KEYS(self) -> Mapping[str, str]:  # noqa: N802 - a constant of the module
-        """A key -> the label of the action that it plays."""
-
-    def boards(self, view: View, look: Look) -> Iterator[Text]:
-        """The drawings, the largest first."""
-
-    def panel(self, view: View) -> list[tuple[str, str]]:
-        """Facts for the side panel."""
-
-    def told(self, view: View) -> str:
-        """What the last turn did, in sentences."""
-
-    def situation(self, view: View) -> str:
-        """Where the game stands, in sentences."""
 
 
 class Canvas:
@@ -107,22 +56,6 @@ def size(text: Text) -> tuple[int, int]:
     """Columns and rows of a drawing."""
     rows = text.plain.split("\n")
     return max(map(len, rows)), len(rows)
-
-
-class Needed(Text):
-    """What room the smallest drawing needs, in place of a drawing."""
-
-
-def fit(style: Style, view: View, look: Look) -> Text:
-    """The largest drawing that the room holds; else one line that says what is needed."""
-    smallest = (0, 0)
-    for drawn in style.boards(view, look):
-        smallest = size(drawn)
-        if smallest[0] <= look.width and smallest[1] <= look.height:
-            return plainly(drawn) if look.ascii else drawn
-    needed = f"need {smallest[0]}x{smallest[1] + look.around}"
-    told = f"{needed}; playing in text"
-    return Needed(told if len(told) <= look.width else needed[: look.width], no_wrap=True)
 
 
 def plainly(text: Text) -> Text:

@@ -1,43 +1,16 @@
-"""The command line as a function: words in, what it prints out."""
+"""What is wrong with words of the command line, in a sentence."""
 
-import contextlib
-import io
-import sys
-from collections.abc import Sequence
 from typing import Any
 
 import typer
 
-from dmplay.errors import BadParameter, DmplayError
+from dmplay.errors import DmplayError
 
 USAGE: type[Exception] = typer.BadParameter.__mro__[1]  # click's, wherever typer keeps it
 KINDS = {  # click's names of kinds, the longer first, in plain words
     "int range": "whole number", "float range": "number", "int": "whole number", "float": "number",
 }  # fmt: skip
 ABORTED: type[Exception] = typer.Abort  # Ctrl-C
-
-
-class _Paper(io.StringIO):
-    """What is printed, in the characters that another stream has."""
-
-    def __init__(self, encoding: str) -> None:
-        super().__init__()
-        self._encoding = encoding
-
-    @property
-    def encoding(self) -> str:  # type: ignore[override] # of no use to the text itself
-        """The other stream's."""
-        return self._encoding
-
-
-def program(commands: Any, words: Sequence[str], table: object) -> str:
-    """What `commands`, click's, print for these words; games they set up are put on the table."""
-    with contextlib.redirect_stdout(_Paper(sys.stdout.encoding)) as printed:
-        try:
-            commands([*words], standalone_mode=False, prog_name="dmplay", obj=table)
-        except USAGE as error:
-            raise BadParameter(sentence(error)) from None
-    return printed.getvalue().rstrip("\n")
 
 
 def sentence(error: Exception) -> str:

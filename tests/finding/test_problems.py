@@ -1,12 +1,10 @@
-"""Names to things: problems, variants, parameters, agents, and the nearest when one is wrong."""
-
-from pathlib import Path
+"""Names to problems: variants, parameters, actions, seats, and the nearest when one is wrong."""
 
 import pytest
 
 import dmplay
 from dmplay.errors import BadParameter, DmplayError, UnknownName
-from dmplay.finding import catalog
+from dmplay.finding import problems
 from dmplay.finding.names import problem_names
 
 
@@ -18,8 +16,8 @@ def test_a_problem_is_loaded_with_variant_and_parameters() -> None:
 
 def test_every_built_in_problem_loads_under_its_name() -> None:
     for name in problem_names():
-        assert catalog.resolve(name, {}).name == name
-        assert catalog.variants(name)[""] == dmplay.load(name)
+        assert problems.resolve(name, {}).name == name
+        assert problems.variants(name)[""] == dmplay.load(name)
 
 
 @pytest.mark.parametrize(
@@ -58,32 +56,6 @@ def test_a_wrong_name_or_value_is_one_clear_line(
         dmplay.load(name, **parameters)
     assert str(caught.value).startswith(message)
     assert "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [
-        ("optimla", "unknown agent 'optimla'; did you mean optimal?"),
-        ("random:speed=3", "agent random: unknown parameter 'speed'"),
-        ("optimal:x", "agent optimal: unknown parameter 'x'"),
-    ],
-)
-def test_a_wrong_agent_is_one_clear_line(name: str, message: str) -> None:
-    with pytest.raises(UnknownName) as caught:
-        dmplay.agent(dmplay.load("hexworld"), 0, name)
-    assert str(caught.value).startswith(message)
-
-
-def test_an_agent_in_a_file_plays(tmp_path: Path) -> None:
-    (tmp_path / "bots.py").write_text(
-        "from dmplay.policies.general import Random as Bot\nclass Nothing:\n"
-        "    def __init__(self, problem, seat): pass\n"
-    )
-    problem = dmplay.load("hexworld")
-    bot = dmplay.agent(problem, 0, f"{tmp_path}/bots.py:Bot")
-    assert dmplay.rollout(problem, [bot], episodes=3).over.all()
-    with pytest.raises(DmplayError, match="not a policy, it lacks begin, update, choose"):
-        dmplay.agent(problem, 0, f"{tmp_path}/bots.py:Nothing")
 
 
 @pytest.mark.parametrize(

@@ -1,17 +1,23 @@
 """Policies for a problem that a user brings: what its kind and size allow."""
 
-from collections.abc import Callable
-
-from dmplay.core import Interval, Policy, Problem
+from dmplay.core import Interval, Problem
 from dmplay.errors import BadParameter
 from dmplay.policies._solved import Optimal, Plan, Qmdp, Seeing
+from dmplay.policies.kinds import Seated
+from dmplay.policies.roster import Roster
 from dmplay.tabular import tabulate
 
 FEW_SEEN, FEW_HIDDEN = 1000, 4  # states that a table, and alpha vectors, are made of
 
 
-def POLICIES(problem: Problem) -> dict[str, Callable[..., Policy]]:  # noqa: N802 - as elsewhere
-    """The agents that fit."""
+def roster(problem: Problem, seat: int) -> Roster:
+    """Those that fit; the optimum or a plan advises where there is one, else a search."""
+    fitting = _fitting(problem)
+    best = next((name for name in ("optimal", "plan") if name in fitting), "search")
+    return Roster(fitting, adviser=best)
+
+
+def _fitting(problem: Problem) -> dict[str, type[Seated]]:
     one = len(problem.agents) == 1 and not isinstance(problem.actions[0], Interval)
     if not one or not isinstance(problem.states, int):
         return {}
@@ -30,9 +36,3 @@ def _listed(problem: Problem) -> bool:
     except BadParameter:
         return False
     return True
-
-
-def HINT(problem: Problem, seat: int) -> str:  # noqa: N802
-    """The optimum or a plan where there is one, else what a search finds."""
-    fitting = POLICIES(problem)
-    return next((name for name in ("optimal", "plan") if name in fitting), "search")

@@ -1,7 +1,9 @@
 """Believers that know what each action is worth, for good or with some turns to go."""
 
 from abc import abstractmethod
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -9,7 +11,7 @@ from dmplay.chance import Array, Reals
 from dmplay.core import Memory, Percept, parameter
 from dmplay.errors import BadParameter
 from dmplay.policies._believing import Believing
-from dmplay.policies._kinds import Maximising
+from dmplay.policies.kinds import Maximising
 
 
 @dataclass(frozen=True)
@@ -28,6 +30,10 @@ class Planner(Valued):
         if self.horizon < 1:
             raise BadParameter(f"horizon: got {self.horizon}, expected at least 1")
 
+    def in_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
+        """One that does not look beyond the end."""
+        return self if turns is None else replace(self, horizon=min(turns, self.horizon))
+
 
 @dataclass(frozen=True)
 class Countdown(Planner):
@@ -36,6 +42,7 @@ class Countdown(Planner):
     The memory is the belief and the number of turns done.
     """
 
+    whole_game = True
     FARTHEST = 100  # turns that it can plan in time
 
     @abstractmethod
@@ -54,8 +61,14 @@ class Countdown(Planner):
         """Q of each action with the turns that are left."""
         b, done = memory
         left = self.horizon - done % self.horizon
-        q = np.zeros((len(b), len(self.problem.actions[self.seat])))
+        q = np.zeros((len(b), self.problem.action_counts[self.seat]))
         for turns in np.unique(left).tolist():
             rows = left == turns
             q[rows] = self.ahead(b[rows], turns)
         return q
+
+    def in_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
+        """One that plans the whole game, where that can be done in time."""
+        if turns is None or turns > self.FARTHEST:
+            return super().in_game(turns, rivals)
+        return replace(self, horizon=turns)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.chance import Bools, Reals
-from dmplay.core import Labels, Problem
+from dmplay.core import Problem
 
 RARE = 1e-4  # a probability that is not worth telling
 
@@ -29,9 +29,7 @@ def part(tick: Tick, low: float, high: float) -> Tick:
 
 def names(problem: Problem, able: Bools, seat: int = 0) -> str:
     """The names of a seat's actions that are marked."""
-    labels = problem.actions[seat]
-    assert isinstance(labels, Labels)
-    return " ".join(labels[a] for a in np.flatnonzero(able))
+    return " ".join(problem.actions[seat].labels[a] for a in np.flatnonzero(able))
 
 
 def mixed(problem: Problem, seat: int, mix: Reals) -> str:

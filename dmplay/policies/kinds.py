@@ -1,30 +1,48 @@
 """What policies are made of: a seat, the simplest kinds of memory, the choice by value."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar, Self
 
 import numpy as np
 
 from dmplay.chance import Array, Bools, Ints, Reals
-from dmplay.core import Memory, Percept, Problem
+from dmplay.core import Memory, Percept, Policy, Problem
 from dmplay.solvers.value_iteration import greedy
 
 
 @dataclass(frozen=True)
-class Seated:
-    """A policy of one seat that draws nothing and knows no values, unless it says so."""
+class Seated(Policy):
+    """A policy of one seat whose other fields are its parameters.
+
+    Unless it says so it draws nothing, takes no note of the clock, knows no values and is the same
+    in every game.
+    """
 
     problem: Problem
     seat: int
+
+    unnamed: ClassVar[str] = ""  # the parameter whose name may be left out
+    whole_game: ClassVar[bool] = False  # whether its bare name means a plan of the game at hand
 
     @property
     def draws(self) -> int:
         """How many uniforms one row of one choice consumes: none."""
         return 0
 
+    @property
+    def timed(self) -> bool:
+        """Whether its choice depends on how fast the machine is."""
+        return False
+
     def values(self, memory: Memory) -> Reals | None:
         """Unknown."""
         return None
+
+    def in_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
+        """The same agent as suits a game of so many turns against these others, by name."""
+        return self
 
 
 class Maximising(ABC):
@@ -40,8 +58,8 @@ class Maximising(ABC):
 
 
 @dataclass(frozen=True)
-class Reactive(Seated, ABC):
-    """A policy that acts on what it saw last."""
+class Reactive(Seated):
+    """A policy that acts on what it saw last, `memory[0]`."""
 
     def begin(self, observation: Array) -> Memory:
         """The first observation."""
@@ -50,10 +68,6 @@ class Reactive(Seated, ABC):
     def update(self, memory: Memory, percept: Percept) -> Memory:
         """The new observation."""
         return (percept.observation,)
-
-    @abstractmethod
-    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """Actions `[B]` from the observation `memory[0]`."""
 
 
 @dataclass(frozen=True)

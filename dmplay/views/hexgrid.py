@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from rich.text import Text
 
-from dmplay.problems import _hex
-from dmplay.problems._hex import DIRECTIONS, Hex, neighbours
+from dmplay.hexes import DIRECTIONS, Hex, distance, neighbours, notation_of
 from dmplay.solvers.value_iteration import best
-from dmplay.views._canvas import Canvas, Look, short
+from dmplay.views.canvas import Canvas, short
+from dmplay.views.style import Look
 
 ARROWS = ("→", "↗", "↖", "←", "↙", "↘")
 COMPASS = ("E", "NE", "NW", "W", "SW", "SE")
@@ -45,6 +45,18 @@ class Size(NamedTuple):
 
     width: int
     lines: int
+
+
+class Walk(NamedTuple):
+    """What came of a move: the direction it went, nothing where it bumped; whether it slipped."""
+
+    way: str
+    slipped: bool
+
+    @property
+    def said(self) -> str:
+        """In words: `moved NE`, `slipped, moved E`, or `bumped, stayed`."""
+        return f"{'slipped, ' * self.slipped}moved {self.way}" if self.way else "bumped, stayed"
 
 
 NORMAL, COMPACT, DOTS, FINE = Size(6, 2), Size(4, 1), Size(4, 0), Size(2, 0)
@@ -117,20 +129,20 @@ def key_of(look: Look, way: int) -> str:
 def ways(hexes: Sequence[Hex], here: Hex, kind: Callable[[Hex], str]) -> list[str]:
     """The six ways on in action order, a sentence each: `E (6,2) floor.`, `NE wall.`."""
     return [
-        f"{name.upper()} {f'{_hex.notation(near)} {kind(near)}' if near in hexes else 'wall'}."
+        f"{name.upper()} {f'{notation_of(near)} {kind(near)}' if near in hexes else 'wall'}."
         for name, near in zip(DIRECTIONS, neighbours(here), strict=True)
     ]
 
 
 def steps(one: Hex, other: Hex) -> str:
     """How far one hex is from another on the plane: `4 steps`."""
-    count = _hex.distance(one, other)
+    count = distance(one, other)
     return f"{count} step{'s' * (count != 1)}"
 
 
-def walked(before: Hex, after: Hex, chosen: int) -> str:
-    """What came of a move: `bumped, stayed`, `moved NE`, or `moved E slip`."""
+def walked(before: Hex, after: Hex, chosen: int) -> Walk:
+    """What came of a move."""
     if after == before:
-        return "bumped, stayed"
+        return Walk("", False)
     went = neighbours(before).index(after)
-    return f"moved {DIRECTIONS[went].upper()}{' slip' if went != chosen else ''}"
+    return Walk(DIRECTIONS[went].upper(), went != chosen)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.chance import Array, Chance, Reals
-from dmplay.core import Outcome, Problem
+from dmplay.core import Labels, Outcome, Problem
 
 
 @dataclass(frozen=True)
@@ -15,6 +15,11 @@ class MatrixGame(Problem):
 
     agents = ("agent1", "agent2")
     horizon = 10
+
+    @property
+    @abstractmethod
+    def actions(self) -> tuple[Labels, Labels]:
+        """What each of the two can do."""
 
     @property
     @abstractmethod

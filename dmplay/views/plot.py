@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from rich.text import Text
 
-from dmplay.views._canvas import Canvas
+from dmplay.views.canvas import Canvas
 
 
 class Axis(NamedTuple):

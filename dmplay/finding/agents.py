@@ -1,0 +1,116 @@
+"""Agents by name: who can play a seat, who advises there, and how an agent in a game is named.
+
+An agent is `NAME`, `NAME:PARAMETER=VALUE,...`, `MODULE:ATTRIBUTE` or `./FILE.py:ATTRIBUTE`.
+"""
+
+from collections.abc import Sequence
+from dataclasses import Field, fields, replace
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any
+
+from dmplay.core import Policy, Problem, check_bounds
+from dmplay.errors import BadParameter, BadPolicy, UnknownName
+from dmplay.finding.outside import attribute, is_outside
+from dmplay.finding.problems import stem
+from dmplay.finding.typed import typed
+from dmplay.policies.kinds import Seated
+from dmplay.policies.roster import Roster
+
+
+def roster(problem: Problem, seat: int = 0) -> Roster:
+    """Who can play a seat of a problem: its own agents, then those for any problem."""
+    own = stem(problem)
+    if not own or find_spec(f"dmplay.policies.{own}") is None:
+        own = "brought"
+    first, rest = _listed(own, problem, seat), _listed("general", problem, seat)
+    return replace(first, agents={**first.agents, **rest.agents})
+
+
+def agent(problem: Problem, seat: int, name: str) -> Policy:
+    """The agent of this name for a seat, `NAME` or `NAME:PARAMETER=VALUE,...`."""
+    if not is_outside(name):
+        return _of_roster(problem, seat, name)
+    made: Policy = attribute(name)(problem, seat)
+    missing = [part for part in ("begin", "update", "choose") if not hasattr(made, part)]
+    if missing:
+        raise BadPolicy(f"{name}: not a policy, it lacks {', '.join(missing)}")
+    return made
+
+
+def adviser(
+    problem: Problem, seat: int, turns: int | None = None, seats: Sequence[str] = ()
+) -> tuple[str, Seated] | None:
+    """The agent whose values and choices serve as hints, as suits this game, with its name.
+
+    The game is of so many turns, against those who sit in the other `seats`.
+    """
+    name = roster(problem, seat).adviser
+    if name is None:
+        return None
+    rivals = [who for other, who in enumerate(seats) if other != seat]
+    suited = _of_roster(problem, seat, name).in_game(turns, rivals)
+    return _named(name, suited), suited
+
+
+def for_turns(problem: Problem, seat: int, name: str, turns: int) -> str:
+    """The agent of this name in a game of so many turns: one that plans a whole game plans this."""
+    if name not in roster(problem, seat).agents:
+        return name
+    found = _of_roster(problem, seat, name)
+    return _named(name, found.in_game(turns, ())) if found.whole_game else name
+
+
+def settings(make: type[Seated]) -> dict[str, object]:
+    """The parameters of an agent with their defaults."""
+    return {one.name: one.default for one in _parameters(make)}
+
+
+def meanings(make: type[Seated]) -> dict[str, str]:
+    """The parameters of an agent with what they mean, '' where it does not say."""
+    return {one.name: one.metadata.get("meaning", "") for one in _parameters(make)}
+
+
+def _listed(module: str, problem: Problem, seat: int) -> Roster:
+    found: Roster = import_module(f"dmplay.policies.{module}").roster(problem, seat)
+    return found
+
+
+def _of_roster(problem: Problem, seat: int, name: str) -> Seated:
+    base, _, given = name.partition(":")
+    known = roster(problem, seat).agents
+    if base not in known:
+        raise UnknownName("agent", base, ["human", *known, "script", "replay"])
+    make = known[base]
+    made = make(problem, seat, **_settings(make, given, base))
+    check_bounds(made)
+    return made
+
+
+def _settings(make: type[Seated], given: str, name: str) -> dict[str, object]:
+    """The parameters `a=1,b=2` of an agent, typed after their defaults."""
+    known = settings(make)
+    found = {}
+    for pair in filter(None, given.split(",")):
+        key, equals, value = pair.partition("=")
+        if not equals and make.unnamed:
+            key, equals, value = make.unnamed, "=", pair
+        plain = key.strip().replace("-", "_")
+        if plain not in known:
+            raise UnknownName("parameter", key, known, where=f"agent {name}")
+        if not equals:
+            raise BadParameter(f"agent {name}: got {pair!r}, expected {plain}=VALUE")
+        found[plain] = typed(plain, value.strip(), known[plain])
+    return found
+
+
+def _named(name: str, found: Seated) -> str:
+    """The name of an agent with those of its parameters that are not as by default."""
+    plain = settings(type(found))
+    changed = {key: getattr(found, key) for key in plain if getattr(found, key) != plain[key]}
+    told = ",".join(f"{key}={value}" for key, value in changed.items())
+    return f"{name}:{told}" if told else name
+
+
+def _parameters(make: type[Seated]) -> list[Field[Any]]:
+    return [one for one in fields(make) if one.name not in ("problem", "seat")]

@@ -1,0 +1,87 @@
+"""How a game is told: a turn, the situation, the end, and what only the end brings out."""
+
+from collections.abc import Sequence
+
+from dmplay.core import Problem
+from dmplay.game import facts
+from dmplay.session import Session, View
+from dmplay.transcript.format import number, turn_facts
+from dmplay.views.style import Look, fit, style_of
+
+FRAME = Look(width=80, height=24)
+
+
+def frame(session: Session) -> str:
+    """What the first seat's screen shows, as the transcript's plain-text frame."""
+    drawn = fit(style_of(session.problem), session.view(0), FRAME)
+    return "\n".join(row.rstrip() for row in drawn.plain.split("\n"))
+
+
+class Account:
+    """What is said of a session, to people who may know their view of it, or all if revealed."""
+
+    def __init__(self, session: Session, people: Sequence[int], *, reveal: bool) -> None:
+        self.session = session
+        self.people = people
+        self.reveal = reveal
+        self._style = style_of(session.problem)
+        self._hidden: tuple[object, list[dict[str, object]]] = (None, [])
+        self._sum: tuple[View[Problem], float] | None = None
+
+    def said(self, view: View[Problem]) -> str:
+        """The last turn in one line: number, what happened, reward and return where seen."""
+        rerolled = ", under other dice" if view.turn in self.session.rerolls else ""
+        parts = [f"turn {view.turn}{rerolled}.", self._style.told(view)]
+        if view.rewards is not None:
+            parts.append(f"reward {view.rewards[-1]:.6g}. return {self.returned(view):.6g}.")
+        return " ".join(parts)
+
+    def change(self, view: View[Problem], before: int) -> str:
+        """What happened since there were so many turns: how far back the game is, or a turn."""
+        return f"undone. turn {view.turn}." if view.turn < before else self.said(view)
+
+    def returned(self, view: View[Problem]) -> float:
+        """The discounted sum of the rewards that a view shows; a frame asks twice."""
+        if self._sum is None or self._sum[0] is not view:
+            discount = view.problem.discount
+            each = (discount**t * reward for t, reward in enumerate(view.rewards or ()))
+            self._sum = view, sum(each, 0.0)
+        return self._sum[1]
+
+    def situation(self, view: View[Problem]) -> str:
+        """Where the game stands, in sentences."""
+        words = self._style.situation(view)
+        if self.reveal and view.problem.observations is not None:
+            words += f" truly {view.problem.notation(self.session.state)}."
+        return words
+
+    def public(self, view: View[Problem]) -> dict[str, object]:
+        """The last turn as data: all of it if no person plays or all is revealed, else what the
+        seat of the view may know.
+        """
+        if not self.people or self.reveal:
+            return turn_facts(self.session)
+        return facts.public(self.session, view)
+
+    def result(self) -> str:
+        """How it ended: reason, turns, return and total of each seat."""
+        session = self.session
+        agents = session.problem.agents
+        sums = zip(agents, session.returns(), session.totals(), strict=True)
+        each = "; ".join(f"{who} return {number(r):g}, total {number(t):g}" for who, r, t in sums)
+        turns = len(session.turns)
+        return f"{session.ending or 'unfinished'} after {turns} turn{'s' * (turns != 1)}. {each}."
+
+    def closing(self) -> list[str]:
+        """How it ended and, turn by turn, what was hidden, a line each."""
+        return [f"over: {self.result()}", *map(facts.sentence, self.debrief())]
+
+    def debrief(self) -> list[dict[str, object]]:
+        """Turn by turn what was hidden, once it is over: state, observation, belief and reward."""
+        session = self.session
+        if session.problem.observations is None or not session.over:
+            return []
+        key = (len(session.turns), session.ending)
+        if self._hidden[0] != key:
+            self._hidden = key, facts.debrief(session)
+        return self._hidden[1]

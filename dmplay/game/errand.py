@@ -1,0 +1,62 @@
+"""What words of the command line come to: a game to be played, or a report to be told."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+from rich.text import Text
+
+from dmplay.game.request import Recording, Request, Wanted
+from dmplay.terminal import Wishes, here
+from dmplay.views.canvas import plainly
+
+HERE = Wishes()
+
+
+class Sitting(NamedTuple):
+    """A game that is wanted, and how it is to be played."""
+
+    wanted: Wanted
+    wishes: Wishes
+    quiet: bool = False
+    speed: float = 2.0  # turns a second when agents play
+    rate: float | None = None  # turns a second in real time
+
+    @property
+    def at_a_table(self) -> Wanted:
+        """The game as one that people play after another: they may be asked, and it is kept."""
+        match self.wanted:
+            case Request():
+                return replace(self.wanted, keep=True, asks=True)
+            case Recording():
+                return self.wanted
+        return replace(self.wanted, asks=True)
+
+
+class Told(NamedTuple):
+    """A report, and what becomes of the command."""
+
+    text: Text | str
+    wishes: Wishes = HERE
+    errors: str = ""  # for the channel of errors
+    code: int = 0  # of the process
+
+    @property
+    def plain(self) -> str:
+        """The report without colour, in the characters of the terminal."""
+        if isinstance(self.text, str):
+            return self.text
+        shown = plainly(self.text) if here(self.wishes).ascii else self.text
+        return shown.plain.rstrip("\n")
+
+
+class Conversation(NamedTuple):
+    """Games that are wanted one after another, in words."""
+
+    commands: Sequence[str]  # done in place of what is typed
+    wishes: Wishes
+    speed: float
+
+
+Errand = Sitting | Told
+Program = Callable[[Sequence[str]], Errand]  # what the command line makes of words

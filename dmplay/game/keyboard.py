@@ -1,0 +1,118 @@
+"""Which action a typed word or a key is, in the hands of those who play."""
+
+import re
+from collections.abc import Mapping, Sequence
+from itertools import zip_longest
+
+from dmplay.core import Interval, Problem
+from dmplay.errors import BadParameter, UnknownName
+from dmplay.game import keymap
+from dmplay.game.keymap import Keys
+from dmplay.session import View
+from dmplay.views.style import style_of
+
+PAIR = 2
+DIGITS = 10  # keys that are the number of an action
+DIGIT_KEYS = "0123456789"
+NUMERIC = re.compile(r"\s*[-+]?\.?\d")
+
+
+class Keyboard:
+    """The keys of a problem's people, who sit in these seats."""
+
+    def __init__(self, problem: Problem, people: Sequence[int], wanted: Keys) -> None:
+        self.problem = problem
+        self.people = people
+        self.hands = keymap.hands(problem, wanted)
+        self.nudges: Mapping[str, float] = getattr(style_of(problem), "NUDGES", {})
+
+    def read(self, seat: int, word: str) -> float:
+        """The action that a person typed: its name, an alias, its number or a key."""
+        return action_of(self.problem, seat, word, self.of(seat))
+
+    def pressed(self, seat: int, key: str) -> tuple[int, float] | None:
+        """Whose action a key plays, and which: of this seat, or each with keys of its own where
+        two people share a keyboard and see the same.
+        """
+        hands, keys = self.hands, self.of(seat)
+        if len(self.people) == PAIR and hands.other and self.problem.observations is None:
+            second = key in hands.other
+            seat, keys = self.people[second], hands.other if second else hands.keys
+        action = action_by_key(self.problem, seat, key, keys)
+        return None if action is None else (seat, action)
+
+    def of(self, seat: int) -> Mapping[str, str]:
+        """The keys of a seat's person, first those of the hand that is the second's of two."""
+        second = len(self.people) == PAIR and seat == self.people[1]
+        return {**self.hands.other, **self.hands.keys} if second else self.hands.keys
+
+    def names(self, seat: int) -> Mapping[str, str]:
+        """The key of each action of a seat, as a board shows it; none for reals."""
+        labels = self.problem.actions[seat]
+        return {} if isinstance(labels, Interval) else keymap.names(self.of(seat), labels)
+
+    def types_numbers(self, seat: int) -> bool:
+        """Whether actions are typed as numbers, not pressed as keys."""
+        actions = self.problem.actions[seat]
+        return isinstance(actions, Interval) or (len(actions) > DIGITS and actions[0].isdigit())
+
+    def legal(self, view: View[Problem]) -> list[tuple[str, str, bool]]:
+        """Key, label and legality of each action; '' where numbers are typed, [] for reals."""
+        labels = self.problem.actions[view.seat]
+        if isinstance(labels, Interval):
+            return []
+        keys: dict[str, str] = {}
+        for key, label in self.of(view.seat).items():
+            keys.setdefault(label, key)
+        digits = [str(n % DIGITS) for n in range(1, DIGITS + 1)] if len(labels) <= DIGITS else []
+        return [
+            (keys.get(label, digit), label, view.legal is None or bool(view.legal[index]))
+            for index, (label, digit) in enumerate(
+                zip_longest(labels, digits[: len(labels)], fillvalue="")
+            )
+        ]
+
+
+def action_of(
+    problem: Problem, seat: int, word: str, keys: Mapping[str, str] | None = None
+) -> float:
+    """The action that a person wrote: its name, an alias, its number or a key."""
+    try:
+        return problem.action(seat, word)
+    except UnknownName:
+        by_key = action_by_key(problem, seat, word, keys)
+        if by_key is None:
+            _check_bounds(problem, seat, word)
+            raise
+        return by_key
+
+
+def _check_bounds(problem: Problem, seat: int, word: str) -> None:
+    """Refuses a number where actions are other whole numbers, and tells which."""
+    labels = problem.actions[seat]
+    if isinstance(labels, Interval) or not all(label.isdigit() for label in labels):
+        return
+    if NUMERIC.match(word):
+        step = int(labels[1]) - int(labels[0])
+        tens = f" in steps of {step}" if step > 1 else ""
+        wanted = f"a whole number from {labels[0]} to {labels[-1]}{tens}"
+        raise BadParameter(f"action: got {word!r}, expected {wanted}") from None
+
+
+def action_by_key(
+    problem: Problem, seat: int, key: str, keys: Mapping[str, str] | None = None
+) -> float | None:
+    """The action that a key plays, of a view's keys if no others are in force.
+
+    A digit is the action's number, 0 the tenth.
+    """
+    labels = problem.actions[seat]
+    if isinstance(labels, Interval):
+        return None
+    in_force = style_of(problem).KEYS if keys is None else keys
+    if in_force.get(key) in labels:
+        return labels.index(in_force[key])
+    if len(key) == 1 and key in DIGIT_KEYS and len(labels) <= DIGITS:
+        number = (int(key) - 1) % DIGITS
+        return number if number < len(labels) else None
+    return None

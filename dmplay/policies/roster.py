@@ -1,0 +1,20 @@
+"""Who can play a problem.
+
+Each module of a problem's policies, that for problems from elsewhere and that for any problem have
+one function `roster` of the problem and the seat.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from dmplay.policies.kinds import Seated
+
+
+@dataclass(frozen=True)
+class Roster:
+    """The agents that fit a seat of a problem, by name, and those of them with a part to play."""
+
+    agents: Mapping[str, type[Seated]]
+    adviser: str | None = None  # its values and choices serve as hints
+    partner: str = "random"  # sits where nobody was named, beside a person
+    quick: str | None = None  # plays many games at once where the adviser takes long

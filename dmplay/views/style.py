@@ -1,0 +1,84 @@
+"""What every view offers, what it is told about the screen, and which view a problem has."""
+
+import importlib
+import importlib.util
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple, Protocol, cast
+
+from rich.text import Text
+
+from dmplay.chance import Array, Reals
+from dmplay.core import Problem
+from dmplay.finding import problems
+from dmplay.session import View
+from dmplay.views.canvas import plainly, size
+
+NOTHING: Mapping[str, str] = {}
+
+
+class Overlay(NamedTuple):
+    """What else to write into the board: values, policy or states."""
+
+    kind: str
+    values: Reals  # [S, A], the value of each action in each state
+
+
+class Look(NamedTuple):
+    """The room there is, and what is wanted in it."""
+
+    width: int = 80
+    height: int = 24
+    ascii: bool = False
+    overlay: Overlay | None = None
+    keys: bool = False  # whether to write keys into the board
+    names: Mapping[str, str] = NOTHING  # the key of an action, where it is not the view's own
+    state: Array | None = None  # the true state, where it is to be revealed
+    around: int = 0  # rows that the screen needs beside the drawing's
+
+
+class Style(Protocol):
+    """A view: a module of this shape, with the stem of its problem.
+
+    It may also have NUDGES, keys that add so much to a typed number; LEFT, the keys of a second
+    person; and FAMILY, the name under which a player sets its keys where that is not the problem's.
+    """
+
+    @property
+    def KEYS(self) -> Mapping[str, str]:  # noqa: N802 - a constant of the module
+        """A key -> the label of the action that it plays."""
+
+    def boards(self, view: View[Problem], look: Look) -> Iterator[Text]:
+        """The drawings, the largest first."""
+
+    def panel(self, view: View[Problem]) -> list[tuple[str, str]]:
+        """Facts for the side panel."""
+
+    def told(self, view: View[Problem]) -> str:
+        """What the last turn did, in sentences."""
+
+    def situation(self, view: View[Problem]) -> str:
+        """Where the game stands, in sentences."""
+
+
+def style_of(problem: Problem) -> Style:
+    """The view module of a problem; the generic one where it has none."""
+    own = problems.stem(problem)
+    name = own if own and importlib.util.find_spec(f"dmplay.views.{own}") else "generic"
+    # A view is shown games of its own problem alone: the one whose stem it has.
+    return cast(Style, importlib.import_module(f"dmplay.views.{name}"))
+
+
+class Needed(Text):
+    """What room the smallest drawing needs, in place of a drawing."""
+
+
+def fit(style: Style, view: View[Problem], look: Look) -> Text:
+    """The largest drawing that the room holds; else one line that says what is needed."""
+    smallest = (0, 0)
+    for drawn in style.boards(view, look):
+        smallest = size(drawn)
+        if smallest[0] <= look.width and smallest[1] <= look.height:
+            return plainly(drawn) if look.ascii else drawn
+    needed = f"need {smallest[0]}x{smallest[1] + look.around}"
+    told = f"{needed}; playing in text"
+    return Needed(told if len(told) <= look.width else needed[: look.width], no_wrap=True)

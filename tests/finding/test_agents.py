@@ -1,0 +1,151 @@
+"""Names to agents: who can play where, what suits a game, and how that is named."""
+
+from itertools import product
+from pathlib import Path
+
+import pytest
+
+import dmplay
+from dmplay.core import Problem
+from dmplay.errors import DmplayError, UnknownName
+from dmplay.finding.agents import adviser, for_turns, roster
+from dmplay.finding.names import problem_names
+from dmplay.finding.problems import variants
+from dmplay.game.seats import asked_again
+
+PLAIN = """
+import numpy as np
+
+class Plain:
+    draws = 0
+
+    def __init__(self, problem, seat):
+        pass
+
+    def begin(self, observation):
+        return (np.zeros(len(observation)),)
+
+    def update(self, memory, percept):
+        return memory
+
+    def choose(self, memory, legal, u):
+        return np.zeros(len(u), int)
+
+    def values(self, memory):
+        return None
+"""
+
+
+def seats_of(name: str) -> list[tuple[Problem, int]]:
+    """Every seat of a problem and its variants."""
+    known = variants(name).values()
+    return [(problem, seat) for problem in known for seat in range(len(problem.agents))]
+
+
+@pytest.mark.parametrize("name", problem_names())
+def test_whoever_has_a_part_in_a_roster_is_on_it(name: str) -> None:
+    for problem, seat in seats_of(name):
+        seated = roster(problem, seat)
+        parts = {seated.adviser, seated.partner, seated.quick} - {None}
+        assert parts <= {*seated.agents}
+        assert [*seated.agents][-2:] == ["random", "search"]
+
+
+@pytest.mark.parametrize("name", problem_names())
+def test_an_adviser_is_the_agent_of_its_name(name: str) -> None:
+    for problem, seat in seats_of(name):
+        for turns, rival in product((None, 1, 7, 1000), ("random", "human", "chase", "sing")):
+            found = adviser(problem, seat, turns, [rival] * len(problem.agents))
+            assert found is None or dmplay.agent(problem, seat, found[0]) == found[1]
+
+
+@pytest.mark.parametrize(
+    ("name", "turns", "seats", "told"),
+    [
+        ("catch", None, (), "optimal"),
+        ("catch", 3, (), "optimal:horizon=3"),
+        ("catch", 11, (), "optimal"),
+        ("machine-replacement", 100, (), "optimal:horizon=100"),
+        ("machine-replacement", 101, (), "optimal"),
+        ("predator-prey", 5, ("human", "flee"), "best-response"),
+        ("predator-prey", 5, ("human", "random"), "best-response:to=random"),
+        ("predator-prey", 5, ("human", "chase"), "best-response:to=chase"),
+        ("predator-prey", None, ("human", "human"), "best-response"),
+        ("predator-prey", None, ("human", "random:x=1"), "best-response"),
+        ("multicaregiver-crying-baby", 5, ("human", "feed-when-crying"), "best-response"),
+        ("multicaregiver-crying-baby", 5, ("human", "random"), "best-response:to=random"),
+        ("multicaregiver-crying-baby", 5, ("human", "joint-plan"), "best-response"),
+        ("hexworld", 3, ("human",), "optimal"),
+    ],
+)
+def test_an_adviser_is_named_by_what_it_does_otherwise_in_this_game(
+    name: str, turns: int | None, seats: tuple[str, ...], told: str
+) -> None:
+    found = adviser(dmplay.load(name), 0, turns, seats)
+    assert found is not None
+    assert found[0] == told
+
+
+def test_a_plan_looks_no_further_than_the_end_but_only_to_advise() -> None:
+    unending = dmplay.load("crying-baby", discount=1.0)
+    names = [found[0] for turns in (3, 10, 30) if (found := adviser(unending, 0, turns))]
+    assert names == ["plan:horizon=3", "plan", "plan"]
+    assert for_turns(unending, 0, "plan", 3) == "plan"
+
+
+@pytest.mark.parametrize(
+    ("agent", "turns", "told"),
+    [
+        ("optimal", 3, "optimal:horizon=3"),
+        ("optimal", 10, "optimal"),
+        ("optimal", 11, "optimal"),
+        ("optimal:horizon=7", 3, "optimal:horizon=7"),
+        ("greedy", 3, "greedy"),
+        ("human", 3, "human"),
+        ("./bots.py:Plain", 3, "./bots.py:Plain"),
+    ],
+)
+def test_a_bare_name_is_of_an_agent_that_plans_this_game(agent: str, turns: int, told: str) -> None:
+    assert for_turns(dmplay.load("catch"), 0, agent, turns) == told
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("optimla", "unknown agent 'optimla'; did you mean optimal?"),
+        ("random:speed=3", "agent random: unknown parameter 'speed'"),
+        ("optimal:x", "agent optimal: unknown parameter 'x'"),
+    ],
+)
+def test_a_wrong_agent_is_one_clear_line(name: str, message: str) -> None:
+    with pytest.raises(UnknownName) as caught:
+        dmplay.agent(dmplay.load("hexworld"), 0, name)
+    assert str(caught.value).startswith(message)
+
+
+def test_an_agent_in_a_file_plays(tmp_path: Path) -> None:
+    (tmp_path / "bots.py").write_text(
+        "from dmplay.policies.general import Random as Bot\nclass Nothing:\n"
+        "    def __init__(self, problem, seat): pass\n"
+    )
+    problem = dmplay.load("hexworld")
+    bot = dmplay.agent(problem, 0, f"{tmp_path}/bots.py:Bot")
+    assert dmplay.rollout(problem, [bot], episodes=3).over.all()
+    with pytest.raises(DmplayError, match="not a policy, it lacks begin, update, choose"):
+        dmplay.agent(problem, 0, f"{tmp_path}/bots.py:Nothing")
+
+
+def test_a_class_with_no_more_than_it_needs_plays_and_is_asked_again(tmp_path: Path) -> None:
+    (tmp_path / "bots.py").write_text(PLAIN)
+    problem, name = dmplay.load("hexworld"), f"{tmp_path}/bots.py:Plain"
+    assert for_turns(problem, 0, name, 3) == name
+    played = dmplay.rollout(problem, [dmplay.agent(problem, 0, name)], episodes=2, turns=3)
+    assert played.turns.tolist() == [3, 3]
+    assert asked_again(problem, {"agent": name}, trusted=True) != [None]
+
+
+def test_an_agent_with_a_time_limit_is_not_asked_again() -> None:
+    problem = dmplay.load("2048")
+    for limit, asked in (("", True), (":milliseconds=5", False)):
+        seats = {"agent": f"expectimax{limit}"}
+        assert (asked_again(problem, seats, trusted=False) != [None]) is asked

@@ -1,0 +1,102 @@
+"""What a problem derives from its facts: its kind, its words, its bounds and its exact outcomes."""
+
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay.chance import Array, Chance, Pick
+from dmplay.core import Problem, exact, exact_start
+from dmplay.errors import BadParameter, UnknownName
+from dmplay.problems.rock_paper_scissors import RockPaperScissors
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("hexworld", "MDP"),
+        ("crying-baby", "POMDP"),
+        ("rock-paper-scissors", "simple game"),
+        ("predator-prey", "Markov game"),
+        ("multicaregiver-crying-baby", "POMG"),
+        ("collaborative-predator-prey", "Dec-POMDP"),
+    ],
+)
+def test_the_kind_follows_from_the_facts(name: str, kind: str) -> None:
+    assert dmplay.load(name).kind == kind
+
+
+def test_a_problem_pays_each_agent_its_own_unless_it_says_otherwise() -> None:
+    assert not dmplay.load("predator-prey").shared_reward
+    assert dmplay.load("collaborative-predator-prey").shared_reward
+
+
+@pytest.mark.parametrize(
+    ("name", "parameter", "value", "told"),
+    [
+        ("hexworld", "slip", 1.5, "slip: got 1.5, expected a number at least 0 and at most 1"),
+        ("cart-pole", "length", 0.0, "length: got 0, expected a number above 0"),
+    ],
+)
+def test_a_parameter_out_of_its_bounds_is_refused(
+    name: str, parameter: str, value: float, told: str
+) -> None:
+    with pytest.raises(BadParameter) as caught:
+        dmplay.load(name, **{parameter: value})
+    assert str(caught.value) == told
+
+
+def test_a_seat_is_known_by_its_name() -> None:
+    hunt = dmplay.load("predator-prey")
+    assert hunt.seat("prey") == 1
+    with pytest.raises(UnknownName, match="unknown seat 'pray'; did you mean prey"):
+        hunt.seat("pray")
+
+
+def test_an_action_is_a_label_or_another_name_of_it() -> None:
+    walk = dmplay.load("hexworld")
+    assert [walk.action(0, text) for text in ("e", " East ", "north_west")] == [0, 0, 2]
+    with pytest.raises(UnknownName, match="unknown action 'up'; expected one of e, ne, nw, w"):
+        walk.action(0, "up")
+
+
+def test_an_action_of_an_interval_is_a_number_of_it_to_nine_decimals() -> None:
+    regulator = dmplay.load("simple-regulator")
+    numbers = [regulator.action(0, text) for text in ("1.25", "-0", "1e-12")]
+    assert [regulator.action_name(0, number) for number in numbers] == ["1.25", "0", "0"]
+
+
+@pytest.mark.parametrize("text", ["", "ten", "nan", "inf", "10.5", "-11", "1_0", "٣"])
+def test_what_is_no_number_of_the_interval_is_no_action(text: str) -> None:
+    with pytest.raises(BadParameter, match="expected a number from -10 to 10"):
+        dmplay.load("simple-regulator").action(0, text)
+
+
+def test_only_a_finite_problem_lists_its_states() -> None:
+    assert dmplay.load("crying-baby").enumerated().tolist() == [0, 1]
+    with pytest.raises(BadParameter, match="CartPole has no finite list of states"):
+        dmplay.load("cart-pole").enumerated()
+
+
+def test_a_belief_is_carried_by_what_was_done_and_heard_as_far_as_it_is_known() -> None:
+    baby = dmplay.load("crying-baby")
+    feed, quiet, sated = 0, 1, np.array([1.0, 0.0])
+    assert baby.carry(sated, [feed], [None]).tolist() == [1.0, 0.0]
+    assert baby.carry(sated, [feed], [quiet]).tolist() == [0.9, 0.0]
+    either = baby.carry(sated, [None], [None])  # fed, or once in ten hungry if not
+    assert either == pytest.approx([2.8 / 3, 0.2 / 3])
+
+
+def test_outcomes_that_are_real_numbers_cannot_be_listed() -> None:
+    regulator = dmplay.load("simple-regulator")
+    with pytest.raises(BadParameter, match="draws real numbers: its outcomes cannot be listed"):
+        exact_start(regulator)
+
+
+def test_outcomes_that_are_too_many_are_not_listed() -> None:
+    class Dizzy(RockPaperScissors):
+        def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
+            return (Pick(np.full(len(s), 5_000), 5_000),) * 2
+
+    game: Problem = Dizzy()
+    with pytest.raises(BadParameter, match="25000000 outcomes are too many to list one by one"):
+        exact(game, np.zeros(1, int), np.zeros((1, 2), int))

@@ -1,0 +1,79 @@
+"""Writing as the game goes: a block a turn, whole or not at all, by one program at a time."""
+
+import os
+import resource
+import sys
+from pathlib import Path
+
+import pytest
+
+import dmplay
+from dmplay.errors import BadParameter
+from dmplay.transcript.header import Header
+from dmplay.transcript.reading import read
+from dmplay.transcript.recorder import Recorder, played
+
+HEADER = Header(problem="crying-baby", seats={"agent": "human"}, seed=7)
+FEED, SING = 0, 1
+
+
+def recorder(path: Path) -> Recorder:
+    game = dmplay.Session(dmplay.load("crying-baby"), HEADER.dice)
+    return Recorder.create(path, HEADER, game)
+
+
+def turn(recorder: Recorder, action: int) -> None:
+    recorder.session.advance([action])
+    recorder.turn()
+
+
+def test_a_turn_that_the_disk_cuts_is_written_whole_with_the_next(tmp_path: Path) -> None:
+    path = tmp_path / "game.dmt"
+    writing = recorder(path)
+    before = path.read_bytes()
+    least, most = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (len(before) + 9, most))
+    try:
+        turn(writing, FEED)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (least, most))
+    assert os.strerror(28) in str(writing.fault)
+    assert path.read_bytes() == before
+    turn(writing, SING)
+    assert writing.fault is None
+    writing.end()
+    assert [block["turn"] for block in read(path).blocks] == [0, 1, 2]
+
+
+def test_after_the_end_nothing_more_is_written(tmp_path: Path) -> None:
+    path = tmp_path / "game.dmt"
+    writing = recorder(path)
+    writing.session.end("quit")
+    writing.end()
+    whole = path.read_bytes()
+    writing.end("# once more\n")
+    writing.close()
+    assert not writing.open
+    assert path.read_bytes() == whole
+
+
+def test_what_is_no_file_is_not_gone_on_with(tmp_path: Path) -> None:
+    game = dmplay.Session(dmplay.load("crying-baby"), HEADER.dice)
+    with pytest.raises(BadParameter, match=r"cannot write .*Is a directory"):
+        Recorder.resume(tmp_path, "", game)
+
+
+def test_where_files_cannot_be_locked_nobody_is_said_to_play(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "game.dmt"
+    writing = recorder(path)
+    with path.open("rb") as other:
+        assert played(other.fileno())
+        monkeypatch.setitem(sys.modules, "fcntl", None)  # as on Windows
+        assert not played(other.fileno())
+    monkeypatch.undo()
+    writing.close()
+    unlockable = os.open(path, os.O_PATH)
+    assert not played(unlockable)
+    os.close(unlockable)
