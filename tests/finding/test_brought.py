@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay import Interval, Labels, Outcome, Problem, Tables, Tabular
+from dmplay import Interval, Labels, Outcome, Tables, Tabular
 from dmplay.chance import Array, Categorical, Chance
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter, BadPolicy
@@ -17,7 +17,7 @@ from dmplay.game.seats import HUMAN
 from dmplay.session import Session
 from dmplay.solutions import every
 from dmplay.solvers import alpha_vectors
-from tests.support.brought import Key
+from tests.support.brought import Counted, Key
 from tests.support.programs import run
 from tests.support.readme import TIGER
 from tests.support.screens import seated
@@ -49,13 +49,13 @@ class Lamp(Tabular):
 
 
 @dataclass(frozen=True)
-class Flip(Problem):
+class Flip(Counted):
     """A coin that is turned or not: what is seen is whether it was."""
 
     discount: float = 0.9
     actions = (Labels(("heads", "tails")),)
     observations = (Labels(("same", "turned")),)
-    states, horizon = 2, 5
+    states, first, horizon = 2, 0, 5
 
     def opening(self, rows: int) -> tuple[Chance, ...]:
         return (Categorical(np.ones((rows, 1))),)
@@ -69,12 +69,6 @@ class Flip(Problem):
     def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         paid = np.where(a[:, 0] == s, 1.0, 0.0)
         return Outcome(events[0], paid[:, None], np.asarray(events[0] != s, int)[:, None])
-
-    def notation(self, s: Array) -> str:
-        return str(int(s))
-
-    def parse(self, text: str) -> Array:
-        return np.array(int(text))
 
 
 @dataclass(frozen=True)

@@ -11,21 +11,16 @@ from dmplay.chance import Array, Chance, Normal, Pick
 from dmplay.core import Continuous, Labels, Outcome, Problem
 from dmplay.dice import spread
 from dmplay.errors import BadParameter, BadPolicy
+from tests.support.brought import Counted
 
 
 @dataclass(frozen=True)
-class Walk(Problem):
+class Walk(Counted):
     """A step to the right pays at the end of a corridor of seven."""
 
     actions = (Labels(("left", "right")),)
-    states = 7
+    states, first = 7, 3
     discount = 0.9
-
-    def opening(self, rows: int) -> tuple[Chance, ...]:
-        return ()
-
-    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
-        return np.full(rows, 3)
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         return (Pick(np.full(len(s), 5), 5),)
@@ -38,12 +33,6 @@ class Walk(Problem):
 
     def terminal(self, s: Array) -> Array:
         return np.asarray(s == 6)
-
-    def notation(self, s: Array) -> str:
-        return str(int(s))
-
-    def parse(self, text: str) -> Array:
-        return np.array(int(text))
 
 
 class Foggy(Walk):
