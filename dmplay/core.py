@@ -226,14 +226,14 @@ class Problem(ABC):
         return tuple(len(known.labels) for known in self.actions)
 
     @property
-    def observations(self) -> tuple[Labels, ...] | None:
-        """The observation set of each agent; None where every agent sees the state."""
-        return None
+    def observations(self) -> tuple[Labels, ...]:
+        """The observation set of each agent; () where every agent sees the state."""
+        return ()
 
     @property
     def hidden(self) -> bool:
         """Whether agents see less than the state."""
-        return self.observations is not None
+        return bool(self.observations)
 
     @property
     def states(self) -> int | float | Continuous:

@@ -57,7 +57,7 @@ def toolbar(shell: Shell) -> str:
         view = shell.game.view()
         if view.rewards is not None:
             facts.append(f"return {shell.game.account.returned(view):.2f}")
-        if view.problem.observations is None and view.problem.states != 1:
+        if not view.problem.hidden and view.problem.states != 1:
             at = view.problem.notation(view.observation)
             facts += [f"at {at}"] if len(at) <= SHORT else []
         elif view.problem.observations and view.turn:

@@ -66,7 +66,7 @@ class Tabular(Problem):
     @cached_property
     def _each(self) -> Ints:
         """The observation of each agent in each joint event `[S * O, n]`."""
-        counts = [len(labels) for labels in self.observations or ()]
+        counts = [len(labels) for labels in self.observations]
         return np.array(list(product(*map(range, counts))) * self.states)
 
     def _row(self, s: Array, a: Array) -> Ints:
@@ -110,7 +110,7 @@ def joint_actions(problem: Problem) -> Ints:
 def joint_observation(problem: Problem, observations: Array) -> Ints:
     """The row-major index of joint observations `[..., n]`."""
     joint = np.zeros(observations.shape[:-1], np.int64)
-    for seat, labels in enumerate(problem.observations or ()):
+    for seat, labels in enumerate(problem.observations):
         joint = joint * len(labels) + observations[..., seat]
     return joint
 
@@ -147,7 +147,7 @@ def tabulate(problem: Problem) -> Tables:
     np.add.at(transition, (row, after), p)
     rewards = np.einsum("bk,bkn->bn", p, outcome.rewards)
     observation = None
-    if problem.observations is not None:
+    if problem.hidden:
         seen = joint_observation(problem, outcome.observations)
         kinds = int(np.prod([len(labels) for labels in problem.observations]))
         observation = np.zeros((many, size, kinds))

@@ -11,10 +11,10 @@ import pytest
 HERE = Path(__file__).parent
 HOUSE = HERE.parent / "dmplay"
 FLOORS = (
-    "errors", "chance", "core", "dice", "describe", "hexes", "matrix_game", "tabular", "belief",
-    "session", "rollouts", "problems", "solvers", "policies", "transcript", "finding", "terminal",
-    "signals", "styles", "views", "figures", "solutions", "game", "words", "screen", "reports",
-    "prompt", "front", "cli", "pytest_plugin", "__main__",
+    "errors", "chance", "core", "dice", "describe", "hexes", "matrix_game", "tabular", "care",
+    "belief", "session", "rollouts", "problems", "solvers", "policies", "transcript", "finding",
+    "terminal", "signals", "styles", "views", "figures", "solutions", "game", "words", "screen",
+    "reports", "prompt", "front", "cli", "pytest_plugin", "__main__",
 )  # fmt: skip
 SCREENS = {"rich", "typer", "prompt_toolkit"}
 ALLOWED = {  # what a floor may load beside the standard library and numpy
@@ -60,13 +60,6 @@ def test_a_module_imports_only_floors_above_its_own(module: Path) -> None:
             assert parts[0] in ALLOWED.get(own, set()), f"{own} imports {name}"
 
 
-def test_no_test_imports_a_test() -> None:
-    for module in HERE.rglob("*.py"):
-        for name in imported(module):
-            tests = [part for part in name.split(".") if part.startswith("test_")]
-            assert not tests, f"{module.relative_to(HERE)} imports {name}"
-
-
 @pytest.mark.parametrize("module", MODULES, ids=lambda path: str(path.relative_to(HOUSE)))
 def test_what_a_room_names_with_an_underscore_is_imported_by_no_other(module: Path) -> None:
     for name in imported(module):
@@ -74,6 +67,13 @@ def test_what_a_room_names_with_an_underscore_is_imported_by_no_other(module: Pa
         if package == "dmplay" and inside.split(".")[0] != floor(module):
             private = [part for part in inside.split(".") if re.match("_[a-z]", part)]
             assert not private, f"{floor(module)} imports {name}"
+
+
+def test_no_test_imports_a_test() -> None:
+    for module in HERE.rglob("*.py"):
+        for name in imported(module):
+            tests = [part for part in name.split(".") if part.startswith("test_")]
+            assert not tests, f"{module.relative_to(HERE)} imports {name}"
 
 
 def test_every_module_has_a_floor() -> None:

@@ -22,6 +22,7 @@ app = typer.Typer(
   dmplay verify game.dmt                 check a recording to the last number
   dmplay crying-baby --agent random      watch an agent
   dmplay list                            all problems
+  dmplay guide                           how to play, record, and bring your own
   dmplay                                 type commands, one game after another
 
 'dmplay PROBLEM' is short for 'dmplay play PROBLEM', 'dmplay -e COMMAND' for
@@ -41,6 +42,7 @@ app.command()(reports.solve)
 app.command()(reports.figure)
 app.command()(reports.agents)
 app.command()(reports.info)
+app.command()(reports.guide)
 
 configuration = typer.Typer(
     rich_markup_mode=None,

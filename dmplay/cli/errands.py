@@ -36,7 +36,11 @@ def _tell(report: Told) -> int:
         from dmplay.reports.drawing import shown
 
         told = shown(report.text, here(report.wishes))
-    if told:
+    if report.paged:
+        from dmplay.reports.pager import page
+
+        page(told, here(report.wishes))
+    elif told:
         print(told)
     return report.code
 

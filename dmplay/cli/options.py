@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from dmplay.cli import config
+from dmplay.finding.topics import topics
 from dmplay.game.formats import FORMATS
 from dmplay.terminal import Wishes
 from dmplay.words.completion import known
@@ -117,6 +118,14 @@ Figure = Annotated[
         metavar="FIGURE",
         help="F.2, F.9 ... F.16, T.1, T.2; their names if not given",
         autocompletion=known.figures,
+    ),
+]
+Topic = Annotated[
+    str,
+    typer.Argument(
+        metavar="TOPIC",
+        help=f"{', '.join(topics())}; their titles if not given",
+        autocompletion=lambda: [*topics()],
     ),
 ]
 Kind = Annotated[

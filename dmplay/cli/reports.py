@@ -7,7 +7,7 @@ import typer
 
 from dmplay.cli import config, options
 from dmplay.errors import BadParameter
-from dmplay.terminal import Wishes
+from dmplay.terminal import Wishes, here
 
 
 @options.wishes("json", "color", "width")
@@ -96,6 +96,33 @@ def info(problem: options.Name, json: options.Json = False, keys: options.Keys =
     from dmplay.reports import problems
 
     return Told(problems.info(problem, options.wanted_keys(keys), json=json))
+
+
+@options.wishes("plain", "color", "ascii", "theme", "width")
+def guide(
+    topic: options.Topic = "",
+    raw: Annotated[bool, typer.Option("--raw", help="the Markdown itself")] = False,
+    *,
+    wishes: Wishes,
+) -> object:
+    """Read the guide: a first game, transcripts, problems and agents of your own, and more.
+
+    \b
+      dmplay guide                  names the topics
+      dmplay guide agents
+      dmplay guide agents --raw
+    """
+    from dmplay.finding import topics
+    from dmplay.game.errand import Told
+    from dmplay.reports import guide
+
+    if topic and raw:
+        return Told(topics.topic(topic).removesuffix("\n"))
+    if topic:
+        return Told(guide.drawn(topic, here(wishes)), wishes, paged=True)
+    if raw:
+        raise BadParameter("guide: --raw wants a topic, as agents; dmplay guide names them")
+    return Told(guide.named())
 
 
 def config_show(ctx: typer.Context, json: options.Json = False) -> object:

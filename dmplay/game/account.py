@@ -51,7 +51,7 @@ class Account:
     def situation(self, view: View[Problem]) -> str:
         """Where the game stands, in sentences."""
         words = self._style.situation(view)
-        if self.reveal and view.problem.observations is not None:
+        if self.reveal and view.problem.hidden:
             words += f" truly {view.problem.notation(self.session.state)}."
         return words
 
@@ -79,7 +79,7 @@ class Account:
     def debrief(self) -> list[dict[str, object]]:
         """Turn by turn what was hidden, once it is over: state, observation, belief and reward."""
         session = self.session
-        if session.problem.observations is None or not session.over:
+        if not (session.problem.hidden and session.over):
             return []
         key = (len(session.turns), session.ending)
         if self._hidden[0] != key:

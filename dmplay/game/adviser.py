@@ -5,7 +5,7 @@ from functools import cached_property
 from math import floor, isfinite, log10, prod
 from typing import TypeVar
 
-from dmplay.core import Interval, Policy
+from dmplay.core import Policy
 from dmplay.errors import BadPolicy
 from dmplay.finding import agents
 from dmplay.session import Follower, Session
@@ -56,7 +56,7 @@ class Adviser:
         """Whether its first answer is still to come, and takes longer than a moment."""
         problem = self.session.problem
         states = problem.states if isinstance(problem.states, int) else 1
-        actions = [1 if isinstance(one, Interval) else len(one) for one in problem.actions]
+        actions = [many or 1 for many in problem.action_counts]
         return "_follower" not in vars(self) and states * prod(actions) > LARGE
 
     def silent(self) -> str:
@@ -91,8 +91,8 @@ class Adviser:
     def values(self) -> str:
         """The adviser's value of each legal action; '' where it knows none."""
         values = self._asked(Follower.values) if self._follower else None
-        labels = self.session.problem.actions[self.seat]
-        if values is None or isinstance(labels, Interval):
+        labels = self.session.problem.actions[self.seat].labels
+        if values is None or not labels:
             return ""
         legal = self.session.legal(self.seat)
         able = [True] * len(labels) if legal is None else legal

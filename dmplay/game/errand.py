@@ -40,6 +40,7 @@ class Told(NamedTuple):
     wishes: Wishes = HERE
     errors: str = ""  # for the channel of errors
     code: int = 0  # of the process
+    paged: bool = False  # whether it is read a screenful at a time
 
     @property
     def plain(self) -> str:

@@ -11,7 +11,7 @@ OPEN = ("turn", "actions", "state", "observations", "rewards", "belief")  # whic
 
 def public(session: Session, view: View[Problem]) -> dict[str, object]:
     """What the seat of a view may know of the last turn."""
-    hidden = session.problem.observations is not None
+    hidden = session.problem.hidden
     agent = session.problem.agents[view.seat]
     known: dict[str, object] = {}
     for key, value in turn_facts(session).items():

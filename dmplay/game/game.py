@@ -90,7 +90,7 @@ class Game:
     @property
     def private(self) -> bool:
         """Whether several people play of whom each may know something else."""
-        return len(self.people) > 1 and self.problem.observations is not None
+        return len(self.people) > 1 and self.problem.hidden
 
     @property
     def watcher(self) -> int:
@@ -128,7 +128,7 @@ class Game:
 
     def draw(self, look: Look) -> Text:
         """The board in the room there is; the state too where it is revealed."""
-        if self.reveal or (self.session.over and self.problem.observations is not None):
+        if self.reveal or (self.session.over and self.problem.hidden):
             look = look._replace(state=self.session.state)
         look = look._replace(names={**self.keyboard.names(self.watcher), **look.names})
         return fit(self.style, self.view(), look)
@@ -204,7 +204,7 @@ class Game:
         """Refuses to take back where that is not fair."""
         if self.strict:
             raise BadParameter(f"{command}: this game is strict")
-        shown = self.session.over and self.problem.observations is not None
+        shown = self.session.over and self.problem.hidden
         if shown and self.people and not self.reveal:
             raise BadParameter(f"{command}: the game is over and what was hidden is shown")
 

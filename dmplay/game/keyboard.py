@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 from itertools import zip_longest
 
-from dmplay.core import Interval, Problem
+from dmplay.core import Problem
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.game import keymap
 from dmplay.game.keymap import Keys
@@ -35,7 +35,7 @@ class Keyboard:
         two people share a keyboard and see the same.
         """
         hands, keys = self.hands, self.of(seat)
-        if len(self.people) == PAIR and hands.other and self.problem.observations is None:
+        if len(self.people) == PAIR and hands.other and not self.problem.hidden:
             second = key in hands.other
             seat, keys = self.people[second], hands.other if second else hands.keys
         action = action_by_key(self.problem, seat, key, keys)
@@ -48,19 +48,16 @@ class Keyboard:
 
     def names(self, seat: int) -> Mapping[str, str]:
         """The key of each action of a seat, as a board shows it; none for reals."""
-        labels = self.problem.actions[seat]
-        return {} if isinstance(labels, Interval) else keymap.names(self.of(seat), labels)
+        return keymap.names(self.of(seat), self.problem.actions[seat].labels)
 
     def types_numbers(self, seat: int) -> bool:
         """Whether actions are typed as numbers, not pressed as keys."""
-        actions = self.problem.actions[seat]
-        return isinstance(actions, Interval) or (len(actions) > DIGITS and actions[0].isdigit())
+        labels = self.problem.actions[seat].labels
+        return not labels or (len(labels) > DIGITS and labels[0].isdigit())
 
     def legal(self, view: View[Problem]) -> list[tuple[str, str, bool]]:
         """Key, label and legality of each action; '' where numbers are typed, [] for reals."""
-        labels = self.problem.actions[view.seat]
-        if isinstance(labels, Interval):
-            return []
+        labels = self.problem.actions[view.seat].labels
         keys: dict[str, str] = {}
         for key, label in self.of(view.seat).items():
             keys.setdefault(label, key)
@@ -89,10 +86,8 @@ def action_of(
 
 def _check_bounds(problem: Problem, seat: int, word: str) -> None:
     """Refuses a number where actions are other whole numbers, and tells which."""
-    labels = problem.actions[seat]
-    if isinstance(labels, Interval) or not all(label.isdigit() for label in labels):
-        return
-    if NUMERIC.match(word):
+    labels = problem.actions[seat].labels
+    if labels and all(label.isdigit() for label in labels) and NUMERIC.match(word):
         step = int(labels[1]) - int(labels[0])
         tens = f" in steps of {step}" if step > 1 else ""
         wanted = f"a whole number from {labels[0]} to {labels[-1]}{tens}"
@@ -106,9 +101,7 @@ def action_by_key(
 
     A digit is the action's number, 0 the tenth.
     """
-    labels = problem.actions[seat]
-    if isinstance(labels, Interval):
-        return None
+    labels = problem.actions[seat].labels
     in_force = style_of(problem).KEYS if keys is None else keys
     if in_force.get(key) in labels:
         return labels.index(in_force[key])

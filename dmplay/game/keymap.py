@@ -8,7 +8,7 @@ everything else, and q               the shell's
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from dmplay.core import Interval, Labels, Problem
+from dmplay.core import Labels, Problem
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.finding import problems
 from dmplay.finding.names import name_of
@@ -49,7 +49,7 @@ def hands(problem: Problem, wanted: Keys) -> Hands:
     """The keys in force for a problem; raises BadParameter or UnknownName for what cannot be."""
     if wanted.preset and wanted.preset not in CLUSTERS:
         raise BadParameter(f"--keys: got {wanted.preset!r}, expected one of {', '.join(CLUSTERS)}")
-    style, labels = style_of(problem), problem.actions[0]
+    style, labels = style_of(problem), problem.actions[0].labels
     left: Mapping[str, str] = getattr(style, "LEFT", {})
     first = _preset(wanted.preset, {**style.KEYS, **left}, labels)
     keys = {**first, **{key: label for key, label in style.KEYS.items() if key not in first}}
@@ -70,9 +70,9 @@ def _families(problem: Problem) -> list[str]:
     return list(dict.fromkeys((family, name)))
 
 
-def _preset(preset: str, known: Mapping[str, str], labels: Labels | Interval) -> dict[str, str]:
+def _preset(preset: str, known: Mapping[str, str], labels: Labels) -> dict[str, str]:
     """The keys of a cluster, where they play every action; Space belongs to all of them."""
-    if not preset or isinstance(labels, Interval):
+    if not preset or not labels:
         return {}
     if preset == "digits" and len(labels) <= len(DIGITS):
         return dict(zip(DIGITS, labels, strict=False))
@@ -82,10 +82,10 @@ def _preset(preset: str, known: Mapping[str, str], labels: Labels | Interval) ->
 
 
 def _with(
-    keys: Mapping[str, str], own: Mapping[str, str], labels: Labels | Interval, where: str
+    keys: Mapping[str, str], own: Mapping[str, str], labels: Labels, where: str
 ) -> dict[str, str]:
     """The keys with a player's own before them."""
-    if own and isinstance(labels, Interval):
+    if own and not labels:
         raise BadParameter(f"{where}: a number is typed here")
     for key, label in own.items():
         _check(key, where)

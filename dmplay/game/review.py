@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.chance import Reals
-from dmplay.core import Interval
 from dmplay.errors import BadParameter
 from dmplay.finding import agents
 from dmplay.game.adviser import decimals, fixed
@@ -49,7 +48,7 @@ def moves(session: Session, who: Sequence[int], seats: Sequence[str] = ()) -> It
     advisers = {}
     for seat in who:
         found = agents.adviser(problem, seat, session.limit, seats)
-        if found and not isinstance(problem.actions[seat], Interval):
+        if found and problem.actions[seat].labels:
             advisers[seat] = Follower(past, seat, found[1])
     for number, turn in enumerate(session.turns, 1):
         for seat, adviser in advisers.items():
@@ -61,8 +60,7 @@ def moves(session: Session, who: Sequence[int], seats: Sequence[str] = ()) -> It
 
 def _move(past: Session, seat: int, turn: int, action: int, values: Reals) -> Move:
     """A move valued against the best that was open."""
-    labels = past.problem.actions[seat]
-    assert not isinstance(labels, Interval)
+    labels = past.problem.actions[seat].labels
     legal = past.legal(seat)
     able = np.ones(len(labels), bool) if legal is None else legal
     known = np.where(able, values, -np.inf)

@@ -50,7 +50,7 @@ class JointPlan(Seated):
         """The probability of what is heard and the next state, `[A, A of the other, O, S, S]`."""
         transition, _, heard = tabulate(self.problem)
         assert heard is not None
-        kinds = len((self.problem.observations or ())[self.seat])
+        kinds = len(self.problem.observations[self.seat])
         own = heard.reshape(*heard.shape[:2], -1, kinds).sum(axis=3 - self.seat)
         both = transition.transpose(1, 0, 2)[:, None] * own.transpose(0, 2, 1)[:, :, None]
         shaped: Reals = both.reshape(*self.problem.action_counts, *both.shape[1:])

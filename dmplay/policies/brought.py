@@ -1,6 +1,6 @@
 """Policies for a problem that a user brings: what its kind and size allow."""
 
-from dmplay.core import Interval, Problem
+from dmplay.core import Problem
 from dmplay.errors import BadParameter
 from dmplay.policies._solved import Optimal, Plan, Qmdp, Seeing
 from dmplay.policies.kinds import Seated
@@ -18,11 +18,11 @@ def roster(problem: Problem, seat: int) -> Roster:
 
 
 def _fitting(problem: Problem) -> dict[str, type[Seated]]:
-    one = len(problem.agents) == 1 and not isinstance(problem.actions[0], Interval)
+    one = len(problem.agents) == 1 and problem.actions[0].labels
     if not one or not isinstance(problem.states, int):
         return {}
     ends = problem.discount < 1.0
-    if problem.observations is None:
+    if not problem.hidden:
         return {"optimal": Seeing} if ends and problem.states <= FEW_SEEN else {}
     if problem.states > FEW_HIDDEN or not _listed(problem):
         return {}

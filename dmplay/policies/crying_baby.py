@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dmplay.care import CRYING, FEED, IGNORE
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Problem
 from dmplay.policies._solved import Optimal, Plan, Qmdp
@@ -17,10 +18,7 @@ class FeedWhenCrying(Reactive):
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """By the last observation; before the first, the baby is taken to be quiet."""
-        labels = self.problem.actions[self.seat]
-        seen = (self.problem.observations or ())[self.seat]
-        crying = memory[0] == seen.index("crying")
-        return np.where(crying, labels.read("feed"), labels.read("ignore"))
+        return np.where(memory[0] == CRYING, FEED, IGNORE)
 
 
 def roster(problem: Problem, seat: int) -> Roster:

@@ -9,6 +9,7 @@ from typing import Self
 import numpy as np
 
 from dmplay import belief
+from dmplay.care import ACTIONS
 from dmplay.chance import Array, Reals
 from dmplay.core import Memory, Percept, Problem, exact, parameter
 from dmplay.errors import BadParameter, BadPolicy
@@ -16,7 +17,6 @@ from dmplay.policies._joint_plan import JointPlan, surprised
 from dmplay.policies.crying_baby import FeedWhenCrying
 from dmplay.policies.kinds import Maximising, Seated
 from dmplay.policies.roster import Roster
-from dmplay.problems.multicaregiver_crying_baby import ACTIONS
 from dmplay.solvers import alpha_vectors
 from dmplay.solvers.alpha_vectors import Stage
 from dmplay.tabular import Tables

@@ -135,9 +135,7 @@ def about(name: str, keys: Keys = AS_DRAWN) -> About:
         agents=list(problem.agents),
         states=summary(problem)["states"],
         actions=_actions(problem.actions[0]),
-        observations=(
-            "the state" if problem.observations is None else list(problem.observations[0])
-        ),
+        observations=list(problem.observations[0]) if problem.hidden else "the state",
         turns=problem.horizon,
         parameters={
             one.name: {

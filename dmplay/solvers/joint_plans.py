@@ -69,7 +69,6 @@ def _before(problem: Problem, after: Stage) -> Stage:
 
 def _longer(problem: Problem, after: Stage, seat: int) -> Plans:
     """An agent's plans with one more action in front."""
-    assert problem.observations is not None
     many, kinds = problem.action_counts[seat], len(problem.observations[seat])
     known = len(after.plans[seat].actions)
     every = np.indices((many, *(known,) * kinds)).reshape(1 + kinds, -1)

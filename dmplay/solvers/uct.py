@@ -38,7 +38,7 @@ class Tree:
     def seen(self) -> int:
         """How many things the seat can see after a turn, as far as nodes tell them apart."""
         problem = self.problem
-        if problem.observations is not None:
+        if problem.hidden:
             return len(problem.observations[self.seat])
         if isinstance(problem.states, int) and problem.states <= MOST_SEEN:
             return problem.states

@@ -86,7 +86,7 @@ def _state(session: Session) -> object:
 
 def _observations(session: Session) -> object:
     problem = session.problem
-    if not session.turns or not problem.observations:
+    if not session.turns or not problem.hidden:
         return None
     seen = zip(problem.agents, problem.observations, session.turns[-1].observations, strict=True)
     return {agent: labels[o] for agent, labels, o in seen}

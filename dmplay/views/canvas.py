@@ -7,7 +7,7 @@ from rich.text import Span, Text
 
 ASCII = str.maketrans(
     dict(zip("─│┄━┷╋╱╲┌┐└┘├┤┬┴┼", "-|-=^#/\\+++++++++", strict=True))
-    | dict(zip("←→↑↓◆●○∘·✓✗×…▒█", "<>^v+*oo.vxx~:#", strict=True))
+    | dict(zip("←→↑↓◆●○∘·•✓✗×…▒█", "<>^v+*oo.*vxx~:#", strict=True))
     | dict(zip("▁▂▃▄▅▆▇▏▎▍▌▋▊▉", "_.:-=+*       ", strict=True))
 )
 DIAGONALS = {"↗": "NE", "↖": "NW", "↙": "SW", "↘": "SE"}

@@ -17,7 +17,7 @@ KEYS: dict[str, str] = {}
 def seen(view: View[Problem]) -> str:
     """What the seat saw last, by name."""
     observation = view.observation
-    if view.problem.observations is None:
+    if not view.problem.hidden:
         return view.problem.notation(observation)
     label = int(observation)
     return view.problem.observations[view.seat][label] if label >= 0 else "nothing yet"

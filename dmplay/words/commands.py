@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from typing import NamedTuple
 
-from dmplay.core import Interval
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.finding.names import problem_names
 from dmplay.game.answer import answer
@@ -53,8 +52,7 @@ def _act(table: Table, argument: str) -> str:
     try:
         action = game.keyboard.read(game.watcher, argument)
     except UnknownName:
-        labels = game.problem.actions[game.watcher]
-        known = [] if isinstance(labels, Interval) else [*labels]
+        known = game.problem.actions[game.watcher].labels
         word, _, rest = argument.partition(" ")
         if not word or (rest and word.lower() in known):
             told = f"act: got {argument!r}, expected one action; ';' stands between several"
@@ -165,6 +163,7 @@ TOPICS: Mapping[str, tuple[Command, ...]] = {
         Command("agents", "PROBLEM", "who can play it", _outer("agents")),
         Command("solve", "PROBLEM", "its values or equilibria", _outer("solve")),
         Command("figure", "[NAME]", "a figure of the book", _outer("figure")),
+        Command("guide", "[TOPIC]", "how to play, and bring your own", _outer("guide")),
     ),
     "shell": (
         Command("keys", "", "which key does what", _keys),
@@ -240,5 +239,4 @@ def _done(command: Command, table: Table, argument: str) -> str:
 def _names_action(table: Table, word: str) -> bool:
     if not table.playing:
         return False
-    labels = table.game.problem.actions[table.game.watcher]
-    return not isinstance(labels, Interval) and word.lower() in labels
+    return word.lower() in table.game.problem.actions[table.game.watcher].labels

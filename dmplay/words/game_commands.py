@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from dmplay.core import Interval
 from dmplay.errors import BadParameter
 from dmplay.game.answer import answer
 from dmplay.game.game import Game
@@ -75,11 +74,11 @@ def look(game: Game, argument: str) -> str:
 def legal(game: Game, argument: str) -> str:
     """The actions that can be played."""
     seat = game.watcher
-    known = game.problem.actions[seat]
-    if isinstance(known, Interval):
-        return f"legal: a number from {known.low:g} to {known.high:g}."
+    actions = game.problem.actions[seat]
+    if not actions.labels:
+        return f"legal: {actions.told()}."
     if game.keyboard.types_numbers(seat):
-        return f"legal: a number from {known[0]} to {known[-1]}."
+        return f"legal: a number from {actions.labels[0]} to {actions.labels[-1]}."
     able = [
         f"{label} ({key})" if _typed(game, key) == label else label
         for key, label, able in game.keyboard.legal(game.view())
@@ -97,7 +96,7 @@ def belief(game: Game, argument: str) -> str:
     """The likeliest hidden states with their probabilities."""
     view = game.view()
     if view.beliefs is None:
-        if game.problem.observations is not None:
+        if game.problem.hidden:
             return "belief: too many states to tell."
         return "belief: every agent sees the state here."
     belief, states = view.beliefs[-1], game.problem.enumerated()
@@ -112,8 +111,7 @@ def belief(game: Game, argument: str) -> str:
 
 def state(game: Game, argument: str) -> str:
     """The state in one line, where it may be known."""
-    hidden = game.problem.observations is not None
-    if hidden and not (game.reveal or game.session.over):
+    if game.problem.hidden and not (game.reveal or game.session.over):
         return "state: hidden until the game is over, or with --reveal."
     return f"state: {game.problem.notation(game.session.state)}"
 

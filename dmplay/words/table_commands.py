@@ -104,7 +104,7 @@ def export(table: Table, argument: str) -> str:
     """Writes a game, this one if no file is named, as a picture, a table or data."""
     words = words_of(argument)
     if not words or words[0].startswith("-"):
-        recorder, hidden = table.game.recorder, table.game.problem.observations is not None
+        recorder, hidden = table.game.recorder, table.game.problem.hidden
         if recorder is None:
             raise BadParameter("export: no transcript is written; name a file")
         if hidden and not (table.game.session.over or table.game.reveal):

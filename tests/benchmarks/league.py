@@ -2,7 +2,8 @@
 
 `python -m tests.benchmarks league [--problem NAME ...] [--agent NAME ...] [--games N]`. A seat that
 is not measured is held by the problem's usual partner; in a team every seat is held alike. Agents
-that take their time play fewer games, as is said.
+that take their time play fewer games, as is said. `dmplay guide league` tells how it went: what is
+printed here is written into `dmplay/guide/80-league.md`.
 """
 
 import math

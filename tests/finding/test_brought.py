@@ -17,13 +17,13 @@ from dmplay.game.seats import HUMAN
 from dmplay.session import Session
 from dmplay.solutions import every
 from dmplay.solvers import alpha_vectors
+from tests.support.blocks import TIGER
 from tests.support.brought import Counted, Key
 from tests.support.programs import run
-from tests.support.readme import TIGER
 from tests.support.screens import seated
 
 TOLD: dict[str, type[Tabular]] = {}
-exec(TIGER, TOLD)  # the README's own
+exec(TIGER, TOLD)  # the guide's own
 Tiger = TOLD["Tiger"]
 
 

@@ -9,7 +9,7 @@ import pytest
 
 import dmplay
 from dmplay.chance import Reals
-from dmplay.core import Interval, Policy
+from dmplay.core import Policy
 from dmplay.finding import agents
 from dmplay.game.adviser import decimals, fixed
 from dmplay.game.game import Game
@@ -58,9 +58,9 @@ def situations(played: Game, seat: int) -> Iterator[int]:
         if played.session.over:
             return
         yield turn
-        labels = played.problem.actions[seat]
+        labels = played.problem.actions[seat].labels
         able = played.session.legal(seat)
-        if isinstance(labels, Interval):
+        if not labels:
             played.choose(0.5 * turn)
         else:
             legal = np.arange(len(labels)) if able is None else np.flatnonzero(able)
@@ -171,8 +171,7 @@ def test_a_review_values_each_move_as_the_hint_did(name: str, seat: int) -> None
     known = [one for one in expected if one is not None]
     assert len(reviewed) == len(known) or agents.roster(played.problem, seat).adviser is None
     for move, row, advice in zip(reviewed, known, advised, strict=True):
-        labels = played.problem.actions[seat]
-        assert not isinstance(labels, Interval)
+        labels = played.problem.actions[seat].labels
         assert move.values == {label: row[labels.index(label)] for label in move.values}
         assert advice in move.best
         assert move.regret == pytest.approx(max(move.values.values()) - move.values[move.chosen])

@@ -151,7 +151,7 @@ def test_outcomes_have_the_shapes_and_ranges_that_the_problem_states(name: str) 
         assert same(outcome.observations, outcome.state)
         return
     assert outcome.observations.shape == (ROWS, agents)
-    for seat, labels in enumerate(problem.observations or ()):
+    for seat, labels in enumerate(problem.observations):
         seen = outcome.observations[:, seat]
         assert ((seen >= 0) & (seen < len(labels))).all()
 
@@ -343,7 +343,7 @@ def test_a_belief_is_carried_as_the_listed_outcomes_say(name: str) -> None:
         return
     belief = np.bincount(problem.index(found.s[::700]), minlength=problem.states) / 29
     agents = len(problem.agents)
-    for seat, labels in enumerate(problem.observations or ()):
+    for seat, labels in enumerate(problem.observations):
         action: list[int | None] = [None] * agents
         action[seat] = int(found.a[seat, seat])
         for kind in (0, len(labels) - 1):

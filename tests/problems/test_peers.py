@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.core import Labels, Problem
+from dmplay.core import Problem
 from dmplay.dice import uniforms
 
 NO_DRAWS = np.zeros((1, 0))
@@ -54,8 +54,7 @@ BOXES = {
 def test_a_step_from_anywhere_is_gymnasiums(name: str) -> None:
     peer, low, high = BOXES[name]
     problem, environment = dmplay.load(f"{name}:gym"), bare(peer)
-    labels = problem.actions[0]
-    assert isinstance(labels, Labels)
+    labels = problem.actions[0].labels
     states = scattered(problem, low, high, 1000)
     assert len(states) > 800
     for row, s in enumerate(states):
@@ -84,8 +83,7 @@ def test_the_horizon_and_the_actions_are_gymnasiums(name: str) -> None:
     problem = dmplay.load(f"{name}:gym")
     environment: Any = gymnasium.make(BOXES[name][0])
     assert problem.horizon == environment.spec.max_episode_steps
-    labels = problem.actions[0]
-    assert isinstance(labels, Labels)
+    labels = problem.actions[0].labels
     assert len(labels) == environment.action_space.n
 
 

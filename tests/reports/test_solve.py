@@ -9,9 +9,9 @@ import pytest
 import dmplay
 from dmplay.solutions import played, teams
 from dmplay.solutions.every import solution
+from tests.support.blocks import TIGER
 from tests.support.cases import every_problem, small
 from tests.support.programs import run
-from tests.support.readme import TIGER
 
 
 def test_the_line_is_solved_by_value_iteration() -> None:

@@ -1,7 +1,7 @@
 import numpy as np
 
 import dmplay
-from dmplay.core import Labels, Policy, Problem
+from dmplay.core import Policy, Problem
 from tests.truth_kinds.case import Case, by_kind
 from tests.truth_kinds.course import course
 
@@ -36,8 +36,7 @@ def step(case: Case) -> None:
         told = case.expect[dynamics]
         for limits, over in told["next_terminal"].items():
             game = problem(dynamics, limits)
-            labels = game.actions[0]
-            assert isinstance(labels, Labels)
+            labels = game.actions[0].labels
             after = game.step(s, np.array([[labels.index(case.given["action"])]]), np.zeros((1, 0)))
             case.equal(told["next"], after.state[0])
             assert game.terminal(after.state)[0] == over

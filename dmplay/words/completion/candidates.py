@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 
-from dmplay.core import Interval
 from dmplay.game.formats import FORMATS
 from dmplay.game.table import Table
 from dmplay.words.commands import COMMANDS, TOPICS
@@ -53,8 +52,7 @@ def actions(table: Table) -> list[str]:
     """The labels of the actions of the one who chooses."""
     if not table.playing:
         return []
-    labels = table.game.problem.actions[table.game.watcher]
-    return [] if isinstance(labels, Interval) else [*labels]
+    return [*table.game.problem.actions[table.game.watcher].labels]
 
 
 def _specs() -> list[str]:

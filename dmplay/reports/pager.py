@@ -1,0 +1,41 @@
+"""A long text on a terminal: by the user's pager, a screenful at a time."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+
+from rich.cells import cell_len
+from rich.text import Text
+
+from dmplay.game.request import words_of
+from dmplay.terminal import Terminal
+
+USUAL = "less -R"
+LESS = "-R"  # what `less` takes for granted where the user says nothing: colours
+
+
+def page(text: str, terminal: Terminal) -> None:
+    """Prints a text, by the pager where there is a terminal whose screen cannot hold it."""
+    command = words_of(os.environ.get("PAGER", USUAL))
+    if fits(text) or not terminal.screen or not command or not shutil.which(command[0]):
+        print(text)
+        return
+    pager = subprocess.Popen(
+        command, stdin=subprocess.PIPE, env={"LESS": LESS} | os.environ, text=True,
+        encoding=sys.stdout.encoding, errors="backslashreplace",
+    )  # fmt: skip
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the pager's
+    try:
+        pager.communicate(f"{text}\n")
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def fits(text: str) -> bool:
+    """Whether the screen holds a text, and a row for the next command."""
+    columns, lines = shutil.get_terminal_size()
+    rows = text.split("\n")
+    wide = (cell_len(Text.from_ansi(row).plain) for row in rows[:lines])
+    return sum(max(1, -(-cells // columns)) for cells in wide) < lines
