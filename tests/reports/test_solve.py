@@ -134,7 +134,7 @@ def test_what_has_no_exact_solution_is_simulated_and_says_so() -> None:
     assert [row["seat"] for row in found.rows] == ["predator1", "predator2", "prey1"]
 
 
-@pytest.mark.usefixtures("few_games")
+@pytest.mark.usefixtures("few_games", "coarse")
 @every_problem
 def test_a_solution_tells_how_far_it_is_and_never_goes_back(name: str) -> None:
     shares: list[float] = []
