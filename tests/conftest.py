@@ -1,6 +1,14 @@
-"""What the everyday run leaves out, beside what says so itself."""
+"""What the everyday run leaves out, how many examples are tried, and what is sought coarsely."""
 
 import pytest
+from hypothesis import settings
+
+from dmplay.policies import mountain_car
+from dmplay.solutions import reals
+from dmplay.solvers.grid_iteration import Grid
+
+settings.register_profile("same", derandomize=True, deadline=None, database=None, max_examples=40)
+settings.load_profile("same")
 
 LONG = (
     "collaborative-predator-prey", "collab/",  # each turn carries a belief over 1,728 states
@@ -13,3 +21,11 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if any(one in item.name for one in LONG):
             item.add_marker(pytest.mark.slow)
+
+
+@pytest.fixture
+def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The car's optimum is sought on few points, for what is true of however many."""
+    grid = Grid(mountain_car.GRID.low, mountain_car.GRID.high, (61, 47))
+    for module in (mountain_car, reals):
+        monkeypatch.setattr(module, "GRID", grid)

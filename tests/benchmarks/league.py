@@ -68,12 +68,18 @@ def tables(names: list[str]) -> Iterator[Table]:
     """The games of these problems, or of all."""
     for name in names or problem_names():
         problem = dmplay.load(name)
-        for seat in range(len(problem.agents) if name in EACH else 1):
-            if name not in TEAMS or name in EACH:
-                yield Table(name, problem, (seat,), best_known(name, problem, seat))
-        if name in TEAMS:
-            everyone = tuple(range(len(problem.agents)))
-            yield Table(name, problem, everyone, best_team(name, problem))
+        for seats in measured(name, len(problem.agents)):
+            alone = name not in TEAMS or len(seats) == 1
+            known = best_known(name, problem, seats[0]) if alone else best_team(name, problem)
+            yield Table(name, problem, seats, known)
+
+
+def measured(name: str, agents: int) -> Iterator[tuple[int, ...]]:
+    """Every seat that differs, one of those that do not, and all of a team."""
+    if name not in TEAMS or name in EACH:
+        yield from ((seat,) for seat in range(agents if name in EACH else 1))
+    if name in TEAMS:
+        yield tuple(range(agents))
 
 
 def standing(table: Table, agent: str, games: int) -> Standing | None:

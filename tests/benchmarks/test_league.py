@@ -4,9 +4,10 @@ import math
 
 import pytest
 
+import dmplay
 from tests.benchmarks import league
 from tests.benchmarks.known import Known
-from tests.benchmarks.league import Standing
+from tests.benchmarks.league import Standing, Table
 
 QUICK = (
     "hexworld", "cart-pole", "mountain-car", "simple-regulator", "collision-avoidance",
@@ -35,21 +36,34 @@ def test_the_verdict_is_on_the_agent_that_should_reach_the_number() -> None:
     assert league.verdict(Known(10.0, "a bound"), [standing(0.0, 1.0)]) == ""
 
 
-def test_the_league_measures_every_seat_that_differs_and_every_team() -> None:
-    told = [str(table) for table in league.tables(["predator-prey", "multicaregiver-crying-baby"])]
-    assert told == [
-        "predator-prey, predator",
-        "predator-prey, prey",
-        "multicaregiver-crying-baby, caregiver1",
-        "multicaregiver-crying-baby, caregiver2",
-        "multicaregiver-crying-baby, team",
-    ]
+@pytest.mark.parametrize(
+    ("name", "agents", "seats"),
+    [
+        ("hexworld", 1, [(0,)]),
+        ("prisoners-dilemma", 2, [(0,)]),
+        ("predator-prey", 2, [(0,), (1,)]),
+        ("multicaregiver-crying-baby", 2, [(0,), (1,), (0, 1)]),
+        ("collaborative-predator-prey", 2, [(0, 1)]),
+    ],
+)
+def test_the_league_measures_every_seat_that_differs_and_every_team(
+    name: str, agents: int, seats: list[tuple[int, ...]]
+) -> None:
+    assert [*league.measured(name, agents)] == seats
+
+
+def test_a_game_of_the_league_is_named_for_who_is_measured() -> None:
+    problem, known = dmplay.load("multicaregiver-crying-baby"), Known(0.0, "arithmetic")
+    named = [str(Table("m", problem, seats, known)) for seats in league.measured("m", 2)]
+    assert named == ["m, caregiver1"]
+    assert str(Table("m", problem, (0, 1), known)) == "m, team"
+    assert str(Table("h", dmplay.load("hexworld"), (0,), known)) == "h"
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", QUICK)
 def test_the_optimum_is_earned_within_two_standard_errors(name: str) -> None:
     for table in league.tables([name]):
-        found = league.standing(table, table.known.agent, league.GAMES)
+        found = league.standing(table, table.known.agent, league.GAMES // 5)
         assert found is not None
         assert found.apart(table.known) <= 2.0

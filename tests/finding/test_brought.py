@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay import Interval, Labels, Outcome, Problem, Tables, Tabular
+from dmplay import Interval, Labels, Outcome, Tables, Tabular
 from dmplay.chance import Array, Categorical, Chance
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter, BadPolicy
@@ -16,8 +16,9 @@ from dmplay.game.game import Game
 from dmplay.game.seats import HUMAN
 from dmplay.session import Session
 from dmplay.solutions import every
+from dmplay.solvers import alpha_vectors
 from tests.support.blocks import TIGER
-from tests.support.brought import Key
+from tests.support.brought import Counted, Key
 from tests.support.programs import run
 from tests.support.screens import seated
 
@@ -48,13 +49,13 @@ class Lamp(Tabular):
 
 
 @dataclass(frozen=True)
-class Flip(Problem):
+class Flip(Counted):
     """A coin that is turned or not: what is seen is whether it was."""
 
     discount: float = 0.9
     actions = (Labels(("heads", "tails")),)
     observations = (Labels(("same", "turned")),)
-    states, horizon = 2, 5
+    states, first, horizon = 2, 0, 5
 
     def opening(self, rows: int) -> tuple[Chance, ...]:
         return (Categorical(np.ones((rows, 1))),)
@@ -68,12 +69,6 @@ class Flip(Problem):
     def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         paid = np.where(a[:, 0] == s, 1.0, 0.0)
         return Outcome(events[0], paid[:, None], np.asarray(events[0] != s, int)[:, None])
-
-    def notation(self, s: Array) -> str:
-        return str(int(s))
-
-    def parse(self, text: str) -> Array:
-        return np.array(int(text))
 
 
 @dataclass(frozen=True)
@@ -141,7 +136,8 @@ def test_what_is_seen_of_the_state_before_is_left_to_a_search() -> None:
         every.solution(Flip())
 
 
-def test_a_hint_is_searched_where_plans_are_too_many() -> None:
+def test_a_hint_is_searched_where_plans_are_too_many(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(alpha_vectors, "WORK", 1000)
     played = game(Four(discount=1.0))
     assert played.adviser.hint().startswith("hint (search): ")
     with pytest.raises(BadPolicy, match="plans are too many; search needs none"):

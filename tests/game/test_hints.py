@@ -23,6 +23,7 @@ from tests.support.screens import seated
 
 TURNS = 3
 SEATS = [(name, seat) for name in CASES for seat in range(len(load(name).agents))]
+pytestmark = pytest.mark.usefixtures("coarse")
 every_seat = pytest.mark.parametrize(("name", "seat"), SEATS)
 
 

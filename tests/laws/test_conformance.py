@@ -44,7 +44,8 @@ BRIEF = {"search": "search:simulations=6,depth=3"}  # agents that take their tim
 FOREIGN = {"axelrod"}  # a package that takes long to load: it has tests of its own
 SIZES = (1, 2, 3, 4, 5, 7, 8, 9, 15, 16, 17, 31, 33, 64, 100, 257, 1000, 4099, ROWS)
 
-few_examples = settings(derandomize=True, deadline=None, database=None, max_examples=25)
+few_examples = settings(max_examples=25)
+pytestmark = pytest.mark.usefixtures("coarse")
 
 
 class Pool(NamedTuple):

@@ -9,7 +9,7 @@ import dmplay
 from dmplay.errors import BadPolicy, UnknownName
 
 GAME = dmplay.load("prisoners-dilemma")
-ROUNDS = 25
+ROUNDS = 15
 OURS = {
     "tit-for-tat": "TitForTat",
     "suspicious-tit-for-tat": "SuspiciousTitForTat",

@@ -32,15 +32,12 @@ def replies(name: str, others: str, u: float = 0.5) -> str:
     ("name", "others", "own"),
     [
         ("tit-for-two-tats", "CDCDDDC", "CCCCCDDC"),
-        ("two-tits-for-tat", "CDCCCDDCC", "CCDDCCDDDC"),
-        ("majority", "CDDDCCC", "CCCDDDCC"),
+        ("two-tits-for-tat", "CDCCCDDCC", "CCDDCCDDDC"), ("majority", "CDDDCCC", "CCCDDDCC"),
         ("generous-tit-for-tat", "CDDC", "CCDDC"),
-        ("generous-tit-for-tat:forgiveness=0.6", "CDDC", "CCCCC"),
-        ("nash", "CCDD", "DDDDD"),
-        ("best-response", "CCDD", "DDDDD"),
-        ("softmax:precision=50", "CCDD", "DDDDD"),
+        ("generous-tit-for-tat:forgiveness=0.6", "CDDC", "CCCCC"), ("nash", "CCDD", "DDDDD"),
+        ("best-response", "CCDD", "DDDDD"), ("softmax:precision=50", "CCDD", "DDDDD"),
     ],
-)
+)  # fmt: skip
 def test_a_rule_of_the_prisoners_dilemma_replies(name: str, others: str, own: str) -> None:
     assert replies(name, others) == own
 

@@ -1,31 +1,25 @@
 """Tree search: it beats random play, plays any problem, and knows no more than its seat."""
 
-import time
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
 import dmplay
-from dmplay.chance import Array, Chance, Normal, Pick
+from dmplay.chance import Array, Chance, Normal, Pick, Reals
 from dmplay.core import Continuous, Labels, Outcome, Problem
 from dmplay.dice import spread
 from dmplay.errors import BadParameter, BadPolicy
+from tests.support.brought import Counted
 
 
 @dataclass(frozen=True)
-class Walk(Problem):
+class Walk(Counted):
     """A step to the right pays at the end of a corridor of seven."""
 
     actions = (Labels(("left", "right")),)
-    states = 7
+    states, first = 7, 3
     discount = 0.9
-
-    def opening(self, rows: int) -> tuple[Chance, ...]:
-        return ()
-
-    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
-        return np.full(rows, 3)
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         return (Pick(np.full(len(s), 5), 5),)
@@ -38,12 +32,6 @@ class Walk(Problem):
 
     def terminal(self, s: Array) -> Array:
         return np.asarray(s == 6)
-
-    def notation(self, s: Array) -> str:
-        return str(int(s))
-
-    def parse(self, text: str) -> Array:
-        return np.array(int(text))
 
 
 class Foggy(Walk):
@@ -128,16 +116,20 @@ def test_the_luck_of_a_search_follows_from_its_uniform() -> None:
     assert (spread(u[1:2], 5) == many[1]).all()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["hexworld", "crying-baby", "catch"])
-def test_a_choice_takes_less_than_a_blink(name: str) -> None:
-    problem = dmplay.load(name)
-    search = dmplay.agent(problem, 0, "search")
+def test_a_choice_is_no_more_work_than_its_simulations(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    problem, turns = dmplay.load(name), [0]
+    search = dmplay.agent(problem, 0, "search:simulations=50,depth=7")
     s = problem.start(np.full((1, problem.draws.start), 0.4))
     memory = search.begin(problem.first_sight(s))
-    spent = []
-    for _ in range(5):
-        began = time.perf_counter()
-        search.choose(memory, None, np.array([[0.5]]))
-        spent.append(time.perf_counter() - began)
-    assert min(spent) < 0.05
+    kind, step = type(problem), type(problem).step
+
+    def counted(self: Problem, s: Array, a: Array, u: Reals) -> Outcome:
+        turns.append(len(s))
+        return step(self, s, a, u)
+
+    monkeypatch.setattr(kind, "step", counted)
+    search.choose(memory, None, np.array([[0.5]]))
+    assert 0 < sum(turns) <= 50 * 7

@@ -8,8 +8,8 @@ from dmplay import belief
 from dmplay.core import Percept
 from dmplay.policies.catch import Greedy, Optimal, Thompson
 from dmplay.problems.catch import CAUGHT, DROPPED, Catch
-from dmplay.rollouts import rollout
 from dmplay.session import Session
+from tests.support.returns import earns
 
 CATCH = Catch()
 UNIFORM = np.full((1, 4), 0.25)
@@ -121,8 +121,4 @@ def test_a_belief_is_searched_once() -> None:
 
 
 def test_the_optimal_thrower_earns_what_it_values() -> None:
-    policy = Optimal(CATCH, 0)
-    (value,) = policy.values(policy.begin(np.array([-1]))).max(axis=1)
-    returns = rollout(CATCH, [policy], episodes=20000, turns=10, seed=4).returns[:, 0]
-    assert value == pytest.approx(171.179057, abs=1e-6)
-    assert abs(returns.mean() - value) < 3 * returns.std() / np.sqrt(20000)
+    earns(CATCH, Optimal(CATCH, 0), 171.179057, turns=10)

@@ -159,7 +159,7 @@ def test_sweep_goes_to_and_fro_and_turns_where_it_loses_the_prey() -> None:
 def test_a_sweeping_team_catches_more_than_chance(name: str) -> None:
     problem = dmplay.load(name)
     swept, random = (
-        dmplay.rollout(problem, [dmplay.agent(problem, i, one) for i in range(2)], episodes=4000)
+        dmplay.rollout(problem, [dmplay.agent(problem, i, one) for i in range(2)], episodes=1000)
         for one in ("sweep", "random")
     )
     assert swept.totals[:, 0].mean() > random.totals[:, 0].mean()
@@ -243,7 +243,7 @@ def test_a_reactive_team_catches_more_than_chance() -> None:
         problem = dmplay.load(name)
         reacted, random = (
             dmplay.rollout(
-                problem, [dmplay.agent(problem, i, one) for i in range(2)], episodes=4000
+                problem, [dmplay.agent(problem, i, one) for i in range(2)], episodes=1000
             )
             for one in ("reactive", "random")
         )

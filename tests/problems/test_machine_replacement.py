@@ -14,9 +14,9 @@ from dmplay.policies.machine_replacement import (
     Threshold,
 )
 from dmplay.problems.machine_replacement import MachineReplacement
-from dmplay.rollouts import rollout
 from dmplay.session import Session
 from dmplay.solvers import value_iteration
+from tests.support.returns import earns
 
 MACHINE = MachineReplacement()
 NONDEFECTIVE, DEFECTIVE = 0, 1
@@ -137,8 +137,4 @@ def test_qmdp_is_worth_the_visible_machine_where_the_state_is_known() -> None:
 
 
 def test_the_optimum_earns_what_it_values() -> None:
-    policy = Optimal(MACHINE, 0)
-    (value,) = policy.values(policy.begin(np.array([-1]))).max(axis=1)
-    returns = rollout(MACHINE, [policy], episodes=20000, turns=20, seed=3).returns[:, 0]
-    assert value == pytest.approx(10.590814, abs=1e-6)
-    assert abs(returns.mean() - value) < 3 * returns.std() / np.sqrt(20000)
+    earns(MACHINE, Optimal(MACHINE, 0), 10.590814, turns=20)

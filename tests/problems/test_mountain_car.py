@@ -1,3 +1,5 @@
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -63,12 +65,17 @@ def test_pumping_reaches_gymnasiums_goal_in_its_200_turns() -> None:
     assert (played.totals[:, 0] == -played.turns).all()
 
 
+@cache
+def optimal(game: dmplay.Problem) -> dmplay.Policy:
+    return dmplay.agent(game, 0, "optimal")
+
+
 @pytest.mark.parametrize(("start", "fewest"), [(-0.5, 106), (-0.4, 86), (0.0, 78), (-1.2, 41)])
 def test_the_optimal_agent_takes_the_fewest_turns_known(start: float, fewest: int) -> None:
-    optimal = dmplay.agent(PROBLEM, 0, "optimal")
-    turns = len(list(course(PROBLEM, optimal, [start, 0.0], 500)))
+    agent = optimal(PROBLEM)
+    turns = len(list(course(PROBLEM, agent, [start, 0.0], 500)))
     assert fewest <= turns <= fewest + 1
-    values = optimal.values(optimal.begin(np.array([[start, 0.0]])))
+    values = agent.values(agent.begin(np.array([[start, 0.0]])))
     assert values is not None
     assert -values.max() == pytest.approx(fewest, abs=8)
 
@@ -82,13 +89,13 @@ def test_a_discount_to_which_the_goal_is_faint_changes_no_turn() -> None:
 def test_the_optimal_agent_comes_there_from_anywhere_before_one_who_pumps(
     game: dmplay.Problem,
 ) -> None:
-    optimal, pump = (
-        dmplay.rollout(game, [dmplay.agent(game, 0, name)], episodes=300)
-        for name in ("optimal", "pump")
+    best, pump = (
+        dmplay.rollout(game, [agent], episodes=300)
+        for agent in (optimal(game), dmplay.agent(game, 0, "pump"))
     )
-    assert optimal.over.all()
-    assert (optimal.turns <= pump.turns).all()
-    assert optimal.turns.mean() < 0.9 * pump.turns.mean()
+    assert best.over.all()
+    assert (best.turns <= pump.turns).all()
+    assert best.turns.mean() < 0.9 * pump.turns.mean()
 
 
 def test_the_engine_alone_is_too_weak() -> None:

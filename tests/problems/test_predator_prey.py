@@ -190,7 +190,7 @@ def test_the_best_response_is_worth_more_than_the_natural_play() -> None:
         for name in (natural, "best-response"):
             agents = [dmplay.agent(PROBLEM, i, kind) for i, kind in enumerate(("chase", "flee"))]
             agents[seat] = dmplay.agent(PROBLEM, seat, name)
-            earned.append(dmplay.rollout(PROBLEM, agents, episodes=2000).returns[:, seat].mean())
+            earned.append(dmplay.rollout(PROBLEM, agents, episodes=500).returns[:, seat].mean())
         assert earned[1] > earned[0]
 
 
@@ -202,8 +202,8 @@ def test_the_values_of_the_best_response_come_true() -> None:
     start = PROBLEM.start(np.zeros((1, PROBLEM.draws.start)))
     values = agents[0].values(agents[0].begin(start))
     assert values is not None
-    returns = dmplay.rollout(PROBLEM, agents, episodes=4000, turns=150).returns[:, 0]
-    assert abs(returns.mean() - values.max()) < 4 * returns.std() / np.sqrt(4000)
+    returns = dmplay.rollout(PROBLEM, agents, episodes=1000, turns=150).returns[:, 0]
+    assert abs(returns.mean() - values.max()) < 4 * returns.std() / np.sqrt(1000)
 
 
 def test_two_predators_have_a_best_response_to_one_another_and_a_prey() -> None:
@@ -225,7 +225,7 @@ def test_a_best_response_needs_known_others_and_a_discount() -> None:
 def test_in_equilibrium_both_earn_what_the_values_say() -> None:
     agents = [dmplay.agent(PROBLEM, seat, "equilibrium") for seat in range(2)]
     start = PROBLEM.start(np.zeros((1, PROBLEM.draws.start)))
-    returns = dmplay.rollout(PROBLEM, agents, episodes=4000, turns=150).returns
+    returns = dmplay.rollout(PROBLEM, agents, episodes=1000, turns=150).returns
     for seat, wanted in enumerate((-8.801729, -59.913542)):
         values = agents[seat].values(agents[seat].begin(start))
         assert values is not None

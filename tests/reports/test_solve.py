@@ -7,9 +7,10 @@ from pathlib import Path
 import pytest
 
 import dmplay
+from dmplay.solutions import played, teams
 from dmplay.solutions.every import solution
 from tests.support.blocks import TIGER
-from tests.support.cases import CASES
+from tests.support.cases import every_problem, small
 from tests.support.programs import run
 
 
@@ -56,7 +57,15 @@ def test_a_simple_game_has_its_only_equilibrium(name: str, first: str) -> None:
     assert [row["agent1"] for row in found.rows] == [first]
 
 
+@pytest.fixture
+def few_games(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is simulated is simulated in a few games."""
+    for module in (played, teams):
+        monkeypatch.setattr(module, "GAMES", 10)
+
+
 @pytest.mark.slow
+@pytest.mark.usefixtures("few_games")
 def test_one_planner_of_the_hunt_is_worth_what_the_cases_say() -> None:
     found = solution(dmplay.load("collaborative-predator-prey"))
     assert "mean 21.0506 over 1728 states" in found.result
@@ -109,6 +118,7 @@ def test_joint_plans_of_caregivers_earn_what_one_planner_does() -> None:
     assert "at most -35 without end" in found.result
 
 
+@pytest.mark.usefixtures("few_games")
 def test_no_team_that_does_not_see_earns_what_the_planner_does() -> None:
     found = solution(dmplay.load("collaborative-predator-prey:triangle"))
     assert found.rows[0]["team"] == "one planner who sees all"
@@ -117,22 +127,18 @@ def test_no_team_that_does_not_see_earns_what_the_planner_does() -> None:
     }  # fmt: skip
 
 
+@pytest.mark.usefixtures("few_games")
 def test_what_has_no_exact_solution_is_simulated_and_says_so() -> None:
     found = solution(dmplay.load("predator-prey:triangle", predators=2))
     assert "no exact solution" in found.method
     assert [row["seat"] for row in found.rows] == ["predator1", "predator2", "prey1"]
 
 
-LONG = ("collaborative-predator-prey", "collaborative-predator-prey:sighted")  # teams are simulated
-
-
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(name, marks=pytest.mark.slow if name in LONG else ()) for name in CASES],
-)
+@pytest.mark.usefixtures("few_games", "coarse")
+@every_problem
 def test_a_solution_tells_how_far_it_is_and_never_goes_back(name: str) -> None:
     shares: list[float] = []
-    found = solution(dmplay.load(name), shares.append)
+    found = solution(small(name), shares.append)
     assert found.rows
     assert all(row.keys() == found.rows[0].keys() for row in found.rows)
     assert shares == sorted(shares)

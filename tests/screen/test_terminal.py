@@ -16,6 +16,7 @@ import pytest
 
 from dmplay.game.checking import check
 from tests.support.games import values
+from tests.support.programs import run
 from tests.support.terminals import (
     BACKSPACE,
     CTRL_C,
@@ -44,14 +45,14 @@ NOTHING: Mapping[str, str] = {}
 SIZE_LIMIT = 700  # bytes that a small disk holds
 
 
-def run(
+def fresh(
     *words: str,
     folder: Path,
     typed: str = "",
     disk: int | None = None,
     env: Mapping[str, str] = NOTHING,
 ) -> subprocess.CompletedProcess[str]:
-    """The program without a terminal."""
+    """The program from its very start: in another language, or where a disk is small."""
 
     def small() -> None:
         if disk is not None:
@@ -95,7 +96,7 @@ def verified(path: Path) -> Path:
 
 def test_hexworld_by_its_six_letters_is_the_game_of_the_same_words(tmp_path: Path) -> None:
     typed = "w\nnw\nne\ne\nse\nsw\nquit\n"
-    piped = run("hexworld", "--seed", "7", "-o", "piped.dmt", typed=typed, folder=tmp_path)
+    piped = run(tmp_path, "hexworld", "--seed", "7", "-o", "piped.dmt", stdin=typed)
     assert piped.returncode == 0
     with Terminal("hexworld", "--seed", "7", "-o", "keys.dmt", folder=tmp_path) as terminal:
         terminal.ready()
@@ -197,7 +198,7 @@ def test_an_agent_is_watched_step_by_step(tmp_path: Path) -> None:
 
 
 def test_a_recording_is_stepped_through_forth_and_back(tmp_path: Path) -> None:
-    piped = run("hexworld", "--seed", "7", "-o", "g.dmt", typed="w\nw\nundo\nnw\n", folder=tmp_path)
+    piped = run(tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin="w\nw\nundo\nnw\n")
     assert piped.returncode == 0
     with Terminal("replay", "g.dmt", folder=tmp_path) as terminal:
         terminal.ready().press(" ", "turn 1 ").press(" ", "turn 2 ").press(" ", "turn 1 ")
@@ -206,7 +207,7 @@ def test_a_recording_is_stepped_through_forth_and_back(tmp_path: Path) -> None:
 
 
 def test_autoplay_goes_on_by_itself_and_stops_at_a_fault_of_the_recording(tmp_path: Path) -> None:
-    run("hexworld", "--seed", "7", "-o", "g.dmt", typed="w\nw\nw\n", folder=tmp_path)
+    run(tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin="w\nw\nw\n")
     text = (tmp_path / "g.dmt").read_text()
     (tmp_path / "bad.dmt").write_text(text.replace("turn: 3", "turn: 4"))
     for name, seen in (("g.dmt", "quit after 3 turns"), ("bad.dmt", "got turn 4, expected 3")):
@@ -217,7 +218,7 @@ def test_autoplay_goes_on_by_itself_and_stops_at_a_fault_of_the_recording(tmp_pa
 
 def test_a_speed_of_nothing_is_refused(tmp_path: Path) -> None:
     for speed in ("0", "-1"):
-        done = run("hexworld", "--agent", "optimal", "--speed", speed, folder=tmp_path)
+        done = run(tmp_path, "hexworld", "--agent", "optimal", "--speed", speed)
         assert done.returncode == 2
         assert "--speed" in done.stderr
 
@@ -397,7 +398,7 @@ def test_a_script_of_two_who_hear_different_things_waits_for_nobody(tmp_path: Pa
     with Terminal(*given, folder=tmp_path) as terminal:
         assert terminal.ended() == 0
         assert "is next: nobody" not in terminal.printed
-    piped = run("shell", typed=lines, folder=tmp_path)
+    piped = run(tmp_path, "shell", stdin=lines)
     assert "caregiver1 chose" not in piped.stderr
     assert piped.returncode == 0
 
@@ -514,7 +515,7 @@ def test_without_motion_agents_go_on_by_steps_only(tmp_path: Path) -> None:
     ],
 )
 def test_who_must_not_be_asked_is_not(words: str, told: str, tmp_path: Path) -> None:
-    run("hexworld", "--seed", "7", "-o", "g.dmt", typed="w\nw\n", folder=tmp_path)
+    run(tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin="w\nw\n")
     before = (tmp_path / "g.dmt").read_bytes()
     with Terminal(*words.split(), folder=tmp_path) as terminal:
         assert terminal.ended() == 2
@@ -530,13 +531,13 @@ def test_without_input_agents_play_in_lines_and_pipes_are_read(tmp_path: Path) -
         assert terminal.ended() == 0
         assert "over: terminal after" in terminal.printed
         assert "\x1b" not in terminal.printed
-    piped = run("hexworld", "--seed", "7", "--no-input", typed="w\nquit\n", folder=tmp_path)
+    piped = run(tmp_path, "hexworld", "--seed", "7", "--no-input", stdin="w\nquit\n")
     assert piped.returncode == 0
     assert "over: quit after 1 turn." in piped.stdout
 
 
 def test_real_time_moves(tmp_path: Path) -> None:
-    refused = run("cart-pole", "--rate", "--no-motion", folder=tmp_path)
+    refused = run(tmp_path, "cart-pole", "--rate", "--no-motion")
     assert refused.returncode == 2
     assert refused.stderr == "error: --rate: real time moves by itself; leave out --no-motion\n"
 
@@ -577,12 +578,12 @@ def test_two_people_at_a_dumb_terminal_do_not_see_each_other_type(tmp_path: Path
 
 def test_a_recording_with_turns_taken_back_is_told_in_lines(tmp_path: Path) -> None:
     typed = "w\nundo\ne\nreroll\n"
-    run("hexworld", "--seed", "7", "-o", "game.dmt", typed=typed, folder=tmp_path)
-    done = run("replay", "game.dmt", folder=tmp_path)
+    run(tmp_path, "hexworld", "--seed", "7", "-o", "game.dmt", stdin=typed)
+    done = run(tmp_path, "replay", "game.dmt")
     assert done.returncode == 0
     told = [line.partition(".")[0] for line in done.stdout.splitlines()]
     assert told[1:-1] == ["turn 1", "undone", "turn 1", "turn 1, under other dice"]
-    assert run("replay", "game.dmt", "--json", folder=tmp_path).returncode == 0
+    assert run(tmp_path, "replay", "game.dmt", "--json").returncode == 0
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129)])
@@ -666,7 +667,7 @@ def test_a_terminal_that_is_gone_ends_the_game_with_129_and_leaves_no_log(
 
 def test_an_unknown_word_in_a_pipe_ends_with_2_and_names_its_line(tmp_path: Path) -> None:
     typed = "# first a comment\n\nw\nleft; wset\nw\n"
-    done = run("hexworld", "--seed", "7", "-o", "game.dmt", typed=typed, folder=tmp_path)
+    done = run(tmp_path, "hexworld", "--seed", "7", "-o", "game.dmt", stdin=typed)
     assert done.returncode == 2
     assert "error: line 4: unknown action 'wset'; did you mean" in done.stderr
     end = json.loads(values(verified(tmp_path / "game.dmt"), "end")[0])
@@ -674,48 +675,58 @@ def test_an_unknown_word_in_a_pipe_ends_with_2_and_names_its_line(tmp_path: Path
 
 
 def test_an_illegal_action_in_a_pipe_ends_with_2_and_names_its_line(tmp_path: Path) -> None:
-    done = run("2048", "--seed", "7", typed="down\n" * 50, folder=tmp_path)
+    done = run(tmp_path, "2048", "--seed", "7", stdin="down\n" * 50)
     assert done.returncode == 2
     assert re.search(r"error: line \d+: turn \d+, agent: down changes nothing in ", done.stderr)
 
 
-@pytest.mark.parametrize("problem", PROBLEMS)
-def test_an_ascii_stream_never_raises(problem: str, tmp_path: Path) -> None:
-    ascii_ = {"PYTHONIOENCODING": "ascii", "LANG": "C", "LC_ALL": "C"}
+ASCII = {"PYTHONIOENCODING": "ascii", "LANG": "C", "LC_ALL": "C"}
+
+
+def told_in_ascii(*words: str, folder: Path) -> None:
+    """Runs the program where only ASCII is read and written."""
     typed = "look\nhint\nbelief\nkeys\nlegal\nhelp\n1\nundo\nquit\n"
-    game = ("-o", "game.dmt", "--frames", "--reveal")
+    done = fresh(*words, typed=typed, folder=folder, env=ASCII)
+    assert "Traceback" not in done.stderr, words
+    assert done.returncode == (0 if words[-1].isascii() else 2), done.stderr
+    assert done.stdout.isascii()
+    assert done.stderr.isascii()
+
+
+@pytest.mark.parametrize("line", ["list", "--help", "crying-bäby", "verify nö.dmt"])
+def test_an_ascii_stream_never_raises(line: str, tmp_path: Path) -> None:
+    told_in_ascii(*line.split(), folder=tmp_path)
+
+
+@pytest.mark.parametrize("problem", PROBLEMS)
+def test_a_game_on_an_ascii_stream_never_raises(problem: str, tmp_path: Path) -> None:
     for words in (
-        (problem, "--seed", "7", *game), ("info", problem), ("list",), ("--help",),
+        (problem, "--seed", "7", "-o", "game.dmt", "--frames", "--reveal"), ("info", problem),
         ("replay", "game.dmt"), ("replay", "game.dmt", "--json"), ("verify", "game.dmt"),
-        ("crying-bäby",), ("verify", "nö.dmt"),
     ):  # fmt: skip
-        done = run(*words, typed=typed, folder=tmp_path, env=ascii_)
-        assert "Traceback" not in done.stderr, words
-        assert done.returncode == (2 if words[-1].isascii() is False else 0), done.stderr
-        assert done.stdout.isascii()
-        assert done.stderr.isascii()
-    with Terminal(problem, "--seed", "7", folder=tmp_path, env=ascii_) as terminal:
+        told_in_ascii(*words, folder=tmp_path)
+    with Terminal(problem, "--seed", "7", folder=tmp_path, env=ASCII) as terminal:
         terminal.ready().press("1").press("V").press(TAB).press("?").calm()
         assert terminal.press("x").press("q").ended() == 0
         assert terminal.printed.isascii()
 
 
 def test_names_that_an_ascii_stream_lacks_are_shown_as_escapes(tmp_path: Path) -> None:
-    run("hexworld", "--seed", "7", "-o", "g.dmt", typed="w\n", folder=tmp_path)
+    run(tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin="w\n")
     text = (tmp_path / "g.dmt").read_text().replace('"human"', '"gr\u00fcn\\u001b[31m"')
     (tmp_path / "gr\u00fcn.dmt").write_text(text, encoding="utf-8")
     ascii_ = {"PYTHONIOENCODING": "ascii"}
-    done = run("replay", "gr\u00fcn.dmt", folder=tmp_path, env=ascii_)
+    done = fresh("replay", "gr\u00fcn.dmt", folder=tmp_path, env=ascii_)
     assert done.stdout.splitlines()[0] == r"hexworld, seed 7. gr\xfcn\x1b[31m."
-    done = run("replay", "gr\u00fcn.dmt", "--json", folder=tmp_path, env=ascii_)
+    done = fresh("replay", "gr\u00fcn.dmt", "--json", folder=tmp_path, env=ascii_)
     assert json.loads(done.stdout.splitlines()[0])["seats"] == {"agent": "gr\u00fcn\x1b[31m"}
-    assert run("verify", "gr\u00fcn.dmt", folder=tmp_path, env=ascii_).returncode == 3
+    assert fresh("verify", "gr\u00fcn.dmt", folder=tmp_path, env=ascii_).returncode == 3
 
 
 @pytest.mark.parametrize("problem", PROBLEMS)
 def test_plain_output_draws_nothing(problem: str, tmp_path: Path) -> None:
     typed = "look\nhint\nbelief\nkeys\nlegal\nstate\nhelp\n1\nundo\n2\nreroll\nquit\n"
-    done = run(problem, "--seed", "7", "--plain", "--reveal", typed=typed, folder=tmp_path)
+    done = run(tmp_path, problem, "--seed", "7", "--plain", "--reveal", stdin=typed)
     assert done.returncode == 0, done.stderr
     assert not DRAWN.search(done.stdout)
     assert "\x1b" not in done.stdout
@@ -724,7 +735,7 @@ def test_plain_output_draws_nothing(problem: str, tmp_path: Path) -> None:
 
 def test_a_full_disk_is_told_once_and_the_game_goes_on(tmp_path: Path) -> None:
     typed = "w\n" * 5 + "quit\n"
-    done = run("hexworld", "--seed", "7", "-o", "/dev/full", typed=typed, folder=tmp_path)
+    done = run(tmp_path, "hexworld", "--seed", "7", "-o", "/dev/full", stdin=typed)
     assert done.returncode == 1
     assert "over: quit after 5 turns" in done.stdout
     assert done.stderr == "error: cannot write /dev/full: No space left on device\n"
@@ -733,15 +744,15 @@ def test_a_full_disk_is_told_once_and_the_game_goes_on(tmp_path: Path) -> None:
 def test_a_disk_that_fills_holds_whole_turns_that_verify_and_resume(tmp_path: Path) -> None:
     typed = "w\n" * 9 + "quit\n"
     words = ("hexworld", "--seed", "7", "-o")
-    done = run(*words, "small.dmt", typed=typed, folder=tmp_path, disk=SIZE_LIMIT)
+    done = fresh(*words, "small.dmt", typed=typed, folder=tmp_path, disk=SIZE_LIMIT)
     assert done.returncode == 1
     assert re.fullmatch(r"error: cannot write small\.dmt: [\w ]+\n", done.stderr)
     assert check(tmp_path / "small.dmt").unfinished
     turns = int(values(tmp_path / "small.dmt", "turn")[-1])
     assert 1 < turns < 9
-    again = run("resume", "small.dmt", typed="w\n" * (9 - turns) + "quit\n", folder=tmp_path)
+    again = run(tmp_path, "resume", "small.dmt", stdin="w\n" * (9 - turns) + "quit\n")
     assert again.returncode == 0
-    run(*words, "whole.dmt", typed=typed, folder=tmp_path)
+    run(tmp_path, *words, "whole.dmt", stdin=typed)
     assert (tmp_path / "small.dmt").read_bytes() == (tmp_path / "whole.dmt").read_bytes()
 
 
@@ -754,7 +765,7 @@ def test_the_screen_tells_of_a_full_disk_and_plays_on(tmp_path: Path) -> None:
 
 def test_a_state_folder_that_cannot_be_written_is_one_warning(tmp_path: Path) -> None:
     (tmp_path / "state").write_text("a file where the folder should be")
-    done = run("hexworld", "--seed", "7", typed="w\nquit\n", folder=tmp_path)
+    done = run(tmp_path, "hexworld", "--seed", "7", stdin="w\nquit\n")
     assert done.returncode == 0
     assert done.stderr.startswith("warning: this game is not kept: ")
     assert len(done.stderr.splitlines()) == 1

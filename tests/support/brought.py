@@ -1,5 +1,6 @@
 """Problems that a user may bring, in which not every action is always allowed."""
 
+from abc import abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,18 +30,34 @@ class Key(Tabular):
 
 
 @dataclass(frozen=True)
-class Heap(Problem):
-    """Four stones of which one or two are taken, never more than there are; the last one pays."""
+class Counted(Problem):
+    """One whose states are numbers, and of which one is the start."""
 
-    discount: float = 0.9
-    actions = (Labels(("one", "two")),)
-    states = 5
+    @property
+    @abstractmethod
+    def first(self) -> int:
+        """Where every game starts."""
+
+    def notation(self, s: Array) -> str:
+        return str(int(s))
+
+    def parse(self, text: str) -> Array:
+        return np.array(int(text))
 
     def opening(self, rows: int) -> tuple[Chance, ...]:
         return ()
 
     def place(self, rows: int, events: tuple[Array, ...]) -> Array:
-        return np.full(rows, 4)
+        return np.full(rows, self.first)
+
+
+@dataclass(frozen=True)
+class Heap(Counted):
+    """Four stones of which one or two are taken, never more than there are; the last one pays."""
+
+    discount: float = 0.9
+    actions = (Labels(("one", "two")),)
+    states, first = 5, 4
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         """One time in four nothing is taken."""
@@ -55,9 +72,3 @@ class Heap(Problem):
 
     def legal(self, s: Array) -> Bools:
         return np.stack([np.ones(len(s), bool), s != 1], axis=1)[:, None]
-
-    def notation(self, s: Array) -> str:
-        return str(int(s))
-
-    def parse(self, text: str) -> Array:
-        return np.array(int(text))

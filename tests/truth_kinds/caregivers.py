@@ -10,7 +10,7 @@ from dmplay.errors import ImpossibleObservation
 from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
 from dmplay.solvers import matrix_game, value_iteration
 from dmplay.tabular import Tables, tabulate
-from tests.truth_kinds.case import Case
+from tests.truth_kinds.case import Case, by_kind
 
 PROBLEM = MulticaregiverCryingBaby()
 TABLES = tabulate(PROBLEM)
@@ -119,15 +119,8 @@ def one_step_nash(case: Case) -> None:
     case.close("rewards", matrix_game.utilities(payoffs, found[0]))
 
 
-KINDS = {
-    "transition": transition,
-    "reward": reward,
-    "observation": observation,
-    "belief_update": belief_update,
-    "impossible_observation": impossible_observation,
-    "joint_plan": joint_plan,
-    "always_joint_action": always_joint_action,
-    "team_fully_observed": team_fully_observed,
-    "one_step_nash": one_step_nash,
-}
+KINDS = by_kind(
+    transition, reward, observation, belief_update, impossible_observation, joint_plan,
+    always_joint_action, team_fully_observed, one_step_nash,
+)  # fmt: skip
 LATER: set[str] = set()

@@ -2,7 +2,7 @@ import numpy as np
 
 import dmplay
 from dmplay.core import Policy, Problem
-from tests.truth_kinds.case import Case
+from tests.truth_kinds.case import Case, by_kind
 from tests.truth_kinds.course import course
 
 DYNAMICS = ("text", "gym")
@@ -77,11 +77,7 @@ def random_policy_length(case: Case) -> None:
     case.mean("mean", played.totals[:, 0])
 
 
-KINDS = {
-    "step": step,
-    "terminal": terminal,
-    "episode_length": episode_length,
-    "mean_policy_length": mean_policy_length,
-    "random_policy_length": random_policy_length,
-}
+KINDS = by_kind(
+    step, terminal, episode_length, mean_policy_length, random_policy_length,
+)  # fmt: skip
 LATER: set[str] = set()

@@ -3,6 +3,7 @@
 import json
 import math
 import os
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -60,6 +61,14 @@ class Case:
     def share(self, told: float, got: float, many: int, mine: int) -> None:
         """A share agrees with a simulated one, to five standard deviations of the two."""
         assert abs(got - told) <= 5 * math.sqrt(told * (1 - told) * (1 / many + 1 / mine)) + 1e-12
+
+
+Check = Callable[[Case], None]
+
+
+def by_kind(*checks: Check, **others: Check) -> dict[str, Check]:
+    """The checks of a family by the kinds of case: each by its own name, some by others."""
+    return {check.__name__: check for check in checks} | others
 
 
 def reached(p: Any, keys: list[Any]) -> dict[Any, float]:

@@ -9,7 +9,7 @@ from dmplay.problems.catch import DISTANCES, PROFICIENCIES, Catch
 from dmplay.solvers import value_iteration
 from dmplay.solvers.bounded_search import BoundedSearch
 from dmplay.tabular import tabulate
-from tests.truth_kinds.case import Case
+from tests.truth_kinds.case import Case, by_kind
 
 PROBLEM = Catch()
 OUTCOMES = PROBLEM.observations[0]
@@ -95,13 +95,8 @@ def opening(case: Case) -> None:
     case.close("distance_after", found)
 
 
-KINDS = {
-    "expected_reward": expected_reward,
-    "belief_update": belief_update,
-    "belief_chain": belief_chain,
-    "known_proficiency": known_proficiency,
-    "optimal_from_uniform": optimal_from_belief,
-    "optimal_from_belief": optimal_from_belief,
-    "opening": opening,
-}
+KINDS = by_kind(
+    expected_reward, belief_update, belief_chain, known_proficiency, optimal_from_belief, opening,
+    optimal_from_uniform=optimal_from_belief,
+)  # fmt: skip
 LATER: set[str] = set()

@@ -8,7 +8,7 @@ from dmplay.chance import Reals
 from dmplay.problems.collaborative_predator_prey import SENSES, CollaborativePredatorPrey
 from dmplay.solvers import sparse
 from dmplay.solvers.value_iteration import best
-from tests.truth_kinds.case import Case
+from tests.truth_kinds.case import Case, by_kind
 from tests.truth_kinds.hunts import moves
 
 
@@ -102,11 +102,7 @@ def uniform_start_value(case: Case) -> None:
         case.close("value", random_team(map_).mean())
 
 
-KINDS = {
-    "transition": transition,
-    "observation": observation,
-    "reward": reward,
-    "value": value,
-    "uniform_start_value": uniform_start_value,
-}
+KINDS = by_kind(
+    transition, observation, reward, value, uniform_start_value,
+)  # fmt: skip
 LATER: set[str] = set()

@@ -11,7 +11,7 @@ from dmplay.problems.collision_avoidance import FIRST_HEIGHT, FIRST_RATE, FIRST_
 from dmplay.solvers import collision_grid
 from dmplay.solvers.collision_grid import CLIMBS, HEIGHTS
 from dmplay.solvers.value_iteration import SLACK, best
-from tests.truth_kinds.case import Case
+from tests.truth_kinds.case import Case, by_kind
 
 LITERAL = dmplay.load("collision-avoidance")
 REPAIRED = dmplay.load("collision-avoidance", repaired=True)
@@ -169,15 +169,8 @@ def grid_value_from_start(case: Case) -> None:
     case.close("value", weights @ u @ weights / weights.sum() ** 2)
 
 
-KINDS = {
-    "step": step,
-    "nmac_no_advisory_exact": nmac_no_advisory_exact,
-    "nmac": nmac,
-    "grid_slice": grid_slice,
-    "grid_sum": grid_sum,
-    "interpolated_q": interpolated_q,
-    "figure_f9_extent": figure_f9_extent,
-    "grid_policy_value": grid_policy_value,
-    "grid_value_from_start": grid_value_from_start,
-}
+KINDS = by_kind(
+    step, nmac_no_advisory_exact, nmac, grid_slice, grid_sum, interpolated_q, figure_f9_extent,
+    grid_policy_value, grid_value_from_start,
+)  # fmt: skip
 LATER: set[str] = set()

@@ -13,7 +13,7 @@ from dmplay.solvers import alpha_vectors, value_iteration
 from dmplay.solvers.alpha_vectors import Stage
 from dmplay.solvers.envelope import envelope
 from dmplay.tabular import Tables, tabulate
-from tests.truth_kinds.case import Case
+from tests.truth_kinds.case import Case, by_kind
 
 STATES = ("sated", "hungry")
 PROBLEM: Problem = dmplay.load("crying-baby")
@@ -187,16 +187,8 @@ def infinite_horizon_policy(case: Case) -> None:
         case.close("b", at)
 
 
-KINDS = {
-    "model": model,
-    "observation": observation,
-    "belief_update": belief_update,
-    "belief_chain": belief_chain,
-    "always_one_action": always_one_action,
-    "finite_horizon": finite_horizon,
-    "finite_horizon_q": finite_horizon_q,
-    "singing": singing,
-    "infinite_horizon": infinite_horizon,
-    "infinite_horizon_policy": infinite_horizon_policy,
-}
+KINDS = by_kind(
+    model, observation, belief_update, belief_chain, always_one_action, finite_horizon,
+    finite_horizon_q, singing, infinite_horizon, infinite_horizon_policy,
+)  # fmt: skip
 LATER: set[str] = set()

@@ -5,7 +5,7 @@ from dmplay import hexes
 from dmplay.problems.hexworld import HexWorld
 from dmplay.solvers import value_iteration
 from dmplay.tabular import tabulate
-from tests.truth_kinds.case import Case, reached
+from tests.truth_kinds.case import Case, by_kind, reached
 
 
 def world(case: Case) -> HexWorld:
@@ -102,15 +102,8 @@ def custom_map(case: Case) -> None:
     case.close("random_policy_values", follow(problem, uniform(problem)))
 
 
-KINDS = {
-    "transition": transition,
-    "neighbours": neighbours,
-    "distance": distance,
-    "random_policy_value": random_policy_value,
-    "always_one_action_value": always_one_action_value,
-    "uniform_start_return": uniform_start_return,
-    "value_iteration": sweeps,
-    "optimal": optimum,
-    "custom_map": custom_map,
-}
+KINDS = by_kind(
+    transition, neighbours, distance, random_policy_value, always_one_action_value,
+    uniform_start_return, custom_map, value_iteration=sweeps, optimal=optimum,
+)  # fmt: skip
 LATER: set[str] = set()

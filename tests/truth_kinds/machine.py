@@ -13,7 +13,7 @@ from dmplay.solvers import alpha_vectors, value_iteration
 from dmplay.solvers.alpha_vectors import Stage
 from dmplay.solvers.regions import pieces
 from dmplay.tabular import tabulate
-from tests.truth_kinds.case import Case
+from tests.truth_kinds.case import Case, by_kind
 
 PROBLEM: Problem = MachineReplacement()
 TABLES = tabulate(PROBLEM)
@@ -132,18 +132,9 @@ def disjoint_manufacture(case: Case) -> None:
         assert cell in {"main": main, "small": small}[case.expect["region"]].cells
 
 
-KINDS = {
-    "model": model,
-    "observation": observation,
-    "belief_update": belief_update,
-    "impossible_observation": impossible_observation,
-    "always_one_action": always_one_action,
-    "fully_observed_value": fully_observed_value,
-    "alpha_vectors": alpha_values,
-    "alpha_count": alpha_count,
-    "value_grid": value_grid,
-    "q_values": q_values,
-    "regions": where_best,
-    "disjoint_manufacture_14": disjoint_manufacture,
-}
+KINDS = by_kind(
+    model, observation, belief_update, impossible_observation, always_one_action,
+    fully_observed_value, alpha_count, value_grid, q_values, alpha_vectors=alpha_values,
+    regions=where_best, disjoint_manufacture_14=disjoint_manufacture,
+)  # fmt: skip
 LATER: set[str] = set()

@@ -7,7 +7,7 @@ from dmplay.core import Problem
 from dmplay.policies.script import Script
 from dmplay.problems.mountain_car import LEFT_WALL, RIGHT_WALL, TOP_SPEED
 from dmplay.solvers import grid_search
-from tests.truth_kinds.case import Case, family
+from tests.truth_kinds.case import Case, by_kind, family
 from tests.truth_kinds.course import course
 
 PROBLEM = dmplay.load("mountain-car")
@@ -106,11 +106,7 @@ def searched(start: list[float], cells: tuple[int, int]) -> int:
     return turns
 
 
-KINDS = {
-    "step": step,
-    "clamp": clamp,
-    "terminal": step,
-    "policy_steps": policy_steps,
-    "fewest_steps_known": fewest_steps_known,
-}
+KINDS = by_kind(
+    step, clamp, policy_steps, fewest_steps_known, terminal=step,
+)  # fmt: skip
 LATER: set[str] = set()

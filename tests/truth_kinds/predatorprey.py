@@ -7,7 +7,7 @@ from dmplay.chance import Reals
 from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.solvers import value_iteration
 from dmplay.tabular import Tables, tabulate
-from tests.truth_kinds.case import Case
+from tests.truth_kinds.case import Case, by_kind
 from tests.truth_kinds.hunts import moves
 
 
@@ -83,10 +83,7 @@ def best_response_to_random(case: Case) -> None:
         assert best.tolist() == case.expect[f"{name}_actions"]
 
 
-KINDS = {
-    "transition": transition,
-    "reward": reward,
-    "random_play_value": random_play_value,
-    "best_response_to_random": best_response_to_random,
-}
+KINDS = by_kind(
+    transition, reward, random_play_value, best_response_to_random,
+)  # fmt: skip
 LATER: set[str] = set()

@@ -4,7 +4,8 @@ import dmplay
 from dmplay.problems.prisoners_dilemma import PrisonersDilemma
 from dmplay.solvers import matrix_game
 from dmplay.solvers.matrix_game import Profile
-from tests.truth_kinds.case import Case
+from tests.truth_kinds.case import Case, by_kind
+from tests.truth_kinds.matrices import check_correlated
 
 PROBLEM = PrisonersDilemma(discount=0.9)
 ACTIONS = PROBLEM.actions[0]
@@ -42,10 +43,7 @@ def correlated(case: Case) -> None:
 
 
 def correlated_check(case: Case) -> None:
-    gains = matrix_game.correlated_gains(PAYOFFS, np.array(case.given["joint"], float))
-    case.close("best_gain_agent1", gains[0])
-    case.close("best_gain_agent2", gains[1])
-    assert case.expect["equilibrium"] == (gains <= 1e-9).all()
+    check_correlated(case, PAYOFFS, np.array(case.given["joint"], float))
 
 
 def hierarchical_softmax(case: Case) -> None:
@@ -68,14 +66,8 @@ def repeated_threshold(case: Case) -> None:
     case.close("smallest_discount_sustaining_cooperation", least)
 
 
-KINDS = {
-    "payoff": payoff,
-    "mixed": mixed,
-    "nash": nash,
-    "correlated": correlated,
-    "correlated_check": correlated_check,
-    "hierarchical_softmax": hierarchical_softmax,
-    "repeated": repeated,
-    "repeated_threshold": repeated_threshold,
-}
+KINDS = by_kind(
+    payoff, mixed, nash, correlated, correlated_check, hierarchical_softmax, repeated,
+    repeated_threshold,
+)  # fmt: skip
 LATER: set[str] = set()

@@ -6,7 +6,7 @@ from dmplay.chance import Normal
 from dmplay.problems.simple_regulator import START_DEVIATION, START_MEAN, SimpleRegulator
 from dmplay.solvers import linear_regulator
 from dmplay.solvers.linear_regulator import OPTIMAL, Linear
-from tests.truth_kinds.case import Case
+from tests.truth_kinds.case import Case, by_kind
 
 MOMENT = START_MEAN**2 + START_DEVIATION**2
 
@@ -61,11 +61,8 @@ def linear_policy_return(case: Case) -> None:
     case.close("gradient", list(linear_regulator.gradient(game, policy, MOMENT)))
 
 
-KINDS = {
-    "step_distribution": step_distribution,
-    "optimal_value": optimal_value,
-    "finite_horizon_value": finite_horizon_value,
-    "optimal_value_from_start": optimal_value_from_start,
-    "linear_policy_return": linear_policy_return,
-}
+KINDS = by_kind(
+    step_distribution, optimal_value, finite_horizon_value, optimal_value_from_start,
+    linear_policy_return,
+)  # fmt: skip
 LATER: set[str] = set()

@@ -4,7 +4,8 @@ from dmplay.core import exact
 from dmplay.problems.rock_paper_scissors import RockPaperScissors
 from dmplay.solvers import correlated, matrix_game
 from dmplay.solvers.matrix_game import Profile
-from tests.truth_kinds.case import Case
+from tests.truth_kinds.case import Case, by_kind
+from tests.truth_kinds.matrices import check_correlated
 
 PROBLEM = RockPaperScissors()
 ACTIONS = PROBLEM.actions[0]
@@ -32,10 +33,7 @@ def nash(case: Case) -> None:
 
 
 def correlated_check(case: Case) -> None:
-    gains = matrix_game.correlated_gains(PAYOFFS, np.array(case.given["joint"], float))
-    case.close("best_gain_agent1", gains[0])
-    case.close("best_gain_agent2", gains[1])
-    assert case.expect["equilibrium"] == (gains <= 1e-9).all()
+    check_correlated(case, PAYOFFS, np.array(case.given["joint"], float))
 
 
 def correlated_all(case: Case) -> None:
@@ -43,11 +41,7 @@ def correlated_all(case: Case) -> None:
     case.close("joint", only)
 
 
-KINDS = {
-    "payoff": payoff,
-    "mixed": mixed,
-    "nash": nash,
-    "correlated_check": correlated_check,
-    "correlated": correlated_all,
-}
+KINDS = by_kind(
+    payoff, mixed, nash, correlated_check, correlated=correlated_all,
+)  # fmt: skip
 LATER: set[str] = set()

@@ -6,7 +6,8 @@ from dmplay.core import exact
 from dmplay.problems.travelers_dilemma import CLAIMS, LEAST, MOST, TravelersDilemma
 from dmplay.solvers import matrix_game
 from dmplay.solvers.matrix_game import Profile
-from tests.truth_kinds.case import Case
+from tests.truth_kinds.case import Case, by_kind
+from tests.truth_kinds.matrices import check_correlated
 
 PROBLEM = TravelersDilemma()
 PAYOFFS = PROBLEM.payoffs
@@ -43,10 +44,7 @@ def correlated_check(case: Case) -> None:
         joint[first - LEAST, second - LEAST] = 1
     else:
         joint[:] = case.given["joint"]
-    gains = matrix_game.correlated_gains(PAYOFFS, joint)
-    case.close("best_gain_agent1", gains[0])
-    case.close("best_gain_agent2", gains[1])
-    assert case.expect["equilibrium"] == (gains <= 1e-9).all()
+    check_correlated(case, PAYOFFS, joint)
 
 
 def hierarchical_softmax(case: Case) -> None:
@@ -111,14 +109,8 @@ def iterated_best_response(case: Case) -> None:
     case.close("first_ten", (pairs + pairs[-1:] * 10)[1:11])
 
 
-KINDS = {
-    "payoff": payoff,
-    "payoff_table": payoff_table,
-    "nash": nash,
-    "correlated_check": correlated_check,
-    "hierarchical_softmax": hierarchical_softmax,
-    "best_response": best_response,
-    "best_response_to_mix": best_response_to_mix,
-    "iterated_best_response": iterated_best_response,
-}
+KINDS = by_kind(
+    payoff, payoff_table, nash, correlated_check, hierarchical_softmax, best_response,
+    best_response_to_mix, iterated_best_response,
+)  # fmt: skip
 LATER: set[str] = set()

@@ -5,7 +5,7 @@ import numpy as np
 
 import dmplay
 from dmplay.problems.game_2048 import Game2048, slide
-from tests.truth_kinds.case import Case, reached
+from tests.truth_kinds.case import Case, by_kind, reached
 
 LEFT, RIGHT = 0, 2
 NAMES = {"left": LEFT, "right": RIGHT}
@@ -115,12 +115,7 @@ def random_play(case: Case) -> None:
         case.share(share, float((largest == int(tile)).mean()), case.given["games"], GAMES)
 
 
-KINDS = {
-    "row": row,
-    "row_table_sha256": row_table,
-    "board": board,
-    "transition": transition,
-    "initial_board": initial_board,
-    "random_play": random_play,
-}
+KINDS = by_kind(
+    row, board, transition, initial_board, random_play, row_table_sha256=row_table,
+)  # fmt: skip
 LATER: set[str] = set()

@@ -1,5 +1,7 @@
 """What a person sees of an encounter in the air, frame by frame."""
 
+import pytest
+
 import dmplay
 from dmplay.session import Session
 from dmplay.views.style import Look, fit, style_of
@@ -21,120 +23,6 @@ def advised() -> Session:
 def collided() -> Session:
     return started(
         "collision-avoidance", [-20.0, -3.0, 0.0, 3.0], [0, 2, 2, 2], [0.5], [0.5], [0.5], [0.5]
-    )
-
-
-def test_the_encounter_with_every_advisory() -> None:
-    view = advised().view(0)
-    assert (
-        fit(collision_avoidance, view, Look(80, 24)).plain
-        == """
- +100
-
-
-  +50                                        ▒▒
-      ···↑↑↑↑↓↓·                             ▒▒
-                ◆ ∘                          ▒▒
-    0 ┄┄┄┄┄┄┄┄┄┄┄┄┄┄∘┄∘┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄▒A
-                        ∘                    ▒▒
-                          ∘ ∘                ▒▒
-  -50                         ∘ ∘            ▒▒
-                                  ∘
-                                    ∘ ∘
- -100                                   ∘
-     40s       30s       20s       10s       0s
-◆ h +23 m  dh -5.0 m/s  30 s  none
-will pass 127 m below A: clear"""[1:]
-    )
-
-
-def test_the_encounter_in_ascii() -> None:
-    view = advised().view(0)
-    assert (
-        fit(collision_avoidance, view, Look(80, 24, ascii=True)).plain
-        == """
- +100
-
-
-  +50                                        ::
-      ...^^^^vv.                             ::
-                + o                          ::
-    0 --------------o-o----------------------:A
-                        o                    ::
-                          o o                ::
-  -50                         o o            ::
-                                  o
-                                    o o
- -100                                   o
-     40s       30s       20s       10s       0s
-+ h +23 m  dh -5.0 m/s  30 s  none
-will pass 127 m below A: clear"""[1:]
-    )
-
-
-def test_the_encounter_in_a_small_room() -> None:
-    view = advised().view(0)
-    assert (
-        fit(collision_avoidance, view, Look(40, 12)).plain
-        == """
- +100
-  +50 ··↑↑↑↓↓·                      ▒▒
-    0 ┄┄┄┄┄┄┄┄◆┄∘┄∘┄∘┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄▒A
-  -50                 ∘ ∘ ∘ ∘       ▒▒
- -100                         ∘ ∘
-     40s     30s     20s    10s     0s
-◆ h +23 m  dh -5.0 m/s  30 s  none
-will pass 127 m below A: clear"""[1:]
-    )
-
-
-def test_the_encounter_in_a_small_room_in_ascii() -> None:
-    view = advised().view(0)
-    assert (
-        fit(collision_avoidance, view, Look(40, 12, ascii=True)).plain
-        == """
- +100
-  +50 ..^^^vv.                      ::
-    0 --------+-o-o-o---------------:A
-  -50                 o o o o       ::
- -100                         o o
-     40s     30s     20s    10s     0s
-+ h +23 m  dh -5.0 m/s  30 s  none
-will pass 127 m below A: clear"""[1:]
-    )
-
-
-def test_the_encounter_after_a_collision() -> None:
-    view = collided().view(0)
-    assert (
-        fit(collision_avoidance, view, Look(80, 12)).plain
-        == """
- +100
-
-  +50                                        ▒▒
-                                             ▒▒
-    0 ┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄▒A
-                                           ↓↑↑◆
-  -50                                        ▒▒
-
- -100
-     40s       30s       20s       10s       0s
-◆ h -30 m  dh -2.0 m/s  0 s  climb
-passed 30 m below A: COLLISION"""[1:]
-    )
-
-
-def test_the_encounter_in_six_rows() -> None:
-    view = collided().view(0)
-    assert (
-        fit(collision_avoidance, view, Look(40, 6)).plain
-        == """
- +100
-  +50                               ▒▒
-    0 ┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄↑▒A
-  -50                               ↑◆
- -100
-passed 30 m below A: COLLISION"""[1:]
     )
 
 
@@ -163,13 +51,88 @@ def test_an_advisory_reversed_is_told() -> None:
 def test_the_panel_says_what_this_rate_leads_to() -> None:
     view = advised().view(0)
     assert collision_avoidance.panel(view) == [
-        ("h", "+23 m"),
-        ("dh", "-5.0 m/s"),
-        ("time", "30 s"),
-        ("passes", "-127 m"),
-        ("", "clear"),
-        ("near", "below 50 m"),
-        ("last", "no-advisory"),
-        ("changes", "3"),
-        ("reward", "-0.01"),
-    ]
+        ("h", "+23 m"), ("dh", "-5.0 m/s"), ("time", "30 s"), ("passes", "-127 m"), ("", "clear"),
+        ("near", "below 50 m"), ("last", "no-advisory"), ("changes", "3"), ("reward", "-0.01"),
+    ]  # fmt: skip
+
+
+FRAMES = {
+    "the encounter with every advisory": (advised().view(0), Look(80, 24), """
+ +100
+
+
+  +50                                        ▒▒
+      ···↑↑↑↑↓↓·                             ▒▒
+                ◆ ∘                          ▒▒
+    0 ┄┄┄┄┄┄┄┄┄┄┄┄┄┄∘┄∘┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄▒A
+                        ∘                    ▒▒
+                          ∘ ∘                ▒▒
+  -50                         ∘ ∘            ▒▒
+                                  ∘
+                                    ∘ ∘
+ -100                                   ∘
+     40s       30s       20s       10s       0s
+◆ h +23 m  dh -5.0 m/s  30 s  none
+will pass 127 m below A: clear"""),
+    "the encounter in ascii": (advised().view(0), Look(80, 24, ascii=True), """
+ +100
+
+
+  +50                                        ::
+      ...^^^^vv.                             ::
+                + o                          ::
+    0 --------------o-o----------------------:A
+                        o                    ::
+                          o o                ::
+  -50                         o o            ::
+                                  o
+                                    o o
+ -100                                   o
+     40s       30s       20s       10s       0s
++ h +23 m  dh -5.0 m/s  30 s  none
+will pass 127 m below A: clear"""),
+    "the encounter in a small room": (advised().view(0), Look(40, 12), """
+ +100
+  +50 ··↑↑↑↓↓·                      ▒▒
+    0 ┄┄┄┄┄┄┄┄◆┄∘┄∘┄∘┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄▒A
+  -50                 ∘ ∘ ∘ ∘       ▒▒
+ -100                         ∘ ∘
+     40s     30s     20s    10s     0s
+◆ h +23 m  dh -5.0 m/s  30 s  none
+will pass 127 m below A: clear"""),
+    "the encounter in a small room in ascii": (advised().view(0), Look(40, 12, ascii=True), """
+ +100
+  +50 ..^^^vv.                      ::
+    0 --------+-o-o-o---------------:A
+  -50                 o o o o       ::
+ -100                         o o
+     40s     30s     20s    10s     0s
++ h +23 m  dh -5.0 m/s  30 s  none
+will pass 127 m below A: clear"""),
+    "the encounter after a collision": (collided().view(0), Look(80, 12), """
+ +100
+
+  +50                                        ▒▒
+                                             ▒▒
+    0 ┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄▒A
+                                           ↓↑↑◆
+  -50                                        ▒▒
+
+ -100
+     40s       30s       20s       10s       0s
+◆ h -30 m  dh -2.0 m/s  0 s  climb
+passed 30 m below A: COLLISION"""),
+    "the encounter in six rows": (collided().view(0), Look(40, 6), """
+ +100
+  +50                               ▒▒
+    0 ┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄↑▒A
+  -50                               ↑◆
+ -100
+passed 30 m below A: COLLISION"""),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", FRAMES)
+def test_an_encounter_is_drawn(what: str) -> None:
+    view, look, board = FRAMES[what]
+    assert fit(collision_avoidance, view, look).plain == board[1:]

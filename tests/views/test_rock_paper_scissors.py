@@ -1,16 +1,14 @@
-from functools import partial
-
 import dmplay
 from dmplay.views.style import Look, fit, style_of
-from tests.support import games
+from tests.support.games import after
 
 rock_paper_scissors = style_of(dmplay.load("rock-paper-scissors"))
 
-after = partial(games.after, "rock-paper-scissors")
-
 
 def test_paper_covers_rock() -> None:
-    drawn = fit(rock_paper_scissors, after("rock rock", "paper rock"), Look(80, 24)).plain
+    drawn = fit(
+        rock_paper_scissors, after("rock-paper-scissors", "rock rock", "paper rock"), Look(80, 24)
+    ).plain
     assert (
         drawn
         == """\
@@ -26,7 +24,11 @@ agent2       R R"""
 
 
 def test_the_table_in_a_small_ascii_room() -> None:
-    drawn = fit(rock_paper_scissors, after("paper scissors", seat=1), Look(30, 6, ascii=True)).plain
+    drawn = fit(
+        rock_paper_scissors,
+        after("rock-paper-scissors", "paper scissors", seat=1),
+        Look(30, 6, ascii=True),
+    ).plain
     assert (
         drawn
         == """\

@@ -1,5 +1,7 @@
 """What a person sees of a number and its pushes, frame by frame."""
 
+import pytest
+
 import dmplay
 from dmplay.session import Session
 from dmplay.views.style import Look, fit, style_of
@@ -14,114 +16,12 @@ def pushed() -> Session:
     )
 
 
-def test_the_regulator_and_its_last_pushes() -> None:
+def test_the_panel_has_what_the_number_costs() -> None:
     view = pushed().view(0)
-    assert (
-        fit(simple_regulator, view, Look(80, 24)).plain
-        == """
-                              │
-                              │
-                              │
-                              │        ←────────────────∘
-                  ←────────────────────∘
-               ∘──────→       │
-                   ▁▅▇█▇▅▁    │
-               ▁▂▄▆███████▆▄▂▁│
- ├──────────────┬──────────●──┼──────────────┬─────────────┤
--1            -0.5            0            +0.5           +1
-s -0.102   pushed -0.526 by +0.250, aimed at -0.276"""[1:]
-    )
-
-
-def test_the_regulator_in_ascii() -> None:
-    view = pushed().view(0)
-    assert (
-        fit(simple_regulator, view, Look(80, 24, ascii=True)).plain
-        == """
-                              |
-                              |
-                              |
-                              |        <----------------o
-                  <--------------------o
-               o------>       |
-                   _=*#*=_    |
-               _.-+#######+-._|
- +--------------+----------*--+--------------+-------------+
--1            -0.5            0            +0.5           +1
-s -0.102   pushed -0.526 by +0.250, aimed at -0.276"""[1:]
-    )
-
-
-def test_the_regulator_in_a_small_room() -> None:
-    view = pushed().view(0)
-    assert (
-        fit(simple_regulator, view, Look(40, 12)).plain
-        == """
-                   │    ←──────────∘
-            ←───────────∘
-          ∘───→    │
-          ▁▂▄▇█▇▄▂▁│
- ├────────┬──────●─┼────────┬────────┤
--1      -0.5       0      +0.5      +1
-s -0.102  a +0.250  aimed -0.276"""[1:]
-    )
-
-
-def test_the_regulator_in_a_small_room_in_ascii() -> None:
-    view = pushed().view(0)
-    assert (
-        fit(simple_regulator, view, Look(40, 12, ascii=True)).plain
-        == """
-                   |    <----------o
-            <-----------o
-          o--->    |
-          _.-*#*-._|
- +--------+------*-+--------+--------+
--1      -0.5       0      +0.5      +1
-s -0.102  a +0.250  aimed -0.276"""[1:]
-    )
-
-
-def test_the_regulator_at_its_start() -> None:
-    view = started("simple-regulator", [0.36]).view(0)
-    assert (
-        fit(simple_regulator, view, Look(40, 6)).plain
-        == """
-                   │
-                   │▁▂▄▇█▇▄▂▁
- ├────────┬────────┼─────●──┬────────┤
--1      -0.5       0      +0.5      +1
-s +0.360   drawn around 0.3"""[1:]
-    )
-
-
-def test_the_number_line_grows_with_the_number() -> None:
-    view = started("simple-regulator", [0.36], [10], [0.5, 0.25]).view(0)
-    assert (
-        fit(simple_regulator, view, Look(80, 12)).plain
-        == """
-                              │
-                              │
-                              │
-                              │
-                              │
-                              │∘─────────────→
-                              │              █
-                              │              █
- ├──────────────┬─────────────┼──────────────●─────────────┤
--20            -10            0             +10           +20
-s +10.360   pushed +0.360 by +10.000, aimed at +10.360"""[1:]
-    )
-
-
-def test_the_number_line_alone() -> None:
-    view = started("simple-regulator", [0.36]).view(0)
-    assert (
-        fit(simple_regulator, view, Look(40, 3)).plain
-        == """
- ├────────┬────────┼─────●──┬────────┤
--1      -0.5       0      +0.5      +1"""[1:]
-    )
+    assert simple_regulator.panel(view) == [
+        ("s", "-0.102"), ("costs", "0.010"), ("last a", "+0.250"), ("aimed", "-0.276"),
+        ("reward", "-0.276"), ("noise", "0.1"), ("gamma", "0.9"), ("a from", "-10 to 10"),
+    ]  # fmt: skip
 
 
 def test_a_push_is_told_with_its_aim() -> None:
@@ -141,15 +41,73 @@ def test_the_start_is_told_with_what_can_be_done() -> None:
     )
 
 
-def test_the_panel_has_what_the_number_costs() -> None:
-    view = pushed().view(0)
-    assert simple_regulator.panel(view) == [
-        ("s", "-0.102"),
-        ("costs", "0.010"),
-        ("last a", "+0.250"),
-        ("aimed", "-0.276"),
-        ("reward", "-0.276"),
-        ("noise", "0.1"),
-        ("gamma", "0.9"),
-        ("a from", "-10 to 10"),
-    ]
+FRAMES = {
+    "the regulator and its last pushes": (pushed().view(0), Look(80, 24), """
+                              │
+                              │
+                              │
+                              │        ←────────────────∘
+                  ←────────────────────∘
+               ∘──────→       │
+                   ▁▅▇█▇▅▁    │
+               ▁▂▄▆███████▆▄▂▁│
+ ├──────────────┬──────────●──┼──────────────┬─────────────┤
+-1            -0.5            0            +0.5           +1
+s -0.102   pushed -0.526 by +0.250, aimed at -0.276"""),
+    "the regulator in ascii": (pushed().view(0), Look(80, 24, ascii=True), """
+                              |
+                              |
+                              |
+                              |        <----------------o
+                  <--------------------o
+               o------>       |
+                   _=*#*=_    |
+               _.-+#######+-._|
+ +--------------+----------*--+--------------+-------------+
+-1            -0.5            0            +0.5           +1
+s -0.102   pushed -0.526 by +0.250, aimed at -0.276"""),
+    "the regulator in a small room": (pushed().view(0), Look(40, 12), """
+                   │    ←──────────∘
+            ←───────────∘
+          ∘───→    │
+          ▁▂▄▇█▇▄▂▁│
+ ├────────┬──────●─┼────────┬────────┤
+-1      -0.5       0      +0.5      +1
+s -0.102  a +0.250  aimed -0.276"""),
+    "the regulator in a small room in ascii": (pushed().view(0), Look(40, 12, ascii=True), """
+                   |    <----------o
+            <-----------o
+          o--->    |
+          _.-*#*-._|
+ +--------+------*-+--------+--------+
+-1      -0.5       0      +0.5      +1
+s -0.102  a +0.250  aimed -0.276"""),
+    "the regulator at its start": (started("simple-regulator", [0.36]).view(0), Look(40, 6), """
+                   │
+                   │▁▂▄▇█▇▄▂▁
+ ├────────┬────────┼─────●──┬────────┤
+-1      -0.5       0      +0.5      +1
+s +0.360   drawn around 0.3"""),
+    "the number line grows with the number": (
+        started("simple-regulator", [0.36], [10], [0.5, 0.25]).view(0), Look(80, 12), """
+                              │
+                              │
+                              │
+                              │
+                              │
+                              │∘─────────────→
+                              │              █
+                              │              █
+ ├──────────────┬─────────────┼──────────────●─────────────┤
+-20            -10            0             +10           +20
+s +10.360   pushed +0.360 by +10.000, aimed at +10.360"""),
+    "the number line alone": (started("simple-regulator", [0.36]).view(0), Look(40, 3), """
+ ├────────┬────────┼─────●──┬────────┤
+-1      -0.5       0      +0.5      +1"""),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", FRAMES)
+def test_a_number_and_its_pushes_are_drawn(what: str) -> None:
+    view, look, board = FRAMES[what]
+    assert fit(simple_regulator, view, look).plain == board[1:]

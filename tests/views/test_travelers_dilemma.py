@@ -1,5 +1,7 @@
 from functools import partial
 
+import pytest
+
 import dmplay
 from dmplay.views.style import Look, fit, style_of
 from tests.support import games
@@ -9,11 +11,16 @@ travelers_dilemma = style_of(dmplay.load("travelers-dilemma"))
 after = partial(games.after, "travelers-dilemma")
 
 
-def test_a_window_round_both_claims() -> None:
-    drawn = fit(travelers_dilemma, after("100 97", "60 45"), Look(80, 24)).plain
-    assert (
-        drawn
-        == """\
+def test_the_rule_is_told_in_words_and_not_in_9801_cells() -> None:
+    assert travelers_dilemma.situation(after("60 45")) == (
+        "you are agent1. last round: agent1 chose 60. agent2 chose 45. claim 2 to 100 whole "
+        "dollars. equal claims are paid as they are. else both are paid the lower claim, its "
+        "author 2 more and the other 2 less."
+    )
+
+
+FRAMES = {
+    "a window round both claims": (after("100 97", "60 45"), Look(80, 24), """
      │ … │   43   │   44   │   45   │   46   │   47   │ …
 ─────┼───┼────────┼────────┼────────┼────────┼────────┼───
    … │   │        │        │        │        │        │
@@ -25,15 +32,8 @@ def test_a_window_round_both_claims() -> None:
    … │   │        │        │        │        │        │
 
 agent1 (you) 100  60
-agent2        97  45"""
-    )
-
-
-def test_a_window_at_the_corner_in_ascii() -> None:
-    drawn = fit(travelers_dilemma, after("2 3", seat=1), Look(80, 24, ascii=True)).plain
-    assert (
-        drawn
-        == """\
+agent2        97  45"""),
+    "a window at the corner in ascii": (after("2 3", seat=1), Look(80, 24, ascii=True), """
      |   2    |   3    |   4    |   5    |   6    | ~
 -----+--------+--------+--------+--------+--------+---
 >  2 |  2, 2  | [4,0]  |  4, 0  |  4, 0  |  4, 0  |
@@ -44,39 +44,23 @@ def test_a_window_at_the_corner_in_ascii() -> None:
    ~ |        |        |        |        |        |
 
 agent1         2
-agent2 (you)   3"""
-    )
-
-
-def test_three_claims_by_three() -> None:
-    drawn = fit(travelers_dilemma, after("100 97"), Look(40, 8)).plain
-    assert (
-        drawn
-        == """\
+agent2 (you)   3"""),
+    "three claims by three": (after("100 97"), Look(40, 8), """
      │ … │   96   │   97   │   98   │ …
 ─────┼───┼────────┼────────┼────────┼───
    … │   │        │        │        │
   98 │   │ 94, 98 │ 95, 99 │ 98, 98 │
   99 │   │ 94, 98 │ 95, 99 │96, 100 │
->100 │   │ 94, 98 │[95,99] │96, 100 │"""
-    )
-
-
-def test_the_rounds_alone() -> None:
-    drawn = fit(travelers_dilemma, after("100 97", "60 45"), Look(40, 6)).plain
-    assert (
-        drawn
-        == """\
+>100 │   │ 94, 98 │[95,99] │96, 100 │"""),
+    "the rounds alone": (after("100 97", "60 45"), Look(40, 6), """
 agent1 (you) 100  60
 agent2        97  45
 both are paid the lower claim,
-its author 2 more, the other 2 less"""
-    )
+its author 2 more, the other 2 less"""),
+}  # fmt: skip
 
 
-def test_the_rule_is_told_in_words_and_not_in_9801_cells() -> None:
-    assert travelers_dilemma.situation(after("60 45")) == (
-        "you are agent1. last round: agent1 chose 60. agent2 chose 45. claim 2 to 100 whole "
-        "dollars. equal claims are paid as they are. else both are paid the lower claim, its "
-        "author 2 more and the other 2 less."
-    )
+@pytest.mark.parametrize("what", FRAMES)
+def test_the_claims_are_drawn(what: str) -> None:
+    view, look, board = FRAMES[what]
+    assert fit(travelers_dilemma, view, look).plain == board[1:]

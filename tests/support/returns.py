@@ -1,0 +1,16 @@
+"""What a policy earns, held against what it says it does."""
+
+import numpy as np
+import pytest
+
+from dmplay.core import Policy, Problem
+from dmplay.rollouts import rollout
+
+
+def earns(problem: Problem, policy: Policy, value: float, turns: int) -> None:
+    """A policy of one agent values its start at so much, and its games pay so much."""
+    values = policy.values(policy.begin(np.array([-1])))
+    assert values is not None
+    assert values.max() == pytest.approx(value, abs=1e-6)
+    returns = rollout(problem, [policy], episodes=5000, turns=turns, seed=4).returns[:, 0]
+    assert abs(returns.mean() - value) < 3 * returns.std() / np.sqrt(len(returns))
