@@ -1,7 +1,8 @@
 """Play by single keys on a full screen."""
 
 import contextlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import NamedTuple
 
 from rich.text import Text
@@ -181,9 +182,7 @@ class Screen:
         if own:
             own.run(self)
         elif command:
-            before = len(self.game.session.turns)
-            self.say(command.run(self.table, ""))
-            self.note(before)
+            self.answer(partial(command.run, self.table, ""))
         elif key.isprintable():
             self.message = f"{key}: no such key; ? shows them"
 
@@ -267,9 +266,7 @@ class Screen:
         self.modes.happens(Event.CLOSED)
         with self.caught():
             for part in own_parts(self.table, line):
-                before = len(self.game.session.turns)
-                self.say(typed(self.table, part))
-                self.note(before)
+                self.answer(partial(typed, self.table, part))
 
     @contextlib.contextmanager
     def caught(self) -> Iterator[None]:
@@ -279,26 +276,31 @@ class Screen:
         except DmplayError as error:
             self.message = str(error)
 
-    def say(self, words: str) -> None:
-        """Shows an answer: in its row, or as a page that any key closes."""
+    def answer(self, ask: Callable[[], str]) -> None:
+        """Shows an answer, in its row or as a page that any key closes, and logs what it did."""
+        before = len(self.game.session.turns)
+        words = ask()
         if isinstance(words, Page):
-            self.open(words.split("\n"))
+            rows = words.split("\n")
+            self.open(rows)
+            self.note(before, rows)
         else:
             self.modes.happens(Event.CLOSED)
             self.message = words
+            self.note(before)
 
     def open(self, rows: list[str]) -> None:
         """Shows rows in place of the board."""
         self.message, self.page, self.part = "", rows, 0
         self.modes.happens(Event.OPENED)
 
-    def note(self, before: int) -> None:
-        """Logs what happened since there were `before` turns."""
+    def note(self, before: int, told: Sequence[str] = ()) -> None:
+        """Logs what happened since there were `before` turns, as it was told if it was."""
         now = len(self.game.session.turns)
         if self._log.game is not self.game:
             self._sit()
         elif now > before or (now == before and self._log.outdated):
-            self._log.turns(self.shown.page)
+            self._log.turns(told)
             self.message = "" if self.message == self.log[-1] else self.message
         elif now < before:
             undone = self.message
