@@ -16,6 +16,7 @@ from dmplay.finding.names import problem_names
 from dmplay.policies.general import Random
 
 SEED = 7
+SOME = 4  # turns of a game that is played on for a while
 ROWS = 20_011  # a prime, so that no vector width divides it
 CASES = [
     f"{name}:{variant}" if variant else name

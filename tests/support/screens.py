@@ -24,6 +24,7 @@ from dmplay.screen.screen import Screen
 from dmplay.session import Session, Source
 from dmplay.terminal import Terminal
 from dmplay.words.commands import Leave
+from tests.support.terminals import shown
 
 SEQUENCES = {
     "left": "\x1b[D", "right": "\x1b[C", "up": "\x1b[A", "down": "\x1b[B",
@@ -107,7 +108,7 @@ class Paper(io.StringIO):
     @property
     def text(self) -> str:
         """The screen's rows without trailing blanks."""
-        return "\n".join(row.rstrip() for row in self.screen.display)
+        return shown(self.screen)
 
 
 class Easel(Painter):

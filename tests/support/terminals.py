@@ -35,6 +35,17 @@ def clean_environment(folder: Path, **more: str) -> dict[str, str]:
     return {name: value for name, value in (plain | more).items() if value}
 
 
+def shown(screen: Any) -> str:
+    """What an emulated screen shows, without trailing blanks: its own `display` takes long."""
+    rows = []
+    for y in range(screen.lines):
+        row = [" "] * screen.columns
+        for x, cell in screen.buffer[y].items():
+            row[x] = cell.data
+        rows.append("".join(row).rstrip())
+    return "\n".join(rows)
+
+
 def mind_signals() -> None:
     """Minds the signals that a program may be started without, as under nohup."""
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
@@ -84,7 +95,7 @@ class Terminal:
     @property
     def text(self) -> str:
         """What the screen shows now, without trailing blanks."""
-        return "\n".join(row.rstrip() for row in self.screen.display)
+        return shown(self.screen)
 
     @property
     def printed(self) -> str:

@@ -1,0 +1,129 @@
+"""What is sampled comes up as often as what is listed says."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from dmplay.chance import Array, Chance, Normal, Reals, Span
+from dmplay.core import exact, exact_start
+from tests.support.cases import (
+    draws,
+    every_problem,
+    load,
+)
+from tests.support.pools import WALK, lists, pool
+
+MANY = 5003  # turns from one state, to count what comes of them
+
+
+def keys(*arrays: Array) -> list[bytes]:
+    """Each row as bytes, -0.0 as 0.0."""
+    flat = [np.ascontiguousarray(part + 0).reshape(len(part), -1) for part in arrays]
+    return [row.tobytes() for row in np.hstack([part.view(np.uint8) for part in flat])]
+
+
+def odd(counts: Sequence[float], expected: Sequence[float]) -> float:
+    """How many standard deviations Pearson's statistic is too large (Wilson and Hilferty)."""
+    order = np.argsort(expected)
+    met, due = np.array(counts, float)[order], np.array(expected)[order]
+    rare = int(np.searchsorted(np.cumsum(due), 10.0)) + 1  # pooled into one cell
+    met = np.append(met[rare:], met[:rare].sum())
+    due = np.append(due[rare:], due[:rare].sum())
+    freedom = len(due) - 1
+    if freedom == 0:
+        return 0.0
+    spread = 2 / (9 * freedom)
+    statistic = ((met - due) ** 2 / due).sum()
+    return float(((statistic / freedom) ** (1 / 3) - (1 - spread)) / math.sqrt(spread))
+
+
+def follows(met: list[bytes], p: Reals, listed: list[bytes]) -> None:
+    """Sampled keys occur as often as the listed probabilities say, and no others do."""
+    expected: dict[bytes, float] = {}
+    for weight, key in zip(p, listed, strict=True):
+        if weight > 0:
+            expected[key] = expected.get(key, 0.0) + weight * len(met)
+    counts = dict.fromkeys(expected, 0)
+    for key in met:
+        assert key in counts, "an outcome of probability 0 came up"
+        counts[key] += 1
+    assert odd(list(counts.values()), list(expected.values())) < 4.5
+
+
+def cumulative(chance: Span | Normal, x: Array) -> Reals:
+    if isinstance(chance, Span):
+        return np.asarray((x - chance.low[0]) / (chance.high[0] - chance.low[0]))
+    scaled = (x - chance.mean[0]) / (chance.deviation[0] * math.sqrt(2))
+    return np.array([(1 + math.erf(one)) / 2 for one in scaled])
+
+
+def spreads(chance: Chance, u: Reals) -> None:
+    """The events of one chance, the same in every row, have its distribution."""
+    events = np.sort(np.asarray(chance.sample(u)))
+    if not isinstance(chance, Span | Normal):
+        p = chance.probabilities()[0]
+        assert odd(np.bincount(events, minlength=len(p)).tolist(), (p * len(u)).tolist()) < 4.5
+        return
+    width = chance.high - chance.low if isinstance(chance, Span) else chance.deviation
+    if width[0] == 0:
+        assert (events == events[0]).all()
+        return
+    # Kolmogorov and Smirnov: 2.2 is passed by one in eight thousand.
+    rank = np.arange(len(u) + 1) / len(u)
+    under = cumulative(chance, events)
+    gap = np.maximum(under - rank[:-1], rank[1:] - under).max()
+    assert gap * math.sqrt(len(u)) < 2.2
+
+
+def each_spreads(chances: tuple[Chance, ...], u: Reals) -> None:
+    at = 0
+    for chance in chances:
+        spreads(chance, u[:, at : at + chance.draws])
+        at += chance.draws
+    assert at == u.shape[1]
+
+
+@every_problem
+def test_starts_come_up_as_often_as_they_should(name: str) -> None:
+    problem = load(name)
+    u = draws(problem.draws.start, turn=1000, rows=MANY)
+    if not lists(problem.opening(1)):
+        each_spreads(problem.opening(MANY), u)
+        return
+    p, states = exact_start(problem)
+    assert p.sum() == pytest.approx(1, abs=1e-12)
+    follows(keys(problem.start(u)), p, keys(states))
+
+
+@every_problem
+@pytest.mark.parametrize("row", [WALK - 1, WALK, 2 * WALK + 5])
+def test_outcomes_come_up_as_often_as_they_should(name: str, row: int) -> None:
+    problem, found = load(name), pool(name)
+    s, a = found.s[row : row + 1], found.a[row : row + 1]
+    u = draws(problem.draws.step, turn=1000 + row, rows=MANY)
+    many, acts = np.repeat(s, MANY, axis=0), np.repeat(a, MANY, axis=0)
+    if not lists(problem.chance(s, a)):
+        each_spreads(problem.chance(many, acts), u)
+        return
+    listed = exact(problem, s, a)
+    follows(
+        keys(*problem.step(many, acts, u)),
+        listed.probabilities[0],
+        keys(*(part[0] for part in listed.outcome)),
+    )
+
+
+@every_problem
+def test_the_least_and_the_greatest_draw_give_outcomes_that_can_happen(name: str) -> None:
+    problem, found = load(name), pool(name)
+    for row in (0, 1, 100, 101):
+        s, a = found.s[row : row + 1], found.a[row : row + 1]
+        outcome = problem.step(s, a, found.u[row : row + 1])
+        if lists(problem.chance(s, a)):
+            listed = exact(problem, s, a)
+            possible = listed.probabilities[0] > 0
+            assert keys(*outcome)[0] in keys(*(part[0][possible] for part in listed.outcome))
+        else:
+            assert np.isfinite(outcome.state).all()

@@ -1,0 +1,85 @@
+"""A seat and its policy are given nothing that the seat may not know."""
+
+from dataclasses import fields
+from typing import Any
+
+import pytest
+
+from dmplay.chance import Array, Bools, Reals
+from dmplay.core import Memory, Percept, Policy, Problem
+from dmplay.session import Session, View
+from tests.support.cases import every_problem, same, small
+from tests.support.pools import lists, pool
+from tests.support.seats import seated
+from tests.support.twins import Told, Twins, twins
+
+pytestmark = pytest.mark.usefixtures("coarse")
+
+
+class Watched:
+    """A policy that writes down all that it is given."""
+
+    def __init__(self, policy: Policy) -> None:
+        self.policy, self.draws = policy, policy.draws
+        self.given: list[Any] = []
+
+    def begin(self, observation: Array) -> Memory:
+        self.given.append(observation)
+        return self.policy.begin(observation)
+
+    def update(self, memory: Memory, percept: Percept) -> Memory:
+        self.given.append(percept)
+        return self.policy.update(memory, percept)
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        chosen = self.policy.choose(memory, legal, u)
+        self.given.append((memory, legal, u, chosen))
+        return chosen
+
+    def values(self, memory: Memory) -> Reals | None:
+        return self.policy.values(memory)
+
+
+@every_problem
+def test_a_seat_is_shown_nothing_that_it_may_not_know(name: str) -> None:
+    problem = small(name)
+    for seat, policies in seated(name):
+        assert twins(name, seat)
+        for pair in twins(name, seat):
+            alike(problem, seat, policies, pair)
+
+
+def alike(problem: Problem, seat: int, policies: list[Policy], pair: Twins) -> None:
+    """A seat's views, and all that its policy is given and chooses, are equal in both games."""
+    watched = [Watched(policies[seat]) for _ in pair]
+    sessions = []
+    for watcher, game, others in zip(watched, pair, (11, 12), strict=True):
+        players: list[Policy] = [*policies]
+        players[seat] = watcher
+        sessions.append(Session(problem, Told(game, seat, 10, others), players, limit=99))
+    for turn in range(len(pair.one.actions) + 1):
+        views = [session.view(seat) for session in sessions]
+        for each in fields(View):
+            shown = [getattr(view, each.name) for view in views]
+            assert same(*shown), f"{each.name} of the view differs"
+        if sessions[0].over:
+            break
+        for session in sessions:
+            session.choices()
+        assert same(watched[0].given, watched[1].given)
+        if turn < len(pair.one.actions):
+            for session, game in zip(sessions, pair, strict=True):
+                session.advance(list(game.actions[turn]))
+
+
+@every_problem
+def test_the_twins_of_the_privacy_law_differ_where_they_can(name: str) -> None:
+    problem = small(name)
+    finite = lists(problem.chance(pool(name).s[:1], pool(name).a[:1]))
+    for seat in range(len(problem.agents)):
+        for one, other in twins(name, seat):
+            if problem.hidden:
+                assert not same((one.opening, one.draws), (other.opening, other.draws))
+                assert len(problem.agents) == 1 or not same(one.actions, other.actions)
+            elif problem.draws.step and finite:
+                assert not same(one.draws, other.draws)

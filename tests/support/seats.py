@@ -1,0 +1,39 @@
+"""The built-in agents of a problem in the seats that they fit."""
+
+from functools import cache
+
+import dmplay
+from dmplay.core import Policy, Problem
+from dmplay.errors import BadParameter, BadPolicy, UnknownName
+from dmplay.finding import agents
+from tests.support.cases import random_play, small
+
+BRIEF = {"search": "search:simulations=6,depth=3"}  # agents that take their time, for the laws
+FOREIGN = {"axelrod"}  # a package that takes long to load: it has tests of its own
+
+
+def made(problem: Problem, seat: int, agent: str) -> Policy | None:
+    """The agent of this name, or None where it refuses the seat."""
+    try:
+        return dmplay.agent(problem, seat, BRIEF.get(agent, agent))
+    except (BadPolicy, BadParameter, UnknownName):
+        return None
+
+
+@cache
+def seated(name: str) -> list[tuple[int, list[Policy]]]:
+    """Each built-in agent in each seat that it fits, random play in the others."""
+    problem = small(name)
+    found: list[tuple[int, list[Policy]]] = []
+    for agent in agents.roster(problem).agents:
+        if agent in FOREIGN:
+            continue
+        before = len(found)
+        for seat in range(len(problem.agents)):
+            policy = made(problem, seat, agent)
+            if policy is not None:
+                others = random_play(problem)
+                others[seat] = policy
+                found.append((seat, others))
+        assert len(found) > before, f"{agent} fits no seat"
+    return found
