@@ -1,10 +1,8 @@
 """Collision avoidance on a grid, solved backward in time (section 7.6, figure F.9)."""
 
-from collections.abc import Callable
-
 import numpy as np
 
-from dmplay.chance import Array, Ints, Reals
+from dmplay.chance import Ints, Reals
 from dmplay.core import Problem, exact
 from dmplay.problems.collision_avoidance import RATES
 
@@ -44,30 +42,19 @@ def _between(points: Reals, at: Reals) -> tuple[Ints, Reals]:
 
 def optimal(problem: Problem) -> Reals:
     """Q `[41, 3, 21, 21, 3]` by time, last advisory, height, rate and action."""
-    return _backward(problem, lambda s, q: q.max(axis=1))
-
-
-def evaluate(problem: Problem, act: Callable[[Reals], Array]) -> Reals:
-    """U `[41, 3, 21, 21]` of a policy that takes `act(states)`."""
-
-    def follow(s: Reals, q: Reals) -> Reals:
-        return np.asarray(q[np.arange(len(q)), act(s)])
-
-    q = _backward(problem, follow)
-    u = [follow(states(time), q[time].reshape(-1, len(RATES))) for time in TIMES]
-    return np.stack(u).reshape(len(TIMES), *SHAPE)
-
-
-def _backward(problem: Problem, value: Callable[[Reals, Reals], Reals]) -> Reals:
-    """Q at every time, where `value(states, q)` is what a state is worth."""
     after = np.zeros(SHAPE)
     tables = []
     for time in TIMES:
-        s = states(time)
-        q = np.stack([_backup(problem, s, a, after) for a in range(len(RATES))], axis=1)
-        tables.append(q.reshape(*SHAPE, len(RATES)))
-        after = value(s, q).reshape(SHAPE)
+        q = action_values(problem, time, after)
+        tables.append(q)
+        after = q.max(axis=-1)
     return np.stack(tables)
+
+
+def action_values(problem: Problem, time: float, after: Reals) -> Reals:
+    """Q `[3, 21, 21, 3]` of a step at a time, and the values `[3, 21, 21]` after it."""
+    q = [_backup(problem, states(time), a, after) for a in range(len(RATES))]
+    return np.stack(q, axis=1).reshape(*SHAPE, len(RATES))
 
 
 def _backup(problem: Problem, s: Reals, a: int, after: Reals) -> Reals:

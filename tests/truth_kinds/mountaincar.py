@@ -6,7 +6,7 @@ import dmplay
 from dmplay.core import Problem
 from dmplay.policies.script import Script
 from dmplay.problems.mountain_car import LEFT_WALL, RIGHT_WALL, TOP_SPEED
-from dmplay.solvers import grid_search
+from tests.oracles import grid_search
 from tests.truth_kinds.case import Case, by_kind, family
 from tests.truth_kinds.course import course
 

@@ -4,6 +4,7 @@ import dmplay
 from dmplay.problems.prisoners_dilemma import PrisonersDilemma
 from dmplay.solvers import matrix_game
 from dmplay.solvers.matrix_game import Profile
+from tests.oracles import responses
 from tests.truth_kinds.case import Case, by_kind
 from tests.truth_kinds.matrices import check_correlated
 
@@ -62,7 +63,7 @@ def repeated(case: Case) -> None:
 
 def repeated_threshold(case: Case) -> None:
     assert case.given["rule"] == "grim trigger"
-    least = matrix_game.grim_threshold(PAYOFFS, ACTIONS.index("cooperate"), ACTIONS.index("defect"))
+    least = responses.grim_threshold(PAYOFFS, ACTIONS.index("cooperate"), ACTIONS.index("defect"))
     case.close("smallest_discount_sustaining_cooperation", least)
 
 

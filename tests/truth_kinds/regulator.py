@@ -58,7 +58,19 @@ def linear_policy_return(case: Case) -> None:
     case.close("infinite", mean(linear_regulator.infinite(game, policy)))
     case.close("ten_steps", mean(linear_regulator.finite(game, policy, 10)))
     case.close("ten_steps_undiscounted", mean(linear_regulator.finite(undiscounted, policy, 10)))
-    case.close("gradient", list(linear_regulator.gradient(game, policy, MOMENT)))
+    case.close("gradient", gradient(game, policy))
+
+
+def gradient(game: SimpleRegulator, policy: Linear) -> list[float]:
+    """The gradient in both parameters of E[U(s)] from the start, without end."""
+    gain, variance = 1.0 + policy.theta1, policy.theta2**2 + game.noise**2
+    curvature = linear_regulator.infinite(game, policy).curvature
+    ahead = game.discount / (1.0 - game.discount)
+    steeper = 2.0 * game.discount * gain * curvature * curvature  # of the curvature, in theta1
+    return [
+        -steeper * (MOMENT + ahead * variance),
+        -ahead * curvature * 2.0 * policy.theta2,
+    ]
 
 
 KINDS = by_kind(

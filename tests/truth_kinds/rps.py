@@ -2,8 +2,9 @@ import numpy as np
 
 from dmplay.core import exact
 from dmplay.problems.rock_paper_scissors import RockPaperScissors
-from dmplay.solvers import correlated, matrix_game
+from dmplay.solvers import matrix_game
 from dmplay.solvers.matrix_game import Profile
+from tests.oracles import correlated, responses
 from tests.truth_kinds.case import Case, by_kind
 from tests.truth_kinds.matrices import check_correlated
 
@@ -21,7 +22,7 @@ def mixed(case: Case) -> None:
     profile = Profile(*map(np.array, case.given["strategies"]))
     case.close("utilities", matrix_game.utilities(PAYOFFS, profile))
     case.close("regrets", matrix_game.regrets(PAYOFFS, profile))
-    best = matrix_game.best_responses(PAYOFFS, profile)
+    best = responses.best_responses(PAYOFFS, profile)
     case.close("best_responses", [[ACTIONS[a] for a in one] for one in best])
 
 

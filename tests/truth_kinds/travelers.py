@@ -6,6 +6,7 @@ from dmplay.core import exact
 from dmplay.problems.travelers_dilemma import CLAIMS, LEAST, MOST, TravelersDilemma
 from dmplay.solvers import matrix_game
 from dmplay.solvers.matrix_game import Profile
+from tests.oracles import responses
 from tests.truth_kinds.case import Case, by_kind
 from tests.truth_kinds.matrices import check_correlated
 
@@ -77,7 +78,7 @@ def replies(case: Case, p: np.ndarray) -> np.ndarray:
     profile = Profile(p, p)
     values, others = matrix_game.responses(PAYOFFS, profile)
     np.testing.assert_allclose(values, others, atol=1e-12)
-    for best in matrix_game.best_responses(PAYOFFS, profile):
+    for best in responses.best_responses(PAYOFFS, profile):
         case.close("claims", CLAIMS[best])
     case.close("utility", values.max())
     return values
@@ -95,7 +96,7 @@ def best_response_to_mix(case: Case) -> None:
 
 def reply(claim: int) -> int:
     p = np.eye(len(CLAIMS))[claim - LEAST]
-    ((best,), _) = matrix_game.best_responses(PAYOFFS, Profile(p, p))
+    ((best,), _) = responses.best_responses(PAYOFFS, Profile(p, p))
     return best + LEAST
 
 

@@ -3,7 +3,9 @@ import pytest
 
 from dmplay.problems.prisoners_dilemma import PrisonersDilemma
 from dmplay.problems.rock_paper_scissors import RockPaperScissors
-from dmplay.solvers import correlated, matrix_game
+from dmplay.solvers import matrix_game
+from tests.oracles import correlated
+from tests.oracles.responses import correlated_gains
 
 CHICKEN = np.array([[[6, 6], [2, 7]], [[7, 2], [0, 0]]], float)
 
@@ -39,7 +41,7 @@ def test_the_corners_are_in_equilibrium_and_hold_every_nash_equilibrium(seed: in
     for joint in found:
         assert joint.min() >= 0
         assert joint.sum() == pytest.approx(1)
-        assert (matrix_game.correlated_gains(payoffs, joint) <= 1e-9).all()
+        assert (correlated_gains(payoffs, joint) <= 1e-9).all()
     for profile in matrix_game.nash(payoffs):
         joint = np.outer(*profile)
         weights = np.linalg.lstsq(

@@ -6,7 +6,7 @@ from dmplay.errors import BadParameter
 from dmplay.problems.machine_replacement import MachineReplacement
 from dmplay.solvers import alpha_vectors
 from dmplay.solvers.alpha_vectors import Stage
-from dmplay.solvers.regions import pieces
+from tests.oracles.regions import pieces
 
 MANUFACTURE = 0
 
