@@ -28,6 +28,7 @@ class Axelrod(Seated):
     name: str = parameter("TitForTat", "the class of the strategy")
 
     unnamed = "name"
+    draws = 1  # the seed of the player
 
     def __post_init__(self) -> None:
         """Refuses unknown strategies, and those that cheat."""
@@ -46,11 +47,6 @@ class Axelrod(Seated):
                 "axelrod: the package is not installed; python -m pip install 'dmplay[axelrod]'"
             ) from None
         return axelrod  # type: ignore[no-any-return]
-
-    @property
-    def draws(self) -> int:
-        """One, the seed of the player."""
-        return 1
 
     def begin(self, observation: Array) -> Memory:
         """No rounds: the actions of both `[B, 0]`."""

@@ -19,10 +19,7 @@ class _Mixed(Reactive):
 
     problem: MatrixGame
 
-    @property
-    def draws(self) -> int:
-        """One, for the action."""
-        return 1
+    draws = 1  # for the action
 
     @property
     def _own(self) -> Reals:
@@ -82,10 +79,7 @@ class Softmax(_Mixed):
 class BestResponse(Maximising, _Mixed):
     """The best reply to how often the other has done each thing so far (fictitious play)."""
 
-    @property
-    def draws(self) -> int:
-        """None."""
-        return 0
+    draws = 0
 
     def begin(self, observation: Array) -> Memory:
         """No action counted yet."""

@@ -32,10 +32,7 @@ class Greedy(Valued):
 class Thompson(Believing):
     """Draws a proficiency from its belief and throws the best distance for it."""
 
-    @property
-    def draws(self) -> int:
-        """One, for the proficiency."""
-        return 1
+    draws = 1  # for the proficiency
 
     @cached_property
     def _best(self) -> Ints:

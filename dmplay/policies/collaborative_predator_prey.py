@@ -8,7 +8,7 @@ import numpy as np
 from dmplay.chance import Array, Bools, Categorical, Reals, mean
 from dmplay.core import Memory, Percept, Problem, parameter
 from dmplay.errors import BadParameter, BadPolicy
-from dmplay.hexes import DIRECTIONS, arrivals, paths
+from dmplay.hexes import DIRECTIONS
 from dmplay.policies._believing import Believing
 from dmplay.policies.kinds import Reactive, Seated
 from dmplay.policies.roster import Roster
@@ -56,22 +56,18 @@ class Sweep(Seated):
 class ChaseBelief(Believing):
     """Goes to the hex where it believes the prey most likely is."""
 
-    @cached_property
-    def _far(self) -> Reals:
-        """Steps `[H, 6, H]` from where a move from a hex ends to another hex."""
-        hexes = _hunt(self.problem).hexes
-        return paths(hexes)[arrivals(hexes)[:, :, 0]].astype(float)
+    problem: CollaborativePredatorPrey
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """The move that leaves the fewest steps to it, on average over where the seat may be."""
-        hunt = _hunt(self.problem)
+        hunt = self.problem
         size, walkers = len(hunt.hexes), hunt.walkers
         joint = memory[0].reshape(len(memory[0]), *(size,) * walkers)
         partners = tuple(1 + i for i in range(walkers - 1) if i != self.seat)
         own_and_prey = joint.sum(axis=partners)  # [B, H, H]
         prey = greedy(own_and_prey.sum(axis=1))
         own = own_and_prey[np.arange(len(prey)), :, prey]
-        far = (own[:, :, None] * self._far[:, :, prey].transpose(2, 0, 1)).sum(axis=1)
+        far = (own[:, :, None] * hunt.far[:, :, prey].transpose(2, 0, 1)).sum(axis=1)
         return greedy(-far)
 
 
@@ -100,21 +96,20 @@ class Qmdp(Valued):
 class ByTheSense(Reactive):
     """Draws a direction from what it senses now, by the best rules found for two that forget."""
 
+    problem: CollaborativePredatorPrey
+
+    draws = 1  # for the direction
+
     def __post_init__(self) -> None:
         """Refuses teams for which it has no rules."""
         try:
-            reactive_team.check(_hunt(self.problem))
+            reactive_team.check(self.problem)
         except BadParameter as error:
             raise BadPolicy(f"reactive: {error}") from None
 
-    @property
-    def draws(self) -> int:
-        """One, for the direction."""
-        return 1
-
     @cached_property
     def _rule(self) -> Reals:
-        return np.asarray(_rules(_hunt(self.problem))[self.seat])
+        return np.asarray(_rules(self.problem)[self.seat])
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """A direction drawn by the rule; before the first sense it takes it to be nothing."""
@@ -122,12 +117,6 @@ class ByTheSense(Reactive):
         each = len(labels) // len(SENSES)
         sense = np.where(memory[0] < 0, SENSES.index("nothing"), memory[0] // each)
         return np.asarray(Categorical.of(self._rule[sense]).sample(u))
-
-
-def _hunt(problem: Problem) -> CollaborativePredatorPrey:
-    if not isinstance(problem, CollaborativePredatorPrey):
-        raise BadPolicy(f"got {type(problem).__name__}, expected collaborative predator-prey")
-    return problem
 
 
 @lru_cache(maxsize=KEPT)
@@ -154,10 +143,10 @@ def _adviser(hunt: CollaborativePredatorPrey) -> str:
     return "sweep" if blind else "qmdp"
 
 
-def roster(problem: Problem, seat: int) -> Roster:
+def roster(problem: CollaborativePredatorPrey, seat: int) -> Roster:
     """Who hunts together."""
     return Roster(
         {"sweep": Sweep, "chase-belief": ChaseBelief, "qmdp": Qmdp, "reactive": ByTheSense},
-        adviser=_adviser(_hunt(problem)),
+        adviser=_adviser(problem),
         partner="sweep",
     )

@@ -9,9 +9,9 @@ from typing import Self
 import numpy as np
 
 from dmplay.chance import Array, Bools, Categorical, Ints, Reals
-from dmplay.core import Memory, Problem, parameter
+from dmplay.core import Memory, parameter
 from dmplay.errors import BadParameter, BadPolicy
-from dmplay.hexes import DIRECTIONS, arrivals, paths
+from dmplay.hexes import DIRECTIONS
 from dmplay.policies.kinds import Maximising, Reactive
 from dmplay.policies.roster import Roster
 from dmplay.problems.predator_prey import PredatorPrey
@@ -24,20 +24,14 @@ WAITED = 300_000  # outcomes of all states and moves that are listed in a moment
 class _Runner(Reactive):
     """A policy that looks at how far each move, if it does not slip, leaves it from the others."""
 
-    @cached_property
-    def _far(self) -> Ints:
-        """Steps `[H, 6, H]` from where a move from a hex ends to another hex."""
-        hexes = _hunt(self.problem).hexes
-        return paths(hexes)[arrivals(hexes)[:, :, 0]]
+    problem: PredatorPrey
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """The first of the best moves."""
-        hunt, s = _hunt(self.problem), memory[0]
+        hunt, s = self.problem, memory[0]
         others = hunt.hunted if self.seat in hunt.hunters else hunt.hunters
-        far = self._far[s[:, self.seat], :, s[:, others[0]]]
-        for other in others[1:]:
-            far = np.minimum(far, self._far[s[:, self.seat], :, s[:, other]])
-        return self._best(far)
+        far = [hunt.far[s[:, self.seat], :, s[:, other]] for other in others]
+        return self._best(np.min(far, axis=0))
 
     @abstractmethod
     def _best(self, far: Ints) -> Array:
@@ -67,6 +61,7 @@ class BestResponse(Maximising, Reactive):
     It plans a hunt without end, by policy iteration; its values are against these others.
     """
 
+    problem: PredatorPrey
     to: str = parameter("natural", "what the others play: natural, chase, flee or random")
 
     def __post_init__(self) -> None:
@@ -78,9 +73,9 @@ class BestResponse(Maximising, Reactive):
 
     @cached_property
     def _q(self) -> Reals:
-        hunt = _hunt(self.problem)
-        play = [self._likely(seat) for seat in range(hunt.walkers)]
-        return sparse.optimal(best_response.faced(hunt, self.seat, play), hunt.discount)
+        play = [self._likely(seat) for seat in range(self.problem.walkers)]
+        model = best_response.faced(self.problem, self.seat, play)
+        return sparse.optimal(model, self.problem.discount)
 
     def _likely(self, seat: int) -> Reals:
         """How likely the agent of a seat takes each action in each state `[S, 6]`."""
@@ -113,19 +108,18 @@ class Equilibrium(Reactive):
     opponent. The values are against the other's part of the equilibrium.
     """
 
+    problem: PredatorPrey
+
+    draws = 1  # for the move
+
     def __post_init__(self) -> None:
         """Refuses games whose equilibrium it does not find."""
-        hunt = _hunt(self.problem)
+        hunt = self.problem
         if hunt.walkers != 2 or hunt.states > markov_game.LARGEST:
             got = f"{hunt.walkers} agents on {len(hunt.hexes)} hexes"
             raise BadPolicy(f"equilibrium: got {got}, expected two on at most 22")
         if hunt.discount >= 1.0:
             raise BadPolicy("a hunt without end needs a discount below 1")
-
-    @property
-    def draws(self) -> int:
-        """One, for the move."""
-        return 1
 
     @cached_property
     def _found(self) -> markov_game.Equilibrium:
@@ -141,28 +135,22 @@ class Equilibrium(Reactive):
         return np.asarray(self._found.q[self.seat][self.problem.index(memory[0])])
 
 
-def _hunt(problem: Problem) -> PredatorPrey:
-    if not isinstance(problem, PredatorPrey):
-        raise BadPolicy(f"got {type(problem).__name__}, expected predator-prey")
-    return problem
-
-
-def _natural(problem: Problem, seat: int) -> str:
+def _natural(problem: PredatorPrey, seat: int) -> str:
     """What an agent of this seat's kind does."""
-    return "chase" if seat in _hunt(problem).hunters else "flee"
+    return "chase" if seat in problem.hunters else "flee"
 
 
 RUNNERS: dict[str, type[_Runner]] = {"chase": Chase, "flee": Flee}
 ANSWERED = ("natural", *RUNNERS, "random")
 
 
-def roster(problem: Problem, seat: int) -> Roster:
+def roster(problem: PredatorPrey, seat: int) -> Roster:
     """Who hunts; the best answer advises where it is found while one waits, else natural play."""
-    hunt, natural = _hunt(problem), _natural(problem, seat)
-    each = 3**hunt.predators * max(len(hunt.hexes), 3) ** hunt.prey
-    quick = hunt.states * len(DIRECTIONS) * each <= WAITED
+    natural = _natural(problem, seat)
+    each = 3**problem.predators * max(len(problem.hexes), 3) ** problem.prey
+    quick = problem.states * len(DIRECTIONS) * each <= WAITED
     return Roster(
         {**RUNNERS, "best-response": BestResponse, "equilibrium": Equilibrium},
-        adviser="best-response" if quick and hunt.discount < 1.0 else natural,
+        adviser="best-response" if quick and problem.discount < 1.0 else natural,
         partner=natural,
     )

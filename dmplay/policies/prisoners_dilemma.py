@@ -8,7 +8,7 @@ from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import Memory, Percept, Problem, parameter
 from dmplay.policies._axelrod import Axelrod
 from dmplay.policies._matrix_agents import BestResponse, GradientAscent, Nash, Softmax
-from dmplay.policies.kinds import Rule
+from dmplay.policies.kinds import Always, Rule
 from dmplay.policies.roster import Roster
 
 
@@ -47,23 +47,17 @@ class WinStayLoseShift(Rule):
 
 
 @dataclass(frozen=True)
-class AlwaysCooperate(Rule):
+class AlwaysCooperate(Always):
     """Cooperates."""
 
-    def reply(self, own: Ints, other: Ints) -> Array:
-        """Cooperate."""
-        return np.zeros_like(own)
+    action = 0
 
 
 @dataclass(frozen=True)
-class AlwaysDefect(Rule):
+class AlwaysDefect(Always):
     """Defects."""
 
-    first = 1
-
-    def reply(self, own: Ints, other: Ints) -> Array:
-        """Defect."""
-        return np.ones_like(own)
+    action = 1
 
 
 @dataclass(frozen=True)
@@ -72,10 +66,7 @@ class GenerousTitForTat(TitForTat):
 
     forgiveness: float = parameter(1 / 3, "probability of forgiving", 0.0, 1.0)
 
-    @property
-    def draws(self) -> int:
-        """One, for forgiving."""
-        return 1
+    draws = 1  # for forgiving
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Defect after a defection that is not forgiven."""
@@ -84,11 +75,7 @@ class GenerousTitForTat(TitForTat):
 
 @dataclass(frozen=True)
 class _Counting(Rule):
-    """A rule that counts something about the other, and acts on the count."""
-
-    def begin(self, observation: Array) -> Memory:
-        """Nothing counted."""
-        return (np.zeros(len(observation), np.int64),)
+    """A rule that counts something about the other, at first 0, and acts on the count."""
 
     def update(self, memory: Memory, percept: Percept) -> Memory:
         """What the other did is counted."""

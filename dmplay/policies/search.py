@@ -27,6 +27,8 @@ class Search(Believing):
     depth: int = parameter(20, "turns that each of them looks ahead", 1)
     exploration: float = parameter(1.0, "weight of trying what was tried seldom", 0.0)
 
+    draws = 1  # from which all of its own luck follows
+
     def __post_init__(self) -> None:
         """Refuses numbers out of bounds, and problems without a belief to search from."""
         check_bounds(self)
@@ -37,11 +39,6 @@ class Search(Believing):
                 exact(self.problem, first, np.zeros((1, len(self.problem.agents)), np.int64))
             except BadParameter as error:
                 raise BadPolicy(f"search needs a belief, as states are hidden: {error}") from None
-
-    @property
-    def draws(self) -> int:
-        """One, from which all of its own luck follows."""
-        return 1
 
     @cached_property
     def _tree(self) -> Tree:

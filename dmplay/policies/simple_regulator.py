@@ -29,10 +29,7 @@ class Gaussian(Optimal):
     theta1: float = parameter(-1.0, "share of the number that the mean action adds")
     theta2: float = parameter(0.1, "standard deviation of the action")
 
-    @property
-    def draws(self) -> int:
-        """Two."""
-        return Normal.draws
+    draws = Normal.draws
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """A draw, as far as the interval allows."""

@@ -10,7 +10,17 @@ import numpy as np
 from dmplay.chance import Array, Categorical, Chance, Ints, Pick
 from dmplay.core import Labels, Problem, parameter
 from dmplay.errors import BadParameter
-from dmplay.hexes import ALIASES, DIRECTIONS, Hex, arrivals, checked, hex_of, notation_of, slips
+from dmplay.hexes import (
+    ALIASES,
+    DIRECTIONS,
+    Hex,
+    arrivals,
+    checked,
+    hex_of,
+    notation_of,
+    paths,
+    slips,
+)
 
 STANDARD = (
     (-1, 2), (0, 2), (1, 2), (-1, 1), (1, 1), (3, 1), (4, 1),
@@ -63,6 +73,11 @@ class Hunt(Problem):
     def _after(self) -> Ints:
         """Where a move ends, by (hex, direction, slip), flat."""
         return arrivals(self.hexes).reshape(-1)
+
+    @cached_property
+    def far(self) -> Ints:
+        """Steps `[H, 6, H]` from where a move from a hex ends, if it does not slip, to another."""
+        return paths(self.hexes)[arrivals(self.hexes)[:, :, 0]]
 
     def walk(self, hex_: Array, direction: Array, slip: Array) -> Ints:
         """Where moves end `[B]`."""
