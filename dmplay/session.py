@@ -267,18 +267,18 @@ class Session:
 
     def returns(self) -> Reals:
         """The discounted sum of rewards of each agent `[n]`."""
+        return self._sum(self.problem.discount)
+
+    def totals(self) -> Reals:
+        """The plain sum of rewards of each agent `[n]`."""
+        return self._sum(1.0)
+
+    def _sum(self, discount: float) -> Reals:
         total = np.zeros(len(self.problem.agents))
         weight = 1.0
         for turn in self.turns:
             total = total + weight * turn.rewards
-            weight *= self.problem.discount
-        return total
-
-    def totals(self) -> Reals:
-        """The plain sum of rewards of each agent `[n]`."""
-        total = np.zeros(len(self.problem.agents))
-        for turn in self.turns:
-            total = total + turn.rewards
+            weight *= discount
         return total
 
 

@@ -9,18 +9,12 @@ from rich.text import Text
 Fragments = list[tuple[str, str]]
 Row = tuple[tuple[str, str], ...]  # pieces of a row, each with its SGR codes
 
-SGR = {"bold": "1", "dim": "2", "italic": "3", "underline": "4", "reverse": "7"}
 COLORS = ("black", "red", "green", "yellow", "blue", "magenta", "cyan", "white")
-SGR |= {name: str(30 + number) for number, name in enumerate(COLORS)}
+SGR = {name: str(30 + number) for number, name in enumerate(COLORS)}
 SGR |= {f"bright_{name}": str(90 + number) for number, name in enumerate(COLORS)}
-TOOLKIT = {
-    "black": "ansiblack", "red": "ansired", "green": "ansigreen", "yellow": "ansiyellow",
-    "blue": "ansiblue", "magenta": "ansimagenta", "cyan": "ansicyan", "white": "ansigray",
-    "bright_black": "ansibrightblack", "bright_red": "ansibrightred",
-    "bright_green": "ansibrightgreen", "bright_yellow": "ansibrightyellow",
-    "bright_blue": "ansibrightblue", "bright_magenta": "ansibrightmagenta",
-    "bright_cyan": "ansibrightcyan", "bright_white": "ansiwhite",
-}  # fmt: skip
+TOOLKIT = {name: f"ansi{name.replace('_', '')}" for name in SGR}
+TOOLKIT |= {"white": "ansigray", "bright_white": "ansiwhite"}
+SGR |= {"bold": "1", "dim": "2", "italic": "3", "underline": "4", "reverse": "7"}
 
 
 def runs(text: Text) -> list[tuple[frozenset[str], str]]:

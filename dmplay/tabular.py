@@ -23,6 +23,18 @@ class Tables(NamedTuple):
     rewards: Reals  # [S, A, n], expected
     observation: Reals | None = None  # [A, S', O]; None where every agent sees the state
 
+    @property
+    def seen(self) -> Reals:
+        """O `[A, S', O]`; raises BadParameter where every agent sees the state."""
+        if self.observation is None:
+            raise BadParameter("got a problem whose state is seen, expected one with observations")
+        return self.observation
+
+    @property
+    def joint(self) -> Reals:
+        """The probability `[S, A, O, S']` of each observation and next state."""
+        return np.asarray(self.transition[:, :, None] * self.seen.transpose(0, 2, 1))
+
 
 @dataclass(frozen=True)
 class Tabular(Problem):

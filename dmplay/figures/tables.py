@@ -58,11 +58,10 @@ def machine() -> Text:
     """Transitions, observations and rewards of machine replacement."""
     problem = load("machine-replacement")
     tables = tabulate(problem)
-    assert tables.observation is not None
     text = Text()
     for a in range(tables.transition.shape[1]):
         text.append(f"{problem.action_name(0, a)}\n", style="bold")
-        parts = (tables.transition[:, a], tables.observation[a], tables.rewards[:, a])
+        parts = (tables.transition[:, a], tables.seen[a], tables.rewards[:, a])
         for s in range(len(tables.transition)):
             row = "   ".join(_row(part[s]) for part in parts)
             text.append(f"  {row}\n" if s else f"  {row}   T(s'|s,a)  O(o|a,s')  R(s,a)\n")

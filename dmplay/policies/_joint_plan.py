@@ -48,11 +48,10 @@ class JointPlan(Seated):
     @cached_property
     def _foreseen(self) -> Reals:
         """The probability of what is heard and the next state, `[A, A of the other, O, S, S]`."""
-        transition, _, heard = tabulate(self.problem)
-        assert heard is not None
+        tables = tabulate(self.problem)
         kinds = len(self.problem.observations[self.seat])
-        own = heard.reshape(*heard.shape[:2], -1, kinds).sum(axis=3 - self.seat)
-        both = transition.transpose(1, 0, 2)[:, None] * own.transpose(0, 2, 1)[:, :, None]
+        own = tables.seen.reshape(*tables.seen.shape[:2], -1, kinds).sum(axis=3 - self.seat)
+        both = tables._replace(observation=own).joint.transpose(1, 2, 0, 3)
         shaped: Reals = both.reshape(*self.problem.action_counts, *both.shape[1:])
         return shaped if self.seat == 0 else shaped.swapaxes(0, 1)
 

@@ -4,12 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.care import CRYING, FEED, IGNORE
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Problem
 from dmplay.policies._solved import Optimal, Plan, Qmdp
 from dmplay.policies.kinds import Reactive
 from dmplay.policies.roster import Roster
+
+CRYING = 0  # the observation
+FEED, IGNORE = 0, 2
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,6 @@ from typing import Self
 import numpy as np
 
 from dmplay import belief
-from dmplay.care import ACTIONS
 from dmplay.chance import Array, Reals
 from dmplay.core import Memory, Percept, Problem, exact, parameter
 from dmplay.errors import BadParameter, BadPolicy
@@ -17,10 +16,12 @@ from dmplay.policies._joint_plan import JointPlan, surprised
 from dmplay.policies.crying_baby import FeedWhenCrying
 from dmplay.policies.kinds import Maximising, Seated
 from dmplay.policies.roster import Roster
+from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
 from dmplay.solvers import alpha_vectors
 from dmplay.solvers.alpha_vectors import Stage
 from dmplay.tabular import Tables
 
+ACTIONS = MulticaregiverCryingBaby.actions[0]
 HEARD = 3  # nothing yet, crying, quiet
 ANSWERED = ("feed-when-crying", "random", *ACTIONS)
 
@@ -80,12 +81,14 @@ class BestResponse(Maximising, Seated):
 
     @cached_property
     def _foreseen(self) -> Reals:
-        return _likely(self.faced)
+        """The probability of an observation and the next state, `[A, O, S, S]`."""
+        return self.faced.joint.transpose(1, 2, 0, 3)
 
     @cached_property
     def _surprising(self) -> Reals:
         many = len(ACTIONS)
-        return _likely(self._beside(np.full((2 * HEARD, many), 1 / many)))
+        random = self._beside(np.full((2 * HEARD, many), 1 / many))
+        return random.joint.transpose(1, 2, 0, 3)
 
     def begin(self, observation: Array) -> Memory:
         """The distribution of the start state, and nothing is heard."""
@@ -106,13 +109,6 @@ class BestResponse(Maximising, Seated):
         """The answer to the partner who sits there, if it has one."""
         answered = [who for who in rivals if who in ANSWERED]
         return replace(self, to=answered[0]) if answered else self
-
-
-def _likely(tables: Tables) -> Reals:
-    """The probability of an observation and the next state, `[A, O, S, S]`."""
-    assert tables.observation is not None
-    seen = tables.observation.transpose(0, 2, 1)[:, :, None]
-    return np.asarray(tables.transition.transpose(1, 0, 2)[:, None] * seen)
 
 
 def roster(problem: Problem, seat: int) -> Roster:

@@ -6,8 +6,8 @@ observation that of the state after; the start is uniform over both states, as n
 
 from dataclasses import dataclass
 
-from dmplay.care import ACTIONS, HEARD, Care
 from dmplay.core import parameter
+from dmplay.problems._care import ACTIONS, HEARD, Care
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ costs 0.5 and 0.25; the start is uniform over both states, as none is given.
 
 from dataclasses import dataclass
 
-from dmplay.care import ACTIONS, HEARD, Care
 from dmplay.core import parameter
+from dmplay.problems._care import ACTIONS, HEARD, Care
 
 
 @dataclass(frozen=True)

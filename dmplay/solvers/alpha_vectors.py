@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.chance import Bools, Ints, Reals, mean
-from dmplay.errors import BadParameter, BadPolicy
+from dmplay.errors import BadPolicy
 from dmplay.solvers.double_description import SLACK
 from dmplay.solvers.envelope import envelope
 from dmplay.solvers.value_iteration import SLACK as EQUAL
@@ -52,7 +52,7 @@ def infinite(tables: Tables, discount: float) -> Stage:
     `discount` below 1. It starts from repeating one action for ever, and ends with the controller
     that one more stage does not improve, or before it is too large; then a `gap` is left.
     """
-    many, _, kinds = _observation(tables).shape
+    many, _, kinds = tables.seen.shape
     actions = np.arange(many)
     controller = _Controller(actions, np.repeat(actions[:, None], kinds, axis=1))
     for _ in range(ROUNDS):
@@ -101,7 +101,7 @@ def _plans(tables: Tables, discount: float, after: Reals, a: int) -> Plans:
     """
     transition, rewards = tables.transition[:, a], tables.rewards[:, a, 0]
     plans = Plans(rewards[None], np.zeros((1, 0), np.int64))
-    for likely in _observation(tables)[a].T:
+    for likely in tables.seen[a].T:
         vectors = discount * (after * likely) @ transition.T
         useful = envelope(vectors).needed
         plans = _joined(plans, Plans(vectors[useful], useful[:, None]))
@@ -120,12 +120,6 @@ def _joined(one: Plans, other: Plans) -> Plans:
     return Plans(vectors[useful], then[useful])
 
 
-def _observation(tables: Tables) -> Reals:
-    if tables.observation is None:
-        raise BadParameter("got a problem whose state is seen, expected one with observations")
-    return tables.observation
-
-
 class _Controller(NamedTuple):
     """Plans that lead to one another."""
 
@@ -135,12 +129,11 @@ class _Controller(NamedTuple):
 
 def _evaluate(tables: Tables, discount: float, controller: _Controller) -> Reals:
     """The vectors `[N, S]` of a controller's plans, by a linear solve."""
-    observation = _observation(tables)
     many, states = len(controller.actions), len(tables.transition)
     step = np.zeros((many, states, many, states))
     for node, (a, then) in enumerate(zip(*controller, strict=True)):
         for o, following in enumerate(then):
-            step[node, :, following] += tables.transition[:, a] * observation[a, :, o]
+            step[node, :, following] += tables.transition[:, a] * tables.seen[a, :, o]
     size = many * states
     rewards = tables.rewards[:, controller.actions, 0].T.reshape(size)
     system = np.eye(size) - discount * step.reshape(size, size)

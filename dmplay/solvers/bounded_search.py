@@ -14,7 +14,6 @@ import numpy as np
 
 from dmplay.belief import Posterior, bayes
 from dmplay.chance import Bools, Ints, Reals, mean
-from dmplay.errors import BadParameter
 from dmplay.solvers import alpha_vectors
 from dmplay.solvers.alpha_vectors import Stage
 from dmplay.solvers.belief_grid import BeliefGrid
@@ -58,10 +57,7 @@ class BoundedSearch:
     @cached_property
     def _joint(self) -> Reals:
         """The probability of each observation and next state, `[S, A, O, S]`."""
-        if self.tables.observation is None:
-            raise BadParameter("got a problem whose state is seen, expected one with observations")
-        seen = self.tables.observation.transpose(0, 2, 1)
-        return np.asarray(self.tables.transition[:, :, None] * seen)
+        return self.tables.joint
 
     @cached_property
     def _last(self) -> list[Stage]:

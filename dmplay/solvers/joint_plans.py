@@ -79,11 +79,10 @@ def _valued(
     problem: Problem, tables: Tables, after: Stage, joint: int, then: tuple[Ints, Ints]
 ) -> Reals:
     """The values `[S, n1, n2]` of a joint action that these continuations follow."""
-    assert tables.observation is not None
     rewards = tables.rewards[:, joint].sum(axis=1)
     values = np.broadcast_to(rewards[:, None, None], (len(rewards), len(then[0]), len(then[1])))
     kinds = then[1].shape[1]
-    for seen, likely in enumerate(tables.observation[joint].T):
+    for seen, likely in enumerate(tables.seen[joint].T):
         if likely.any():
             first, second = then[0][:, seen // kinds], then[1][:, seen % kinds]
             flow = tables.transition[:, joint] * likely

@@ -5,16 +5,17 @@ import pytest
 
 import dmplay
 from dmplay import belief
-from dmplay.care import CRYING, FEED, IGNORE, QUIET, SING
 from dmplay.core import Percept
 from dmplay.errors import BadParameter, BadPolicy
 from dmplay.finding.agents import roster
 from dmplay.policies.multicaregiver_crying_baby import BestResponse
+from dmplay.problems._care import FEED, IGNORE, SING
 from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
 from dmplay.session import Session
 
 CARE = MulticaregiverCryingBaby()
 SATED, HUNGRY = 0, 1
+CRYING, QUIET = 0, 1
 
 
 def turn(state: int, first: int, second: int, u: float) -> tuple[int, list[float], list[int]]:

@@ -13,7 +13,6 @@ from dmplay.tabular import Tables, Tabular
 ACTIONS = Labels(("feed", "sing", "ignore"))
 FEED, SING, IGNORE = range(3)
 HEARD = Labels(("crying", "quiet"))
-CRYING, QUIET = range(2)
 
 
 @dataclass(frozen=True)
