@@ -32,6 +32,12 @@ def bars(canvas: Canvas, y: int, names: Sequence[str], belief: Reals, look: Look
     return y
 
 
+def truth(canvas: Canvas, y: int, names: Sequence[str], look: Look) -> None:
+    """Says the true state, once it may be told."""
+    if look.state is not None:
+        canvas.put(0, y, f"truly {names[int(look.state)]}", "bold magenta")
+
+
 def spark(shares: Sequence[float], plain: bool) -> str:
     """A history of probabilities, a glyph each."""
     glyphs = ASCII_SPARKS if plain else SPARKS

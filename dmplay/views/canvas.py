@@ -52,6 +52,14 @@ def _styles(row: list[tuple[str, str]]) -> Iterator[str]:
         yield style
 
 
+def written(*rows: str) -> Text:
+    """Words alone for a drawing, a line a row."""
+    canvas = Canvas()
+    for y, row in enumerate(rows):
+        canvas.put(0, y, row, "bold")
+    return canvas.text()
+
+
 def size(text: Text) -> tuple[int, int]:
     """Columns and rows of a drawing."""
     rows = text.plain.split("\n")

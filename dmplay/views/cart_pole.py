@@ -17,7 +17,7 @@ from rich.text import Text
 from dmplay.problems.cart_pole import CartPole
 from dmplay.session import View
 from dmplay.views._scale import Scale, gauge, named, plus
-from dmplay.views.canvas import Canvas
+from dmplay.views.canvas import Canvas, written
 from dmplay.views.style import Look
 
 KEYS = {
@@ -82,9 +82,7 @@ def boards(view: View[CartPole], look: Look) -> Iterator[Text]:
             y += 4
         canvas.put(0, y + 1, _long(cart) if size.width > SIZES[-1].width else _short(cart), "bold")
         yield canvas.text()
-    canvas = Canvas()
-    canvas.put(0, 0, _short(cart), "bold")
-    yield canvas.text()
+    yield written(_short(cart))
 
 
 def _pole(canvas: Canvas, theta: float, length: float, foot: int, size: Size) -> None:

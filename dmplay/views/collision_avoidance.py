@@ -15,7 +15,7 @@ from rich.text import Text
 from dmplay.problems.collision_avoidance import FIRST_TIME, NEAR, CollisionAvoidance
 from dmplay.session import View
 from dmplay.views._scale import Scale, plus
-from dmplay.views.canvas import Canvas
+from dmplay.views.canvas import Canvas, written
 from dmplay.views.style import Look
 
 KEYS = {
@@ -51,11 +51,8 @@ def boards(view: View[CollisionAvoidance], look: Look) -> Iterator[Text]:
             y += 2
         canvas.put(0, y, _passing(view), "bold")
         yield canvas.text()
-    canvas = Canvas()
-    canvas.put(0, 0, _state(view), "bold")
-    canvas.put(0, 1, _passing(view), "bold")
-    yield canvas.text()
-    yield Text(_state(view), style="bold", no_wrap=True)
+    yield written(_state(view), _passing(view))
+    yield written(_state(view))
 
 
 def _time(size: Size) -> Scale:

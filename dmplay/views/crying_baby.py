@@ -6,7 +6,7 @@ from rich.text import Text
 
 from dmplay.session import View
 from dmplay.tabular import Tabular
-from dmplay.views._belief import bars, spark, words
+from dmplay.views._belief import bars, spark, truth, words
 from dmplay.views.canvas import Canvas
 from dmplay.views.generic import seen
 from dmplay.views.style import Look
@@ -31,8 +31,7 @@ def boards(view: View[Tabular], look: Look) -> Iterator[Text]:
             shown = spark(worst, look.ascii).ljust(room, " " if look.ascii else "·")
             canvas.put(len(title), y, shown, "cyan")
             y += 1
-        if look.state is not None:
-            canvas.put(0, y, f"truly {view.problem.names[int(look.state)]}", "bold magenta")
+        truth(canvas, y, view.problem.names, look)
         yield canvas.text()
 
 

@@ -7,7 +7,7 @@ from rich.text import Text
 from dmplay.chance import Reals
 from dmplay.problems.machine_replacement import MachineReplacement
 from dmplay.session import View
-from dmplay.views._belief import bars, spark, words
+from dmplay.views._belief import bars, spark, truth, words
 from dmplay.views.canvas import Canvas
 from dmplay.views.generic import seen
 from dmplay.views.style import Look
@@ -43,13 +43,13 @@ def boards(view: View[MachineReplacement], look: Look) -> Iterator[Text]:
         canvas.put(0, y + 2, "reward expected at once", "dim")
         for number, (key, name, reward) in enumerate(_prospects(view, look)):
             canvas.put(0, y + 3 + number, f"{key} {name:<11} {reward:+.3f}")
-        _truth(canvas, y + 8, look)
+        truth(canvas, y + 8, NAMES, look)
         yield canvas.text()
     canvas = Canvas()
     y = _beliefs(view, look, canvas, 1)
     line = "  ".join(f"{key} {reward:+.2f}" for key, _, reward in _prospects(view, look))
     canvas.put(0, y, line)
-    _truth(canvas, y + 1, look)
+    truth(canvas, y + 1, NAMES, look)
     yield canvas.text()
 
 
@@ -73,11 +73,6 @@ def _triangle(canvas: Canvas, x: int, belief: Reals) -> None:
     canvas.put(x, FOOT, "1")
     canvas.put(x + TRIANGLE - 1, FOOT, "2")
     canvas.put(x + column, row, "●", "bold cyan")
-
-
-def _truth(canvas: Canvas, y: int, look: Look) -> None:
-    if look.state is not None:
-        canvas.put(0, y, f"truly {NAMES[int(look.state)]}", "bold magenta")
 
 
 def panel(view: View[MachineReplacement]) -> list[tuple[str, str]]:

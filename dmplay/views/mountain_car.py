@@ -15,7 +15,7 @@ from rich.text import Text
 from dmplay.problems.mountain_car import LEFT_WALL, RIGHT_WALL, TOP_SPEED, MountainCar
 from dmplay.session import View
 from dmplay.views._scale import Scale, gauge, named, plus
-from dmplay.views.canvas import Canvas
+from dmplay.views.canvas import Canvas, written
 from dmplay.views.style import Look
 
 KEYS = {
@@ -65,9 +65,7 @@ def boards(view: View[MountainCar], look: Look) -> Iterator[Text]:
             y += 4
         canvas.put(0, y, _numbers(view, size.width > SIZES[-1].width), "bold")
         yield canvas.text()
-    canvas = Canvas()
-    canvas.put(0, 0, _numbers(view, False), "bold")
-    yield canvas.text()
+    yield written(_numbers(view, False))
 
 
 def _hill(canvas: Canvas, scale: Scale, size: Size, blocks: str) -> None:

@@ -15,7 +15,7 @@ from rich.text import Text
 from dmplay.problems.simple_regulator import START_DEVIATION, START_MEAN, SimpleRegulator
 from dmplay.session import View
 from dmplay.views._scale import Scale, plus
-from dmplay.views.canvas import Canvas, signed
+from dmplay.views.canvas import Canvas, signed, written
 from dmplay.views.style import Look
 
 KEYS: dict[str, str] = {}
@@ -80,7 +80,7 @@ def boards(view: View[SimpleRegulator], look: Look) -> Iterator[Text]:
     canvas = Canvas()
     _line(canvas, 0, _scale(reach([numbers[-1]]), SIZES[-1].width), numbers[-1])
     yield canvas.text()
-    yield Text(f"s {plus(numbers[-1], 3)}", style="bold", no_wrap=True)
+    yield written(f"s {plus(numbers[-1], 3)}")
 
 
 def _scale(far: float, width: int) -> Scale:
