@@ -269,9 +269,9 @@ class Problem(ABC):
     def place(self, rows: int, events: tuple[Array, ...]) -> Array:
         """The start states `[rows, ...]` that these draws mean."""
 
-    @abstractmethod
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
-        """What nature draws in this turn: independent chances, () if deterministic."""
+        """What nature draws in this turn: independent chances; nothing unless overridden."""
+        return ()
 
     @abstractmethod
     def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:

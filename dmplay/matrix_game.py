@@ -34,10 +34,6 @@ class MatrixGame(Problem):
         """The one state."""
         return np.zeros(rows, np.int64)
 
-    def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
-        """Nothing."""
-        return ()
-
     def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """What the table pays."""
         return Outcome(s, self.payoffs[a[:, 0], a[:, 1]], s)

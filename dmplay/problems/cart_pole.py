@@ -42,10 +42,6 @@ class CartPole(RealState):
         edge = np.full(rows, START)
         return (Span(-edge, edge),) * 4
 
-    def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
-        """Nothing."""
-        return ()
-
     def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """One step of Euler's method (F.1 to F.4), old values on the right-hand sides."""
         x, v, theta, omega = np.ascontiguousarray(s.T)

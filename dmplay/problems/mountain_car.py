@@ -50,10 +50,6 @@ class MountainCar(RealState):
         )
         return (Span(low, high), Span(-speed, speed))
 
-    def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
-        """Nothing."""
-        return ()
-
     def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """Engine and slope change the speed, the speed changes the place, the box holds both."""
         x, v = np.ascontiguousarray(s.T)
