@@ -97,7 +97,7 @@ def test_two_who_hear_different_things_take_turns_before_a_plain_terminal(tmp_pa
         assert terminal.text.count("belief") == 1  # as the game began
         terminal.press(ENTER).until("caregiver2 action>").press(f"sing{ENTER}")
         terminal.until("caregiver1 is next").press(ENTER)
-        terminal.until("turn 1. quiet. chose feed.").press(f"{CTRL_D}")
+        terminal.until("turn 1. quiet. chose feed.").calm().press(f"{CTRL_D}")
         assert terminal.ended() == 0
 
 
