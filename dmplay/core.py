@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from itertools import product
-from typing import Any, NamedTuple, Protocol, TypeVar
+from typing import Any, ClassVar, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
@@ -64,16 +64,13 @@ class Labels(tuple[str, ...]):
         return ", ".join(self if legal is None else (self[a] for a in np.flatnonzero(legal)))
 
 
-class Interval(NamedTuple):
+@dataclass(frozen=True)
+class Interval:
     """A continuous action set, bounds included."""
 
     low: float
     high: float
-
-    @property
-    def written(self) -> tuple[type, ...]:
-        """The types of an action in JSON."""
-        return (int, float)
+    written: ClassVar[tuple[type, ...]] = (int, float)  # the types of an action in JSON
 
     @property
     def labels(self) -> Labels:

@@ -14,7 +14,7 @@ from dmplay.screen.screen import Screen
 from dmplay.screen.show import show
 from dmplay.signals import leaving
 from dmplay.terminal import here
-from dmplay.words.plain import Objects, Reporter, Sentences, Silence, by_lines
+from dmplay.words.plain import Objects, Reporter, Sentences, by_lines
 from dmplay.words.shell import Shell, ask, script
 
 BANNER = f"""\
@@ -34,9 +34,8 @@ def sit(table: Table, sitting: Sitting) -> int:
             table.end("interrupted" if code else "quit")
             print(table.game.account.result())
         else:
-            json = sitting.wishes.json
-            reporter: Reporter = Silence() if quiet else Objects() if json else Sentences()
-            by_lines(table, terminal, sys.stdin, reporter)
+            told = Objects if sitting.wishes.json else Sentences
+            by_lines(table, terminal, sys.stdin, Reporter() if quiet else told())
     return code or faults(table)
 
 

@@ -60,7 +60,7 @@ def toolbar(shell: Shell) -> str:
         if not view.problem.hidden and view.problem.states != 1:
             at = view.problem.notation(view.observation)
             facts += [f"at {at}"] if len(at) <= SHORT else []
-        elif view.problem.observations and view.turn:
+        elif view.problem.hidden and view.turn:
             facts.append(f"saw {view.problem.observations[view.seat][int(view.observation)]}")
     between = " - " if shell.terminal.ascii else " · "
     return f" {between.join([*facts, 'F1 help'])}"
@@ -135,9 +135,7 @@ def _ready() -> None:
 
 def _screen(shell: Shell) -> str:
     """Shows the game on the full screen."""
-    screen = Screen(shell.table, shell.terminal, shell.speed)
-    code = show(screen)
-    shell.before = screen.before  # who sat there last sits here
+    code = show(Screen(shell.table, shell.terminal, shell.speed))
     if code > 128 and code != 128 + signal.SIGINT:
         raise SystemExit(code)
     return ""

@@ -5,7 +5,7 @@ import pytest
 
 import dmplay
 from dmplay.chance import Array, Chance, Pick
-from dmplay.core import Problem, exact, exact_start
+from dmplay.core import GRID, Interval, Problem, exact, exact_start
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.problems.rock_paper_scissors import RockPaperScissors
 
@@ -100,3 +100,20 @@ def test_outcomes_that_are_too_many_are_not_listed() -> None:
     game: Problem = Dizzy()
     with pytest.raises(BadParameter, match="25000000 outcomes are too many to list one by one"):
         exact(game, np.zeros(1, int), np.zeros((1, 2), int))
+
+
+SPAN = Interval(-1.0, 1.0)
+
+
+def test_an_interval_has_no_labels_and_is_tried_from_end_to_end() -> None:
+    assert SPAN.labels == ()
+    assert SPAN.grid()[[0, GRID // 2, -1]].tolist() == [-1, 0, 1]
+    assert len(SPAN.grid()) == GRID
+
+
+def test_a_uniform_draws_a_number_of_the_interval_to_nine_decimals() -> None:
+    assert SPAN.draw(np.array([0.0, 0.5, 0.9999999999]), None).tolist() == [-1, 0, 1]
+
+
+def test_the_nearest_action_to_a_number_lies_within_the_bounds() -> None:
+    assert SPAN.nearest(np.array([-3.0, 0.1234567891, 3.0])).tolist() == [-1, 0.123456789, 1]

@@ -29,6 +29,8 @@ ALLOWED = {  # what a floor may load beside the standard library and numpy
     "cli": {"typer"},
     "pytest_plugin": {"pytest"},
 }
+MOST_LINES = 2100  # of a room
+LARGE = {"views", "solvers", "policies"}  # a file a problem, or an algorithm
 MODULES = sorted(HOUSE.rglob("*.py"))
 
 
@@ -67,6 +69,31 @@ def test_what_a_room_names_with_an_underscore_is_imported_by_no_other(module: Pa
         if package == "dmplay" and inside.split(".")[0] != floor(module):
             private = [part for part in inside.split(".") if re.match("_[a-z]", part)]
             assert not private, f"{floor(module)} imports {name}"
+
+
+def test_no_modules_import_each_other_in_a_circle() -> None:
+    paths = {
+        ".".join(module.relative_to(HOUSE.parent).with_suffix("").parts): module
+        for module in MODULES
+    }
+    known = {
+        name: (_beginnings(imported(module)) & paths.keys()) - {name}
+        for name, module in paths.items()
+    }
+    while leaves := {name for name, needs in known.items() if not needs}:
+        known = {name: needs - leaves for name, needs in known.items() if name not in leaves}
+    assert not known, f"a circle: {known}"
+
+
+def _beginnings(names: set[str]) -> set[str]:
+    """The modules that these imported names may be, or may be of."""
+    return names | {name.rpartition(".")[0] for name in names}
+
+
+@pytest.mark.parametrize("room", sorted(path.name for path in HOUSE.iterdir() if path.is_dir()))
+def test_a_room_is_seen_at_a_glance(room: str) -> None:
+    lines = sum(len(file.read_text().splitlines()) for file in (HOUSE / room).rglob("*.py"))
+    assert lines <= MOST_LINES or room in LARGE
 
 
 def test_no_test_imports_a_test() -> None:

@@ -117,8 +117,10 @@ def test_a_seat_of_a_pomdp_sees_neither_state_nor_reward() -> None:
     assert view.joint is None
     assert [int(seen) for seen in view.observations] == [-1, 0]
     assert view.turn == 1
+    assert view.last == "ignore"
     assert view.beliefs is not None
     assert view.beliefs[0].tolist() == [0.5, 0.5]
+    assert view.belief is view.beliefs[-1]
 
 
 def test_a_seat_that_sees_the_state_sees_rewards_and_the_joint_action() -> None:

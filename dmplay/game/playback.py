@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-from dmplay.dice import Dice
 from dmplay.errors import BadParameter
 from dmplay.game.checking import loaded, readable
 from dmplay.game.game import Game
@@ -26,8 +25,7 @@ class Playback(Game):
         super().__init__(found.name, self._session(0), seats, keyboard)
 
     def _session(self, blocks: int) -> Session:
-        header = self.transcript.header
-        session = start(self.transcript, self._problem, Dice(header.seed, header.episode))
+        session = start(self.transcript, self._problem, self.transcript.header.dice)
         for block in self._blocks()[:blocks]:
             play(self.transcript, block, session)
         return session

@@ -138,9 +138,8 @@ def branched(wanted: Branching) -> Game:
         raise BadParameter(f"--at: got {wanted.turn}, {wanted.path} has {turns}")
     seats, policies = sitting(found.problem, header.seats, trusted=wanted.trusted)
     _answered(found.problem, seats, asks=wanted.asks)
-    dice = Dice(header.seed, header.episode)
     limit = turn_limit(found.problem, seats, header.turns)
-    session = Session(found.problem, dice, policies, limit=limit, opening=past.opening)
+    session = Session(found.problem, header.dice, policies, limit=limit, opening=past.opening)
     names = dict(zip(found.problem.agents, seats, strict=True))
     recorder = Recorder.create(
         wanted.record,

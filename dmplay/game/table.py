@@ -32,6 +32,7 @@ class Table:
         self.aliases = aliases
         self._program = program  # what the command line does with words
         self._game: Game | None = None
+        self._before = 0  # the seat of who sits at the terminal
         if game:
             self.put(game)
 
@@ -53,6 +54,18 @@ class Table:
         if self.ended and saves.dropped(self.ended[-1]):
             self.ended.pop()
         self._game = game
+        self.change_places()
+
+    @property
+    def curtained(self) -> bool:
+        """Whether another than who sits here is to choose, who alone may see what comes."""
+        game = self._game
+        private = game is not None and game.private and game.waiting is not None
+        return private and self.game.watcher != self._before
+
+    def change_places(self) -> None:
+        """Who is to choose next sits at the terminal."""
+        self._before = self.game.watcher
 
     def end(self, reason: str = "quit") -> None:
         """Ends the game, if there is one, and its transcript."""

@@ -1,7 +1,8 @@
 """Play by single keys on a full screen."""
 
 import contextlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import NamedTuple
 
 from rich.text import Text
@@ -18,7 +19,7 @@ from dmplay.screen.frame import KEYS_SHOWN, Room, Shown
 from dmplay.screen.modes import Event, Mode, Modes
 from dmplay.screen.painter import Painter, Place
 from dmplay.terminal import Terminal
-from dmplay.words.commands import COMMANDS, Leave, parts, typed
+from dmplay.words.commands import COMMANDS, Leave, own_parts, typed
 
 REVIEW_TIME = 0.3  # seconds that a review may take before the last frame
 FASTER = 1.5  # the speed times this
@@ -52,7 +53,7 @@ class Screen:
     def _sit(self) -> None:
         """Forgets the game before this one."""
         game = self.game
-        self._log, self.before = Log(game), game.watcher  # who sits before the screen
+        self._log = Log(game)
         self.number = Number()  # that is being typed
         self.prefix = ""  # the first arrow of a diagonal
         self.keys_until = KEYS_SHOWN  # the turn from which on the board names no keys
@@ -78,7 +79,7 @@ class Screen:
     @property
     def shown(self) -> Shown:
         """What the screen adds to the game."""
-        curtain = self.game.problem.agents[self.game.watcher] if self.curtained else ""
+        curtain = self.game.problem.agents[self.game.watcher] if self.table.curtained else ""
         kind = OVERLAYS[self.overlay]
         page = self.page if self.modes.shows is Mode.PAGE else ()
         return Shown(self.message, kind, page, self.part, curtain, self.keys_until)
@@ -88,12 +89,6 @@ class Screen:
         """What happened, as the one before the screen may know it."""
         return self._log.rows
 
-    @property
-    def curtained(self) -> bool:
-        """Whether somebody else is to choose, who alone may see what comes."""
-        game = self.game
-        return game.private and game.waiting is not None and game.watcher != self.before
-
     def upper(self, room: Room) -> Text:
         """The screen above its command row."""
         return frame.upper(self.game, room, self.shown, self.log)
@@ -102,7 +97,7 @@ class Screen:
 
     def ponders(self, key: str) -> bool:
         """Whether a key asks for what takes longer than a moment; its message says so."""
-        told = key in PONDERED and not self.curtained and self.game.adviser.slow
+        told = key in PONDERED and not self.table.curtained and self.game.adviser.slow
         self.message = "one moment ..." if told else self.message
         return told
 
@@ -111,9 +106,9 @@ class Screen:
         self.message = ""
         if key != "q":
             self.modes.happens(Event.PRESSED)
-        if self.curtained and key != "q":
+        if self.table.curtained and key != "q":
             if key in ("enter", "space"):
-                self.before = self.game.watcher
+                self.table.change_places()
             return
         if self.modes.shows is Mode.PAGE:
             self._turn_page(key)
@@ -187,9 +182,7 @@ class Screen:
         if own:
             own.run(self)
         elif command:
-            before = len(self.game.session.turns)
-            self.say(command.run(self.table, ""))
-            self.note(before)
+            self.answer(partial(command.run, self.table, ""))
         elif key.isprintable():
             self.message = f"{key}: no such key; ? shows them"
 
@@ -272,12 +265,8 @@ class Screen:
         """Does what a line of the command row says; raises Leave."""
         self.modes.happens(Event.CLOSED)
         with self.caught():
-            for part in parts(line):
-                if self.curtained:  # the rest of the line is not for the one who comes next
-                    return
-                before = len(self.game.session.turns)
-                self.say(typed(self.table, part))
-                self.note(before)
+            for part in own_parts(self.table, line):
+                self.answer(partial(typed, self.table, part))
 
     @contextlib.contextmanager
     def caught(self) -> Iterator[None]:
@@ -287,26 +276,31 @@ class Screen:
         except DmplayError as error:
             self.message = str(error)
 
-    def say(self, words: str) -> None:
-        """Shows an answer: in its row, or as a page that any key closes."""
+    def answer(self, ask: Callable[[], str]) -> None:
+        """Shows an answer, in its row or as a page that any key closes, and logs what it did."""
+        before = len(self.game.session.turns)
+        words = ask()
         if isinstance(words, Page):
-            self.open(words.split("\n"))
+            rows = words.split("\n")
+            self.open(rows)
+            self.note(before, rows)
         else:
             self.modes.happens(Event.CLOSED)
             self.message = words
+            self.note(before)
 
     def open(self, rows: list[str]) -> None:
         """Shows rows in place of the board."""
         self.message, self.page, self.part = "", rows, 0
         self.modes.happens(Event.OPENED)
 
-    def note(self, before: int) -> None:
-        """Logs what happened since there were `before` turns."""
+    def note(self, before: int, told: Sequence[str] = ()) -> None:
+        """Logs what happened since there were `before` turns, as it was told if it was."""
         now = len(self.game.session.turns)
         if self._log.game is not self.game:
             self._sit()
         elif now > before or (now == before and self._log.outdated):
-            self._log.turns(self.shown.page)
+            self._log.turns(told)
             self.message = "" if self.message == self.log[-1] else self.message
         elif now < before:
             undone = self.message

@@ -166,7 +166,7 @@ class Stage:
 
     async def _command(self, ahead: list[KeyPress]) -> None:
         """Opens the command row, with what was typed ahead, and does what it says."""
-        if self.screen.curtained:
+        if self.screen.table.curtained:
             return
         from dmplay.screen import row  # not needed before
 

@@ -197,9 +197,8 @@ def parts(line: str) -> list[str]:
 
 def own_parts(table: Table, line: str) -> Iterator[str]:
     """The commands of a typed line, up to where another person chooses who sees other things."""
-    seat = table.game.watcher if table.playing and table.game.private else None
     for part in parts(line):
-        if seat is not None and table.game.private and table.game.watcher != seat:
+        if table.curtained:
             return
         yield part
 

@@ -5,7 +5,7 @@ import getpass
 import json
 import sys
 from collections.abc import Iterator
-from typing import Protocol, TextIO
+from typing import TextIO
 
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.game.answer import Page
@@ -17,8 +17,8 @@ from dmplay.transcript.format import end_facts
 from dmplay.words.commands import Leave, own_parts, parts, typed
 
 
-class Reporter(Protocol):
-    """How a game is told: in sentences, as data, or not at all."""
+class Reporter:
+    """How a game is told: not at all, as one that is only recorded; others say more."""
 
     def start(self, game: Game, terminal: Terminal) -> None:
         """Before the first turn."""
@@ -31,12 +31,13 @@ class Reporter(Protocol):
 
     def prompt(self, game: Game) -> str:
         """What stands before a typed line."""
+        return ""
 
     def end(self, game: Game) -> None:
         """After the last turn."""
 
 
-class Sentences:
+class Sentences(Reporter):
     """Tells a game in sentences."""
 
     def __init__(self) -> None:
@@ -77,7 +78,7 @@ class Sentences:
             print(row, flush=True)
 
 
-class Objects:
+class Objects(Reporter):
     """Tells a game as data: one JSON object a line."""
 
     def start(self, game: Game, terminal: Terminal) -> None:
@@ -97,10 +98,6 @@ class Objects:
         """What a command answers, under `words`."""
         self._print("words", {"text": text})
 
-    def prompt(self, game: Game) -> str:
-        """Nothing: the output is data."""
-        return ""
-
     def end(self, game: Game) -> None:
         """The ending with return and total, the seed, and what was hidden."""
         facts = end_facts(game.session) | {"seed": game.seed}
@@ -109,26 +106,6 @@ class Objects:
 
     def _print(self, event: str, facts: dict[str, object]) -> None:
         print(json.dumps({"event": event} | facts), flush=True)
-
-
-class Silence:
-    """Tells nothing: for games that are only recorded."""
-
-    def start(self, game: Game, terminal: Terminal) -> None:
-        """Nothing."""
-
-    def turn(self, game: Game) -> None:
-        """Nothing."""
-
-    def words(self, text: str) -> None:
-        """Nothing."""
-
-    def prompt(self, game: Game) -> str:
-        """Nothing."""
-        return ""
-
-    def end(self, game: Game) -> None:
-        """Nothing."""
 
 
 def by_lines(table: Table, terminal: Terminal, stdin: TextIO, reporter: Reporter) -> None:
@@ -188,11 +165,13 @@ def _played(game: Game, before: int, last: Turn | None) -> bool:
     return len(now) > before or (len(now) == before > 0 and now[-1] is not last)
 
 
-def handed_over(game: Game) -> str:
+def handed_over(table: Table) -> str:
     """Waits for the one who is next to sit down; what this one learned."""
+    game = table.game
     name = game.problem.agents[game.watcher]
     with contextlib.suppress(EOFError):
         getpass.getpass(f"{name} is next: nobody else should look now. Enter goes on.")
+    table.change_places()
     view = game.view()
     return game.account.said(view) if view.turn else game.account.situation(view)
 
@@ -201,13 +180,12 @@ def _lines(
     table: Table, terminal: Terminal, stdin: TextIO, reporter: Reporter
 ) -> Iterator[tuple[int, str]]:
     """The lines typed or piped, with their numbers; `#` begins a comment."""
-    number, before = 0, table.game.watcher
+    number = 0
     while not table.game.session.over:
-        game, prompt = table.game, reporter.prompt(table.game)
+        prompt = reporter.prompt(table.game)
         number += 1
-        if terminal.typed and game.private and game.watcher != before:
-            before = game.watcher
-            reporter.words(handed_over(game))
+        if terminal.typed and table.curtained:
+            reporter.words(handed_over(table))
         if terminal.typed and len(table.game.people) > 1:  # nobody reads the other's choice
             try:
                 line = getpass.getpass(prompt) + "\n"

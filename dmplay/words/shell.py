@@ -26,7 +26,6 @@ class Shell:
         self.terminal = terminal
         self.speed = speed  # turns a second when agents play on the screen
         self.typed = terminal.typed  # whether people type, not a script
-        self.before: int | None = None  # the seat of who sits at the terminal
         self._over: Game | None = None  # the game whose end was told
 
     @property
@@ -55,8 +54,6 @@ class Shell:
         try:
             for part in own_parts(self.table, line) if self.typed else parts(line):
                 words = typed(self.table, part)
-                if self.game is not game:
-                    self.before = self.game.watcher if self.game else None
                 if not self.curtained or self._turns() == before:
                     self._say(words)
         finally:  # what was done before a fault is seen too
@@ -67,16 +64,12 @@ class Shell:
 
     @property
     def curtained(self) -> bool:
-        """Whether somebody else is to choose, who alone may see what comes."""
-        game = self.game
-        different = game is not None and game.private and game.waiting is not None
-        return self.typed and different and self.table.game.watcher != self.before
+        """Whether somebody else is to sit down before anything more is told."""
+        return self.typed and self.table.curtained
 
     def change_places(self) -> None:
         """Waits for the one who is next to sit down, and shows what this one may see."""
-        words = handed_over(self.table.game)
-        self.before = self.table.game.watcher
-        self._say(words)
+        self._say(handed_over(self.table))
         if self.terminal.screen:
             self._show(fresh=False)
 

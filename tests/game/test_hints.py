@@ -89,7 +89,7 @@ def test_a_hint_is_the_best_of_the_values_that_it_tells(name: str, seat: int) ->
             assert numbers == {}
             continue
         able = [able for _, _, able in played.keyboard.legal(played.view())]
-        labels = played.problem.actions[seat]
+        labels = played.problem.actions[seat].labels
         legal = {str(labels[a]): known[a] for a in np.flatnonzero(able)}
         top = best(np.array(list(legal.values())))
         assert advice in [label for label, first in zip(legal, top, strict=True) if first]

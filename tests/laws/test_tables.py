@@ -67,7 +67,7 @@ def amounts_to(problem: Problem, s: Array, a: Array) -> None:
     """The rows of the tables for these turns are sums over the listed outcomes."""
     tables = tabulate(problem)
     p, outcome = exact(problem, s, a)
-    joint = np.ravel_multi_index(tuple(a.T), [len(labels) for labels in problem.actions])
+    joint = np.ravel_multi_index(tuple(a.T), problem.action_counts)
     rewards = (p[:, :, None] * outcome.rewards).sum(axis=1)
     np.testing.assert_allclose(tables.rewards[problem.index(s), joint], rewards, atol=1e-12)
     for row, transition in enumerate(tables.transition[problem.index(s), joint]):

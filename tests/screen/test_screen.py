@@ -21,6 +21,8 @@ from dmplay.game.start import new
 from dmplay.game.table import Table
 from dmplay.screen import frame
 from dmplay.screen.frame import Room, Shown, compose
+from dmplay.screen.screen import Screen
+from dmplay.terminal import Terminal
 from dmplay.words.commands import COMMANDS, typed
 from tests.support.screens import SEQUENCES, Played, game, play, press, seated, secret
 
@@ -118,7 +120,7 @@ def bound() -> Iterator[tuple[str, str, str]]:
     for problem in PROBLEMS:
         played = game(problem)
         yield from ((problem, key, label) for key, label in played.style.KEYS.items())
-        labels = played.problem.actions[0]
+        labels = played.problem.actions[0].labels
         yield from ((problem, str(n), str(label)) for n, label in enumerate(labels, 1))
 
 
@@ -327,6 +329,13 @@ def test_a_screen_without_room_for_a_board_is_played_in_text() -> None:
         "   floor. NE wall.",
     ]
     assert shown.last.split("\n")[2:4] == [" turn 1. at (6,2).", "   chose W, moved …"]
+
+
+def test_agents_that_play_behind_a_page_are_logged_turn_by_turn() -> None:
+    screen = Screen(Table(game("hexworld", "optimal")), Terminal(True, "", True, False, False))
+    screen.press("?")
+    screen.autoplay()
+    assert [row.partition(".")[0] for row in screen.log] == ["turn 1"]
 
 
 def test_a_page_stays_open_on_a_screen_that_needs_fewer_parts() -> None:

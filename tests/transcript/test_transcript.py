@@ -432,6 +432,14 @@ def test_inputs_that_cannot_be_played_are_told_by_line(
     assert f"{line}: {rest}".startswith(message)
 
 
+def test_a_real_action_is_a_number_and_no_text(tmp_path: Path) -> None:
+    path = tmp_path / "game.dmt"
+    recorded(path, "simple-regulator", "script:1.5,-0.25", turns=2)
+    assert check(path).ok
+    altered(path, '"agent": 1.5', '"agent": "1.5"')
+    assert findings(path) == ['game.dmt:12: inputs: actions: agent: got "1.5"']
+
+
 def test_seats_of_another_problem_are_told(tmp_path: Path) -> None:
     path = tmp_path / "t.dmt"
     path.write_text(HEADER.replace("hexworld", "prisoners-dilemma") + "\nturn: 0\n\n")

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from dmplay.finding.topics import topics
 from dmplay.game.formats import FORMATS
 from dmplay.game.table import Table
 from dmplay.words.commands import COMMANDS, TOPICS
@@ -42,6 +43,7 @@ def candidates(table: Table, before: str) -> list[str]:
         "set": lambda: [] if rest else [name.rstrip("=") for name in _parameters(table)],
         "seed": known.seeds,
         "figure": known.figures,
+        "guide": lambda: [*topics()],
         "list": lambda: [*known.KINDS],
         "help": lambda: [*TOPICS, *(one.name for one in COMMANDS)],
     }
