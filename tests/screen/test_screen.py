@@ -414,6 +414,7 @@ def presses(played: Game) -> Iterator[str]:
             yield "enter"
 
 
+@pytest.mark.usefixtures("coarse")
 @pytest.mark.parametrize("people", ["one person", "people only"])
 @pytest.mark.parametrize("name", problem_names())
 def test_every_problem_is_played_to_its_end_by_keys_and_its_transcript_verifies(
