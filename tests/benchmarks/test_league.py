@@ -64,6 +64,6 @@ def test_a_game_of_the_league_is_named_for_who_is_measured() -> None:
 @pytest.mark.parametrize("name", QUICK)
 def test_the_optimum_is_earned_within_three_standard_errors(name: str) -> None:
     for table in league.tables([name]):
-        found = league.standing(table, table.known.agent, league.GAMES // 5)
+        found = league.standing(table, table.known.agent, league.GAMES // 4)
         assert found is not None
         assert found.apart(table.known) <= 3.0

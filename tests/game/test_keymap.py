@@ -49,22 +49,17 @@ def test_every_preset_plays_every_action_and_no_key_plays_two(name: str, preset:
 @pytest.mark.parametrize(
     ("name", "preset", "first"),
     [
-        ("hexworld", "", "l u y h b n"),
-        ("hexworld", "vi", "l u y h b n"),
+        ("hexworld", "", "l u y h b n"), ("hexworld", "vi", "l u y h b n"),
         ("hexworld", "left", "d e w a z x"),
         ("hexworld", "arrows", "right|up right|up left|left|down left|down right"),
-        ("hexworld", "digits", "1 2 3 4 5 6"),
-        ("2048", "vi", "h j l k"),
-        ("2048", "left", "a s d w"),
-        ("2048", "arrows", "left down right up"),
-        ("cart-pole", "left", "a d"),
-        ("mountain-car", "left", "a space d"),
+        ("hexworld", "digits", "1 2 3 4 5 6"), ("2048", "vi", "h j l k"),
+        ("2048", "left", "a s d w"), ("2048", "arrows", "left down right up"),
+        ("cart-pole", "left", "a d"), ("mountain-car", "left", "a space d"),
         ("collision-avoidance", "vi", "j space k"),
         ("crying-baby", "left", "f s i"),  # their letters say what they do
-        ("rock-paper-scissors", "digits", "1 2 3"),
-        ("machine-replacement", "arrows", "m e i r"),
+        ("rock-paper-scissors", "digits", "1 2 3"), ("machine-replacement", "arrows", "m e i r"),
     ],
-)
+)  # fmt: skip
 def test_a_preset_leads(name: str, preset: str, first: str) -> None:
     shown = [key for key, _, _ in legal(held(name, Keys(preset)))]
     assert shown == first.split("|" if "|" in first else " ")

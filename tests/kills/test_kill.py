@@ -90,9 +90,9 @@ def test_a_torn_tail_is_cut_and_the_turn_played_again(
     [
         ("2048", "--agent", "corner"),
         ("hexworld", "--agent", "optimal"),
-        ("hexworld", "--agent", "random", "--set", "rewards=[]", "--turns", "200"),
-        ("crying-baby", "--agent", "feed-when-crying", "--turns", "200"),
-        ("prisoners-dilemma", "--agent", "random", "--vs", "grim", "--turns", "200"),
+        ("hexworld", "--agent", "random", "--set", "rewards=[]", "--turns", "50"),
+        ("crying-baby", "--agent", "feed-when-crying", "--turns", "50"),
+        ("prisoners-dilemma", "--agent", "random", "--vs", "grim", "--turns", "50"),
     ],
     ids=" ".join,
 )

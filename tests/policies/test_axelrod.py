@@ -9,7 +9,7 @@ import dmplay
 from dmplay.errors import BadPolicy, UnknownName
 
 GAME = dmplay.load("prisoners-dilemma")
-ROUNDS = 15
+ROUNDS = 12
 OURS = {
     "tit-for-tat": "TitForTat",
     "suspicious-tit-for-tat": "SuspiciousTitForTat",

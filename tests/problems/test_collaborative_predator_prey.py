@@ -169,7 +169,7 @@ def test_a_sweeping_team_catches_more_than_chance(name: str) -> None:
 @pytest.mark.slow
 def test_a_team_that_chases_its_beliefs_catches_more_than_one_that_sweeps() -> None:
     chased, swept = (
-        dmplay.rollout(PROBLEM, [dmplay.agent(PROBLEM, i, one) for i in range(2)], episodes=100)
+        dmplay.rollout(PROBLEM, [dmplay.agent(PROBLEM, i, one) for i in range(2)], episodes=60)
         for one in ("chase-belief", "sweep")
     )
     assert chased.totals[:, 0].mean() > swept.totals[:, 0].mean()
@@ -204,9 +204,9 @@ def test_qmdp_is_worth_what_the_planner_who_sees_all_is_until_it_acts() -> None:
 
 @pytest.mark.slow
 def test_a_team_that_plans_for_sight_catches_more_than_one_that_chases() -> None:
-    sighted = dmplay.load(f"{NAME}:sighted")
+    sighted = dmplay.load(f"{NAME}:circle", sighted=True)
     planned, chased = (
-        dmplay.rollout(sighted, [dmplay.agent(sighted, i, one) for i in range(2)], episodes=150)
+        dmplay.rollout(sighted, [dmplay.agent(sighted, i, one) for i in range(2)], episodes=300)
         for one in ("qmdp", "chase-belief")
     )
     assert planned.returns[:, 0].mean() > chased.returns[:, 0].mean()

@@ -414,6 +414,7 @@ def presses(played: Game) -> Iterator[str]:
             yield "enter"
 
 
+@pytest.mark.usefixtures("coarse")
 @pytest.mark.parametrize("people", ["one person", "people only"])
 @pytest.mark.parametrize("name", problem_names())
 def test_every_problem_is_played_to_its_end_by_keys_and_its_transcript_verifies(
@@ -421,7 +422,7 @@ def test_every_problem_is_played_to_its_end_by_keys_and_its_transcript_verifies(
 ) -> None:
     path = tmp_path / "game.dmt"
     others = HUMAN if people == "people only" and len(dmplay.load(name).agents) > 1 else ""
-    played = new(Request(name, seed=7, turns=12, others=others, record=path))
+    played = new(Request(name, seed=7, turns=6, others=others, record=path))
     shown = press(played, presses(played))
     assert played.session.ending in ("terminal", "horizon", "turn limit")
     assert f"over: {played.session.ending} after {len(played.session.turns)} turns. " in shown.last

@@ -8,6 +8,7 @@ import numpy as np
 import dmplay
 from dmplay.chance import Reals
 from dmplay.core import Problem
+from dmplay.game.checking import check
 from dmplay.game.request import Request
 from dmplay.game.start import new
 from dmplay.session import View
@@ -74,6 +75,13 @@ def values(path: Path, key: str) -> list[str]:
     start = f"{key}: "
     lines = path.read_text().splitlines()
     return [line.removeprefix(start) for line in lines if line.startswith(start)]
+
+
+def verified(path: Path) -> Path:
+    """A transcript that holds."""
+    report = check(path)
+    assert report.ok, str(report)
+    return path
 
 
 def altered(path: Path, before: str, after: str) -> int:

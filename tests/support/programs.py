@@ -5,6 +5,8 @@ The process begins as a copy of one that has loaded the program, which is most o
 
 import multiprocessing
 import os
+import resource
+import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -12,8 +14,9 @@ from pathlib import Path
 from subprocess import CompletedProcess
 
 from dmplay.__main__ import main
-from tests.support.terminals import clean_environment, mind_signals
+from tests.support.terminals import DMPLAY, clean_environment, mind_signals
 
+NOTHING: Mapping[str, str] = {}
 PATIENCE = 60.0  # seconds until a program that does not end is a failure
 LOADED = (
     "dmplay.cli.entry", "dmplay.game.playback", "dmplay.policies.search", "dmplay.prompt",
@@ -52,6 +55,46 @@ def ended(program: Program) -> int:
     program.join()
     assert program.exitcode is not None
     return program.exitcode
+
+
+def fresh(
+    *words: str,
+    folder: Path,
+    typed: str = "",
+    disk: int | None = None,
+    env: Mapping[str, str] = NOTHING,
+) -> CompletedProcess[str]:
+    """The program from its very start: in another language, or where a disk is small."""
+
+    def small() -> None:
+        if disk is not None:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (disk, disk))
+
+    return subprocess.run(
+        [*DMPLAY, *words],
+        input=typed,
+        capture_output=True,
+        text=True,
+        env=clean_environment(folder, **env),
+        cwd=folder,
+        timeout=PATIENCE,
+        check=False,
+        preexec_fn=small,
+    )
+
+
+def shell(line: str, folder: Path) -> CompletedProcess[str]:
+    """A line of bash in which `dmplay` is the program."""
+    quoted = f'dmplay() {{ "{sys.executable}" -m dmplay "$@"; }}; {line}'
+    return subprocess.run(
+        ["bash", "-c", quoted],
+        capture_output=True,
+        text=True,
+        env=clean_environment(folder),
+        cwd=folder,
+        timeout=PATIENCE,
+        check=False,
+    )
 
 
 def _play(

@@ -2,11 +2,13 @@
 
 import io
 from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
 from typing import Any, NamedTuple
 
 import pyte
-from prompt_toolkit.application import get_app
+from prompt_toolkit.application import application, get_app
 from prompt_toolkit.input import PipeInput, create_pipe_input
+from prompt_toolkit.key_binding.defaults import load_key_bindings
 from rich.text import Text
 
 from dmplay.dice import Dice
@@ -26,6 +28,7 @@ from dmplay.terminal import Terminal
 from dmplay.words.commands import Leave
 from tests.support.terminals import shown
 
+vars(application)["load_key_bindings"] = cache(load_key_bindings)  # alike for every screen
 SEQUENCES = {
     "left": "\x1b[D", "right": "\x1b[C", "up": "\x1b[A", "down": "\x1b[B",
     "home": "\x1b[H", "end": "\x1b[F", "pageup": "\x1b[5~", "pagedown": "\x1b[6~",

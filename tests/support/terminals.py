@@ -19,6 +19,7 @@ LEFT, RIGHT, UP, DOWN = "\x1b[D", "\x1b[C", "\x1b[A", "\x1b[B"
 TAB, ENTER, ESCAPE, BACKSPACE = "\t", "\r", "\x1b", "\x7f"
 CTRL_C, CTRL_D, CTRL_L, CTRL_R, CTRL_Z = "\x03", "\x04", "\x0c", "\x12", "\x1a"
 SGR = re.compile(r"\x1b\[([0-9;]*)m")
+PLAYED = ("2048", "crying-baby", "hexworld", "prisoners-dilemma")  # at every terminal
 DMPLAY = (sys.executable, "-m", "dmplay")
 
 

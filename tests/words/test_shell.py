@@ -470,7 +470,7 @@ def test_a_shell_that_cannot_draw_asks_in_lines(env: dict[str, str], tmp_path: P
     with Terminal(folder=tmp_path, env=env) as terminal:
         terminal.until("dmplay>").press("play hexworld --seed 7\n", "[hexworld t0]>")
         terminal.press("nee\n", "error: unknown action 'nee'").press("e\n", "t1]>")
-        terminal.press(CTRL_C, "once more").press("w\n", "t2]>").press(CTRL_C).calm()
+        terminal.press(CTRL_C, "once more").press("w\n", "t2]>").calm().press(CTRL_C).calm()
         terminal.press(CTRL_C)
         assert terminal.ended() == 130
         assert "\x1b" not in terminal.printed

@@ -1,0 +1,181 @@
+"""What signals, kills and another person at the same terminal do to a game of keys."""
+
+import json
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.support.games import values, verified
+from tests.support.programs import run
+from tests.support.terminals import (
+    CTRL_C,
+    CTRL_D,
+    CTRL_Z,
+    ENTER,
+    Terminal,
+)
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)]
+)
+def test_a_signal_ends_the_game_with_its_code_and_a_whole_transcript(
+    number: int, code: int, tmp_path: Path
+) -> None:
+    with Terminal("hexworld", "--seed", "7", "-o", "game.dmt", folder=tmp_path) as terminal:
+        terminal.ready().press("h", "turn 1 ").signal(number)
+        assert terminal.ended() == code
+        assert terminal.left_clean()
+        assert "Traceback" not in terminal.printed
+    end = json.loads(values(verified(tmp_path / "game.dmt"), "end")[0])
+    assert (end["reason"], end["turns"]) == ("interrupted", 1)
+
+
+def test_ctrl_c_ends_the_game_as_its_signal_does(tmp_path: Path) -> None:
+    with Terminal("hexworld", "--seed", "7", "-o", "game.dmt", folder=tmp_path) as terminal:
+        terminal.ready().press("h", "turn 1 ").press(CTRL_C)
+        assert terminal.ended() == 130
+        assert terminal.left_clean()
+    verified(tmp_path / "game.dmt")
+
+
+@pytest.mark.parametrize("wait", [0, 15, 30, 60, 90, 120, 150, 250])
+@pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)]
+)
+def test_a_signal_before_the_first_key_leaves_the_terminal_as_it_was(
+    number: int, code: int, wait: int, tmp_path: Path
+) -> None:
+    # Before the interpreter is up, which tells so here, a signal is its own affair.
+    up = "print('up', flush=True); import runpy; runpy.run_module('dmplay', None, '__main__')"
+    command = (sys.executable, "-c", up)
+    with Terminal("hexworld", "--seed", "7", folder=tmp_path, command=command) as terminal:
+        terminal.until(lambda: b"up" in terminal.raw)
+        time.sleep(wait / 1000)
+        terminal.signal(number)
+        assert terminal.ended() == code
+        assert terminal.left_clean()
+        assert '/dmplay/__main__.py"' not in terminal.printed  # nothing of ours is traced back
+
+
+@pytest.mark.parametrize("outside", [False, True])
+def test_a_stopped_game_gives_the_terminal_back_and_fg_goes_on(
+    outside: bool, tmp_path: Path
+) -> None:
+    bash = ("bash", "--norc", "--noprofile", "-i")
+    with Terminal(command=bash, folder=tmp_path, env={"PS1": "ready> "}) as terminal:
+        terminal.until("ready>").press("stty -a > before\r").calm()
+        terminal.press(f"{sys.executable} -m dmplay hexworld --seed 7 -o game.dmt\r").ready()
+        terminal.press("h", "turn 1 ")
+        if outside:
+            os.kill(os.tcgetpgrp(terminal.child.child_fd), signal.SIGTSTP)
+        else:
+            terminal.press(CTRL_Z)
+        terminal.until("Stopped").calm()
+        assert terminal.raw.rfind(b"\x1b[?1049l") > terminal.raw.rfind(b"\x1b[?1049h")
+        assert terminal.raw.rfind(b"\x1b[?25h") > terminal.raw.rfind(b"\x1b[?25l")
+        terminal.press("stty -a > after\r").calm().press("fg\r", "turn 1 ").calm()
+        terminal.press("h", "turn 2 ").press("q", "transcript: game.dmt").calm()
+        terminal.press("echo code=$?\r", "code=0").press("exit\r")
+        assert terminal.ended() == 0
+    assert (tmp_path / "before").read_text() == (tmp_path / "after").read_text()
+    verified(tmp_path / "game.dmt")
+
+
+def test_two_who_hear_different_things_take_turns_before_a_plain_terminal(tmp_path: Path) -> None:
+    words = ("multicaregiver-crying-baby", "--vs", "human", "--seed", "3", "--plain")
+    with Terminal(*words, folder=tmp_path) as terminal:
+        terminal.until("caregiver1 action>").press(f"feed; belief{ENTER}")
+        terminal.until("caregiver2 is next: nobody else should look now. Enter goes on.")
+        assert "feed" not in terminal.text
+        assert terminal.text.count("belief") == 1  # as the game began
+        terminal.press(ENTER).until("caregiver2 action>").press(f"sing{ENTER}")
+        terminal.until("caregiver1 is next").press(ENTER)
+        terminal.until("turn 1. quiet. chose feed.").calm().press(f"{CTRL_D}")
+        assert terminal.ended() == 0
+
+
+def test_two_who_hear_different_things_have_a_curtain_in_the_shell(tmp_path: Path) -> None:
+    with Terminal("shell", folder=tmp_path) as terminal:
+        play = "play multicaregiver-crying-baby --vs human --seed 3"
+        terminal.ready().press(f"{play}{ENTER}", "t0 caregiver1]>").calm()
+        terminal.press(f"feed; belief{ENTER}", "caregiver2 is next: nobody else should look now.")
+        assert "heard" not in terminal.text  # the board of the one before is wiped
+        terminal.press(ENTER, "t0 caregiver2]>").calm().press(f"sing{ENTER}", "caregiver1 is next")
+        assert "chose" not in terminal.calm().text
+        terminal.press(ENTER, "turn 1. quiet. chose feed.").until("t1 caregiver1]>").calm()
+        terminal.press(f"undo{ENTER}", "undone. turn 0.").until("t0 caregiver1]>").calm()
+        terminal.press(f"feed{ENTER}", "caregiver2 is next").press(CTRL_C, "Ctrl-C once more")
+        assert terminal.press(CTRL_C).ended() == 130
+        assert terminal.left_clean()
+
+
+def test_who_leaves_the_screen_for_the_shell_is_shown_nothing_of_the_next(tmp_path: Path) -> None:
+    with Terminal("shell", folder=tmp_path) as terminal:
+        play = "play multicaregiver-crying-baby --vs human --seed 3"
+        terminal.ready().press(f"{play}{ENTER}", "t0 caregiver1]>").calm()
+        terminal.press(f"screen{ENTER}", "you: caregiver1").calm().press("i", "caregiver2 is next")
+        terminal.press(ENTER, "you: caregiver2").press("f", "caregiver1 is next").calm()
+        terminal.press("q", "caregiver1 is next: nobody else should look now. Enter goes on.")
+        assert "heard" not in terminal.calm().text
+        terminal.press(ENTER, "t1 caregiver1]>").press(CTRL_D)
+        assert terminal.ended() == 0
+
+
+def test_a_script_of_two_who_hear_different_things_waits_for_nobody(tmp_path: Path) -> None:
+    lines = "play multicaregiver-crying-baby --vs human --seed 3\nfeed; sing\nfeed\n"
+    given = [word for line in lines.split("\n") if line for word in ("-e", line)]
+    with Terminal(*given, folder=tmp_path) as terminal:
+        assert terminal.ended() == 0
+        assert "is next: nobody" not in terminal.printed
+    piped = run(tmp_path, "shell", stdin=lines)
+    assert "caregiver1 chose" not in piped.stderr
+    assert piped.returncode == 0
+
+
+def test_keys_typed_before_the_toolkit_is_there_are_played_and_never_echoed(
+    tmp_path: Path,
+) -> None:
+    with Terminal("hexworld", "--seed", "7", "-o", "game.dmt", folder=tmp_path) as terminal:
+        terminal.until("q quit")
+        terminal.press("hh", "turn 2 ").calm()
+        assert "hh" not in terminal.text
+        assert terminal.press("q").ended() == 0
+    verified(tmp_path / "game.dmt")
+
+
+def test_a_killed_game_of_keys_keeps_every_turn_and_goes_on_with_the_same_dice(
+    tmp_path: Path,
+) -> None:
+    keys = "hyulnbhh"
+    for name, pieces in (("whole", [keys]), ("killed", [keys[:4], keys[4:]])):
+        turn = 0
+        for number, piece in enumerate(pieces):
+            words = ("resume",) if number else ("hexworld", "--seed", "7", "-o")
+            with Terminal(*words, f"{name}.dmt", folder=tmp_path) as terminal:
+                terminal.ready()
+                for turn, key in enumerate(piece, turn + 1):  # noqa: B020 - goes on counting
+                    terminal.press(key, f"turn {turn} ")
+                if piece is not pieces[-1]:
+                    terminal.signal(signal.SIGKILL)
+                    assert terminal.ended() == 137
+                    assert values(tmp_path / "killed.dmt", "turn")[-1] == "4"
+                else:
+                    assert terminal.press("q").ended() == 0
+    assert (tmp_path / "killed.dmt").read_bytes() == (tmp_path / "whole.dmt").read_bytes()
+    verified(tmp_path / "killed.dmt")
+
+
+def test_resume_alone_takes_the_game_that_was_killed(tmp_path: Path) -> None:
+    with Terminal("hexworld", "--seed", "7", folder=tmp_path) as terminal:
+        terminal.ready().press("h", "turn 1 ").signal(signal.SIGKILL)
+        assert terminal.ended() == 137
+    with Terminal("resume", folder=tmp_path) as terminal:
+        terminal.ready().press("h", "turn 2 ").press("q")
+        assert terminal.ended() == 0

@@ -1,0 +1,196 @@
+"""The program at the ends of pipes, on full disks, and where only ASCII is read."""
+
+import json
+import os
+import pty
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from dmplay.game.checking import check
+from tests.support.games import values, verified
+from tests.support.programs import fresh, run, shell
+from tests.support.terminals import (
+    DMPLAY,
+    PLAYED,
+    TAB,
+    Terminal,
+    clean_environment,
+)
+
+pytestmark = pytest.mark.slow
+DRAWN = re.compile("[\u2500-\u28ff]")
+SIZE_LIMIT = 700  # bytes that a small disk holds
+
+
+@pytest.mark.parametrize("problem", PLAYED)
+def test_no_input_is_a_game_that_nobody_plays(problem: str, tmp_path: Path) -> None:
+    done = shell(f"dmplay {problem} --seed 7 < /dev/null", tmp_path)
+    assert done.returncode == 0
+    assert "over: quit after 0 turns" in done.stdout
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "2048 --agent corner --seed 7",
+        "hexworld --agent random --seed 7 --set 'rewards=[]' --turns 5000 --json",
+        "list",
+        "info hexworld",
+        "--help",
+        "--version",
+    ],
+)
+def test_a_reader_that_leaves_early_is_no_news(line: str, tmp_path: Path) -> None:
+    done = shell(f"dmplay {line} | head -1", tmp_path)
+    assert (done.stderr, len(done.stdout.splitlines())) == ("", 1)
+    gone = shell(f"dmplay {line} | true", tmp_path)
+    assert (gone.stderr, gone.stdout) == ("", "")
+
+
+@pytest.mark.parametrize("line", ["hexworld --agent optimal --seed 7", "list", "--help"])
+@pytest.mark.parametrize("closed", [">&-", "<&-", "2>&-", "<&- >&- 2>&-"])
+def test_a_closed_stream_raises_nothing(line: str, closed: str, tmp_path: Path) -> None:
+    done = shell(f"dmplay {line} {closed}", tmp_path)
+    assert "Traceback" not in done.stderr
+    assert done.returncode in (0, 1)
+
+
+def test_a_closed_input_is_a_game_that_nobody_plays(tmp_path: Path) -> None:
+    done = shell("dmplay hexworld --seed 7 <&-", tmp_path)
+    assert done.returncode == 0
+    assert "over: quit after 0 turns" in done.stdout
+
+
+@pytest.mark.parametrize("line", ["hexworld --agent optimal --seed 7", "list", "--help"])
+def test_an_output_that_is_full_is_one_line_and_code_1(line: str, tmp_path: Path) -> None:
+    done = shell(f"dmplay {line} > /dev/full", tmp_path)
+    assert done.returncode == 1
+    assert [row for row in done.stderr.splitlines() if "No space left" in row] == (
+        done.stderr.splitlines()[:1]
+    )
+    assert "Traceback" not in done.stderr
+    assert "Exception ignored" not in done.stderr
+
+
+@pytest.mark.parametrize("line", ["hexworld", "hexworld --plain", "shell"])
+def test_a_terminal_that_is_gone_ends_the_game_with_129_and_leaves_no_log(
+    line: str, tmp_path: Path
+) -> None:
+    ours, its = pty.openpty()
+    env = clean_environment(tmp_path, TMPDIR=str(tmp_path))
+    words = [*DMPLAY, *line.split()]
+    with subprocess.Popen(words, stdin=its, stdout=its, stderr=its, env=env) as game:
+        os.close(its)
+        os.read(ours, 1)  # it has begun
+        os.close(ours)
+        assert game.wait(30) == 129
+    assert not list(tmp_path.glob("*.log"))
+
+
+def test_an_unknown_word_in_a_pipe_ends_with_2_and_names_its_line(tmp_path: Path) -> None:
+    typed = "# first a comment\n\nw\nleft; wset\nw\n"
+    done = run(tmp_path, "hexworld", "--seed", "7", "-o", "game.dmt", stdin=typed)
+    assert done.returncode == 2
+    assert "error: line 4: unknown action 'wset'; did you mean" in done.stderr
+    end = json.loads(values(verified(tmp_path / "game.dmt"), "end")[0])
+    assert (end["reason"], end["turns"]) == ("illegal", 2)
+
+
+def test_an_illegal_action_in_a_pipe_ends_with_2_and_names_its_line(tmp_path: Path) -> None:
+    done = run(tmp_path, "2048", "--seed", "7", stdin="down\n" * 50)
+    assert done.returncode == 2
+    assert re.search(r"error: line \d+: turn \d+, agent: down changes nothing in ", done.stderr)
+
+
+ASCII = {"PYTHONIOENCODING": "ascii", "LANG": "C", "LC_ALL": "C"}
+
+
+def told_in_ascii(*words: str, folder: Path) -> None:
+    """Runs the program where only ASCII is read and written."""
+    typed = "look\nhint\nbelief\nkeys\nlegal\nhelp\n1\nundo\nquit\n"
+    done = fresh(*words, typed=typed, folder=folder, env=ASCII)
+    assert "Traceback" not in done.stderr, words
+    assert done.returncode == (0 if words[-1].isascii() else 2), done.stderr
+    assert done.stdout.isascii()
+    assert done.stderr.isascii()
+
+
+@pytest.mark.parametrize("line", ["list", "--help", "crying-bäby", "verify nö.dmt"])
+def test_an_ascii_stream_never_raises(line: str, tmp_path: Path) -> None:
+    told_in_ascii(*line.split(), folder=tmp_path)
+
+
+@pytest.mark.parametrize("problem", PLAYED)
+def test_a_game_on_an_ascii_stream_never_raises(problem: str, tmp_path: Path) -> None:
+    for words in (
+        (problem, "--seed", "7", "-o", "game.dmt", "--frames", "--reveal"), ("info", problem),
+        ("replay", "game.dmt"), ("replay", "game.dmt", "--json"), ("verify", "game.dmt"),
+    ):  # fmt: skip
+        told_in_ascii(*words, folder=tmp_path)
+    with Terminal(problem, "--seed", "7", folder=tmp_path, env=ASCII) as terminal:
+        terminal.ready().press("1").press("V").press(TAB).press("?").calm()
+        assert terminal.press("x").press("q").ended() == 0
+        assert terminal.printed.isascii()
+
+
+def test_names_that_an_ascii_stream_lacks_are_shown_as_escapes(tmp_path: Path) -> None:
+    run(tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin="w\n")
+    text = (tmp_path / "g.dmt").read_text().replace('"human"', '"gr\u00fcn\\u001b[31m"')
+    (tmp_path / "gr\u00fcn.dmt").write_text(text, encoding="utf-8")
+    ascii_ = {"PYTHONIOENCODING": "ascii"}
+    done = fresh("replay", "gr\u00fcn.dmt", folder=tmp_path, env=ascii_)
+    assert done.stdout.splitlines()[0] == r"hexworld, seed 7. gr\xfcn\x1b[31m."
+    done = fresh("replay", "gr\u00fcn.dmt", "--json", folder=tmp_path, env=ascii_)
+    assert json.loads(done.stdout.splitlines()[0])["seats"] == {"agent": "gr\u00fcn\x1b[31m"}
+    assert fresh("verify", "gr\u00fcn.dmt", folder=tmp_path, env=ascii_).returncode == 3
+
+
+@pytest.mark.parametrize("problem", PLAYED)
+def test_plain_output_draws_nothing(problem: str, tmp_path: Path) -> None:
+    typed = "look\nhint\nbelief\nkeys\nlegal\nstate\nhelp\n1\nundo\n2\nreroll\nquit\n"
+    done = run(tmp_path, problem, "--seed", "7", "--plain", "--reveal", stdin=typed)
+    assert done.returncode == 0, done.stderr
+    assert not DRAWN.search(done.stdout)
+    assert "\x1b" not in done.stdout
+    assert "\r" not in done.stdout
+
+
+def test_a_full_disk_is_told_once_and_the_game_goes_on(tmp_path: Path) -> None:
+    typed = "w\n" * 5 + "quit\n"
+    done = run(tmp_path, "hexworld", "--seed", "7", "-o", "/dev/full", stdin=typed)
+    assert done.returncode == 1
+    assert "over: quit after 5 turns" in done.stdout
+    assert done.stderr == "error: cannot write /dev/full: No space left on device\n"
+
+
+def test_a_disk_that_fills_holds_whole_turns_that_verify_and_resume(tmp_path: Path) -> None:
+    typed = "w\n" * 9 + "quit\n"
+    words = ("hexworld", "--seed", "7", "-o")
+    done = fresh(*words, "small.dmt", typed=typed, folder=tmp_path, disk=SIZE_LIMIT)
+    assert done.returncode == 1
+    assert re.fullmatch(r"error: cannot write small\.dmt: [\w ]+\n", done.stderr)
+    assert check(tmp_path / "small.dmt").unfinished
+    turns = int(values(tmp_path / "small.dmt", "turn")[-1])
+    assert 1 < turns < 9
+    again = run(tmp_path, "resume", "small.dmt", stdin="w\n" * (9 - turns) + "quit\n")
+    assert again.returncode == 0
+    run(tmp_path, *words, "whole.dmt", stdin=typed)
+    assert (tmp_path / "small.dmt").read_bytes() == (tmp_path / "whole.dmt").read_bytes()
+
+
+def test_the_screen_tells_of_a_full_disk_and_plays_on(tmp_path: Path) -> None:
+    with Terminal("hexworld", "--seed", "7", "-o", "/dev/full", folder=tmp_path) as terminal:
+        terminal.ready().press("h", "cannot write /dev/full").press("h", "turn 2 ").press("q")
+        assert terminal.ended() == 1
+        assert "error: cannot write /dev/full: No space left on device" in terminal.text
+
+
+def test_a_state_folder_that_cannot_be_written_is_one_warning(tmp_path: Path) -> None:
+    (tmp_path / "state").write_text("a file where the folder should be")
+    done = run(tmp_path, "hexworld", "--seed", "7", stdin="w\nquit\n")
+    assert done.returncode == 0
+    assert done.stderr.startswith("warning: this game is not kept: ")
+    assert len(done.stderr.splitlines()) == 1
