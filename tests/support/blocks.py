@@ -127,8 +127,9 @@ class Reader:
         with redirect_stdout(printed), redirect_stderr(errors), self.monkeypatch.context() as here:
             here.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(typed.encode()), "utf-8"))
             here.setattr(sys, "argv", words)
-            config.files.cache_clear()
+            config.files.cache_clear()  # each command is a process of its own
             self.code = entry.run()
+            config.files.cache_clear()
         return printed.getvalue(), errors.getvalue()
 
     def _shell(self, command: str, typed: str) -> tuple[str, str]:
