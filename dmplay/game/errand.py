@@ -1,4 +1,4 @@
-"""What words of the command line come to: a game to be played, or a report to be told."""
+"""What words of the command line come to: a game to be played, or a report to be printed."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -33,8 +33,8 @@ class Sitting(NamedTuple):
         return replace(self.wanted, asks=True)
 
 
-class Told(NamedTuple):
-    """A report, and what becomes of the command."""
+class Printout(NamedTuple):
+    """A report of which there is more to say than its text."""
 
     text: Text | str
     wishes: Wishes = HERE
@@ -59,5 +59,5 @@ class Conversation(NamedTuple):
     speed: float
 
 
-Errand = Sitting | Told
+Errand = Sitting | Printout | str
 Program = Callable[[Sequence[str]], Errand]  # what the command line makes of words

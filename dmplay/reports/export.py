@@ -26,10 +26,8 @@ def screens(game: Playback, room: Room) -> Iterator[Text]:
     """The screen before the first turn and after every turn or event."""
     log: list[str] = []
     yield compose(game, room, Shown(), log)
-    before = 0
-    while game.unattended():
+    for before in game.run():
         log.append(game.account.change(game.view(), before))
-        before = len(game.session.turns)
         yield compose(game, room, Shown(), log)
 
 
@@ -114,12 +112,10 @@ def data(game: Playback, turn: int | None, room: Room) -> str:
 
 def _facts(game: Playback) -> Iterator[dict[str, object]]:
     yield turn_facts(game.session)
-    before = 0
-    while game.unattended():
-        now = len(game.session.turns)
-        event = {1: {}, 0: {"event": "reroll"}}.get(now - before, {"event": "undo"})
+    for before in game.run():
+        more = len(game.session.turns) - before
+        event = {1: {}, 0: {"event": "reroll"}}.get(more, {"event": "undo"})
         yield turn_facts(game.session) | event
-        before = now
 
 
 WRITERS: dict[str, Callable[[Playback, int | None, Room], str]] = {

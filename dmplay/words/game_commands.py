@@ -1,5 +1,7 @@
 """What can be asked of a game, and done to it, in words: each takes what was typed after it."""
 
+from itertools import islice
+
 import numpy as np
 
 from dmplay.errors import BadParameter
@@ -58,11 +60,8 @@ def _played(game: Game, command: str, turns: int) -> str:
     """Plays turns of agents, all if the number is 0, and tells each."""
     if game.people:
         raise BadParameter(f"{command}: people play here; agent SEAT NAME seats an agent")
-    told: list[str] = []
-    before = len(game.session.turns)
-    while (not turns or len(told) < turns) and game.unattended():
-        told.append(game.account.change(game.view(), before))
-        before = len(game.session.turns)
+    run = islice(game.run(), turns or None)
+    told = [game.account.change(game.view(), before) for before in run]
     return answer(told or [f"the game is over ({game.session.ending})"])
 
 

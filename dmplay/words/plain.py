@@ -135,14 +135,11 @@ def by_lines(table: Table, terminal: Terminal, stdin: TextIO, reporter: Reporter
 
 def _watch(game: Game, reporter: Reporter) -> None:
     """Plays a game without people to its end."""
-    before = 0
-    while game.unattended():
-        now = len(game.session.turns)
-        if now < before:  # a recording may take turns back
+    for before in game.run():
+        if len(game.session.turns) < before:
             reporter.words(game.account.change(game.view(), before))
         else:
             reporter.turn(game)
-        before = now
 
 
 def _do(table: Table, line: str, terminal: Terminal, reporter: Reporter) -> None:
