@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from json import dumps
 from pathlib import Path
 
+from dmplay.describe import counted
 from dmplay.errors import BadParameter, BadTranscript, DmplayError
 from dmplay.finding import problems
 from dmplay.game.account import frame
@@ -44,14 +45,6 @@ def loaded(transcript: Transcript, *, trusted: bool) -> problems.Loaded:
             hint = "" if trusted else "; if it is yours, add --trust"
             raise transcript.fault(line, f"{error}{hint if key == 'problem' else ''}") from None
     return found
-
-
-def readable(path: Path) -> Transcript:
-    """The transcript in a file, `-` for the standard input; or BadParameter where none is read."""
-    try:
-        return read(standard(path, INPUT))
-    except OSError as error:
-        raise BadParameter(f"{path}: {error.strerror}") from None
 
 
 def check(path: Path, *, trusted: bool = False) -> Report:
@@ -133,7 +126,7 @@ def reported(
 def _line(report: Report) -> str:
     """A file that is as it should be."""
     unfinished = ", unfinished" if report.unfinished else ""
-    return f"ok {clean(report.path)} ({report.turns} turn{'s' * (report.turns != 1)}{unfinished})"
+    return f"ok {clean(report.path)} ({counted(report.turns, 'turn')}{unfinished})"
 
 
 def _data(report: Report, fine: bool) -> dict[str, object]:

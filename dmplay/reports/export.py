@@ -8,6 +8,7 @@ from pathlib import Path
 
 from rich.text import Text
 
+from dmplay.describe import counted
 from dmplay.errors import BadParameter
 from dmplay.game.formats import FORMATS
 from dmplay.game.playback import Playback
@@ -38,8 +39,8 @@ def _last(game: Playback, turn: int | None, room: Room) -> Text:
         if len(game.session.turns) == turn:
             return shown
     if turn is not None:
-        many = len(game.session.turns)
-        raise BadParameter(f"--at: got {turn}, the game has {many} turn{'s' * (many != 1)}")
+        turns = counted(len(game.session.turns), "turn")
+        raise BadParameter(f"--at: got {turn}, the game has {turns}")
     return shown
 
 

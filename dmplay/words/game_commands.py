@@ -4,6 +4,7 @@ from itertools import islice
 
 import numpy as np
 
+from dmplay.describe import counted
 from dmplay.errors import BadParameter
 from dmplay.game.answer import answer
 from dmplay.game.game import Game
@@ -103,8 +104,7 @@ def belief(game: Game, argument: str) -> str:
     told = [f"{game.problem.notation(states[i])} {belief[i]:.3f}" for i in order]
     rest = len(states) - len(order)
     if rest:
-        others = f"{rest} other state{'s' * (rest > 1)}"
-        told.append(f"{others} {max(1.0 - belief[order].sum(), 0.0):.3f}")
+        told.append(f"{counted(rest, 'other state')} {max(1.0 - belief[order].sum(), 0.0):.3f}")
     return f"belief: {', '.join(told)}."
 
 
@@ -149,6 +149,5 @@ def transcript(game: Game, argument: str) -> str:
     """Where the transcript is, and its last turn without what is hidden."""
     if game.recorder is None:
         return "transcript: none is written; --record FILE writes one"
-    turns = len(game.session.turns)
-    path = f"transcript: {turns} turn{'s' * (turns != 1)} in {game.recorder.path}"
+    path = f"transcript: {counted(len(game.session.turns), 'turn')} in {game.recorder.path}"
     return answer([path, "", *lines(game.account.public(game.view()))])
