@@ -6,16 +6,18 @@ import os
 import sys
 from typing import cast
 
+import typer
+
 from dmplay.cli.app import app
 from dmplay.cli.group import rejoined
-from dmplay.cli.sentence import ABORTED, USAGE, sentence
+from dmplay.cli.sentence import USAGE, sentence
 from dmplay.errors import DmplayError
 
 COMPLETING = "_DMPLAY_COMPLETE"  # set by a shell that asks what can follow
 NAMED = "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION"  # has typer take a shell by its name
 SCRIPTS = ("--install-completion", "--show-completion")
 OPEN = {"=": "VALUE", ":": "VALUE", "/": "..."}  # endings after which a word goes on
-USAGE_CODE, INTERRUPT_CODE = 2, 130
+USAGE_CODE = 2
 
 
 def run() -> int:
@@ -37,8 +39,8 @@ def run() -> int:
         return do(errand)
     except (DmplayError, USAGE) as error:
         return _fail(sentence(error))
-    except ABORTED:
-        return INTERRUPT_CODE
+    except typer.Abort:  # Ctrl-C
+        raise KeyboardInterrupt from None
 
 
 def _complete() -> int:

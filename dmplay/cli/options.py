@@ -53,6 +53,11 @@ def wanted_keys(preset: str | None) -> Any:
     return Wanted(preset or "", config.keys())
 
 
+def _argument(word: str, told: str, complete: Callable[..., list[str]]) -> Any:
+    """An argument, as the help writes it, and what completes it."""
+    return typer.Argument(metavar=word, help=told, autocompletion=complete)
+
+
 def _everywhere(name: str, told: str, *flags: str, **more: Any) -> Any:
     """An option that one variable sets for every command."""
     return typer.Option(
@@ -65,14 +70,7 @@ def _switch(name: str, told: str) -> Any:
     return _everywhere(name, told, f"--{name}/--no-{name}")
 
 
-Name = Annotated[
-    str,
-    typer.Argument(
-        metavar="PROBLEM",
-        help="a problem, or PROBLEM:VARIANT",
-        autocompletion=lists.problems,
-    ),
-]
+Name = Annotated[str, _argument("PROBLEM", "a problem, or PROBLEM:VARIANT", lists.problems)]
 Variant = Annotated[
     str,
     typer.Option(
@@ -103,43 +101,21 @@ Seats = Annotated[
     list[str],
     typer.Option("--seat", metavar="NAME=A", help="who plays one seat", autocompletion=_seats),
 ]
-File = Annotated[
-    Path, typer.Argument(metavar="FILE", help="a transcript", autocompletion=lists.transcripts)
-]
+File = Annotated[Path, _argument("FILE", "a transcript", lists.transcripts)]
 LastFile = Annotated[
     Path | None,
-    typer.Argument(
-        metavar="FILE",
-        help="a transcript; the last game if not given",
-        autocompletion=lists.transcripts,
-    ),
+    _argument("FILE", "a transcript; the last game if not given", lists.transcripts),
 ]
-Paths = Annotated[
-    list[Path],
-    typer.Argument(metavar="PATH...", help="files and folders", autocompletion=lists.transcripts),
-]
+Paths = Annotated[list[Path], _argument("PATH...", "files and folders", lists.transcripts)]
 Figure = Annotated[
     str,
-    typer.Argument(
-        metavar="FIGURE",
-        help="F.2, F.9 ... F.16, T.1, T.2; their names if not given",
-        autocompletion=lists.figures,
-    ),
+    _argument("FIGURE", "F.2, F.9 ... F.16, T.1, T.2; their names if not given", lists.figures),
 ]
 Topic = Annotated[
     str,
-    typer.Argument(
-        metavar="TOPIC",
-        help=f"{', '.join(topics())}; their titles if not given",
-        autocompletion=lambda: [*topics()],
-    ),
+    _argument("TOPIC", f"{', '.join(topics())}; their titles if not given", lambda: [*topics()]),
 ]
-Kind = Annotated[
-    str,
-    typer.Argument(
-        metavar="KIND", help="only these, as POMDP", autocompletion=lambda: [*lists.KINDS]
-    ),
-]
+Kind = Annotated[str, _argument("KIND", "only these, as POMDP", lambda: [*lists.KINDS])]
 Json = Annotated[bool, typer.Option("--json", help="as JSON, a game an object a line")]
 Trust = Annotated[bool, typer.Option("--trust", help="import what a transcript names")]
 Keys = Annotated[

@@ -110,12 +110,7 @@ TOPICS: Mapping[str, tuple[Command, ...]] = {
         Command(
             "redo", "[N]", "play again what was taken back", _game(of_game.redo), "c-r", "Ctrl-R"
         ),
-        Command(
-            "reroll",
-            "",
-            "the last turn under other dice; recorded so",
-            _game(of_game.reroll),
-        ),
+        Command("reroll", "", "the last turn under other dice; recorded so", _game(of_game.reroll)),
         Command("look", "", "the situation in sentences", _game(of_game.look), "L", "L"),
         Command("legal", "", "the actions that can be played", _game(of_game.legal)),
         Command("belief", "", "the probability of each hidden state", _game(of_game.belief)),
