@@ -38,7 +38,10 @@ def run() -> int:
 
         return do(errand)
     except (DmplayError, USAGE) as error:
-        return _fail(sentence(error))
+        from dmplay.terminal import clean
+
+        print(f"error: {clean(sentence(error))}", file=sys.stderr)
+        return USAGE_CODE
     except typer.Abort:  # Ctrl-C
         raise KeyboardInterrupt from None
 
@@ -80,12 +83,4 @@ def _no_words() -> int:
     sys.argv.append("--help")
     with contextlib.redirect_stdout(sys.stderr):
         app(standalone_mode=False, prog_name="dmplay")
-    return USAGE_CODE
-
-
-def _fail(message: str) -> int:
-    """An error in one line; the exit code."""
-    from dmplay.terminal import clean
-
-    print(f"error: {clean(message)}", file=sys.stderr)
     return USAGE_CODE

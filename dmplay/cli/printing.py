@@ -131,7 +131,7 @@ def config_show(ctx: typer.Context, json: options.Json = False) -> object:
     """
     from dmplay.cli.settings import in_force, named, shown
 
-    settings = [*in_force(ctx.find_root()), *named(config.files())]
+    settings = [*in_force(ctx.find_root()), *named()]
     return shown(settings, as_json=json)
 
 

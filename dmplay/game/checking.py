@@ -52,7 +52,7 @@ def check(path: Path, *, trusted: bool = False) -> Report:
     try:
         transcript = read(path)
         problem = loaded(transcript, trusted=trusted).problem
-        policies = asked_again(problem, dict(transcript.header.seats), trusted=trusted)
+        policies = asked_again(problem, transcript.header.seats, trusted=trusted)
     except BadTranscript as error:
         return Report(str(path), [fault(error, "form")])
     except OSError as error:
@@ -71,7 +71,7 @@ def update(path: Path, *, trusted: bool = False) -> str:
         raise BadParameter("--update: the standard input cannot be rewritten")
     transcript = read(path)
     problem = loaded(transcript, trusted=trusted).problem
-    policies = asked_again(problem, dict(transcript.header.seats), trusted=trusted)
+    policies = asked_again(problem, transcript.header.seats, trusted=trusted)
     before = path.read_text(encoding="utf-8")
     after = rewritten(transcript, problem, policies, frame)
     if after == before:

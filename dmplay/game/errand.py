@@ -7,8 +7,7 @@ from typing import NamedTuple
 from rich.text import Text
 
 from dmplay.game.request import Recording, Request, Wanted
-from dmplay.terminal import Wishes, here
-from dmplay.views.canvas import plainly
+from dmplay.terminal import Wishes
 
 HERE = Wishes()
 
@@ -42,14 +41,6 @@ class Printout(NamedTuple):
     code: int = 0  # of the process
     paged: bool = False  # whether it is read a screenful at a time
 
-    @property
-    def plain(self) -> str:
-        """The report without colour, in the characters of the terminal."""
-        if isinstance(self.text, str):
-            return self.text
-        shown = plainly(self.text) if here(self.wishes).ascii else self.text
-        return shown.plain.rstrip("\n")
-
 
 class Conversation(NamedTuple):
     """Games that are wanted one after another, in words."""
@@ -59,5 +50,5 @@ class Conversation(NamedTuple):
     speed: float
 
 
-Errand = Sitting | Printout | str
-Program = Callable[[Sequence[str]], Errand]  # what the command line makes of words
+Errand = Sitting | Conversation | Printout | str
+Program = Callable[[Sequence[str]], Sitting | str]  # what the command line makes of words

@@ -80,7 +80,7 @@ def test_info_says_source_decisions_parameters_agents_and_keys(name: str) -> Non
 
 
 def listed(kind: str, width: int) -> str:
-    return Printout(reports.listing(kind, Wishes(width=width))).plain
+    return str(reports.listing(kind, Wishes(width=width)))
 
 
 def test_a_list_without_room_says_what_it_leaves_out() -> None:
