@@ -55,10 +55,9 @@ def _open_streams() -> None:
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115 - for good
-    if isinstance(sys.stdout, io.TextIOWrapper):  # what it cannot encode, it shows as an escape
-        sys.stdout.reconfigure(errors="backslashreplace")
-    if isinstance(sys.stdin, io.TextIOWrapper):  # what is no text is no command either
-        sys.stdin.reconfigure(errors="backslashreplace")
+    for stream in (sys.stdin, sys.stdout):  # what is no text, or cannot be shown, is an escape
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
 
 
 def _let_go() -> None:

@@ -36,3 +36,8 @@ def _states(problem: Problem) -> str:
     if problem.states == math.inf:
         return "unbounded"
     return "-" if problem.states == 1 else str(problem.states)
+
+
+def counted(number: int, noun: str) -> str:
+    """A number of things: 1 turn, 2 turns."""
+    return f"{number} {noun}{'s' * (number != 1)}"

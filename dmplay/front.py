@@ -34,8 +34,8 @@ def sit(table: Table, sitting: Sitting) -> int:
             table.end("interrupted" if code else "quit")
             print(table.game.account.result())
         else:
-            told = Objects if sitting.wishes.json else Sentences
-            by_lines(table, terminal, sys.stdin, Reporter() if quiet else told())
+            reporter = Objects() if sitting.wishes.json else Sentences(terminal)
+            by_lines(table, terminal, sys.stdin, Reporter() if quiet else reporter)
     return code or faults(table)
 
 

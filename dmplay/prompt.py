@@ -23,7 +23,7 @@ from dmplay.screen.screen import Screen
 from dmplay.screen.show import show
 from dmplay.signals import ENDS, INTERRUPTED, leaving
 from dmplay.words.commands import Leave
-from dmplay.words.completion.completer import Words
+from dmplay.words.completion.candidates import Candidates
 from dmplay.words.shell import Shell
 
 SHORT = 24  # characters of a state that the toolbar has room for
@@ -114,7 +114,7 @@ def _session(shell: Shell, input_: Input | None, output: Output | None) -> Promp
     return PromptSession(
         history=Typed(shell, FileHistory(str(file)) if file else InMemoryHistory()),
         auto_suggest=AutoSuggestFromHistory(),
-        completer=FuzzyCompleter(Words(shell.table), WORD=True),
+        completer=FuzzyCompleter(Candidates(shell.table), WORD=True),
         complete_while_typing=False,
         bottom_toolbar=lambda: toolbar(shell),
         is_password=Condition(lambda: shell.secret),

@@ -5,7 +5,7 @@ import signal
 from collections.abc import Iterator
 from types import FrameType
 
-INTERRUPTED = 130  # the exit code of Ctrl-C
+GONE, INTERRUPTED = 129, 130  # exit codes: of a lost terminal, and of Ctrl-C
 NAMES = ("SIGTERM", "SIGHUP")  # the second is not known everywhere
 ENDS = {
     getattr(signal, name): 128 + getattr(signal, name) for name in NAMES if hasattr(signal, name)

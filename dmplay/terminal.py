@@ -3,6 +3,7 @@
 import contextlib
 import os
 import shutil
+import sys
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple, TextIO
 
@@ -70,8 +71,6 @@ def decide(wishes: Wishes, env: Mapping[str, str], stdin: TextIO, stdout: TextIO
 
 def here(wishes: Wishes) -> Terminal:
     """The decision for this process."""
-    import sys
-
     return decide(wishes, os.environ, sys.stdin, sys.stdout)
 
 

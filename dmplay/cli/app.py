@@ -6,7 +6,7 @@ os.environ.setdefault("TYPER_USE_RICH", "0")  # its help costs more than the res
 
 import typer
 
-from dmplay.cli import games, records, reports
+from dmplay.cli import games, printing, records
 from dmplay.cli.group import Commands
 
 app = typer.Typer(
@@ -37,12 +37,12 @@ app.command()(records.verify)
 app.command()(records.export)
 app.command()(records.review)
 app.command()(games.branch)
-app.command("list")(reports.list_)
-app.command()(reports.solve)
-app.command()(reports.figure)
-app.command()(reports.agents)
-app.command()(reports.info)
-app.command()(reports.guide)
+app.command("list")(printing.list_)
+app.command()(printing.solve)
+app.command()(printing.figure)
+app.command()(printing.agents)
+app.command()(printing.info)
+app.command()(printing.guide)
 
 configuration = typer.Typer(
     rich_markup_mode=None,
@@ -52,6 +52,6 @@ configuration = typer.Typer(
   dmplay config show
   dmplay config path""",
 )
-configuration.command("show")(reports.config_show)
-configuration.command("path")(reports.config_path)
+configuration.command("show")(printing.config_show)
+configuration.command("path")(printing.config_path)
 app.add_typer(configuration, name="config")

@@ -22,7 +22,7 @@ from dmplay.errors import BadParameter, UnknownName
 from dmplay.finding.names import problem_names
 
 PROJECT = "dmplay.toml"
-Table = dict[str, object]
+Section = dict[str, object]
 
 
 class File(NamedTuple):
@@ -30,8 +30,8 @@ class File(NamedTuple):
 
     path: str
     own: bool  # the user's; a project's may come from anywhere
-    options: Table  # for every command that has them
-    commands: dict[str, Table]  # for one
+    options: Section  # for every command that has them
+    commands: dict[str, Section]  # for one
     preset: str | None
     keys: dict[str, dict[str, str]]  # family -> key -> action
     aliases: dict[str, str]
@@ -71,24 +71,19 @@ def read(path: Path, *, own: bool) -> File:
 
     name = str(path)
     try:
-        told = tomllib.loads(path.read_text(encoding="utf-8"))
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise BadParameter(f"{name}: {error.strerror}") from None
     except (ValueError, RecursionError) as error:  # not TOML, or not UTF-8
         raise BadParameter(f"{name}: {_plainly(error)}") from None
-    tables = {key: value for key, value in told.items() if isinstance(value, dict)}
-    set_keys = tables.pop("keys", {})
-    given = tables.pop("aliases", {})
     for key in ("keys", "aliases"):
-        if key in told and not isinstance(told[key], dict):
-            raise BadParameter(f"{name}: {key}: got {told[key]!r}, expected a table, [{key}]")
-    preset = set_keys.pop("preset", None)
-    if preset is not None:
-        preset = _text(preset, f"{name}: keys.preset")
-    return File(
-        name, own, {key: value for key, value in told.items() if not isinstance(value, dict)},
-        tables, preset, _keys(set_keys, name), _aliases(given, name),
-    )  # fmt: skip
+        if not isinstance(content.setdefault(key, {}), dict):
+            raise BadParameter(f"{name}: {key}: got {content[key]!r}, expected a table, [{key}]")
+    set_keys, given = content.pop("keys"), content.pop("aliases")
+    preset = _text(set_keys.pop("preset"), f"{name}: keys.preset") if "preset" in set_keys else None
+    sections = {key: value for key, value in content.items() if isinstance(value, dict)}
+    options = {key: value for key, value in content.items() if key not in sections}
+    return File(name, own, options, sections, preset, _keys(set_keys, name), _aliases(given, name))
 
 
 def _plainly(error: Exception) -> str:
@@ -96,7 +91,7 @@ def _plainly(error: Exception) -> str:
     return f"{told[:1].lower()}{told[1:]}" if told else type(error).__name__
 
 
-def _keys(told: Table, name: str) -> dict[str, dict[str, str]]:
+def _keys(told: Section, name: str) -> dict[str, dict[str, str]]:
     """The keys of each family, checked for form."""
     known = ["hex", *problem_names()]
     found = {}
@@ -110,7 +105,7 @@ def _keys(told: Table, name: str) -> dict[str, dict[str, str]]:
     return found
 
 
-def _aliases(told: Table, name: str) -> dict[str, str]:
+def _aliases(told: Section, name: str) -> dict[str, str]:
     """The aliases, checked for form."""
     found = {}
     for alias, line in told.items():

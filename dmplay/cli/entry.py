@@ -6,16 +6,18 @@ import os
 import sys
 from typing import cast
 
+import typer
+
 from dmplay.cli.app import app
 from dmplay.cli.group import rejoined
-from dmplay.cli.sentence import ABORTED, USAGE, sentence
+from dmplay.cli.sentence import USAGE, sentence
 from dmplay.errors import DmplayError
 
 COMPLETING = "_DMPLAY_COMPLETE"  # set by a shell that asks what can follow
 NAMED = "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION"  # has typer take a shell by its name
 SCRIPTS = ("--install-completion", "--show-completion")
 OPEN = {"=": "VALUE", ":": "VALUE", "/": "..."}  # endings after which a word goes on
-USAGE_CODE, INTERRUPT_CODE = 2, 130
+USAGE_CODE = 2
 
 
 def run() -> int:
@@ -36,9 +38,12 @@ def run() -> int:
 
         return do(errand)
     except (DmplayError, USAGE) as error:
-        return _fail(sentence(error))
-    except ABORTED:
-        return INTERRUPT_CODE
+        from dmplay.terminal import clean
+
+        print(f"error: {clean(sentence(error))}", file=sys.stderr)
+        return USAGE_CODE
+    except typer.Abort:  # Ctrl-C
+        raise KeyboardInterrupt from None
 
 
 def _complete() -> int:
@@ -78,12 +83,4 @@ def _no_words() -> int:
     sys.argv.append("--help")
     with contextlib.redirect_stdout(sys.stderr):
         app(standalone_mode=False, prog_name="dmplay")
-    return USAGE_CODE
-
-
-def _fail(message: str) -> int:
-    """An error in one line; the exit code."""
-    from dmplay.terminal import clean
-
-    print(f"error: {clean(message)}", file=sys.stderr)
     return USAGE_CODE

@@ -1,4 +1,4 @@
-"""What the words of the command line come to, done: a game is played, a report told."""
+"""What the words of the command line come to, done: a game is played, a report printed."""
 
 import sys
 from collections.abc import Sequence
@@ -10,16 +10,18 @@ from dmplay.cli import config
 from dmplay.cli.app import app
 from dmplay.cli.sentence import USAGE, sentence
 from dmplay.errors import BadParameter
-from dmplay.game.errand import Conversation, Errand, Sitting, Told
+from dmplay.game.errand import Errand, Printout, Sitting
 from dmplay.game.table import Table
-from dmplay.terminal import here
+from dmplay.terminal import Terminal, here
 from dmplay.words.commands import is_command
 
 
-def do(errand: Errand | Conversation) -> int:
-    """Plays a game that is wanted, or tells a report; the exit code."""
-    if isinstance(errand, Told):
-        return _tell(errand)
+def do(errand: Errand) -> int:
+    """Plays a game that is wanted, or prints a report; the exit code."""
+    if isinstance(errand, str):
+        errand = Printout(errand)
+    if isinstance(errand, Printout):
+        return _print(errand)
     from dmplay import front  # the front ends are of no use to a report
 
     if isinstance(errand, Sitting):
@@ -27,22 +29,26 @@ def do(errand: Errand | Conversation) -> int:
     return front.converse(_table(), errand)
 
 
-def _tell(report: Told) -> int:
+def _print(report: Printout) -> int:
     if report.errors:
         print(report.errors, file=sys.stderr)
-    if isinstance(report.text, str):
-        told = report.text
-    else:
-        from dmplay.reports.drawing import shown
-
-        told = shown(report.text, here(report.wishes))
+    terminal = here(report.wishes)
+    text = _shown(report, terminal)
     if report.paged:
         from dmplay.reports.pager import page
 
-        page(told, here(report.wishes))
-    elif told:
-        print(told)
+        page(text, terminal)
+    elif text:
+        print(text)
     return report.code
+
+
+def _shown(report: Printout, terminal: Terminal) -> str:
+    if isinstance(report.text, str):
+        return report.text
+    from dmplay.reports.drawing import shown
+
+    return shown(report.text, terminal)
 
 
 def _table() -> Table:
@@ -53,16 +59,20 @@ def _table() -> Table:
     return Table(program=understood, aliases=config.aliases())
 
 
-def understood(words: Sequence[str]) -> Errand:
-    """What the command line makes of these words: an errand, or the help of a command."""
+def understood(words: Sequence[str]) -> Sitting | str:
+    """What the command line makes of these words: a game, or text without colour."""
     commands: Any = typer.main.get_command(app)
     name, *rest = words
     if {"-h", "--help"} & {*rest}:
         command = commands.commands[name]
         root = typer.Context(commands, info_name="dmplay")
-        return Told(command.get_help(typer.Context(command, info_name=name, parent=root)))
+        return str(command.get_help(typer.Context(command, info_name=name, parent=root)))
     try:
-        errand: Errand = commands([*words], standalone_mode=False, prog_name="dmplay")
+        errand: Sitting | Printout | str = commands(
+            [*words], standalone_mode=False, prog_name="dmplay"
+        )
     except USAGE as error:
         raise BadParameter(sentence(error)) from None
+    if isinstance(errand, Printout):
+        return _shown(errand, here(errand.wishes)._replace(color=False)).rstrip("\n")
     return errand

@@ -11,7 +11,7 @@ from typer.core import TyperGroup
 from dmplay.cli import config
 from dmplay.errors import DmplayError, UnknownName
 from dmplay.finding.names import problem_names
-from dmplay.words.completion import known
+from dmplay.words.completion import lists
 
 USUAL_RATE = "50"  # turns a second of a bare --rate
 BREAKS = ":="  # where bash takes words apart
@@ -60,7 +60,7 @@ class Commands(TyperGroup):
         """Commands, problems and aliases; without their help, whose markup is slow to take out."""
         items = super().shell_complete(ctx, incomplete)
         item = type(super().shell_complete(ctx, "")[0])
-        names = known.problems(incomplete)
+        names = lists.problems(incomplete)
         with suppress(DmplayError):
             names += config.aliases()
         more = [name for name in names if name.startswith(incomplete)]

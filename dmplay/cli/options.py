@@ -12,7 +12,7 @@ from dmplay.cli import config
 from dmplay.finding.topics import topics
 from dmplay.game.formats import FORMATS
 from dmplay.terminal import Wishes
-from dmplay.words.completion import known
+from dmplay.words.completion import lists
 
 
 def _agents(ctx: typer.Context, incomplete: str) -> list[str]:
@@ -35,7 +35,7 @@ def _parameters(ctx: typer.Context) -> list[str]:
 
 def _variants(ctx: typer.Context) -> list[str]:
     base = _problem(ctx)
-    return [name.partition(":")[2] for name in known.problems(f"{base}:") if ":" in name]
+    return [spec.partition(":")[2] for spec in lists.problems(f"{base}:") if ":" in spec]
 
 
 def _problem(ctx: typer.Context) -> str:
@@ -53,14 +53,24 @@ def wanted_keys(preset: str | None) -> Any:
     return Wanted(preset or "", config.keys())
 
 
-Name = Annotated[
-    str,
-    typer.Argument(
-        metavar="PROBLEM",
-        help="a problem, or PROBLEM:VARIANT",
-        autocompletion=known.problems,
-    ),
-]
+def _argument(word: str, told: str, complete: Callable[..., list[str]]) -> Any:
+    """An argument, as the help writes it, and what completes it."""
+    return typer.Argument(metavar=word, help=told, autocompletion=complete)
+
+
+def _everywhere(name: str, told: str, *flags: str, **more: Any) -> Any:
+    """An option that one variable sets for every command."""
+    return typer.Option(
+        *(flags or [f"--{name}"]), envvar=f"DMPLAY_{name.upper()}", help=told, **more
+    )
+
+
+def _switch(name: str, told: str) -> Any:
+    """A wish that one variable grants or denies for every command."""
+    return _everywhere(name, told, f"--{name}/--no-{name}")
+
+
+Name = Annotated[str, _argument("PROBLEM", "a problem, or PROBLEM:VARIANT", lists.problems)]
 Variant = Annotated[
     str,
     typer.Option(
@@ -69,18 +79,12 @@ Variant = Annotated[
 ]
 Set = Annotated[
     list[str],
-    typer.Option(
-        "--set",
-        envvar="DMPLAY_SET",
-        metavar="K=V",
-        help="a parameter; may be repeated",
-        autocompletion=_parameters,
-    ),
+    _everywhere("set", "a parameter; may be repeated", metavar="K=V", autocompletion=_parameters),
 ]
 Seed = Annotated[
     int | None,
     typer.Option(
-        "--seed", metavar="N", help="the dice; new ones if not given", autocompletion=known.seeds
+        "--seed", metavar="N", help="the dice; new ones if not given", autocompletion=lists.seeds
     ),
 ]
 Agent = Annotated[
@@ -97,105 +101,30 @@ Seats = Annotated[
     list[str],
     typer.Option("--seat", metavar="NAME=A", help="who plays one seat", autocompletion=_seats),
 ]
-File = Annotated[
-    Path, typer.Argument(metavar="FILE", help="a transcript", autocompletion=known.transcripts)
-]
+File = Annotated[Path, _argument("FILE", "a transcript", lists.transcripts)]
 LastFile = Annotated[
     Path | None,
-    typer.Argument(
-        metavar="FILE",
-        help="a transcript; the last game if not given",
-        autocompletion=known.transcripts,
-    ),
+    _argument("FILE", "a transcript; the last game if not given", lists.transcripts),
 ]
-Paths = Annotated[
-    list[Path],
-    typer.Argument(metavar="PATH...", help="files and folders", autocompletion=known.transcripts),
-]
+Paths = Annotated[list[Path], _argument("PATH...", "files and folders", lists.transcripts)]
 Figure = Annotated[
     str,
-    typer.Argument(
-        metavar="FIGURE",
-        help="F.2, F.9 ... F.16, T.1, T.2; their names if not given",
-        autocompletion=known.figures,
-    ),
+    _argument("FIGURE", "F.2, F.9 ... F.16, T.1, T.2; their names if not given", lists.figures),
 ]
 Topic = Annotated[
     str,
-    typer.Argument(
-        metavar="TOPIC",
-        help=f"{', '.join(topics())}; their titles if not given",
-        autocompletion=lambda: [*topics()],
-    ),
+    _argument("TOPIC", f"{', '.join(topics())}; their titles if not given", lambda: [*topics()]),
 ]
-Kind = Annotated[
-    str,
-    typer.Argument(
-        metavar="KIND", help="only these, as POMDP", autocompletion=lambda: [*known.KINDS]
-    ),
-]
+Kind = Annotated[str, _argument("KIND", "only these, as POMDP", lambda: [*lists.KINDS])]
 Json = Annotated[bool, typer.Option("--json", help="as JSON, a game an object a line")]
-Plain = Annotated[
-    bool,
-    typer.Option("--plain/--no-plain", envvar="DMPLAY_PLAIN", help="lines, not the full screen"),
-]
 Trust = Annotated[bool, typer.Option("--trust", help="import what a transcript names")]
-Color = Annotated[
-    Literal["auto", "always", "never"],
-    typer.Option(
-        "--color",
-        metavar="WHEN",
-        envvar="DMPLAY_COLOR",
-        help="auto, always or never",
-    ),
-]
-Ascii = Annotated[
-    bool, typer.Option("--ascii/--no-ascii", envvar="DMPLAY_ASCII", help="draw in ASCII")
-]
-Theme = Annotated[
-    Literal["default", "mono", "high-contrast"],
-    typer.Option(
-        "--theme",
-        metavar="NAME",
-        envvar="DMPLAY_THEME",
-        help="default, mono or high-contrast",
-    ),
-]
-Width = Annotated[
-    int | None,
-    typer.Option(
-        "--width", metavar="N", envvar="DMPLAY_WIDTH", min=1, help="columns to draw in, if fewer"
-    ),
-]
-Motion = Annotated[
-    bool,
-    typer.Option(
-        "--motion/--no-motion", envvar="DMPLAY_MOTION", help="let things move by themselves"
-    ),
-]
-Input = Annotated[
-    bool,
-    typer.Option("--input/--no-input", envvar="DMPLAY_INPUT", help="let a person be asked"),
-]
 Keys = Annotated[
     Literal["vi", "left", "arrows", "digits"] | None,
-    typer.Option(
-        "--keys",
-        metavar="NAME",
-        envvar="DMPLAY_KEYS",
-        help="vi, left, arrows or digits first",
-    ),
+    _everywhere("keys", "vi, left, arrows or digits first", metavar="NAME"),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but errors")]
 Speed = Annotated[
-    float,
-    typer.Option(
-        "--speed",
-        metavar="X",
-        envvar="DMPLAY_SPEED",
-        min=0.1,
-        help="turns a second when agents play",
-    ),
+    float, _everywhere("speed", "turns a second when agents play", metavar="X", min=0.1)
 ]
 Rate = Annotated[
     float | None,
@@ -219,16 +148,31 @@ Strict = Annotated[bool, typer.Option("--strict", help="no undo, no reroll")]
 Output = Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help="a file")]
 
 WISHES = {
-    "plain": Plain, "json": Json, "color": Color, "ascii": Ascii, "theme": Theme, "width": Width,
-    "motion": Motion, "input": Input,
-}  # fmt: skip
+    "plain": Annotated[bool, _switch("plain", "lines, not the full screen")],
+    "json": Json,
+    "color": Annotated[
+        Literal["auto", "always", "never"],
+        _everywhere("color", "auto, always or never", metavar="WHEN"),
+    ],
+    "ascii": Annotated[bool, _switch("ascii", "draw in ASCII")],
+    "theme": Annotated[
+        Literal["default", "mono", "high-contrast"],
+        _everywhere("theme", "default, mono or high-contrast", metavar="NAME"),
+    ],
+    "width": Annotated[
+        int | None, _everywhere("width", "columns to draw in, if fewer", metavar="N", min=1)
+    ],
+    "motion": Annotated[bool, _switch("motion", "let things move by themselves")],
+    "input": Annotated[bool, _switch("input", "let a person be asked")],
+}
 Command = Callable[..., object]
 
 
 def wishes(*some: str) -> Callable[[Command], Command]:
     """Gives a command, in place of its parameter `wishes`, the options of `Wishes`, or some."""
-    names = some or Wishes._fields
-    options = {name: (WISHES[name], Wishes._field_defaults[name]) for name in names}
+    options = {
+        name: (WISHES[name], Wishes._field_defaults[name]) for name in some or Wishes._fields
+    }
     return _spread("wishes", options, lambda given: Wishes(**given))
 
 

@@ -29,7 +29,7 @@ def verify(
       dmplay verify transcripts --update
     """
     from dmplay.game import checking
-    from dmplay.game.errand import Told
+    from dmplay.game.errand import Printout
 
     files = list(checking.files(paths))
     diffs, refused = checking.updates(files, trusted=trust) if update else ([], [])
@@ -37,7 +37,7 @@ def verify(
     good = [report.ok or (allow_unfinished and report.unfinished) for report in reports]
     rows = [*diffs, *checking.reported(reports, good, json=json, quiet=quiet)]
     code = 0 if all(good) else MISMATCH_CODE
-    return Told("\n".join(rows), errors="\n".join(refused), code=code)
+    return Printout("\n".join(rows), errors="\n".join(refused), code=code)
 
 
 @options.formats
@@ -60,13 +60,12 @@ def export(
       dmplay export game.dmt --film -o film.svg
       dmplay export game.dmt --csv
     """
-    from dmplay.game.errand import Told
     from dmplay.reports.export import exported
 
     printed = output is None or str(output) == "-"
     ascii_ = here(wishes).ascii if printed else wishes.ascii
     width = wishes.width
-    return Told(exported(file, formats, at, output, width=width, ascii_=ascii_, trusted=trust))
+    return exported(file, formats, at, output, width=width, ascii_=ascii_, trusted=trust)
 
 
 def review(
@@ -81,7 +80,6 @@ def review(
       dmplay review game.dmt
       dmplay review game.dmt --write
     """
-    from dmplay.game.errand import Told
     from dmplay.game.review import reviewed
 
-    return Told(reviewed(file, write=write, json=json, trusted=trust))
+    return reviewed(file, write=write, json=json, trusted=trust)

@@ -10,7 +10,6 @@ USAGE: type[Exception] = typer.BadParameter.__mro__[1]  # click's, wherever type
 KINDS = {  # click's names of kinds, the longer first, in plain words
     "int range": "whole number", "float range": "number", "int": "whole number", "float": "number",
 }  # fmt: skip
-ABORTED: type[Exception] = typer.Abort  # Ctrl-C
 
 
 def sentence(error: Exception) -> str:

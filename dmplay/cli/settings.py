@@ -137,9 +137,9 @@ def _variable(option: Any, context: Any) -> str:
     return next((name for name in names if os.environ.get(name)), names[-1])
 
 
-def named(files: Iterable[config.File]) -> Iterator[InForce]:
+def named() -> Iterator[InForce]:
     """The keys and aliases that files set."""
-    for file in files:
+    for file in config.files():
         for family, own in file.keys.items():
             for key, label in own.items():
                 yield InForce(f"keys.{family}.{key}", label, file.path)

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from dmplay.core import Problem
+from dmplay.describe import counted
 from dmplay.game import facts
 from dmplay.session import Session, View
 from dmplay.transcript.format import number, turn_facts
@@ -69,8 +70,8 @@ class Account:
         agents = session.problem.agents
         sums = zip(agents, session.returns(), session.totals(), strict=True)
         each = "; ".join(f"{who} return {number(r):g}, total {number(t):g}" for who, r, t in sums)
-        turns = len(session.turns)
-        return f"{session.ending or 'unfinished'} after {turns} turn{'s' * (turns != 1)}. {each}."
+        turns = counted(len(session.turns), "turn")
+        return f"{session.ending or 'unfinished'} after {turns}. {each}."
 
     def closing(self) -> list[str]:
         """How it ended and, turn by turn, what was hidden, a line each."""

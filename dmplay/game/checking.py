@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from json import dumps
 from pathlib import Path
 
+from dmplay.describe import counted
 from dmplay.errors import BadParameter, BadTranscript, DmplayError
 from dmplay.finding import problems
 from dmplay.game.account import frame
@@ -46,20 +47,12 @@ def loaded(transcript: Transcript, *, trusted: bool) -> problems.Loaded:
     return found
 
 
-def readable(path: Path) -> Transcript:
-    """The transcript in a file, `-` for the standard input; or BadParameter where none is read."""
-    try:
-        return read(standard(path, INPUT))
-    except OSError as error:
-        raise BadParameter(f"{path}: {error.strerror}") from None
-
-
 def check(path: Path, *, trusted: bool = False) -> Report:
     """Verifies one file; a fault of form is a finding too."""
     try:
         transcript = read(path)
         problem = loaded(transcript, trusted=trusted).problem
-        policies = asked_again(problem, dict(transcript.header.seats), trusted=trusted)
+        policies = asked_again(problem, transcript.header.seats, trusted=trusted)
     except BadTranscript as error:
         return Report(str(path), [fault(error, "form")])
     except OSError as error:
@@ -78,7 +71,7 @@ def update(path: Path, *, trusted: bool = False) -> str:
         raise BadParameter("--update: the standard input cannot be rewritten")
     transcript = read(path)
     problem = loaded(transcript, trusted=trusted).problem
-    policies = asked_again(problem, dict(transcript.header.seats), trusted=trusted)
+    policies = asked_again(problem, transcript.header.seats, trusted=trusted)
     before = path.read_text(encoding="utf-8")
     after = rewritten(transcript, problem, policies, frame)
     if after == before:
@@ -133,7 +126,7 @@ def reported(
 def _line(report: Report) -> str:
     """A file that is as it should be."""
     unfinished = ", unfinished" if report.unfinished else ""
-    return f"ok {clean(report.path)} ({report.turns} turn{'s' * (report.turns != 1)}{unfinished})"
+    return f"ok {clean(report.path)} ({counted(report.turns, 'turn')}{unfinished})"
 
 
 def _data(report: Report, fine: bool) -> dict[str, object]:

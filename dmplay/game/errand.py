@@ -1,4 +1,4 @@
-"""What words of the command line come to: a game to be played, or a report to be told."""
+"""What words of the command line come to: a game to be played, or a report to be printed."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -7,8 +7,7 @@ from typing import NamedTuple
 from rich.text import Text
 
 from dmplay.game.request import Recording, Request, Wanted
-from dmplay.terminal import Wishes, here
-from dmplay.views.canvas import plainly
+from dmplay.terminal import Wishes
 
 HERE = Wishes()
 
@@ -33,22 +32,14 @@ class Sitting(NamedTuple):
         return replace(self.wanted, asks=True)
 
 
-class Told(NamedTuple):
-    """A report, and what becomes of the command."""
+class Printout(NamedTuple):
+    """A report of which there is more to say than its text."""
 
     text: Text | str
     wishes: Wishes = HERE
     errors: str = ""  # for the channel of errors
     code: int = 0  # of the process
     paged: bool = False  # whether it is read a screenful at a time
-
-    @property
-    def plain(self) -> str:
-        """The report without colour, in the characters of the terminal."""
-        if isinstance(self.text, str):
-            return self.text
-        shown = plainly(self.text) if here(self.wishes).ascii else self.text
-        return shown.plain.rstrip("\n")
 
 
 class Conversation(NamedTuple):
@@ -59,5 +50,5 @@ class Conversation(NamedTuple):
     speed: float
 
 
-Errand = Sitting | Told
-Program = Callable[[Sequence[str]], Errand]  # what the command line makes of words
+Errand = Sitting | Conversation | Printout | str
+Program = Callable[[Sequence[str]], Sitting | str]  # what the command line makes of words

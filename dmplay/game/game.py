@@ -1,6 +1,6 @@
 """A game that people play: a session, who sits where, and its transcript."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import cast
 
@@ -164,6 +164,15 @@ class Game:
     def unattended(self) -> bool:
         """Plays a turn of a game without people; False once it is over."""
         return not self.session.over and self.advance()
+
+    def run(self) -> Iterator[int]:
+        """Plays a game without people to its end; before each turn, or event of a recording, which
+        may take turns back, how many turns there were.
+        """
+        before = len(self.session.turns)
+        while self.unattended():
+            yield before
+            before = len(self.session.turns)
 
     def undo(self, turns: int = 1) -> None:
         """Takes back turns; the transcript keeps that it was done."""

@@ -2,18 +2,15 @@
 
 import re
 from collections.abc import Mapping, Sequence
-from itertools import zip_longest
 
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.game import keymap
-from dmplay.game.keymap import Keys
+from dmplay.game.keymap import DIGITS, Keys
 from dmplay.session import View
 from dmplay.views.style import style_of
 
 PAIR = 2
-DIGITS = 10  # keys that are the number of an action
-DIGIT_KEYS = "0123456789"
 NUMERIC = re.compile(r"\s*[-+]?\.?\d")
 
 
@@ -53,20 +50,17 @@ class Keyboard:
     def types_numbers(self, seat: int) -> bool:
         """Whether actions are typed as numbers, not pressed as keys."""
         labels = self.problem.actions[seat].labels
-        return not labels or (len(labels) > DIGITS and labels[0].isdigit())
+        return not labels or (len(labels) > len(DIGITS) and labels[0].isdigit())
 
     def legal(self, view: View[Problem]) -> list[tuple[str, str, bool]]:
         """Key, label and legality of each action; '' where numbers are typed, [] for reals."""
         labels = self.problem.actions[view.seat].labels
-        keys: dict[str, str] = {}
-        for key, label in self.of(view.seat).items():
-            keys.setdefault(label, key)
-        digits = [str(n % DIGITS) for n in range(1, DIGITS + 1)] if len(labels) <= DIGITS else []
+        digits = DIGITS if len(labels) <= len(DIGITS) else ""
+        keys = dict(zip(labels, digits, strict=False))
+        keys |= {label: key for key, label in reversed([*self.of(view.seat).items()])}  # the first
         return [
-            (keys.get(label, digit), label, view.legal is None or bool(view.legal[index]))
-            for index, (label, digit) in enumerate(
-                zip_longest(labels, digits[: len(labels)], fillvalue="")
-            )
+            (keys.get(label, ""), label, view.legal is None or bool(view.legal[index]))
+            for index, label in enumerate(labels)
         ]
 
 
@@ -105,7 +99,5 @@ def action_by_key(
     in_force = style_of(problem).KEYS if keys is None else keys
     if in_force.get(key) in labels:
         return labels.index(in_force[key])
-    if len(key) == 1 and key in DIGIT_KEYS and len(labels) <= DIGITS:
-        number = (int(key) - 1) % DIGITS
-        return number if number < len(labels) else None
-    return None
+    number = DIGITS.find(key) if len(key) == 1 else -1
+    return number if 0 <= number < len(labels) <= len(DIGITS) else None

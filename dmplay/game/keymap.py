@@ -17,7 +17,8 @@ from dmplay.views.style import style_of
 Own = tuple[str, Mapping[str, str]]  # the file that has them; key -> action
 NOTHING: Mapping[str, Own] = {}
 ARROWS = ("left", "right", "up", "down", "home", "end", "pageup", "pagedown")
-CLUSTERS = {"vi": "hjklyubn", "left": "wasdezx", "arrows": ARROWS, "digits": "1234567890"}
+DIGITS = "1234567890"  # the key of each action by its number
+CLUSTERS = {"vi": "hjklyubn", "left": "wasdezx", "arrows": ARROWS, "digits": DIGITS}
 PAIRS = [f"{one} {other}" for one in ("up", "down") for other in ("left", "right")]
 QUIT = "q"
 SHOWN = {
@@ -25,7 +26,6 @@ SHOWN = {
     "home": "Home", "end": "End", "pageup": "PgUp", "pagedown": "PgDn",
     "up left": "↑←", "up right": "↑→", "down left": "↓←", "down right": "↓→",
 }  # fmt: skip
-DIGITS = CLUSTERS["digits"]
 
 
 class Keys(NamedTuple):

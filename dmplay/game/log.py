@@ -1,7 +1,7 @@
 """What happened in a game, in lines; a log for each of several people who see different things."""
 
 from collections import defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from dmplay.game.game import Game
 from dmplay.session import Turn
@@ -13,7 +13,7 @@ class Log:
     def __init__(self, game: Game) -> None:
         self.game = game
         self._rows: defaultdict[int, list[str]] = defaultdict(list)
-        self._last = self._turn
+        self._logged = self._now
 
     @property
     def rows(self) -> list[str]:
@@ -21,27 +21,23 @@ class Log:
         return self._rows[self.game.watcher if self.game.private else 0]
 
     @property
-    def _turn(self) -> Turn | None:
-        return self.game.session.turns[-1] if self.game.session.turns else None
+    def _now(self) -> tuple[int, Turn | None]:
+        """How many turns there are, and the last: another one where its dice were thrown anew."""
+        turns = self.game.session.turns
+        return len(turns), turns[-1] if turns else None
 
-    @property
-    def outdated(self) -> bool:
-        """Whether the last turn is another than the one that was logged last."""
-        return self._turn is not self._last
-
-    def tell(self, words: Callable[[int], str]) -> None:
-        """Adds what each who may know other things is told, else what the watcher is."""
-        self._last = self._turn
-        if self.game.private:
-            for seat in self.game.people:
-                self._rows[seat].append(words(seat))
-        else:
-            self.rows.append(words(self.game.watcher))
-
-    def turns(self, told: Sequence[str]) -> None:
-        """Adds the last turn, or all of those that an answer told of where nobody may not know."""
-        if told and not self.game.private:
-            self._last = self._turn
+    def catch_up(self, told: Sequence[str]) -> bool:
+        """Adds the last turn, or how far back the game is, as each who may know other things is
+        told it; all turns that an answer told of where nobody may not know. Whether any is new.
+        """
+        game, (before, last), self._logged = self.game, self._logged, self._now
+        turns, newest = self._logged
+        if turns == before and newest is last:
+            return False
+        if told and turns >= before and not game.private:
             self.rows.extend(told)
-        else:
-            self.tell(lambda seat: self.game.account.said(self.game.view(seat)))
+            return True
+        for seat in game.people if game.private else [game.watcher]:
+            row = game.account.change(game.view(seat), before)
+            self._rows[seat if game.private else 0].append(row)
+        return True

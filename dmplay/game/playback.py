@@ -3,10 +3,11 @@
 from pathlib import Path
 
 from dmplay.errors import BadParameter
-from dmplay.game.checking import loaded, readable
+from dmplay.game.checking import loaded
 from dmplay.game.game import Game
 from dmplay.game.keyboard import Keyboard
 from dmplay.game.keymap import AS_DRAWN
+from dmplay.game.saves import readable
 from dmplay.session import Session
 from dmplay.transcript.reading import Block
 from dmplay.transcript.replay import play, start

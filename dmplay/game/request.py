@@ -49,20 +49,18 @@ class Request:
     def command(self, name: str, seed: int) -> str:
         """The command that plays the same game with the same dice."""
         settings = [f"{key}={json.dumps(value)}" for key, value in self.parameters.items()]
-        words = ["dmplay", name]
-        for option, values in (("--set", [*settings, *self.settings]), ("--seat", self.seats)):
-            words += [word for value in values for word in (option, value)]
-        if self.agent != PERSON:
-            words += ["--agent", self.agent]
-        if self.others:
-            words += ["--vs", self.others]
-        if self.turns is not None:
-            words += ["--turns", str(self.turns)]
-        if self.episode:
-            words += ["--episode", str(self.episode)]
+        options = {
+            "--set": [*settings, *self.settings],
+            "--seat": self.seats,
+            "--agent": [self.agent] if self.agent != PERSON else [],
+            "--vs": [self.others] if self.others else [],
+            "--turns": [] if self.turns is None else [str(self.turns)],
+            "--episode": [str(self.episode)] if self.episode else [],
+        }
+        words = [word for option, each in options.items() for one in each for word in (option, one)]
         wishes = {"--strict": self.strict, "--reveal": self.reveal, "--frames": self.frames}
         words += [option for option, wish in wishes.items() if wish]
-        return shlex.join([*words, "--seed", str(seed)])
+        return shlex.join(["dmplay", name, *words, "--seed", str(seed)])
 
 
 @dataclass(frozen=True)

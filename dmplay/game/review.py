@@ -101,8 +101,7 @@ def reviewed(path: Path, *, write: bool, json: bool, trusted: bool) -> str:
 
     game = Playback(path, trusted=trusted)
     seats = list(game.transcript.header.seats.values())
-    while game.unattended():
-        pass
+    list(game.run())
     found = list(moves(game.session, people(seats), seats))
     if write and game.transcript.end is None:
         raise BadParameter(f"{path}: the game is unfinished; a review is kept after its end")

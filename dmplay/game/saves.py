@@ -10,6 +10,7 @@ from functools import cache
 from pathlib import Path
 
 from dmplay.errors import BadParameter, DmplayError
+from dmplay.transcript.reading import Transcript, read
 from dmplay.transcript.recorder import Recorder, played
 
 KEPT = 20
@@ -19,6 +20,14 @@ INPUT, OUTPUT = Path("/dev/stdin"), Path("/dev/stdout")
 def standard(path: Path, stream: Path) -> Path:
     """The path, or for `-` the standard input or output."""
     return stream if str(path) == "-" else path
+
+
+def readable(path: Path) -> Transcript:
+    """The transcript in a file, `-` for the standard input; or BadParameter where none is read."""
+    try:
+        return read(standard(path, INPUT))
+    except OSError as error:
+        raise BadParameter(f"{path}: {error.strerror}") from None
 
 
 def folder(env: Mapping[str, str]) -> Path:
@@ -86,8 +95,6 @@ def dropped(recorder: Recorder) -> bool:
 
 def latest_unfinished() -> Path:
     """The last game that has no end, or that its player left."""
-    from dmplay.transcript.reading import read
-
     place = folder(os.environ)
     for path in sorted(place.glob("*.dmt"), key=_age, reverse=True):
         try:

@@ -9,12 +9,12 @@ from dmplay.errors import BadParameter, DmplayError
 from dmplay.finding import agents, problems
 from dmplay.game.keyboard import action_of
 from dmplay.game.request import Request
+from dmplay.game.saves import readable
 from dmplay.policies.kinds import Seated
 from dmplay.policies.script import Script
 from dmplay.terminal import clean
 from dmplay.transcript.format import PERSON
 from dmplay.transcript.header import LINES, Header
-from dmplay.transcript.reading import Transcript, read
 from dmplay.transcript.replay import replay
 
 HUMAN = PERSON
@@ -34,16 +34,9 @@ def seat_policy(problem: Problem, seat: int, who: str) -> Policy | None:
     if kind == "script":
         return Script(problem, seat, _script(problem, seat, rest))
     if kind == "replay":
-        played = replay(_readable(rest), problem).turns
+        played = replay(readable(Path(rest)), problem).turns
         return Script(problem, seat, tuple(turn.actions[seat].item() for turn in played))
     return agents.agent(problem, seat, who)
-
-
-def _readable(path: str) -> Transcript:
-    try:
-        return read(path)
-    except OSError as error:
-        raise BadParameter(f"{path}: {error.strerror}") from None
 
 
 def _script(problem: Problem, seat: int, rest: str) -> tuple[float, ...]:

@@ -5,18 +5,19 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from dmplay.core import Problem
+from dmplay.describe import counted
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter
 from dmplay.finding import agents, problems
 from dmplay.game import saves
 from dmplay.game.account import frame
-from dmplay.game.checking import loaded, readable
+from dmplay.game.checking import loaded
 from dmplay.game.game import Game
 from dmplay.game.keyboard import Keyboard
 from dmplay.game.keymap import hands
 from dmplay.game.playback import Playback
 from dmplay.game.request import Branching, Recording, Request, Resumption, Wanted, pairs, repeated
-from dmplay.game.saves import OUTPUT, standard
+from dmplay.game.saves import OUTPUT, readable, standard
 from dmplay.game.seats import HUMAN, header, people, seat_policy, sitting
 from dmplay.session import Session
 from dmplay.transcript.format import Frame, turn_limit
@@ -47,13 +48,13 @@ def new(request: Request) -> Game:
     problem = found.problem
     hands(problem, request.keys)  # refuses what cannot be, before anything is written
     seats = _seats(request, found)
-    if request.turns is not None and request.turns > 0:
+    if request.turns is not None:
+        if request.turns < 1:
+            raise BadParameter(f"--turns: got {request.turns}, expected at least 1")
         turns = request.turns
         seats = [agents.for_turns(problem, n, who, turns) for n, who in enumerate(seats)]
     _answered(problem, seats, asks=request.asks)
     policies = [seat_policy(problem, seat, who) for seat, who in enumerate(seats)]
-    if request.turns is not None and request.turns < 1:
-        raise BadParameter(f"--turns: got {request.turns}, expected at least 1")
     request, dice = _thrown(request)
     limit = turn_limit(problem, seats, request.turns)
     session = Session(problem, dice, policies, limit=limit)
@@ -132,9 +133,8 @@ def branched(wanted: Branching) -> Game:
     hands(found.problem, wanted.keys)
     header = transcript.header
     past = replay(transcript, found.problem)
-    many = len(past.turns)
-    if wanted.turn > many:
-        turns = f"{many} turn{'s' * (many != 1)}"
+    if wanted.turn > len(past.turns):
+        turns = counted(len(past.turns), "turn")
         raise BadParameter(f"--at: got {wanted.turn}, {wanted.path} has {turns}")
     seats, policies = sitting(found.problem, header.seats, trusted=wanted.trusted)
     _answered(found.problem, seats, asks=wanted.asks)

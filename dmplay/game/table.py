@@ -8,7 +8,7 @@ from pathlib import Path
 from dmplay.errors import BadParameter
 from dmplay.game import saves
 from dmplay.game.answer import Page
-from dmplay.game.errand import Program, Told
+from dmplay.game.errand import Program
 from dmplay.game.game import Game
 from dmplay.game.request import Request
 from dmplay.game.start import begin, new
@@ -114,8 +114,8 @@ class Table:
         if self._program is None:
             raise BadParameter(f"{words[0]}: only the command line knows it")
         errand = self._program(words)
-        if isinstance(errand, Told):
-            return Page(errand.plain)
+        if isinstance(errand, str):
+            return Page(errand)
         self.put(begin(errand.at_a_table))
         return ""
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from rich.text import Text
 
+from dmplay.describe import counted
 from dmplay.errors import BadParameter
 from dmplay.game.formats import FORMATS
 from dmplay.game.playback import Playback
@@ -26,10 +27,8 @@ def screens(game: Playback, room: Room) -> Iterator[Text]:
     """The screen before the first turn and after every turn or event."""
     log: list[str] = []
     yield compose(game, room, Shown(), log)
-    before = 0
-    while game.unattended():
+    for before in game.run():
         log.append(game.account.change(game.view(), before))
-        before = len(game.session.turns)
         yield compose(game, room, Shown(), log)
 
 
@@ -40,8 +39,8 @@ def _last(game: Playback, turn: int | None, room: Room) -> Text:
         if len(game.session.turns) == turn:
             return shown
     if turn is not None:
-        many = len(game.session.turns)
-        raise BadParameter(f"--at: got {turn}, the game has {many} turn{'s' * (many != 1)}")
+        turns = counted(len(game.session.turns), "turn")
+        raise BadParameter(f"--at: got {turn}, the game has {turns}")
     return shown
 
 
@@ -114,12 +113,10 @@ def data(game: Playback, turn: int | None, room: Room) -> str:
 
 def _facts(game: Playback) -> Iterator[dict[str, object]]:
     yield turn_facts(game.session)
-    before = 0
-    while game.unattended():
-        now = len(game.session.turns)
-        event = {1: {}, 0: {"event": "reroll"}}.get(now - before, {"event": "undo"})
+    for before in game.run():
+        more = len(game.session.turns) - before
+        event = {1: {}, 0: {"event": "reroll"}}.get(more, {"event": "undo"})
         yield turn_facts(game.session) | event
-        before = now
 
 
 WRITERS: dict[str, Callable[[Playback, int | None, Room], str]] = {

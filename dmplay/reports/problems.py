@@ -193,14 +193,15 @@ class Player(NamedTuple):
 def players(name: str) -> list[Player]:
     """The agents that fit a problem."""
     problem = problems.load(name)
-    advises = {agents.roster(problem, seat).adviser for seat in range(len(problem.agents))}
-    partners = {agents.roster(problem, seat).partner for seat in range(1, len(problem.agents))}
+    rosters = [agents.roster(problem, seat) for seat in range(len(problem.agents))]
+    advises = {roster.adviser for roster in rosters}
+    partners = {roster.partner for roster in rosters[1:]}
     return [
         Player(
             agent, _first_line(make), agents.settings(make), agents.meanings(make),
             agent in advises, agent in partners,
         )
-        for agent, make in agents.roster(problem).agents.items()
+        for agent, make in rosters[0].agents.items()
     ]  # fmt: skip
 
 

@@ -29,7 +29,7 @@ from dmplay.screen.screen import Screen
 from dmplay.signals import INTERRUPTED
 from dmplay.styles import fragments
 from dmplay.words.commands import Leave
-from dmplay.words.completion.completer import Words
+from dmplay.words.completion.candidates import Candidates
 
 ESCAPE_WAIT = 0.05  # seconds until a lone Esc counts; the library's default is half a second
 MENU = 8  # rows of completions
@@ -53,7 +53,7 @@ async def ask(screen: Screen, painter: Painter, input_: Input, history: History)
     """The line that was typed; None where Esc closed the row. Raises Leave on Ctrl-C."""
     several = len(screen.game.people) > 1  # nobody reads another's choice, nor finds it later
     line = Buffer(
-        completer=FuzzyCompleter(Words(screen.table), WORD=True),
+        completer=FuzzyCompleter(Candidates(screen.table), WORD=True),
         history=DummyHistory() if several else history,
         multiline=False,
     )

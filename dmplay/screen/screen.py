@@ -2,7 +2,6 @@
 
 import contextlib
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
 from typing import NamedTuple
 
 from rich.text import Text
@@ -156,24 +155,21 @@ class Screen:
         if self.rate:
             self.held = action
             return
-        before = len(self.game.session.turns)
-        self.game.choose(action, seat)
-        self.note(before)
-        several = len(self.game.people) > 1 and not self.game.private  # whom a curtain tells
-        if self.game.waiting is not None and several:
-            name = self.game.problem.agents[self.game.waiting]
-            if len(self.game.session.turns) == before:
-                self.message = f"{name} chooses; the other choice stays hidden until both are in"
+        game = self.game
+        played = game.choose(action, seat)
+        self.note()
+        if not (played or game.private or game.waiting is None):  # a curtain tells it in private
+            name = game.problem.agents[game.waiting]
+            self.message = f"{name} chooses; the other choice stays hidden until both are in"
 
     def tick(self) -> None:
         """A beat of the clock in real time: the last push repeats, from the first key on."""
         standing = self.modes.moves is not Mode.CLOCK or self.game.waiting is None
         if self.held is None or standing:
             return
-        before = len(self.game.session.turns)
         with self.caught():
             self.game.choose(self.held)
-            self.note(before)
+            self.note()
 
     def command(self, key: str) -> None:
         """Does what a key of the screen or of the shell says."""
@@ -182,7 +178,7 @@ class Screen:
         if own:
             own.run(self)
         elif command:
-            self.answer(partial(command.run, self.table, ""))
+            self.say(command.run(self.table, ""))
         elif key.isprintable():
             self.message = f"{key}: no such key; ? shows them"
 
@@ -248,11 +244,8 @@ class Screen:
 
     def step(self) -> None:
         """A turn of a game without people."""
-        before = len(self.game.session.turns)
         self.game.unattended()
-        if len(self.game.session.turns) < before:  # a recording may take turns back
-            self.message = self.game.account.change(self.game.view(), before)
-        self.note(before)
+        self.note()
 
     def autoplay(self) -> None:
         """A turn of a game that plays by itself; an error stops it."""
@@ -266,45 +259,37 @@ class Screen:
         self.modes.happens(Event.CLOSED)
         with self.caught():
             for part in own_parts(self.table, line):
-                self.answer(partial(typed, self.table, part))
+                self.say(typed(self.table, part))
 
     @contextlib.contextmanager
     def caught(self) -> Iterator[None]:
-        """Turns an error into a message."""
+        """Turns an error into a message, and logs what happened before it."""
         try:
             yield
         except DmplayError as error:
+            self.note()
             self.message = str(error)
 
-    def answer(self, ask: Callable[[], str]) -> None:
-        """Shows an answer, in its row or as a page that any key closes, and logs what it did."""
-        before = len(self.game.session.turns)
-        words = ask()
-        if isinstance(words, Page):
-            rows = words.split("\n")
+    def say(self, words: str) -> None:
+        """Shows an answer: in its row, or as a page that any key closes; logs what it tells of."""
+        rows = words.split("\n") if isinstance(words, Page) else []
+        if rows:
             self.open(rows)
-            self.note(before, rows)
         else:
             self.modes.happens(Event.CLOSED)
             self.message = words
-            self.note(before)
+        self.note(rows)
 
     def open(self, rows: list[str]) -> None:
         """Shows rows in place of the board."""
         self.message, self.page, self.part = "", rows, 0
         self.modes.happens(Event.OPENED)
 
-    def note(self, before: int, told: Sequence[str] = ()) -> None:
-        """Logs what happened since there were `before` turns, as it was told if it was."""
-        now = len(self.game.session.turns)
+    def note(self, told: Sequence[str] = ()) -> None:
+        """Logs what happened since the last time; `told` are the turns of an answer."""
         if self._log.game is not self.game:
             self._sit()
-        elif now > before or (now == before and self._log.outdated):
-            self._log.turns(told)
-            self.message = "" if self.message == self.log[-1] else self.message
-        elif now < before:
-            undone = self.message
-            self._log.tell(lambda seat: undone)
+        elif self._log.catch_up(told) and self.message == self.log[-1]:
             self.message = ""
         if self.game.session.over and self.game.people and not self.reviewed:
             from dmplay.game import review  # not needed before

@@ -16,11 +16,10 @@ from prompt_toolkit.keys import Keys
 from dmplay.screen.modes import Mode
 from dmplay.screen.painter import Painter
 from dmplay.screen.screen import Screen
-from dmplay.signals import ENDS, INTERRUPTED
+from dmplay.signals import ENDS, GONE, INTERRUPTED
 from dmplay.words.commands import Leave
 
 ESCAPE_WAIT = 0.05  # seconds until a lone Esc counts
-GONE = 129
 NAMES: dict[str, str] = {  # the library's names of keys, as the views name them
     " ": "space",
     Keys.ControlH: "backspace", Keys.ControlUnderscore: "backspace", Keys.ControlI: "tab",
@@ -35,7 +34,7 @@ def run(screen: Screen, painter: Painter, input_: Input | None = None) -> int:
     """Plays on the screen until the player leaves or a signal comes; returns the exit code."""
     stage = Stage(screen, painter, input_ or create_input())
     try:
-        return asyncio.run(stage.play())
+        return asyncio.run(stage.perform())
     except asyncio.CancelledError:
         return stage.code
     except (EOFError, OSError):  # the terminal is gone
@@ -59,7 +58,7 @@ class Stage:
             Keys.ControlD: partial(self._leave, 0),
         }  # fmt: skip
 
-    async def play(self) -> int:
+    async def perform(self) -> int:
         """Takes events until the player leaves; returns the exit code."""
         with self.input.raw_mode(), self.input.attach(self._read), self._signals():
             self.painter.listen()

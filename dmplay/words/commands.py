@@ -110,12 +110,7 @@ TOPICS: Mapping[str, tuple[Command, ...]] = {
         Command(
             "redo", "[N]", "play again what was taken back", _game(of_game.redo), "c-r", "Ctrl-R"
         ),
-        Command(
-            "reroll",
-            "",
-            "the last turn under other dice; recorded so",
-            _game(of_game.reroll),
-        ),
+        Command("reroll", "", "the last turn under other dice; recorded so", _game(of_game.reroll)),
         Command("look", "", "the situation in sentences", _game(of_game.look), "L", "L"),
         Command("legal", "", "the actions that can be played", _game(of_game.legal)),
         Command("belief", "", "the probability of each hidden state", _game(of_game.belief)),
@@ -172,21 +167,20 @@ TOPICS: Mapping[str, tuple[Command, ...]] = {
     ),
 }
 COMMANDS = tuple(command for topic in TOPICS.values() for command in topic)
+NAMED = {command.name: command for command in COMMANDS}
+NAMED |= {other: NAMED[name] for other, name in SYNONYMS.items()}
 
 
 def named(name: str, topics: Sequence[str] = ()) -> Command:
     """The command of this name; an unknown one may have meant a topic too."""
-    wanted = SYNONYMS.get(name.lower(), name.lower())
-    for command in COMMANDS:
-        if command.name == wanted:
-            return command
-    raise UnknownName("command", name, [*topics, *(command.name for command in COMMANDS)])
+    if not is_command(name):
+        raise UnknownName("command", name, [*topics, *(command.name for command in COMMANDS)])
+    return NAMED[name.lower()]
 
 
 def is_command(word: str) -> bool:
     """Whether a word is the name of a command."""
-    wanted = SYNONYMS.get(word.lower(), word.lower())
-    return any(command.name == wanted for command in COMMANDS)
+    return word.lower() in NAMED
 
 
 def parts(line: str) -> list[str]:

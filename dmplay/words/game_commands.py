@@ -1,7 +1,10 @@
 """What can be asked of a game, and done to it, in words: each takes what was typed after it."""
 
+from itertools import islice
+
 import numpy as np
 
+from dmplay.describe import counted
 from dmplay.errors import BadParameter
 from dmplay.game.answer import answer
 from dmplay.game.game import Game
@@ -58,11 +61,8 @@ def _played(game: Game, command: str, turns: int) -> str:
     """Plays turns of agents, all if the number is 0, and tells each."""
     if game.people:
         raise BadParameter(f"{command}: people play here; agent SEAT NAME seats an agent")
-    told: list[str] = []
-    before = len(game.session.turns)
-    while (not turns or len(told) < turns) and game.unattended():
-        told.append(game.account.change(game.view(), before))
-        before = len(game.session.turns)
+    run = islice(game.run(), turns or None)
+    told = [game.account.change(game.view(), before) for before in run]
     return answer(told or [f"the game is over ({game.session.ending})"])
 
 
@@ -104,8 +104,7 @@ def belief(game: Game, argument: str) -> str:
     told = [f"{game.problem.notation(states[i])} {belief[i]:.3f}" for i in order]
     rest = len(states) - len(order)
     if rest:
-        others = f"{rest} other state{'s' * (rest > 1)}"
-        told.append(f"{others} {max(1.0 - belief[order].sum(), 0.0):.3f}")
+        told.append(f"{counted(rest, 'other state')} {max(1.0 - belief[order].sum(), 0.0):.3f}")
     return f"belief: {', '.join(told)}."
 
 
@@ -150,6 +149,5 @@ def transcript(game: Game, argument: str) -> str:
     """Where the transcript is, and its last turn without what is hidden."""
     if game.recorder is None:
         return "transcript: none is written; --record FILE writes one"
-    turns = len(game.session.turns)
-    path = f"transcript: {turns} turn{'s' * (turns != 1)} in {game.recorder.path}"
+    path = f"transcript: {counted(len(game.session.turns), 'turn')} in {game.recorder.path}"
     return answer([path, "", *lines(game.account.public(game.view()))])

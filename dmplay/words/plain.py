@@ -11,7 +11,6 @@ from dmplay.errors import BadParameter, DmplayError
 from dmplay.game.answer import Page
 from dmplay.game.game import Game
 from dmplay.game.table import Table
-from dmplay.session import Turn
 from dmplay.terminal import Terminal, clean
 from dmplay.transcript.format import end_facts
 from dmplay.words.commands import Leave, own_parts, parts, typed
@@ -20,7 +19,7 @@ from dmplay.words.commands import Leave, own_parts, parts, typed
 class Reporter:
     """How a game is told: not at all, as one that is only recorded; others say more."""
 
-    def start(self, game: Game, terminal: Terminal) -> None:
+    def start(self, game: Game) -> None:
         """Before the first turn."""
 
     def turn(self, game: Game) -> None:
@@ -40,25 +39,24 @@ class Reporter:
 class Sentences(Reporter):
     """Tells a game in sentences."""
 
-    def __init__(self) -> None:
-        self._typed = False
+    def __init__(self, terminal: Terminal) -> None:
+        self._terminal = terminal
 
-    def start(self, game: Game, terminal: Terminal) -> None:
+    def start(self, game: Game) -> None:
         """The first line names the switch that chose this mode."""
-        self._typed = terminal.typed
         seed = f", seed {game.seed}" if game.shows_seed else ""
         if not game.people:
             print(f"{clean(game.name)}{seed}. {', '.join(map(clean, game.seats))}.", flush=True)
             return
         help_ = "type help, look, legal, or an action."
-        print(f"plain mode (from {terminal.why}). {clean(game.name)}{seed}. {help_}")
+        print(f"plain mode (from {self._terminal.why}). {clean(game.name)}{seed}. {help_}")
         print(game.account.situation(game.view()), flush=True)
 
     def turn(self, game: Game) -> None:
         """One line; one for each of several people who see different things, if none looks on."""
         if not game.private:
             print(game.account.said(game.view()), flush=True)
-        elif not self._typed:
+        elif not self._terminal.typed:
             for seat in game.people:
                 said = game.account.said(game.view(seat))
                 print(f"{game.problem.agents[seat]} {said}", flush=True)
@@ -81,7 +79,7 @@ class Sentences(Reporter):
 class Objects(Reporter):
     """Tells a game as data: one JSON object a line."""
 
-    def start(self, game: Game, terminal: Terminal) -> None:
+    def start(self, game: Game) -> None:
         """Problem, seats, the seed if it was given, and what is known at first."""
         seats = dict(zip(game.problem.agents, game.seats, strict=True))
         facts: dict[str, object] = {"problem": game.name, "seats": seats}
@@ -114,12 +112,12 @@ def by_lines(table: Table, terminal: Terminal, stdin: TextIO, reporter: Reporter
     A line that cannot be done is told and asked again where a person types; piped, it ends the
     game and raises BadParameter with the line's number.
     """
-    reporter.start(table.game, terminal)
+    reporter.start(table.game)
     if table.game.people:
         for number, line in _lines(table, terminal, stdin, reporter):
             try:
                 for part in own_parts(table, line) if terminal.typed else parts(line):
-                    _do(table, part, terminal, reporter)
+                    _do(table, part, reporter)
             except Leave:
                 break
             except DmplayError as error:
@@ -135,34 +133,25 @@ def by_lines(table: Table, terminal: Terminal, stdin: TextIO, reporter: Reporter
 
 def _watch(game: Game, reporter: Reporter) -> None:
     """Plays a game without people to its end."""
-    before = 0
-    while game.unattended():
-        now = len(game.session.turns)
-        if now < before:  # a recording may take turns back
+    for before in game.run():
+        if len(game.session.turns) < before:
             reporter.words(game.account.change(game.view(), before))
         else:
             reporter.turn(game)
-        before = now
 
 
-def _do(table: Table, line: str, terminal: Terminal, reporter: Reporter) -> None:
-    """Does a line, and reports what came of it."""
-    game, before = table.game, len(table.game.session.turns)
-    last = game.session.turns[-1] if before else None
+def _do(table: Table, line: str, reporter: Reporter) -> None:
+    """Does a line, and reports what came of it: another last turn, under other dice too."""
+    game, turns = table.game, table.game.session.turns
+    before, last = len(turns), turns[-1] if turns else None
     words = typed(table, line)
     if table.game is not game:
         reporter.end(game)
-        reporter.start(table.game, terminal)
-    elif _played(game, before, last) and not isinstance(words, Page):
+        reporter.start(table.game)
+    elif len(turns) >= max(before, 1) and turns[-1] is not last and not isinstance(words, Page):
         reporter.turn(game)
     elif words:
         reporter.words(words)
-
-
-def _played(game: Game, before: int, last: Turn | None) -> bool:
-    """Whether there is another last turn: one more, or the same under other dice."""
-    now = game.session.turns
-    return len(now) > before or (len(now) == before > 0 and now[-1] is not last)
 
 
 def handed_over(table: Table) -> str:

@@ -11,9 +11,8 @@ import dmplay
 from dmplay.chance import Reals
 from dmplay.core import Policy
 from dmplay.finding import agents
-from dmplay.game.adviser import decimals, fixed
+from dmplay.game.adviser import MOST, decimals, fixed
 from dmplay.game.game import Game
-from dmplay.game.keyboard import DIGITS
 from dmplay.game.review import Move, moves
 from dmplay.game.seats import HUMAN
 from dmplay.session import Session
@@ -96,7 +95,7 @@ def test_a_hint_is_the_best_of_the_values_that_it_tells(name: str, seat: int) ->
         places = {len(number.partition(".")[2]) for number in numbers.values()}
         assert len(places) == 1
         assert numbers == {label: fixed(legal[label], *places) for label in numbers}
-        assert len(numbers) == min(len(legal), DIGITS)
+        assert len(numbers) == min(len(legal), MOST)
         assert min(legal[label] for label in numbers) >= sorted(legal.values())[-len(numbers)]
 
 

@@ -5,7 +5,7 @@ import pytest
 import dmplay
 from dmplay.cli.errands import do
 from dmplay.describe import summary
-from dmplay.game.errand import Told
+from dmplay.game.errand import Printout
 from dmplay.reports import problems as reports
 from dmplay.terminal import Wishes
 
@@ -80,7 +80,7 @@ def test_info_says_source_decisions_parameters_agents_and_keys(name: str) -> Non
 
 
 def listed(kind: str, width: int) -> str:
-    return Told(reports.listing(kind, Wishes(width=width))).plain
+    return str(reports.listing(kind, Wishes(width=width)))
 
 
 def test_a_list_without_room_says_what_it_leaves_out() -> None:
@@ -111,7 +111,7 @@ def test_the_list_is_coloured_as_everything_is(
     for name, value in env.items():
         monkeypatch.setenv(name, value)
     wishes = Wishes(color=wish, width=80)
-    do(Told(reports.listing("MDP", wishes), wishes))
+    do(Printout(reports.listing("MDP", wishes), wishes))
     assert ("\x1b[" in capsys.readouterr().out) == drawn
 
 

@@ -23,8 +23,7 @@ from dmplay.game.table import Table
 from dmplay.terminal import Terminal as Wished
 from dmplay.transcript.reading import read
 from dmplay.words.commands import COMMANDS, TOPICS, typed
-from dmplay.words.completion.candidates import candidates
-from dmplay.words.completion.completer import Words
+from dmplay.words.completion.candidates import Candidates, candidates
 from dmplay.words.shell import Shell
 from tests.support.games import values
 from tests.support.programs import run
@@ -333,7 +332,7 @@ def test_files_are_offered(place: Path, monkeypatch: pytest.MonkeyPatch) -> None
 def test_completion_is_fuzzy_and_takes_the_word_under_the_cursor(
     line: str, first: str, place: Path
 ) -> None:
-    completer = FuzzyCompleter(Words(shell().table), WORD=True)
+    completer = FuzzyCompleter(Candidates(shell().table), WORD=True)
     found = [*completer.get_completions(Document(line), CompleteEvent())]
     assert found[0].text == first
     assert -found[0].start_position == len(line.rpartition(" ")[2])

@@ -1,12 +1,15 @@
-"""What can stand at the end of a line of the shell."""
+"""Completion at the prompt and in the screen's command row."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+
+from prompt_toolkit.completion import CompleteEvent, Completer, Completion
+from prompt_toolkit.document import Document
 
 from dmplay.finding.topics import topics
 from dmplay.game.formats import FORMATS
 from dmplay.game.table import Table
 from dmplay.words.commands import COMMANDS, TOPICS
-from dmplay.words.completion import known
+from dmplay.words.completion import lists
 from dmplay.words.completion.problem import agents, parameters, seats
 
 OPTIONS = (
@@ -16,35 +19,41 @@ OPTIONS = (
 EXPORT = (*(f"--{name}" for name in FORMATS), "--at", "--output")
 
 
+class Candidates(Completer):
+    """What can stand where the cursor is; the fuzzy completer takes away the word under it."""
+
+    def __init__(self, table: Table) -> None:
+        self._table = table
+
+    def get_completions(self, document: Document, event: CompleteEvent) -> Iterable[Completion]:
+        """All candidates: the completer around this one chooses."""
+        before = document.text_before_cursor.rpartition(";")[2]
+        return map(Completion, candidates(self._table, before))
+
+
 def candidates(table: Table, before: str) -> list[str]:
     """The words that can follow what stands before the cursor, the one under it left out."""
     words = before.split()
     if not words:
-        names = [command.name for command in COMMANDS]
-        return [
-            *actions(table),
-            *names,
-            *table.aliases,
-            *([] if table.playing else known.problems()),
-        ]
+        begun = [] if table.playing else lists.problems()
+        return [*actions(table), *(one.name for one in COMMANDS), *table.aliases, *begun]
     command, *rest = words
     last = rest[-1] if rest else ""
-    if command == "play" or (not table.playing and command in known.problems()):
+    if command == "play" or (not table.playing and command in lists.problems()):
         return _options(rest if command == "play" else words, last)
     if command in ("info", "agents", "solve"):
         return [] if rest else _specs()
-    if command == "agent":
-        return _seats(table, rest)
     if command in ("load", "replay", "save", "export", "resume"):
-        files = [] if rest else known.transcripts()
+        files = [] if rest else lists.transcripts()
         return [*files, *EXPORT] if command == "export" else files
     simple: dict[str, Callable[[], list[str]]] = {
         "act": lambda: actions(table),
+        "agent": lambda: _seats(table, rest),
         "set": lambda: [] if rest else [name.rstrip("=") for name in _parameters(table)],
-        "seed": known.seeds,
-        "figure": known.figures,
+        "seed": lists.seeds,
+        "figure": lists.figures,
         "guide": lambda: [*topics()],
-        "list": lambda: [*known.KINDS],
+        "list": lambda: [*lists.KINDS],
         "help": lambda: [*TOPICS, *(one.name for one in COMMANDS)],
     }
     return simple[command]() if command in simple else []
@@ -59,8 +68,8 @@ def actions(table: Table) -> list[str]:
 
 def _specs() -> list[str]:
     """Every problem and every variant."""
-    names = known.problems()
-    return names + [spec for name in names for spec in known.problems(f"{name}:")]
+    names = lists.problems()
+    return names + [spec for name in names for spec in lists.problems(f"{name}:")]
 
 
 def _options(rest: list[str], last: str) -> list[str]:
@@ -72,7 +81,7 @@ def _options(rest: list[str], last: str) -> list[str]:
     }  # fmt: skip
     if last in values:
         return values[last](rest[0])
-    return known.seeds() if last == "--seed" else [*OPTIONS]
+    return lists.seeds() if last == "--seed" else [*OPTIONS]
 
 
 def _seated(problem: str) -> list[str]:

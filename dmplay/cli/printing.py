@@ -1,4 +1,4 @@
-"""Commands that tell: problems, agents, solutions, figures and settings; each returns a report."""
+"""Commands that print: problems, agents, solutions, figures, the guide and settings."""
 
 import os
 from typing import Annotated
@@ -18,10 +18,10 @@ def list_(kind: options.Kind = "", *, wishes: Wishes) -> object:
       dmplay list
       dmplay list pomdp --json
     """
-    from dmplay.game.errand import Told
+    from dmplay.game.errand import Printout
     from dmplay.reports import problems
 
-    return Told(problems.listing(kind, wishes), wishes)
+    return Printout(problems.listing(kind, wishes), wishes)
 
 
 @options.wishes("json", "motion")
@@ -38,13 +38,12 @@ def solve(
       dmplay solve hexworld --set slip=0.1
       dmplay solve rock-paper-scissors --json
     """
-    from dmplay.game.errand import Told
     from dmplay.game.request import pairs
     from dmplay.reports import solving
 
     name = f"{problem}:{variant}" if variant else problem
     wanted = pairs(set_, "--set")
-    return Told(solving.solved(name, wanted, json=wishes.json, motion=wishes.motion))
+    return solving.solved(name, wanted, json=wishes.json, motion=wishes.motion)
 
 
 @options.wishes("color", "ascii", "theme")
@@ -62,14 +61,14 @@ def figure(
       dmplay figure F.2
       dmplay figure F.11 --svg -o regions.svg
     """
-    from dmplay.game.errand import Told
+    from dmplay.game.errand import Printout
     from dmplay.reports import drawing
 
     if name:
-        return Told(drawing.drawn(name, output, svg=svg), wishes)
+        return Printout(drawing.drawn(name, output, svg=svg), wishes)
     if svg or output:
         raise BadParameter("figure: --svg and -o want a figure, as F.2; dmplay figure names them")
-    return Told(drawing.named())
+    return drawing.named()
 
 
 def agents(problem: options.Name, json: options.Json = False) -> object:
@@ -79,10 +78,9 @@ def agents(problem: options.Name, json: options.Json = False) -> object:
       dmplay agents 2048
       dmplay agents prisoners-dilemma --json
     """
-    from dmplay.game.errand import Told
     from dmplay.reports import problems
 
-    return Told(problems.who_plays(problem, json=json))
+    return problems.who_plays(problem, json=json)
 
 
 def info(problem: options.Name, json: options.Json = False, keys: options.Keys = None) -> object:
@@ -92,10 +90,9 @@ def info(problem: options.Name, json: options.Json = False, keys: options.Keys =
       dmplay info hexworld
       dmplay info crying-baby --json
     """
-    from dmplay.game.errand import Told
     from dmplay.reports import problems
 
-    return Told(problems.info(problem, options.wanted_keys(keys), json=json))
+    return problems.info(problem, options.wanted_keys(keys), json=json)
 
 
 @options.wishes("plain", "color", "ascii", "theme", "width")
@@ -113,16 +110,16 @@ def guide(
       dmplay guide agents --raw
     """
     from dmplay.finding import topics
-    from dmplay.game.errand import Told
+    from dmplay.game.errand import Printout
     from dmplay.reports import guide
 
     if topic and raw:
-        return Told(topics.topic(topic).removesuffix("\n"))
+        return topics.topic(topic).removesuffix("\n")
     if topic:
-        return Told(guide.drawn(topic, here(wishes)), wishes, paged=True)
+        return Printout(guide.drawn(topic, here(wishes)), wishes, paged=True)
     if raw:
         raise BadParameter("guide: --raw wants a topic, as agents; dmplay guide names them")
-    return Told(guide.named())
+    return guide.named()
 
 
 def config_show(ctx: typer.Context, json: options.Json = False) -> object:
@@ -133,10 +130,9 @@ def config_show(ctx: typer.Context, json: options.Json = False) -> object:
       DMPLAY_COLOR=never dmplay config show --json
     """
     from dmplay.cli.settings import in_force, named, shown
-    from dmplay.game.errand import Told
 
-    settings = [*in_force(ctx.find_root()), *named(config.files())]
-    return Told(shown(settings, as_json=json))
+    settings = [*in_force(ctx.find_root()), *named()]
+    return shown(settings, as_json=json)
 
 
 def config_path() -> object:
@@ -145,6 +141,4 @@ def config_path() -> object:
     \b
       dmplay config path
     """
-    from dmplay.game.errand import Told
-
-    return Told("\n".join(map(str, config.paths(os.environ))))
+    return "\n".join(map(str, config.paths(os.environ)))
