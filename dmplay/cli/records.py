@@ -64,8 +64,7 @@ def export(
 
     printed = output is None or str(output) == "-"
     ascii_ = here(wishes).ascii if printed else wishes.ascii
-    width = wishes.width
-    return exported(file, formats, at, output, width=width, ascii_=ascii_, trusted=trust)
+    return exported(file, formats, at, output, width=wishes.width, ascii_=ascii_, trusted=trust)
 
 
 def review(

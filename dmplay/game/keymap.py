@@ -114,8 +114,5 @@ def _check(key: str, where: str) -> None:
 
 def names(keys: Mapping[str, str], labels: Sequence[str]) -> dict[str, str]:
     """The first key of each action, as a board or a row shows it."""
-    found: dict[str, str] = {}
-    for key, label in keys.items():
-        if label in labels:
-            found.setdefault(label, SHOWN.get(key, key))
-    return found
+    backwards = reversed([*keys.items()])
+    return {label: SHOWN.get(key, key) for key, label in backwards if label in labels}

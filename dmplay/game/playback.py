@@ -9,7 +9,6 @@ from dmplay.game.keyboard import Keyboard
 from dmplay.game.keymap import AS_DRAWN
 from dmplay.game.saves import readable
 from dmplay.session import Session
-from dmplay.transcript.reading import Block
 from dmplay.transcript.replay import play, start
 
 
@@ -20,6 +19,7 @@ class Playback(Game):
         self.transcript = readable(path)
         found = loaded(self.transcript, trusted=trusted)
         self._problem = found.problem
+        self._blocks = self.transcript.blocks[1:]
         self._place = 0
         seats = list(self.transcript.header.seats.values())
         keyboard = Keyboard(found.problem, [], AS_DRAWN)  # nobody plays
@@ -27,19 +27,16 @@ class Playback(Game):
 
     def _session(self, blocks: int) -> Session:
         session = start(self.transcript, self._problem, self.transcript.header.dice)
-        for block in self._blocks()[:blocks]:
+        for block in self._blocks[:blocks]:
             play(self.transcript, block, session)
         return session
 
-    def _blocks(self) -> list[Block]:
-        return self.transcript.blocks[1:]
-
     def unattended(self) -> bool:
         """Shows the next turn or event; False at the end of the file."""
-        if self._place >= len(self._blocks()):
+        if self._place >= len(self._blocks):
             self.session.end(self.transcript.chosen or "unfinished")
             return False
-        blocks = self._blocks()[self._place :]
+        blocks = self._blocks[self._place :]
         for block in blocks[: 1 + (blocks[0].kind == "reroll")]:  # with the turn that came of it
             play(self.transcript, block, self.session)
             self._place += 1
@@ -69,6 +66,6 @@ class Playback(Game):
             raise BadParameter("this is the beginning")
         for _ in range(turns):
             self._place -= 1
-            if self._place and self._blocks()[self._place - 1].kind == "reroll":
+            if self._place and self._blocks[self._place - 1].kind == "reroll":
                 self._place -= 1
         self._sit(self._session(self._place))

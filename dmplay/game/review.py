@@ -100,9 +100,8 @@ def reviewed(path: Path, *, write: bool, json: bool, trusted: bool) -> str:
     from dmplay.game.playback import Playback
 
     game = Playback(path, trusted=trusted)
-    seats = list(game.transcript.header.seats.values())
     list(game.run())
-    found = list(moves(game.session, people(seats), seats))
+    found = list(moves(game.session, people(game.seats), game.seats))
     if write and game.transcript.end is None:
         raise BadParameter(f"{path}: the game is unfinished; a review is kept after its end")
     if write:

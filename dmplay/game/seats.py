@@ -88,11 +88,7 @@ def sitting(
         base = name.partition(":")[0]
         if name != HUMAN and base not in agents.roster(problem).agents and not trusted:
             raise BadParameter(f"seats: {name!r} is not built in; if it is yours, add --trust")
-    policies = [
-        None if name == HUMAN else agents.agent(problem, seat, name)
-        for seat, name in enumerate(names)
-    ]
-    return names, policies
+    return names, [seat_policy(problem, seat, name) for seat, name in enumerate(names)]
 
 
 def _asked(problem: Problem, seat: int, who: str, trusted: bool) -> Policy | None:

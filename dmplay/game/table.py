@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
 
 from dmplay.errors import BadParameter
@@ -129,8 +130,5 @@ def following(path: Path) -> Path:
         return path
     found = NUMBERED.fullmatch(path.stem)
     stem, number = (found[1], int(found[2])) if found else (path.stem, 1)
-    while True:
-        number += 1
-        free = path.with_stem(f"{stem}-{number}")
-        if not free.exists():
-            return free
+    names = (path.with_stem(f"{stem}-{n}") for n in count(number + 1))
+    return next(name for name in names if not name.exists())
