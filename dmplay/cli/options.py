@@ -58,6 +58,11 @@ def _argument(word: str, told: str, complete: Callable[..., list[str]]) -> Any:
     return typer.Argument(metavar=word, help=told, autocompletion=complete)
 
 
+def _option(word: str, told: str, complete: Callable[..., list[str]], *flags: str) -> Any:
+    """An option, its value as the help writes it, and what completes that."""
+    return typer.Option(*flags, metavar=word, help=told, autocompletion=complete)
+
+
 def _everywhere(name: str, told: str, *flags: str, **more: Any) -> Any:
     """An option that one variable sets for every command."""
     return typer.Option(
@@ -71,36 +76,15 @@ def _switch(name: str, told: str) -> Any:
 
 
 Name = Annotated[str, _argument("PROBLEM", "a problem, or PROBLEM:VARIANT", lists.problems)]
-Variant = Annotated[
-    str,
-    typer.Option(
-        "--variant", "-V", metavar="NAME", help="a named variant", autocompletion=_variants
-    ),
-]
+Variant = Annotated[str, _option("NAME", "a named variant", _variants, "--variant", "-V")]
 Set = Annotated[
     list[str],
     _everywhere("set", "a parameter; may be repeated", metavar="K=V", autocompletion=_parameters),
 ]
-Seed = Annotated[
-    int | None,
-    typer.Option(
-        "--seed", metavar="N", help="the dice; new ones if not given", autocompletion=lists.seeds
-    ),
-]
-Agent = Annotated[
-    str,
-    typer.Option(
-        "--agent", metavar="AGENT", help="who plays the first seat", autocompletion=_agents
-    ),
-]
-Others = Annotated[
-    str,
-    typer.Option("--vs", metavar="AGENT", help="who plays all other seats", autocompletion=_agents),
-]
-Seats = Annotated[
-    list[str],
-    typer.Option("--seat", metavar="NAME=A", help="who plays one seat", autocompletion=_seats),
-]
+Seed = Annotated[int | None, _option("N", "the dice; new ones if not given", lists.seeds, "--seed")]
+Agent = Annotated[str, _option("AGENT", "who plays the first seat", _agents, "--agent")]
+Others = Annotated[str, _option("AGENT", "who plays all other seats", _agents, "--vs")]
+Seats = Annotated[list[str], _option("NAME=A", "who plays one seat", _seats, "--seat")]
 File = Annotated[Path, _argument("FILE", "a transcript", lists.transcripts)]
 LastFile = Annotated[
     Path | None,

@@ -124,8 +124,10 @@ TOPICS: Mapping[str, tuple[Command, ...]] = {
         Command(
             "play", "PROBLEM ...", "begin a game, with the options of dmplay play", of_table.play
         ),
-        Command("new", "", "again, with fresh dice", of_table.new, "N", "N"),
-        Command("restart", "", "again, under the same dice", of_table.restart, "R", "R"),
+        Command("new", "", "again, with fresh dice", lambda table, _: table.begin(), "N", "N"),
+        Command(
+            "restart", "", "again, under the same dice", lambda table, _: table.restart(), "R", "R"
+        ),
         Command("seed", "[N]", "again, under these dice", of_table.seed),
         Command(
             "agent",

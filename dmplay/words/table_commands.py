@@ -31,16 +31,6 @@ def replay(table: Table, argument: str) -> str:
     return said or f"replaying {table.game.name}. step, auto and undo move in it."
 
 
-def new(table: Table, argument: str) -> str:
-    """Begins the same game with fresh dice."""
-    return table.begin()
-
-
-def restart(table: Table, argument: str) -> str:
-    """Begins the same game under the same dice."""
-    return table.restart()
-
-
 def seed(table: Table, argument: str) -> str:
     """Begins the same game under these dice; alone, tells them."""
     if not argument:
