@@ -9,7 +9,7 @@ from dmplay.game.keyboard import Keyboard
 from dmplay.game.keymap import AS_DRAWN
 from dmplay.game.saves import readable
 from dmplay.session import Session
-from dmplay.transcript.replay import play, start
+from dmplay.transcript.replay import feed, start
 
 
 class Playback(Game):
@@ -28,7 +28,7 @@ class Playback(Game):
     def _session(self, blocks: int) -> Session:
         session = start(self.transcript, self._problem, self.transcript.header.dice)
         for block in self._blocks[:blocks]:
-            play(self.transcript, block, session)
+            feed(self.transcript, block, session)
         return session
 
     def unattended(self) -> bool:
@@ -38,7 +38,7 @@ class Playback(Game):
             return False
         blocks = self._blocks[self._place :]
         for block in blocks[: 1 + (blocks[0].kind == "reroll")]:  # with the turn that came of it
-            play(self.transcript, block, self.session)
+            feed(self.transcript, block, self.session)
             self._place += 1
         return True
 

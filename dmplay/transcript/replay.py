@@ -27,7 +27,7 @@ def start(
     return Session(problem, source, policies, limit=limit, opening=opening)
 
 
-def play(transcript: Transcript, block: Block, session: Session) -> None:
+def feed(transcript: Transcript, block: Block, session: Session) -> None:
     """Feeds one block's inputs to the session; raises BadTranscript where they cannot be."""
     try:
         if block.kind == "turn":
@@ -53,7 +53,7 @@ def replay(
     """The session after every whole block of a transcript: to go on with, or to look at."""
     session = start(transcript, problem, transcript.header.dice, policies)
     for block in transcript.blocks[1:]:
-        play(transcript, block, session)
+        feed(transcript, block, session)
     return session
 
 

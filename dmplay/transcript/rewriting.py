@@ -7,7 +7,7 @@ from dmplay.session import Session
 from dmplay.transcript.format import NATURAL, Frame, checksum, closing, lines, text, turn_facts
 from dmplay.transcript.header import header_facts
 from dmplay.transcript.reading import Block, Transcript
-from dmplay.transcript.replay import actions_of, play, start
+from dmplay.transcript.replay import actions_of, feed, start
 
 
 def rewritten(
@@ -46,7 +46,7 @@ def _anew(transcript: Transcript, problem: Problem, policies: Sequence[Policy | 
 def _again(transcript: Transcript, block: Block, session: Session, frame: Frame | None) -> str:
     """Plays a block, people as it says and agents as they choose now; '' after the game's end."""
     if block.kind != "turn":
-        play(transcript, block, session)
+        feed(transcript, block, session)
         return block.anew({block.kind: block[block.kind]})
     if session.over:
         return ""

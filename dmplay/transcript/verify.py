@@ -10,7 +10,7 @@ from dmplay.session import Session
 from dmplay.transcript.format import Frame, end_facts, turn_facts
 from dmplay.transcript.header import header_facts
 from dmplay.transcript.reading import Block, Entry, Transcript
-from dmplay.transcript.replay import actions_of, play, start
+from dmplay.transcript.replay import actions_of, feed, start
 from dmplay.transcript.report import Finding, Report, fault
 from dmplay.transcript.rewriting import ended
 
@@ -62,7 +62,7 @@ class _Check:
         for block in transcript.blocks[1:]:
             if block.kind == "turn":
                 self._agents(block, session)
-            play(transcript, block, session)
+            feed(transcript, block, session)
             if block.kind == "turn":
                 self._block(block, session, dice)
             else:
