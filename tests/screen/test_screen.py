@@ -180,6 +180,12 @@ def test_undo_and_redo_have_keys(key: str) -> None:
     assert "undo 1: 0 turns were played" in play(game("hexworld"), key).last
 
 
+def test_what_was_done_before_a_fault_is_logged() -> None:
+    shown = play(game("hexworld"), "h", "backspace", ":", "redo space 2 enter")
+    assert "redo: nothing was taken back" in shown.last
+    assert shown.last.count("turn 1. ") == 2  # played, and played again
+
+
 @pytest.mark.parametrize("key", ["?", "f1"])
 def test_help_names_every_action_and_every_command(key: str) -> None:
     shown = play(game("hexworld"), key, "h")
