@@ -111,8 +111,8 @@ def test_two_who_hear_different_things_have_a_curtain_in_the_shell(tmp_path: Pat
         assert "chose" not in terminal.calm().text
         terminal.press(ENTER, "turn 1. quiet. chose feed.").until("t1 caregiver1]>").calm()
         terminal.press(f"undo{ENTER}", "undone. turn 0.").until("t0 caregiver1]>").calm()
-        terminal.press(f"feed{ENTER}", "caregiver2 is next").press(CTRL_C, "Ctrl-C once more")
-        assert terminal.press(CTRL_C).ended() == 130
+        terminal.press(f"feed{ENTER}", "caregiver2 is next").calm()
+        assert terminal.press(CTRL_C, "Ctrl-C once more").calm().press(CTRL_C).ended() == 130
         assert terminal.left_clean()
 
 

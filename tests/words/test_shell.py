@@ -437,7 +437,9 @@ def test_a_session_on_a_terminal(tmp_path: Path) -> None:
         terminal.press(" --seed 7" + ENTER, "dmplay [hexworld t0]>").press("e" + ENTER, "t1]>")
         terminal.press("screen" + ENTER, " dmplay hexworld    seed 7   turn 1").calm()
         terminal.press("N", "new game").press("l", "turn 1 ").press("q", "again in words").calm()
-        terminal.press("restart" + ENTER, "t0]>").press(CTRL_C, "once more").press(CTRL_C)
+        terminal.press("restart" + ENTER, "t0]>").calm().press(CTRL_C, "once more").calm().press(
+            CTRL_C
+        )
         assert terminal.ended() == 130
         assert terminal.left_clean()
         assert "transcript: " in terminal.text
@@ -468,7 +470,7 @@ def test_a_signal_ends_a_session_in_good_order(number: int, code: int, tmp_path:
 def test_a_shell_that_cannot_draw_asks_in_lines(env: dict[str, str], tmp_path: Path) -> None:
     with Terminal(folder=tmp_path, env=env) as terminal:
         terminal.until("dmplay>").press("play hexworld --seed 7\n", "[hexworld t0]>")
-        terminal.press("nee\n", "error: unknown action 'nee'").press("e\n", "t1]>")
+        terminal.press("nee\n", "error: unknown action 'nee'").press("e\n", "t1]>").calm()
         terminal.press(CTRL_C, "once more").press("w\n", "t2]>").calm().press(CTRL_C).calm()
         terminal.press(CTRL_C)
         assert terminal.ended() == 130
