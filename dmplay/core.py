@@ -59,7 +59,7 @@ class Labels(tuple[str, ...]):
         """The actions `[A]` that a search tries."""
         return np.arange(len(self))
 
-    def told(self, legal: Bools | None = None) -> str:
+    def words(self, legal: Bools | None = None) -> str:
         """The legal ones in words; '' for none."""
         return ", ".join(self if legal is None else (self[a] for a in np.flatnonzero(legal)))
 
@@ -84,7 +84,7 @@ class Interval:
         except ValueError:
             value = math.nan
         if not self.low <= value <= self.high:
-            raise BadParameter(f"action: got {text.strip()!r}, expected {self.told()}")
+            raise BadParameter(f"action: got {text.strip()!r}, expected {self.words()}")
         return value + 0.0
 
     def name(self, action: float) -> str:
@@ -98,7 +98,7 @@ class Interval:
     def check(self, action: float, where: str) -> float:
         """The action as it will act; raises IllegalAction for what is out of bounds."""
         if not self.low <= action <= self.high:
-            raise IllegalAction(f"{where}: got {action:g}, expected {self.told()}")
+            raise IllegalAction(f"{where}: got {action:g}, expected {self.words()}")
         return round(float(action), DECIMALS) + 0.0
 
     def draw(self, u: Reals, legal: Bools | None) -> Reals:
@@ -113,7 +113,7 @@ class Interval:
         """The actions `[B]` that are closest to these numbers."""
         return np.asarray(np.round(np.clip(numbers, self.low, self.high), DECIMALS) + 0.0)
 
-    def told(self, legal: Bools | None = None) -> str:
+    def words(self, legal: Bools | None = None) -> str:
         """The span in words."""
         return f"a number from {self.low:g} to {self.high:g}"
 

@@ -186,7 +186,7 @@ class Session:
         if legal is not None and known.labels and not legal[int(done)]:
             raise IllegalAction(
                 f"{where}: {known.name(done)} changes nothing in "
-                f"{problem.notation(self.state)}; expected one of {known.told(legal)}"
+                f"{problem.notation(self.state)}; expected one of {known.words(legal)}"
             )
         return done
 

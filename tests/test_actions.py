@@ -90,10 +90,10 @@ def test_the_nearest_action_to_a_number_lies_in_the_interval() -> None:
 
 
 def test_a_set_is_told_in_words() -> None:
-    assert CARE.told() == "feed, sing, no-advisory"
-    assert CARE.told(np.array([True, False, True])) == "feed, no-advisory"
-    assert CARE.told(np.zeros(3, bool)) == ""
-    assert PUSH.told() == "a number from -10 to 10"
+    assert CARE.words() == "feed, sing, no-advisory"
+    assert CARE.words(np.array([True, False, True])) == "feed, no-advisory"
+    assert CARE.words(np.zeros(3, bool)) == ""
+    assert PUSH.words() == "a number from -10 to 10"
 
 
 def test_only_labels_are_names_to_choose_from() -> None:

@@ -99,5 +99,5 @@ def situation(view: View[Game2048]) -> str:
         f"row {number}: {' '.join('empty' if not e else _tile(int(e)) for e in row)}."
         for number, row in enumerate(view.observation, 1)
     ]
-    can = view.problem.actions[view.seat].told(view.legal)
+    can = view.problem.actions[view.seat].words(view.legal)
     return " ".join([*rows, f"open: {can or 'nothing, the game is over'}."])

@@ -34,7 +34,7 @@ def boards(view: View[Problem], look: Look) -> Iterator[Text]:
             y = bars(canvas, y, _names(view), view.belief, look) + 1
         actions = view.problem.actions[view.seat]
         if not actions.labels:
-            canvas.put(0, y, actions.told())
+            canvas.put(0, y, actions.words())
         for number, label in enumerate(actions.labels if full else (), 1):
             legal = view.legal is None or view.legal[number - 1]
             canvas.put(0, y, f"{number} {label}" if legal else f"[{number} {label}]")
@@ -55,7 +55,7 @@ def told(view: View[Problem]) -> str:
 
 def situation(view: View[Problem]) -> str:
     """What was seen last and what can be done."""
-    can = view.problem.actions[view.seat].told(view.legal)
+    can = view.problem.actions[view.seat].words(view.legal)
     return f"{seen(view)}.{_believed(view)} actions: {can or 'none'}."
 
 

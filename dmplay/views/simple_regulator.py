@@ -165,6 +165,6 @@ def situation(view: View[SimpleRegulator]) -> str:
     problem, number = view.problem, _numbers(view)[-1]
     return (
         f"s {plus(number, 3)}. a turn here costs {number * number:.3f}. "
-        f"push by {problem.actions[0].told()}; "
+        f"push by {problem.actions[0].words()}; "
         f"noise of {problem.noise:g} comes on top."
     )

@@ -76,7 +76,7 @@ def legal(game: Game, argument: str) -> str:
     seat = game.watcher
     actions = game.problem.actions[seat]
     if not actions.labels:
-        return f"legal: {actions.told()}."
+        return f"legal: {actions.words()}."
     if game.keyboard.types_numbers(seat):
         return f"legal: a number from {actions.labels[0]} to {actions.labels[-1]}."
     able = [
