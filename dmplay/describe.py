@@ -38,6 +38,11 @@ def _states(problem: Problem) -> str:
     return "-" if problem.states == 1 else str(problem.states)
 
 
+def one_line(text: str) -> str:
+    """A text that holds a name of a file, as one line whatever the name."""
+    return text.replace("\n", "\\n")
+
+
 def counted(number: int, noun: str) -> str:
     """A number of things: 1 turn, 2 turns."""
     return f"{number} {noun}{'s' * (number != 1)}"

@@ -106,7 +106,7 @@ def branch(
     record: Annotated[
         Path, typer.Option("--record", "-o", metavar="FILE", help="the new transcript")
     ],
-    force: Annotated[bool, typer.Option("--force", help="overwrite it")] = False,
+    force: options.Force = False,
     trust: options.Trust = False,
     quiet: options.Quiet = False,
     keys: options.Keys = None,

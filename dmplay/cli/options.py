@@ -126,7 +126,7 @@ Record = Annotated[
     Path | None, typer.Option("--record", "-o", metavar="FILE", help="write a transcript")
 ]
 Frames = Annotated[bool, typer.Option("--frames", help="boards in the transcript too")]
-Force = Annotated[bool, typer.Option("--force", help="overwrite the transcript")]
+Force = Annotated[bool, typer.Option("--force", help="overwrite the file")]
 Reveal = Annotated[bool, typer.Option("--reveal", help="show the hidden state")]
 Strict = Annotated[bool, typer.Option("--strict", help="no undo, no reroll")]
 Output = Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help="a file")]

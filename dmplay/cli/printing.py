@@ -51,6 +51,7 @@ def figure(
     name: options.Figure = "",
     svg: Annotated[bool, typer.Option("--svg", help="as a picture")] = False,
     output: options.Output = None,
+    force: options.Force = False,
     *,
     wishes: Wishes,
 ) -> object:
@@ -65,7 +66,7 @@ def figure(
     from dmplay.reports import drawing
 
     if name:
-        return Printout(drawing.drawn(name, output, svg=svg), wishes)
+        return Printout(drawing.drawn(name, output, svg=svg, force=force), wishes)
     if svg or output:
         raise BadParameter("figure: --svg and -o want a figure, as F.2; dmplay figure names them")
     return drawing.named()

@@ -49,6 +49,7 @@ def export(
         int | None, typer.Option("--at", metavar="TURN", help="the turn of a picture")
     ] = None,
     output: options.Output = None,
+    force: options.Force = False,
     trust: options.Trust = False,
     *,
     wishes: Wishes,
@@ -64,7 +65,9 @@ def export(
 
     printed = output is None or str(output) == "-"
     ascii_ = here(wishes).ascii if printed else wishes.ascii
-    return exported(file, formats, at, output, width=wishes.width, ascii_=ascii_, trusted=trust)
+    return exported(
+        file, formats, at, output, width=wishes.width, ascii_=ascii_, force=force, trusted=trust
+    )
 
 
 def review(

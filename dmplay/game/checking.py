@@ -1,12 +1,12 @@
 """Verifying files and folders of transcripts, and rewriting them."""
 
-import os
 from collections.abc import Iterator, Sequence
 from json import dumps
 from pathlib import Path
 
-from dmplay.describe import counted
+from dmplay.describe import counted, one_line
 from dmplay.errors import BadParameter, BadTranscript, DmplayError
+from dmplay.files import write
 from dmplay.finding import problems
 from dmplay.game.account import frame
 from dmplay.game.saves import INPUT, standard
@@ -56,7 +56,8 @@ def check(path: Path, *, trusted: bool = False) -> Report:
     except BadTranscript as error:
         return Report(str(path), [fault(error, "form")])
     except OSError as error:
-        raise BadParameter(f"{path}: {error.strerror}") from None
+        unread = Finding("unread", str(path), 1, "cannot be read", str(error.strerror))
+        return Report(str(path), [unread])
     except DmplayError as error:
         line = transcript.header_block.entries["seats"].line
         return Report(str(path), [Finding("facts", str(path), line, "seats", str(error))])
@@ -67,8 +68,6 @@ def update(path: Path, *, trusted: bool = False) -> str:
     """Rewrites one file as it would be written today; returns the diff, '' where none is."""
     import difflib
 
-    if path == INPUT:
-        raise BadParameter("--update: the standard input cannot be rewritten")
     transcript = read(path)
     problem = loaded(transcript, trusted=trusted).problem
     policies = asked_again(problem, transcript.header.seats, trusted=trusted)
@@ -76,36 +75,26 @@ def update(path: Path, *, trusted: bool = False) -> str:
     after = rewritten(transcript, problem, policies, frame)
     if after == before:
         return ""
-    replace(path, after)
+    write(path.resolve(), after, force=True)
+    name = one_line(str(path))
     rows = difflib.unified_diff(
-        before.splitlines(), after.splitlines(), f"{path}", f"{path} (rewritten)", lineterm="", n=1
+        before.splitlines(), after.splitlines(), name, f"{name} (rewritten)", lineterm="", n=1
     )
     return "\n".join(rows)
 
 
-def replace(path: Path, content: str) -> None:
-    """The new content in one step: a reader sees the old file or the new one."""
-    import tempfile
-
-    handle, name = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
-    try:
-        with open(handle, "w", encoding="utf-8", newline="\n") as file:
-            file.write(content)
-        os.chmod(name, path.stat().st_mode & 0o777)
-        os.replace(name, path)
-    except OSError as error:
-        Path(name).unlink(missing_ok=True)
-        raise BadParameter(f"cannot write {path}: {error.strerror}") from None
-
-
 def updates(paths: Sequence[Path], *, trusted: bool) -> tuple[list[str], list[str]]:
     """Rewrites files: what changed in each that differed, and why others were not rewritten."""
+    if INPUT in paths:
+        raise BadParameter("--update: the standard input cannot be rewritten")
     diffs, refused = [], []
     for path in paths:
         try:
             diffs.append(update(path, trusted=trusted))
-        except BadTranscript as error:
+        except DmplayError as error:
             refused.append(f"not rewritten: {error}")
+        except OSError as error:
+            refused.append(f"not rewritten: {path}: {error.strerror}")
     return [diff for diff in diffs if diff], refused
 
 
@@ -126,7 +115,7 @@ def reported(
 def _line(report: Report) -> str:
     """A file that is as it should be."""
     unfinished = ", unfinished" if report.unfinished else ""
-    return f"ok {clean(report.path)} ({counted(report.turns, 'turn')}{unfinished})"
+    return f"ok {one_line(clean(report.path))} ({counted(report.turns, 'turn')}{unfinished})"
 
 
 def _data(report: Report, fine: bool) -> dict[str, object]:

@@ -10,9 +10,9 @@ import numpy as np
 
 from dmplay.chance import Reals
 from dmplay.errors import BadParameter
+from dmplay.files import write as write_file
 from dmplay.finding import agents
 from dmplay.game.adviser import decimals, fixed
-from dmplay.game.checking import replace
 from dmplay.game.seats import people
 from dmplay.session import Follower, Session
 from dmplay.solvers.value_iteration import best
@@ -107,7 +107,7 @@ def reviewed(path: Path, *, write: bool, json: bool, trusted: bool) -> str:
     if write:
         rows = path.read_text(encoding="utf-8").splitlines(keepends=True)
         kept = [row for row in rows if not row.startswith(MARK)]
-        replace(path, "".join([*kept, *notes(found)]))
+        write_file(path.resolve(), "".join([*kept, *notes(found)]), force=True)
     return dumps([move._asdict() for move in found]) if json else "\n".join(lines(found))
 
 

@@ -5,15 +5,19 @@ import errno
 import os
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
+from itertools import count
 from pathlib import Path
 
+from dmplay import files
 from dmplay.errors import BadParameter, DmplayError
+from dmplay.transcript.format import checksum, closing
 from dmplay.transcript.reading import Transcript, read
-from dmplay.transcript.recorder import Recorder, played
+from dmplay.transcript.recorder import Recorder
 
 KEPT = 20
+NEW = 60  # seconds in which the file of a game that begins may be empty
 INPUT, OUTPUT = Path("/dev/stdin"), Path("/dev/stdout")
 
 
@@ -22,31 +26,56 @@ def standard(path: Path, stream: Path) -> Path:
     return stream if str(path) == "-" else path
 
 
-def readable(path: Path) -> Transcript:
+def readable(path: Path, how: Callable[[Path], Transcript] = read) -> Transcript:
     """The transcript in a file, `-` for the standard input; or BadParameter where none is read."""
     try:
-        return read(standard(path, INPUT))
+        return how(standard(path, INPUT))
     except OSError as error:
         raise BadParameter(f"{path}: {error.strerror}") from None
 
 
 def folder(env: Mapping[str, str]) -> Path:
     """`$XDG_STATE_HOME/dmplay/games`, by the base directory specification."""
-    state = env.get("XDG_STATE_HOME") or str(Path.home() / ".local" / "state")
-    return Path(state) / "dmplay" / "games"
+    return files.user_folder(env, "XDG_STATE_HOME", ".local", "state") / "games"
 
 
 def new(problem: str) -> Path | None:
-    """A path for a new game, old ones cleared; None, with one warning, where none can be had."""
+    """An empty file for a new game that others cannot read, old ones cleared; None, with one
+    warning, where none can be had.
+    """
     place = folder(os.environ)
     if not ready(place):
         return None
-    for old in sorted(place.glob("*.dmt"), key=_age)[: -(KEPT - 1)]:
-        with contextlib.suppress(OSError):
-            old.unlink()
+    _clear(place)
     stem = f"{time.strftime('%Y%m%d-%H%M%S')}-{problem.replace(':', '-').replace('/', '-')}"
-    names = (place / f"{stem}{f'-{n}' if n else ''}.dmt" for n in range(10_000))
-    return next(path for path in names if not path.exists())
+    for number in count():
+        path = place / f"{stem}{f'-{number}' if number else ''}.dmt"
+        with contextlib.suppress(FileExistsError):
+            os.close(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600))
+            break
+    return path
+
+
+def _clear(place: Path) -> None:
+    """Removes games of no turns, and of the others all but the last, but none that is played."""
+    old = sorted(place.glob("*.dmt"), key=_age)
+    empty = [path for path in old if not _has_turns(path)]
+    real = [path for path in old if path not in empty]
+    for path in [*empty, *real[: -(KEPT - 1)]]:
+        with contextlib.suppress(OSError):
+            told = path.stat()
+            begins = not told.st_size and time.time() - told.st_mtime < NEW
+            if not begins and not files.in_play(path):
+                path.unlink()
+
+
+def _has_turns(path: Path) -> bool:
+    """Whether a turn was played in a kept game, though it may have been taken back."""
+    try:
+        with path.open("rb") as file:
+            return b"turn: 1\n" in file
+    except OSError:
+        return False
 
 
 @cache  # one warning
@@ -54,10 +83,14 @@ def ready(place: Path) -> bool:
     """Whether games can be kept in a folder; a warning where not."""
     try:
         place.mkdir(parents=True, exist_ok=True)
+        with contextlib.suppress(OSError):
+            place.chmod(place.stat().st_mode & 0o700)
         if not os.access(place, os.W_OK):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
     except OSError as error:
-        print(f"warning: this game is not kept: {place}: {error.strerror}", file=sys.stderr)
+        homeless = place.is_relative_to(os.devnull)
+        why = "no home; set HOME" if homeless else f"{place}: {error.strerror}"
+        print(f"warning: this game is not kept: {why}", file=sys.stderr)
         return False
     return True
 
@@ -73,23 +106,16 @@ def history() -> Path | None:
 def copied(recorder: Recorder, path: Path) -> None:
     """Copies a transcript as it is so far; with its end line where the game is over."""
     content = recorder.path.read_text(encoding="utf-8")
-    try:
-        with path.open("x", encoding="utf-8") as file:
-            file.write(content)
-    except FileExistsError:
-        raise BadParameter(f"{path} exists; give another name") from None
-    except OSError as error:
-        raise BadParameter(f"cannot write {path}: {error.strerror}") from None
     if recorder.session.over and recorder.open:
-        Recorder.resume(path, content, recorder.session).end()
+        content += "\n".join([*closing(recorder.session, checksum(content)), ""])
+    files.write(path, content)
 
 
 def dropped(recorder: Recorder) -> bool:
     """Removes a kept game in which nothing was done; whether it was one."""
-    kept = recorder.path.parent == folder(os.environ) and recorder.path.is_file()
-    if not kept or "\nturn: 1\n" in recorder.path.read_text(encoding="utf-8"):
+    if recorder.path.parent != folder(os.environ) or _has_turns(recorder.path):
         return False
-    recorder.path.unlink()
+    recorder.path.unlink(missing_ok=True)
     return True
 
 
@@ -101,15 +127,13 @@ def latest_unfinished() -> Path:
             transcript = read(path)
         except (DmplayError, OSError):
             continue
-        if (transcript.end is None or transcript.chosen) and not _played(path):
+        left = transcript.end is None or transcript.chosen
+        if left and _has_turns(path) and not files.in_play(path):
             return path
     raise BadParameter(f"no unfinished game in {place}; name a file: dmplay resume FILE")
 
 
-def _played(path: Path) -> bool:
-    with path.open("rb") as file:
-        return played(file.fileno())
-
-
 def _age(path: Path) -> tuple[float, str]:
-    return path.stat().st_mtime, path.name
+    with contextlib.suppress(OSError):  # another program may have removed it
+        return path.stat().st_mtime, path.name
+    return 0.0, path.name

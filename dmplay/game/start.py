@@ -8,6 +8,7 @@ from dmplay.core import Problem
 from dmplay.describe import counted
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter
+from dmplay.files import apart
 from dmplay.finding import agents, problems
 from dmplay.game import saves
 from dmplay.game.account import frame
@@ -21,7 +22,7 @@ from dmplay.game.saves import OUTPUT, readable, standard
 from dmplay.game.seats import HUMAN, header, people, seat_policy, sitting
 from dmplay.session import Session
 from dmplay.transcript.format import Frame, turn_limit
-from dmplay.transcript.reading import Transcript
+from dmplay.transcript.reading import Transcript, left
 from dmplay.transcript.recorder import Recorder
 from dmplay.transcript.replay import replay
 
@@ -108,7 +109,7 @@ def _answered(problem: Problem, seats: Sequence[str], *, asks: bool) -> None:
 
 def resumed(wanted: Resumption) -> Game:
     """The game of a transcript, to go on with: cut to its last whole turn, replayed from inputs."""
-    path, transcript = wanted.path, readable(wanted.path)
+    path, transcript = wanted.path, readable(wanted.path, left)
     found = loaded(transcript, trusted=wanted.trusted)
     hands(found.problem, wanted.keys)
     for who in transcript.header.seats.values():
@@ -123,12 +124,15 @@ def resumed(wanted: Resumption) -> Game:
     if session.over and transcript.end:
         raise BadParameter(f"{path}: the game is over ({session.ending}); nothing to resume")
     recorder = Recorder.resume(path, transcript.content, session, _framing(transcript))
+    if not transcript.blocks:
+        recorder.turn()
     return _repeated(found, transcript, seats, wanted, recorder)
 
 
 def branched(wanted: Branching) -> Game:
     """A new game whose first turns are those of a transcript; the rest is played."""
     transcript = readable(wanted.path)
+    apart(wanted.record, transcript.path)
     found = loaded(transcript, trusted=wanted.trusted)
     hands(found.problem, wanted.keys)
     header = transcript.header
@@ -180,4 +184,4 @@ def _retell(told: Session, turns: int, session: Session, recorder: Recorder) -> 
 
 
 def _framing(transcript: Transcript) -> Frame | None:
-    return frame if transcript.blocks[0].frame else None
+    return frame if any(block.frame for block in transcript.blocks[:1]) else None

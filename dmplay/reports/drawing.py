@@ -9,8 +9,8 @@ from rich._export_format import CONSOLE_SVG_FORMAT
 from rich.console import Console
 from rich.text import Text
 
-from dmplay.errors import BadParameter
 from dmplay.figures.every import figure, figures
+from dmplay.files import write
 from dmplay.styles import ansi
 from dmplay.terminal import Terminal
 from dmplay.views.canvas import plainly, size
@@ -65,14 +65,11 @@ def shown(text: Text, terminal: Terminal) -> str:
     return ansi(able, terminal.theme) if terminal.color else able.plain
 
 
-def kept(path: Path | None, content: str) -> str:
+def kept(path: Path | None, content: str, *, force: bool) -> str:
     """Writes to a file and leaves nothing to be told; without one, what is to be told."""
     if path is None or str(path) == "-":
         return content.removesuffix("\n")
-    try:
-        path.write_text(content, encoding="utf-8", newline="\n")
-    except OSError as error:
-        raise BadParameter(f"cannot write {path}: {error.strerror}") from None
+    write(path, content, force=force)
     return ""
 
 
@@ -81,7 +78,7 @@ def named() -> str:
     return "\n".join(f"{key:<5} {title}" for key, (title, _) in figures().items())
 
 
-def drawn(name: str, output: Path | None, *, svg: bool) -> Text | str:
+def drawn(name: str, output: Path | None, *, svg: bool, force: bool = False) -> Text | str:
     """A figure; as a picture where that or a file is asked for."""
     title, draw = figure(name)
-    return kept(output, picture(draw(), title)) if svg or output else draw()
+    return kept(output, picture(draw(), title), force=force) if svg or output else draw()

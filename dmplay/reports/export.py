@@ -10,6 +10,7 @@ from rich.text import Text
 
 from dmplay.describe import counted
 from dmplay.errors import BadParameter
+from dmplay.files import apart
 from dmplay.game.formats import FORMATS
 from dmplay.game.playback import Playback
 from dmplay.reports.drawing import console, kept, picture
@@ -133,6 +134,7 @@ def exported(  # noqa: PLR0913 - a file, and what is wanted of it
     *,
     width: int | None = None,
     ascii_: bool = False,
+    force: bool = False,
     trusted: bool = False,
 ) -> str:
     """A transcript in the one form chosen; nothing where it is written to a file."""
@@ -142,5 +144,8 @@ def exported(  # noqa: PLR0913 - a file, and what is wanted of it
     if turn is not None and not FORMATS[form].still:
         stills = " or ".join(f"--{name}" for name, one in FORMATS.items() if one.still)
         raise BadParameter(f"--at: a turn of {stills}, not of --{form}")
+    game = Playback(file, trusted=trusted)
+    if output:
+        apart(output, game.transcript.path)
     room = Room(width or ROOM.width, ROOM.height, ascii_)
-    return kept(output, WRITERS[form](Playback(file, trusted=trusted), turn, room))
+    return kept(output, WRITERS[form](game, turn, room), force=force)

@@ -6,6 +6,7 @@ from dataclasses import MISSING, dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from dmplay import files
 from dmplay.errors import BadTranscript, UnknownName
 from dmplay.transcript.format import CHOSEN, EVENTS, TURN, lines, text
 from dmplay.transcript.header import FORMAT, LINES, VERSION, Header, Kind
@@ -82,11 +83,20 @@ class Transcript:
 
 def read(path: str | Path) -> Transcript:
     """Reads a transcript strictly; raises BadTranscript with line and column, or OSError."""
-    return parse(Path(path).read_bytes(), str(path))
+    transcript = left(path)
+    if not transcript.blocks:
+        line = transcript.content.count("\n") + 1
+        raise transcript.fault(line, "torn before its first turn; dmplay resume begins it")
+    return transcript
+
+
+def left(path: str | Path) -> Transcript:
+    """A transcript as it was left, perhaps before its first turn."""
+    return parse(files.content(Path(path)), str(path))
 
 
 def parse(raw: bytes, path: str = "transcript") -> Transcript:
-    """A transcript from its bytes; `path` is for messages."""
+    """A transcript from its bytes, torn before its opening or not; `path` is for messages."""
     content, last, torn = _split(_decoded(raw, path), path)
     blocks = list(_blocks(content, path, 1))
     end = next(iter(_blocks(last, path, content.count("\n") + 1)), None) if last else None

@@ -6,6 +6,7 @@ import hashlib
 import os
 from pathlib import Path
 
+from dmplay import files
 from dmplay.errors import BadParameter
 from dmplay.session import Session
 from dmplay.transcript.format import Frame, closing, lines, text, turn_facts, without_notes
@@ -41,9 +42,11 @@ class Recorder:
     ) -> "Recorder":
         """A new file with the header and the opening; refuses one that exists without `force`."""
         recorder = cls(path, session, frame)
-        device = _is_device(path)
-        how = os.O_APPEND if device else 0 if force else os.O_EXCL
+        device = files.stream(path)
         try:
+            if not device:
+                files.claim(path, force=force)
+            how = os.O_APPEND if device else 0 if path.exists() else os.O_EXCL
             recorder._file = os.open(path, os.O_WRONLY | os.O_CREAT | how, 0o644)
             recorder._take()
             if not device:
@@ -52,8 +55,7 @@ class Recorder:
             raise BadParameter(f"{path} exists; give another name, or --force") from None
         except OSError as error:
             raise BadParameter(f"cannot write {path}: {error.strerror}") from None
-        recorder._write(text(lines(header_facts(header))))
-        recorder.turn()
+        recorder.turn(text(lines(header_facts(header))))
         return recorder
 
     @classmethod
@@ -76,14 +78,14 @@ class Recorder:
 
     def _take(self) -> None:
         """Keeps other programs from writing the same file, where the system can."""
-        if not _is_device(self.path) and played(self._file):
+        if not files.stream(self.path) and files.played(self._file):
             self.close()
             raise BadParameter(f"{self.path}: somebody plays this game now")
 
-    def turn(self) -> None:
-        """Writes the last turn."""
+    def turn(self, header: str = "") -> None:
+        """Writes the last turn; the opening, with the header before it, in one."""
         frame = self.frame(self.session) if self.frame else ""
-        self._write(text(lines(turn_facts(self.session), frame)))
+        self._write(header + text(lines(turn_facts(self.session), frame)))
 
     def event(self, key: str, value: int) -> None:
         """Writes an undo of so many turns, or the number of a reroll."""
@@ -124,20 +126,3 @@ class Recorder:
             self.fault = None
             self._size += len(raw)
             self._pending = ""
-
-
-def played(file: int) -> bool:
-    """Whether another program writes this open file; if not, nobody else can until it is closed."""
-    try:
-        import fcntl
-    except ImportError:  # not on every system
-        return False
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError as error:  # another error is a file system without locks
-        return isinstance(error, BlockingIOError)
-    return False
-
-
-def _is_device(path: Path) -> bool:
-    return path.parent == Path("/dev") or (path.exists() and not path.is_file())

@@ -22,7 +22,8 @@ def start(
         entry = transcript.header_block.entries["seats"]
         got, expected = ", ".join(header.seats), ", ".join(problem.agents)
         raise transcript.fault(entry.line, f"seats: got {got}, expected {expected}")
-    opening = draws_of(transcript, transcript.blocks[0], problem.draws.start)
+    begun = transcript.blocks[:1]  # none where the file is torn before it
+    opening = draws_of(transcript, begun[0], problem.draws.start) if begun else None
     limit = turn_limit(problem, header.seats.values(), header.turns)
     return Session(problem, source, policies, limit=limit, opening=opening)
 

@@ -4,6 +4,7 @@ import json
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from dmplay.describe import one_line
 from dmplay.errors import BadTranscript
 
 LUCK = "the rules hold, but the inputs are not those of the seed and the agents"
@@ -13,7 +14,7 @@ MOST = 5  # findings that are shown
 class Finding(NamedTuple):
     """One difference between what a file says and what its replay gives."""
 
-    level: str  # facts, inputs, frame, checksum or unfinished
+    level: str  # facts, inputs, frame, checksum, unfinished or unread
     path: str
     line: int
     where: str  # the turn and, where there is one, the seat
@@ -25,8 +26,8 @@ class Finding(NamedTuple):
         """One line: file, line, turn, seat, what, expected, got."""
         place = f"{self.path}:{self.line}: {self.where}: {self.what}"
         if self.expected is None and self.got is None:
-            return place
-        return f"{place}: expected {_shown(self.expected)}, got {_shown(self.got)}"
+            return one_line(place)
+        return one_line(f"{place}: expected {_shown(self.expected)}, got {_shown(self.got)}")
 
 
 def fault(error: BadTranscript, where: str) -> Finding:
@@ -59,9 +60,9 @@ class Report:
 
     def __str__(self) -> str:
         """One line for each finding, and what they mean together."""
-        shown = [str(one) for one in self.findings[:MOST]]
+        path, shown = one_line(self.path), [str(one) for one in self.findings[:MOST]]
         if len(self.findings) > len(shown):
-            shown.append(f"{self.path}: {len(self.findings) - len(shown)} more differences")
+            shown.append(f"{path}: {len(self.findings) - len(shown)} more differences")
         if self.findings and all(one.level == "inputs" for one in self.findings):
-            shown.append(f"{self.path}: {LUCK}")
+            shown.append(f"{path}: {LUCK}")
         return "\n".join(shown)

@@ -9,9 +9,10 @@ import pytest
 
 import dmplay
 from dmplay.errors import BadParameter
+from dmplay.files import played
 from dmplay.transcript.header import Header
 from dmplay.transcript.reading import read
-from dmplay.transcript.recorder import Recorder, played
+from dmplay.transcript.recorder import Recorder
 
 HEADER = Header(problem="crying-baby", seats={"agent": "human"}, seed=7)
 FEED, SING = 0, 1
@@ -77,3 +78,17 @@ def test_where_files_cannot_be_locked_nobody_is_said_to_play(
     unlockable = os.open(path, os.O_PATH)
     assert not played(unlockable)
     os.close(unlockable)
+
+
+def test_header_and_opening_are_one_write(tmp_path: Path) -> None:
+    path = tmp_path / "game.dmt"
+    least, most = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (130, most))  # the header alone would fit
+    try:
+        writing = recorder(path)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (least, most))
+    assert path.read_bytes() == b""
+    turn(writing, FEED)
+    writing.end()
+    assert [block["turn"] for block in read(path).blocks] == [0, 1]

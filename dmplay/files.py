@@ -1,0 +1,113 @@
+"""Files: only what has an end is read, nothing is overwritten unasked, a write is whole or none."""
+
+import contextlib
+import errno
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+from dmplay.errors import BadParameter
+
+READ, WRITTEN = ("/dev/stdin", "/dev/null"), ("/dev/stdout", "/dev/null", "/dev/full")
+
+
+def user_folder(env: Mapping[str, str], variable: str, *names: str) -> Path:
+    """The user's folder of a kind, by the base directory specification; without a home, none."""
+    try:
+        return Path(env.get(variable) or Path.home().joinpath(*names), "dmplay")
+    except RuntimeError:
+        return Path(os.devnull, "no home", "dmplay")
+
+
+def stream(path: Path) -> bool:
+    """Whether a path is a device that is written as it stands."""
+    return str(path) in WRITTEN
+
+
+def content(path: Path) -> bytes:
+    """What stands in a file; raises OSError for what may have no end."""
+    if str(path) not in READ:
+        _bounded(path)
+    return path.read_bytes()
+
+
+def _bounded(path: Path) -> None:
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise OSError(errno.EINVAL, "a FIFO, a socket or a device, not a file")
+
+
+def played(file: int) -> bool:
+    """Whether another program writes this open file; if not, nobody else can until it is closed."""
+    try:
+        import fcntl
+    except ImportError:  # not on every system
+        return False
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:  # another error is a file system without locks
+        return isinstance(error, BlockingIOError)
+    return False
+
+
+def in_play(path: Path) -> bool:
+    """Whether a file is that of a game somebody plays now."""
+    with path.open("rb") as file:
+        return played(file.fileno())
+
+
+def claim(path: Path, *, force: bool) -> None:
+    """Refuses a name that cannot be written, or not without loss; an empty file is none."""
+    _bounded(path)
+    if not force and path.exists() and (path.is_dir() or path.stat().st_size):
+        raise FileExistsError
+    if path.is_symlink():
+        raise BadParameter(f"{path} is a link; name the file itself")
+    if path.is_file() and in_play(path):
+        raise BadParameter(f"{path}: somebody plays this game now")
+
+
+def apart(path: Path, source: str | Path) -> None:
+    """Refuses to write onto the file that is read, under whatever name."""
+    if path.exists() and path.samefile(source):
+        raise BadParameter(f"{path}: it is the transcript that is read")
+
+
+def write(path: Path, text: str, *, force: bool = False) -> None:
+    """Writes a file in one step: a reader sees nothing, the old file or the whole new one."""
+    try:
+        if stream(path):
+            path.write_text(text, encoding="utf-8", newline="\n")
+        else:
+            claim(path, force=force)
+            _written(path, text)
+    except FileExistsError:
+        raise BadParameter(f"{path} exists; give another name, or --force") from None
+    except OSError as error:
+        raise BadParameter(f"cannot write {path}: {error.strerror}") from None
+
+
+def _written(path: Path, text: str) -> None:
+    """Writes beside the file, and then puts the whole in its place."""
+    spare = path.with_name(f".dmplay-{os.getpid()}.tmp")
+    handle, name = _draft(spare)
+    try:
+        with open(handle, "w", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+            file.flush()
+            if not os.path.lexists(path):
+                os.link(name, path, src_dir_fd=handle)  # refuses what has come to be there
+                return
+            os.chmod(handle, path.stat().st_mode & 0o777)
+            if name != str(spare):
+                os.link(name, spare, src_dir_fd=handle)
+            os.replace(spare, path)
+    finally:
+        spare.unlink(missing_ok=True)
+
+
+def _draft(spare: Path) -> tuple[int, str]:
+    """An open file and its name: one that a kill leaves nothing of where the system can."""
+    with contextlib.suppress(AttributeError, OSError):
+        handle = os.open(spare.parent, os.O_TMPFILE | os.O_WRONLY, 0o666)
+        return handle, f"/proc/self/fd/{handle}"
+    return os.open(spare, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666), str(spare)
