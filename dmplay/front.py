@@ -77,7 +77,7 @@ def _closing(table: Table, *, quiet: bool = False) -> Iterator[None]:
 
 def epilogue(table: Table) -> None:
     """Where the transcripts are, how to see the last again, how to play it again."""
-    whole = [recorder for recorder in table.ended if not recorder.fault]
+    whole = [one for one in table.ended if not one.fault and one.path.exists()]
     rows = [f"transcript: {recorder.path}" for recorder in whole]
     if whole:
         trust = "" if problems.stem(whole[-1].session.problem) else " --trust"

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from dmplay.errors import BadParameter, UnknownName
+from dmplay.files import user_folder
 from dmplay.finding.names import problem_names
 
 PROJECT = "dmplay.toml"
@@ -39,8 +40,7 @@ class File(NamedTuple):
 
 def paths(env: Mapping[str, str]) -> tuple[Path, Path]:
     """Where the user's file is, by the base directory specification, and the project's, here."""
-    home = env.get("XDG_CONFIG_HOME") or str(Path.home() / ".config")
-    return Path(home) / "dmplay" / "config.toml", Path(PROJECT)
+    return user_folder(env, "XDG_CONFIG_HOME", ".config") / "config.toml", Path(PROJECT)
 
 
 @cache

@@ -52,8 +52,6 @@ class Table:
     def put(self, game: Game) -> None:
         """Plays this game from now on."""
         self.end()
-        if self.ended and saves.dropped(self.ended[-1]):
-            self.ended.pop()
         self._game = game
         self.change_places()
 
@@ -74,7 +72,7 @@ class Table:
             return
         self._game.finish(reason)
         recorder = self._game.recorder
-        if recorder and recorder not in self.ended:
+        if recorder and recorder not in self.ended and not saves.dropped(recorder):
             self.ended.append(recorder)
 
     def begin(self, **changes: object) -> str:

@@ -7,6 +7,7 @@ from json import dumps, loads
 from pathlib import Path
 
 from dmplay import __version__
+from dmplay.files import user_folder
 from dmplay.finding import problems
 from dmplay.reports.progress import Bar
 from dmplay.solutions.every import solution
@@ -23,8 +24,8 @@ def cached(name: str, parameters: Mapping[str, object], tick: Tick) -> Solution:
         return solution(loaded.problem, tick)
     made = [loaded.name, loaded.parameters, __version__, *_code()]
     key = dumps(made, sort_keys=True, default=str)
-    root = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    file = Path(root) / "dmplay" / "solve" / f"{hashlib.sha256(key.encode()).hexdigest()[:16]}.json"
+    root = user_folder(os.environ, "XDG_CACHE_HOME", ".cache")
+    file = root / "solve" / f"{hashlib.sha256(key.encode()).hexdigest()[:16]}.json"
     try:
         return Solution(**loads(file.read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError):

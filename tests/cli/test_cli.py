@@ -2,7 +2,9 @@
 
 import json
 import os
+import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -198,7 +200,7 @@ def test_a_game_without_a_file_is_kept_and_the_last_twenty_stay(tmp_path: Path) 
     kept = tmp_path / "state" / "dmplay" / "games"
     kept.mkdir(parents=True)
     for number in range(30):
-        (kept / f"old{number:02}.dmt").write_text("")
+        (kept / f"old{number:02}.dmt").write_text("turn: 1\n")
         os.utime(kept / f"old{number:02}.dmt", (number, number))
     run(tmp_path, "hexworld", "--seed", "7", stdin="e\n")
     names = sorted(path.name for path in kept.iterdir())
@@ -311,3 +313,31 @@ def test_a_dash_that_makes_no_sense_is_refused(
 ) -> None:
     done = run(tmp_path, *words, stdin="")
     assert (done.returncode, done.stderr) == (2, f"error: {message}\n")
+
+
+NOBODY = ("setpriv", "--reuid=4242", "--regid=4242", "--clear-groups")
+
+
+@pytest.mark.skipif(os.geteuid() != 0 or not shutil.which("setpriv"), reason="not to be had here")
+@pytest.mark.parametrize(
+    ("words", "typed"),
+    [
+        (("list",), ""), (("config", "path"), ""), (("solve", "crying-baby"), ""),
+        (("info", "hexworld"), ""), (("resume",), ""), (("hexworld", "--seed", "7"), "e\n"),
+        (("shell",), "play hexworld --seed 7\ne\nnew\n"),
+    ],
+)  # fmt: skip
+def test_who_has_no_home_can_do_all_and_is_warned_once(
+    words: tuple[str, ...], typed: str, tmp_path: Path
+) -> None:
+    env = {"HOME": "", "XDG_STATE_HOME": "", "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    done = subprocess.run(
+        [*NOBODY, *DMPLAY, *words],
+        input=typed, capture_output=True, text=True, check=False, cwd="/",
+        env=clean_environment(tmp_path, **env),
+    )  # fmt: skip
+    kept = "warning: this game is not kept: no home; set HOME\n" if typed else ""
+    lost = "no unfinished game in" if words == ("resume",) else ""
+    assert done.stderr.count(kept) == 1 or not kept
+    assert done.returncode == (2 if lost else 0), done.stderr
+    assert lost in done.stderr

@@ -1,0 +1,112 @@
+"""The state folder: no game that is played or has turns is lost, and nobody else reads it."""
+
+import os
+import time
+from pathlib import Path
+
+import pytest
+
+from dmplay.front import epilogue
+from dmplay.game import saves
+from dmplay.game.request import Request
+from dmplay.game.start import new
+from dmplay.game.table import Table
+from tests.support.programs import ended, run, started
+
+PLAYED = "dmplay: 1\n\nturn: 1\n"
+
+
+@pytest.fixture
+def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where games are kept."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    return saves.folder(os.environ)
+
+
+def fill(kept: Path, text: str, age: float) -> list[Path]:
+    """Thirty games of a text, last written so many seconds after the first second of all."""
+    kept.mkdir(parents=True, exist_ok=True)
+    paths = [kept / f"{age}-{number:02}.dmt" for number in range(30)]
+    for path in paths:
+        path.write_text(text)
+        os.utime(path, (age, age))
+    return paths
+
+
+def test_a_game_in_play_is_not_removed_however_many_come_after_it(kept: Path) -> None:
+    game = new(Request("hexworld"))
+    assert game.recorder is not None
+    os.utime(game.recorder.path, (1, 1))
+    game.choose(0)
+    fill(kept, PLAYED, 9)
+    os.utime(game.recorder.path, (1, 1))
+    other = new(Request("hexworld"))
+    assert game.recorder.path.exists()
+    assert len([*kept.iterdir()]) == saves.KEPT + 1
+    game.finish()
+    other.finish()
+
+
+def test_games_of_no_turns_push_none_out_and_are_removed(kept: Path) -> None:
+    real = fill(kept, PLAYED, 1)[: saves.KEPT - 1]
+    for path in {*kept.iterdir()} - {*real}:
+        path.unlink()
+    fill(kept, "dmplay: 1\n", 5)
+    new(Request("hexworld")).finish()
+    assert {*real} < {*kept.iterdir()}
+    assert len([*kept.iterdir()]) == saves.KEPT
+
+
+def test_the_file_of_a_game_that_just_begins_is_left_to_it(kept: Path) -> None:
+    first = saves.new("hexworld")
+    second = saves.new("hexworld")
+    assert first
+    assert second
+    assert {*kept.iterdir()} == {first, second}
+    assert first != second
+    old = time.time() - 2 * saves.NEW
+    os.utime(first, (old, old))
+    third = saves.new("catch")
+    assert {*kept.iterdir()} == {second, third}
+
+
+def test_a_game_of_no_turns_is_not_kept_nor_told_of(tmp_path: Path, kept: Path) -> None:
+    done = run(tmp_path, "hexworld", "--seed", "7", stdin="quit\n")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert [*kept.iterdir()] == []
+
+
+def test_what_is_told_of_is_there(kept: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for gone in (False, True):
+        table = Table(new(Request("hexworld", seed=7)))
+        table.game.choose(0)
+        table.end()
+        if gone:
+            table.ended[0].path.unlink()
+        epilogue(table)
+        assert ("replay: " in capsys.readouterr().err) is not gone
+
+
+def test_bare_resume_passes_over_a_game_of_no_turns(tmp_path: Path, kept: Path) -> None:
+    run(tmp_path, "hexworld", "--seed", "7", stdin="e\n")
+    (old,) = kept.iterdir()
+    header, opening = old.read_text().split("\n\n")[:2]
+    (kept / "zero.dmt").write_text(f"{header}\n\n{opening}\n\n")
+    assert saves.latest_unfinished() == old
+
+
+def test_games_begun_at_once_all_have_a_file(tmp_path: Path, kept: Path) -> None:
+    games = [started(tmp_path, "-e", "play hexworld", "-e", "e") for _ in range(24)]
+    assert [ended(game) for game in games] == [0] * 24
+    assert len([*kept.iterdir()]) >= saves.KEPT
+    for path in kept.iterdir():
+        assert "\nturn: 1\n" in path.read_text()
+
+
+def test_nobody_else_reads_the_games_that_are_kept(kept: Path) -> None:
+    kept.mkdir(parents=True)
+    game = new(Request("crying-baby"))
+    assert game.recorder
+    assert game.recorder.path.stat().st_mode & 0o777 == 0o600
+    assert kept.stat().st_mode & 0o777 == 0o700
+    game.finish()
