@@ -93,5 +93,7 @@ def faults(table: Table) -> int:
     bad = [recorder for recorder in table.ended if recorder.fault]
     for recorder in bad:
         assert recorder.fault
+        if isinstance(recorder.fault, BrokenPipeError):
+            raise recorder.fault
         print(f"error: cannot write {recorder.path}: {recorder.fault.strerror}", file=sys.stderr)
     return 1 if bad else 0

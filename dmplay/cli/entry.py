@@ -42,6 +42,8 @@ def run() -> int:
 
         print(f"error: {clean(sentence(error))}", file=sys.stderr)
         return USAGE_CODE
+    except SystemExit:  # typer's, where nobody reads the help
+        raise BrokenPipeError from None
     except typer.Abort:  # Ctrl-C
         raise KeyboardInterrupt from None
 

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 from dmplay.core import Problem
 from dmplay.describe import counted
@@ -181,6 +182,21 @@ def _retell(told: Session, turns: int, session: Session, recorder: Recorder) -> 
             recorder.event("reroll", told.rerolls[number])
         session.advance(actions, played.draws)
         recorder.turn()
+
+
+def retold(game: Game, path: Path) -> None:
+    """Writes a game of which no transcript is kept, as far as it came."""
+    asked, played = game.asked, game.session
+    assert asked
+    found = problems.resolve(asked.name, asked.configured())
+    dice = Dice(game.seed, asked.episode)
+    session = Session(found.problem, dice, limit=played.limit, opening=played.opening)
+    recorder = Recorder.create(path, header(found, game.seats, dice, asked), session)
+    _retell(played, len(played.turns), session, recorder)
+    if played.over:
+        session.end(played.ending or "")
+        recorder.end()
+    recorder.close()
 
 
 def _framing(transcript: Transcript) -> Frame | None:

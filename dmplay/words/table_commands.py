@@ -8,6 +8,7 @@ from dmplay.finding import problems
 from dmplay.game.answer import answer
 from dmplay.game.request import words_of
 from dmplay.game.saves import copied
+from dmplay.game.start import retold
 from dmplay.game.table import Table
 
 
@@ -65,13 +66,16 @@ def set_(table: Table, argument: str) -> str:
 
 def save(table: Table, argument: str) -> str:
     """Copies the transcript so far to a file; alone, tells where it is kept."""
-    recorder = table.game.recorder
-    if recorder is None:
+    game, recorder = table.game, table.game.recorder
+    if recorder is None and not (argument and game.asked):
         raise BadParameter("save: no transcript is written; --record FILE writes one")
-    if not argument:
+    if recorder and not argument:
         return f"kept as you play: {recorder.path}"
     name = words_of(argument)[0]
-    copied(recorder, Path(name))
+    if recorder:
+        copied(recorder, Path(name))
+    else:
+        retold(game, Path(name))
     return f"saved {name}; dmplay resume {quote(name)} goes on"
 
 

@@ -11,6 +11,7 @@ from dmplay.game import saves
 from dmplay.game.request import Request
 from dmplay.game.start import new
 from dmplay.game.table import Table
+from tests.support.games import verified
 from tests.support.programs import ended, run, started
 
 PLAYED = "dmplay: 1\n\nturn: 1\n"
@@ -110,3 +111,14 @@ def test_nobody_else_reads_the_games_that_are_kept(kept: Path) -> None:
     assert game.recorder.path.stat().st_mode & 0o777 == 0o600
     assert kept.stat().st_mode & 0o777 == 0o700
     game.finish()
+
+
+def test_without_a_state_folder_a_game_is_saved_where_a_path_is_given(tmp_path: Path) -> None:
+    (tmp_path / "state").write_text("a file where the folder should be")
+    typed = "play hexworld --seed 7\ne\nw\nreroll\nsave g.dmt\ne\n"
+    done = run(tmp_path, "shell", stdin=typed)
+    assert done.returncode == 0, done.stderr
+    told = run(tmp_path, "verify", "--allow-unfinished", "g.dmt").stdout
+    assert told == "ok g.dmt (2 turns, unfinished)\n1 verified\n"
+    assert run(tmp_path, "resume", "g.dmt", stdin="w\nquit\n").returncode == 0
+    assert verified(tmp_path / "g.dmt")

@@ -41,6 +41,7 @@ def test_no_input_is_a_game_that_nobody_plays(problem: str, tmp_path: Path) -> N
         "info hexworld",
         "--help",
         "--version",
+        "hexworld --agent random --seed 7 --quiet -o -",
     ],
 )
 def test_a_reader_that_leaves_early_is_no_news(line: str, tmp_path: Path) -> None:
@@ -48,6 +49,12 @@ def test_a_reader_that_leaves_early_is_no_news(line: str, tmp_path: Path) -> Non
     assert (done.stderr, len(done.stdout.splitlines())) == ("", 1)
     gone = shell(f"dmplay {line} | true", tmp_path)
     assert (gone.stderr, gone.stdout) == ("", "")
+
+
+@pytest.mark.parametrize("line", ["--help", "list", "hexworld --agent random --quiet -o -"])
+def test_without_a_reader_the_code_is_that_of_the_signal(line: str, tmp_path: Path) -> None:
+    done = shell(f"dmplay {line} | (exec <&-; sleep 2); echo ${{PIPESTATUS[0]}}", tmp_path)
+    assert (done.stdout, done.stderr) == ("141\n", "")
 
 
 @pytest.mark.parametrize("line", ["hexworld --agent optimal --seed 7", "list", "--help"])
