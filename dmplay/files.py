@@ -94,12 +94,12 @@ def _written(path: Path, text: str) -> None:
         with open(handle, "w", encoding="utf-8", newline="\n") as file:
             file.write(text)
             file.flush()
-            if not os.path.lexists(path):
-                os.link(name, path, src_dir_fd=handle)  # refuses what has come to be there
-                return
-            os.chmod(handle, path.stat().st_mode & 0o777)
-            if name != str(spare):
-                os.link(name, spare, src_dir_fd=handle)
+            there = path.exists()
+            if there:
+                os.chmod(name, path.stat().st_mode & 0o777)
+            if name != str(spare):  # a link refuses what has come to be there
+                os.link(name, spare if there else path, src_dir_fd=handle)
+        if spare.exists():
             os.replace(spare, path)
     finally:
         spare.unlink(missing_ok=True)

@@ -131,3 +131,24 @@ def test_a_game_that_a_signal_ends_is_whole_and_verifies(
     os.kill(game.pid, number)
     assert ended(game) in (128 + number, 0)
     assert check(file).ok
+
+
+@pytest.mark.parametrize("moment", range(8))
+@pytest.mark.parametrize("old", ["mine", None])
+def test_what_is_written_of_a_game_is_whole_or_not_there_after_a_kill(
+    moment: int, old: str | None, tmp_path: Path
+) -> None:
+    played("hexworld", "--agent", "random", "--quiet", "-o", "g.dmt", folder=tmp_path)
+    export = ("export", "g.dmt", "--film", "--force", "-o")
+    played(*export, "whole", folder=tmp_path)
+    out = tmp_path / "out"
+    if old:
+        out.write_text(old)
+    before = {*tmp_path.iterdir()}
+    program = started(tmp_path, *export, "out")
+    program.join(0.03 * moment)
+    program.kill()
+    ended(program)
+    whole = (tmp_path / "whole").read_text()
+    assert (out.read_text() if out.exists() else None) in (old, whole)
+    assert {*tmp_path.iterdir()} - before <= {out}
