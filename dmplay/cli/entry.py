@@ -31,7 +31,10 @@ def run() -> int:
     if sys.argv[1] in SCRIPTS and len(sys.argv) > 2:
         os.environ[NAMED] = "1"
     try:
-        errand = app(standalone_mode=False, prog_name="dmplay")
+        try:
+            errand = app(standalone_mode=False, prog_name="dmplay")
+        except SystemExit:  # typer's, where nobody reads the help
+            raise BrokenPipeError from None
         if isinstance(errand, int):  # of help
             return errand
         from dmplay.cli.errands import do
@@ -42,8 +45,6 @@ def run() -> int:
 
         print(f"error: {clean(sentence(error))}", file=sys.stderr)
         return USAGE_CODE
-    except SystemExit:  # typer's, where nobody reads the help
-        raise BrokenPipeError from None
     except typer.Abort:  # Ctrl-C
         raise KeyboardInterrupt from None
 
