@@ -11,7 +11,7 @@ import pytest
 HERE = Path(__file__).parent
 HOUSE = HERE.parent / "dmplay"
 FLOORS = (
-    "errors", "files", "chance", "core", "dice", "describe", "hexes", "matrix_game", "tabular",
+    "errors", "disk", "chance", "core", "dice", "describe", "hexes", "matrix_game", "tabular",
     "belief", "session", "rollouts", "problems", "solvers", "policies", "transcript", "finding",
     "terminal", "signals", "styles", "views", "figures", "solutions", "game", "words", "screen",
     "reports", "prompt", "front", "cli", "pytest_plugin", "__main__",

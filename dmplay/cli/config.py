@@ -18,8 +18,8 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
+from dmplay.disk import user_folder
 from dmplay.errors import BadParameter, UnknownName
-from dmplay.files import user_folder
 from dmplay.finding.names import problem_names
 
 PROJECT = "dmplay.toml"

@@ -5,8 +5,8 @@ from json import dumps
 from pathlib import Path
 
 from dmplay.describe import counted, one_line
+from dmplay.disk import write
 from dmplay.errors import BadParameter, BadTranscript, DmplayError
-from dmplay.files import write
 from dmplay.finding import problems
 from dmplay.game.account import frame
 from dmplay.game.saves import INPUT, standard

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.chance import Reals
+from dmplay.disk import write as write_file
 from dmplay.errors import BadParameter
-from dmplay.files import write as write_file
 from dmplay.finding import agents
 from dmplay.game.adviser import decimals, fixed
 from dmplay.game.seats import people

@@ -10,7 +10,7 @@ from functools import cache
 from itertools import count
 from pathlib import Path
 
-from dmplay import files
+from dmplay import disk
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.transcript.format import checksum, closing
 from dmplay.transcript.reading import Transcript, read
@@ -36,7 +36,7 @@ def readable(path: Path, how: Callable[[Path], Transcript] = read) -> Transcript
 
 def folder(env: Mapping[str, str]) -> Path:
     """`$XDG_STATE_HOME/dmplay/games`, by the base directory specification."""
-    return files.user_folder(env, "XDG_STATE_HOME", ".local", "state") / "games"
+    return disk.user_folder(env, "XDG_STATE_HOME", ".local", "state") / "games"
 
 
 def new(problem: str) -> Path | None:
@@ -65,7 +65,7 @@ def _clear(place: Path) -> None:
         with contextlib.suppress(OSError):
             told = path.stat()
             begins = not told.st_size and time.time() - told.st_mtime < NEW
-            if not begins and not files.in_play(path):
+            if not begins and not disk.in_play(path):
                 path.unlink()
 
 
@@ -108,7 +108,7 @@ def copied(recorder: Recorder, path: Path) -> None:
     content = recorder.path.read_text(encoding="utf-8")
     if recorder.session.over and recorder.open:
         content += "\n".join([*closing(recorder.session, checksum(content)), ""])
-    files.write(path, content)
+    disk.write(path, content)
 
 
 def dropped(recorder: Recorder) -> bool:
@@ -128,7 +128,7 @@ def latest_unfinished() -> Path:
         except (DmplayError, OSError):
             continue
         left = transcript.end is None or transcript.chosen
-        if left and _has_turns(path) and not files.in_play(path):
+        if left and _has_turns(path) and not disk.in_play(path):
             return path
     raise BadParameter(f"no unfinished game in {place}; name a file: dmplay resume FILE")
 

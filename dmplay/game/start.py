@@ -8,8 +8,8 @@ from pathlib import Path
 from dmplay.core import Problem
 from dmplay.describe import counted
 from dmplay.dice import Dice
+from dmplay.disk import apart
 from dmplay.errors import BadParameter
-from dmplay.files import apart
 from dmplay.finding import agents, problems
 from dmplay.game import saves
 from dmplay.game.account import frame

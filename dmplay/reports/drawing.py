@@ -9,8 +9,8 @@ from rich._export_format import CONSOLE_SVG_FORMAT
 from rich.console import Console
 from rich.text import Text
 
+from dmplay.disk import write
 from dmplay.figures.every import figure, figures
-from dmplay.files import write
 from dmplay.styles import ansi
 from dmplay.terminal import Terminal
 from dmplay.views.canvas import plainly, size

@@ -9,8 +9,8 @@ from pathlib import Path
 from rich.text import Text
 
 from dmplay.describe import counted
+from dmplay.disk import apart
 from dmplay.errors import BadParameter
-from dmplay.files import apart
 from dmplay.game.formats import FORMATS
 from dmplay.game.playback import Playback
 from dmplay.reports.drawing import console, kept, picture

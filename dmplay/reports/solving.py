@@ -7,7 +7,7 @@ from json import dumps, loads
 from pathlib import Path
 
 from dmplay import __version__
-from dmplay.files import user_folder
+from dmplay.disk import user_folder
 from dmplay.finding import problems
 from dmplay.reports.progress import Bar
 from dmplay.solutions.every import solution

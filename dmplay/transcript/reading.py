@@ -6,7 +6,7 @@ from dataclasses import MISSING, dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from dmplay import files
+from dmplay import disk
 from dmplay.errors import BadTranscript, UnknownName
 from dmplay.transcript.format import CHOSEN, EVENTS, TURN, lines, text
 from dmplay.transcript.header import FORMAT, LINES, VERSION, Header, Kind
@@ -92,7 +92,7 @@ def read(path: str | Path) -> Transcript:
 
 def left(path: str | Path) -> Transcript:
     """A transcript as it was left, perhaps before its first turn."""
-    return parse(files.content(Path(path)), str(path))
+    return parse(disk.content(Path(path)), str(path))
 
 
 def parse(raw: bytes, path: str = "transcript") -> Transcript:

@@ -6,7 +6,7 @@ import hashlib
 import os
 from pathlib import Path
 
-from dmplay import files
+from dmplay import disk
 from dmplay.errors import BadParameter
 from dmplay.session import Session
 from dmplay.transcript.format import Frame, closing, lines, text, turn_facts, without_notes
@@ -42,10 +42,10 @@ class Recorder:
     ) -> "Recorder":
         """A new file with the header and the opening; refuses one that exists without `force`."""
         recorder = cls(path, session, frame)
-        device = files.stream(path)
+        device = disk.stream(path)
         try:
             if not device:
-                files.claim(path, force=force)
+                disk.claim(path, force=force)
             how = os.O_APPEND if device else 0 if path.exists() else os.O_EXCL
             recorder._file = os.open(path, os.O_WRONLY | os.O_CREAT | how, 0o644)
             recorder._take()
@@ -78,7 +78,7 @@ class Recorder:
 
     def _take(self) -> None:
         """Keeps other programs from writing the same file, where the system can."""
-        if not files.stream(self.path) and files.played(self._file):
+        if not disk.stream(self.path) and disk.played(self._file):
             self.close()
             raise BadParameter(f"{self.path}: somebody plays this game now")
 

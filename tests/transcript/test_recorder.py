@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 import dmplay
+from dmplay.disk import played
 from dmplay.errors import BadParameter
-from dmplay.files import played
 from dmplay.transcript.header import Header
 from dmplay.transcript.reading import read
 from dmplay.transcript.recorder import Recorder

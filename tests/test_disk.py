@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from dmplay.disk import content, write
 from dmplay.errors import BadParameter
-from dmplay.files import content, write
 from tests.support.games import recorded
 from tests.support.programs import run
 
