@@ -2,7 +2,7 @@
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from itertools import product
@@ -11,7 +11,7 @@ from typing import Any, ClassVar, NamedTuple, Protocol, TypeVar
 import numpy as np
 
 from dmplay.chance import Array, Bools, Chance, Finite, Ints, Reals, anyone, sample
-from dmplay.errors import BadParameter, IllegalAction, UnknownName
+from dmplay.errors import BadParameter, BadPolicy, IllegalAction, UnknownName
 
 DECIMALS = 9  # of a real-valued action, so that its text is the number
 GRID = 21  # actions that stand for an interval
@@ -174,6 +174,24 @@ class Policy(Protocol):
 
     def values(self, memory: Memory) -> Reals | None:
         """The value of each action `[B, A]`, where the policy knows it."""
+
+
+def own(array: Array) -> Array:
+    """A copy that shares nothing with the game, and that nobody writes into."""
+    copied: Array = array.copy()
+    copied.setflags(write=False)
+    return copied
+
+
+def asked(where: str, answer: Callable[..., T], *given: object) -> T:
+    """What a policy's method answers; raises BadPolicy where it writes into what it is given."""
+    try:
+        return answer(*given)
+    except ValueError as error:
+        if "read-only" not in str(error):
+            raise
+        name = answer.__qualname__
+        raise BadPolicy(f"{where}: {name} writes into what it was given; copy it first") from None
 
 
 def parameter(
@@ -345,15 +363,15 @@ class Problem(ABC):
 
     def first_sight(self, s: Array) -> Array:
         """What a seat sees before the first turn: the state `[B, ...]`, or -1 if it is hidden."""
-        return np.full(len(s), -1) if self.hidden else s
+        return own(np.full(len(s), -1) if self.hidden else s)
 
     def percept(self, seat: int, actions: Array, outcome: Outcome) -> Percept:
-        """What a turn by the joint actions `[B, n]` teaches a seat."""
+        """What a turn by the joint actions `[B, n]` teaches a seat, in arrays of its own."""
         return Percept(
-            actions[:, seat],
-            outcome.observations[:, seat] if self.hidden else outcome.observations,
-            None if self.hidden else actions,
-            outcome.rewards[:, seat] if self.rewards_observed else None,
+            own(actions[:, seat]),
+            own(outcome.observations[:, seat] if self.hidden else outcome.observations),
+            None if self.hidden else own(actions),
+            own(outcome.rewards[:, seat]) if self.rewards_observed else None,
         )
 
     @property

@@ -1,12 +1,13 @@
 """Many games at once: a problem and its policies, to returns."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from dmplay.chance import Array, Bools, Ints, Reals
-from dmplay.core import DECIMALS, Memory, Policy, Problem
+from dmplay.core import DECIMALS, Memory, Policy, Problem, asked, own
 from dmplay.dice import NATURE, uniforms
 from dmplay.errors import BadPolicy
 
@@ -51,7 +52,7 @@ def rollout(  # noqa: PLR0913 - each is the caller's to choose
     length = np.zeros(episodes, np.int64)
     weight = 1.0
     row = np.arange(episodes)  # the games that go on
-    memories = [policy.begin(problem.first_sight(state)) for policy in policies]
+    memories = [asked("turn 1", one.begin, problem.first_sight(state)) for one in policies]
     for turn in range(1, limit + 1):
         going = ~problem.terminal(state)
         if not going.all():
@@ -60,10 +61,13 @@ def rollout(  # noqa: PLR0913 - each is the caller's to choose
         if not len(row):
             break
         luck = [draw(1 + seat, turn, policy.draws)[row] for seat, policy in enumerate(policies)]
-        actions = _chosen(problem, policies, memories, state, luck)
+        where = [f"turn {turn}, {agent}" for agent in problem.agents]
+        each = zip(where, policies, memories, strict=True)
+        choosers = [partial(asked, at, policy.choose, memory) for at, policy, memory in each]
+        actions = _chosen(problem, choosers, state, luck)
         outcome = problem.step(state, actions, draw(NATURE, turn, problem.draws.step)[row])
         memories = [
-            policy.update(memory, problem.percept(seat, actions, outcome))
+            asked(where[seat], policy.update, memory, problem.percept(seat, actions, outcome))
             for seat, (policy, memory) in enumerate(zip(policies, memories, strict=True))
         ]
         final[row] = state = outcome.state
@@ -80,17 +84,15 @@ def _rows(memory: Memory, going: Bools) -> Memory:
 
 def _chosen(
     problem: Problem,
-    policies: Sequence[Policy],
-    memories: Sequence[Memory],
+    choosers: Sequence[Callable[[Bools | None, Reals], Array]],
     state: Array,
     luck: Sequence[Reals],
 ) -> Array:
     """The joint actions `[B, n]` that the policies choose, reals to so many decimals."""
     legal = problem.legal(state)
-    each = zip(policies, memories, luck, strict=True)
     chosen = [
-        policy.choose(memory, None if legal is None else legal[:, seat], u)
-        for seat, (policy, memory, u) in enumerate(each)
+        choose(None if legal is None else own(legal[:, seat]), u)
+        for seat, (choose, u) in enumerate(zip(choosers, luck, strict=True))
     ]
     actions = np.stack(chosen, axis=1)
     # As in a session, so that the text of an action is the action.

@@ -1,7 +1,7 @@
 """One game as a state machine, without input or output: what was done, drawn, seen and paid."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
@@ -9,13 +9,14 @@ import numpy as np
 
 from dmplay import belief as beliefs
 from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Continuous, Memory, Outcome, Percept, Policy, Problem
+from dmplay.core import Continuous, Memory, Outcome, Percept, Policy, Problem, asked, own
 from dmplay.dice import NATURE
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
 
 LARGEST_BELIEF = 4096  # states that a view shows a belief over, where it is quick to have
 LONGEST_LIST = 64  # states; a longer belief, written as a list, is no use to a reader
 
+T = TypeVar("T")
 P_co = TypeVar("P_co", bound=Problem, covariant=True)
 
 
@@ -96,8 +97,8 @@ class Session:
         self.source = source
         self.limit = problem.horizon if limit is None else limit
         count = problem.draws.start
-        self.opening = source.draw(NATURE, 0, 0, count)[0] if opening is None else opening
-        self.first = problem.start(self.opening[None])[0]
+        self.opening = own(source.draw(NATURE, 0, 0, count)[0] if opening is None else opening)
+        self.first = own(problem.start(self.opening[None])[0])
         self.turns: list[Turn] = []
         self.rerolls: dict[int, int] = {}  # turn -> how often its dice were thrown anew
         self._ended: str | None = None
@@ -145,7 +146,7 @@ class Session:
     def legal(self, seat: int) -> Bools | None:
         """The actions `[A]` open to a seat; None for all."""
         legal = self.problem.legal(self.state[None])
-        return None if legal is None else legal[0, seat]
+        return None if legal is None else own(legal[0, seat])
 
     def choices(self) -> list[float | None]:
         """What each policy does now; None for a seat played from outside."""
@@ -169,9 +170,8 @@ class Session:
             reroll = self.rerolls.get(number, 0)
             draws = self.source.draw(NATURE, number, reroll, self.problem.draws.step)[0]
         outcome = self.problem.step(self.state[None], joint[None], draws[None])
-        turn = Turn(
-            joint, draws, outcome.state[0], outcome.observations[0], outcome.rewards[0] + 0.0
-        )
+        happened = outcome.state[0], outcome.observations[0], outcome.rewards[0] + 0.0
+        turn = Turn(*map(own, (joint, draws, *happened)))
         self.turns.append(turn)
         return turn
 
@@ -233,7 +233,8 @@ class Session:
     def beliefs(self) -> list[Reals]:
         """The belief of each seat `[n, S]` before the first turn and after each."""
         if not self._beliefs:
-            self._beliefs.append(np.tile(beliefs.prior(self.problem), (len(self.followers), 1)))
+            prior = np.tile(beliefs.prior(self.problem), (len(self.followers), 1))
+            self._beliefs.append(own(prior))
         for turn in self.turns[len(self._beliefs) - 1 :]:
             rows = []
             for seat, before in enumerate(self._beliefs[-1]):
@@ -241,7 +242,7 @@ class Session:
                 seen = list(actions)
                 actions[seat], seen[seat] = int(turn.actions[seat]), int(turn.observations[seat])
                 rows.append(beliefs.update(self.problem, before, actions, seen).belief)
-            self._beliefs.append(np.array(rows))
+            self._beliefs.append(own(np.array(rows)))
         return self._beliefs
 
     def view(self, seat: int) -> View[Problem]:
@@ -297,10 +298,11 @@ class Follower:
         """The policy's memory now, after every turn played."""
         self.forget()
         if not self._memories:
-            self._memories.append(self.policy.begin(self.session.observation(self.seat, 0)[None]))
+            seen = own(self.session.observation(self.seat, 0)[None])
+            self._memories.append(self._ask(self.policy.begin, seen))
         for turn in range(len(self._memories), len(self.session.turns) + 1):
             percept = self.session.percept(self.seat, turn)
-            self._memories.append(self.policy.update(self._memories[-1], percept))
+            self._memories.append(self._ask(self.policy.update, self._memories[-1], percept))
         return self._memories[-1]
 
     def choose(self) -> float:
@@ -310,14 +312,23 @@ class Follower:
         # A reroll is nature's alone: the seats act again as they did.
         u = session.source.draw(1 + self.seat, turn, 0, self.policy.draws)
         legal = session.legal(self.seat)
-        chosen = self.policy.choose(self.memory(), None if legal is None else legal[None], u)
+        able = None if legal is None else own(legal[None])
+        chosen = self._ask(self.policy.choose, self.memory(), able, u)
         if np.shape(chosen) != (1,):
-            where = f"turn {turn}, {session.problem.agents[self.seat]}"
             name = type(self.policy).__name__
-            raise BadPolicy(f"{where}: {name} chose {chosen!r}, expected an array of one action")
+            raise BadPolicy(
+                f"{self._where}: {name} chose {chosen!r}, expected an array of one action"
+            )
         return float(chosen[0])
 
     def values(self) -> Reals | None:
         """The value of each action `[A]` now, where the policy knows it."""
-        values = self.policy.values(self.memory())
+        values = self._ask(self.policy.values, self.memory())
         return None if values is None else values[0]
+
+    @property
+    def _where(self) -> str:
+        return f"turn {len(self.session.turns) + 1}, {self.session.problem.agents[self.seat]}"
+
+    def _ask(self, answer: Callable[..., T], *given: object) -> T:
+        return asked(self._where, answer, *given)

@@ -1,12 +1,17 @@
 """The game as a state machine: turns, undo, rerolls, endings, and what a seat may know."""
 
+from typing import ClassVar
+
 import numpy as np
 import pytest
 
 import dmplay
+from dmplay.chance import Bools, Reals
+from dmplay.core import Memory, Percept
 from dmplay.dice import Dice
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
 from dmplay.policies.script import Script
+from dmplay.rollouts import rollout
 from dmplay.session import Follower
 from tests.support.games import session
 
@@ -154,6 +159,97 @@ def test_a_policy_that_answers_no_single_action_is_named() -> None:
     game = dmplay.Session(problem, Dice(1), [Broken(problem, 0, ())])
     with pytest.raises(BadPolicy, match="turn 1, agent: Broken chose"):
         game.advance()
+
+
+class Grasping(Script):
+    """Writes into all that it is given, or follows it to where it came from."""
+
+    given: ClassVar[list[np.ndarray]] = []
+
+    def begin(self, observation: np.ndarray) -> Memory:
+        self.given.append(observation)
+        return super().begin(observation)
+
+    def update(self, memory: Memory, percept: Percept) -> Memory:
+        self.given.extend(part for part in percept if part is not None)
+        return super().update(memory, percept)
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> np.ndarray:
+        self.given.extend([] if legal is None else [legal])
+        return super().choose(memory, legal, u)
+
+
+class Rescaling(Script):
+    """Means no harm."""
+
+    def update(self, memory: Memory, percept: Percept) -> Memory:
+        observation = percept.observation
+        observation /= 2.4
+        return super().update(memory, percept)
+
+
+@pytest.mark.parametrize("name", ["2048", "cart-pole", "crying-baby", "prisoners-dilemma"])
+@pytest.mark.parametrize("many", [False, True])
+def test_what_a_policy_is_given_is_its_own_and_not_to_be_written_into(
+    name: str, *, many: bool
+) -> None:
+    problem = dmplay.load(name)
+    Grasping.given = []
+    seats = [Grasping(problem, n, (0, 1, 0, 1)) for n in range(len(problem.agents))]
+    if many:
+        rollout(problem, seats, episodes=3, turns=3)
+    else:
+        game = dmplay.Session(problem, Dice(1), seats)
+        for _ in range(3):
+            game.advance()
+    assert Grasping.given
+    for given in Grasping.given:
+        assert given.base is None
+        assert not given.flags.writeable
+        given.flags.writeable = True
+        given[...] = 0  # of no effect on anything else
+    if not many:
+        assert [turn.actions[0] for turn in game.turns] == [0, 1, 0]
+
+
+def test_a_policy_that_writes_into_what_it_is_given_is_named() -> None:
+    problem = dmplay.load("cart-pole")
+    seats = [Rescaling(problem, 0, (0, 0))]
+    told = r"turn 2, agent: Rescaling\.update writes into what it was given; copy it first"
+    game = dmplay.Session(problem, Dice(1), seats)
+    game.advance()
+    with pytest.raises(BadPolicy, match=told):
+        game.advance()
+    with pytest.raises(BadPolicy, match=r"turn 1, agent: Rescaling\.update writes"):
+        rollout(problem, seats, episodes=2, turns=1)
+
+
+def test_another_error_of_a_policy_stays_what_it_is() -> None:
+    problem = dmplay.load("hexworld")
+
+    class Wrong(Script):
+        def update(self, *_: object) -> Memory:
+            raise ValueError("not for us to say")
+
+    game = dmplay.Session(problem, Dice(1), [Wrong(problem, 0, (0, 0))])
+    game.advance()
+    with pytest.raises(ValueError, match="not for us to say"):
+        game.advance()
+
+
+@pytest.mark.parametrize("name", ["2048", "cart-pole", "crying-baby", "prisoners-dilemma"])
+def test_nobody_writes_into_what_a_view_carries(name: str) -> None:
+    problem = dmplay.load(name)
+    game = dmplay.Session(problem, Dice(1))
+    able = game.legal(0)
+    first = 0 if able is None else np.flatnonzero(able)[0]
+    game.advance([first] * len(problem.agents))
+    view = game.view(0)
+    parts = [*view.observations, *(view.joint or ()), *(view.beliefs or ())]
+    parts += [] if view.legal is None else [view.legal]
+    for part in parts:
+        if np.ndim(part):
+            assert not part.flags.writeable
 
 
 def test_values_of_an_adviser_are_those_of_its_seat() -> None:

@@ -5,7 +5,7 @@ from itertools import zip_longest
 
 from dmplay.core import Policy, Problem
 from dmplay.dice import NATURE, Dice
-from dmplay.errors import BadTranscript
+from dmplay.errors import BadPolicy, BadTranscript
 from dmplay.session import Session
 from dmplay.transcript.format import Frame, end_facts, turn_facts
 from dmplay.transcript.header import header_facts
@@ -93,7 +93,11 @@ class _Check:
         """Asks the agents of this turn again."""
         told = actions_of(self.transcript, block, session.problem)
         where = f"turn {block['turn']}"
-        for seat, (action, chosen) in enumerate(zip(told, session.choices(), strict=True)):
+        try:
+            choices = session.choices()
+        except BadPolicy as error:
+            raise self.transcript.fault(block.line, str(error)) from None
+        for seat, (action, chosen) in enumerate(zip(told, choices, strict=True)):
             if chosen is not None and chosen != action:
                 name = session.problem.agents[seat]
                 did, does = (session.problem.action_name(seat, x) for x in (action, chosen))

@@ -19,7 +19,9 @@ from dmplay.game.request import Branching, Request, Resumption
 from dmplay.game.start import branched, new, resumed
 from dmplay.transcript.format import number
 from dmplay.transcript.reading import parse, read
+from dmplay.transcript.verify import verify
 from tests.support.games import altered, recorded
+from tests.test_session import Rescaling
 
 STRAIGHT = """\
 dmplay: 1
@@ -555,3 +557,12 @@ def test_no_agent_that_a_file_names_is_imported_without_trust(tmp_path: Path, wh
         resumed(Resumption(path))
     with pytest.raises(BadParameter, match="is not built in; if it is yours, add --trust"):
         branched(Branching(path, turn=1, record=tmp_path / "other.dmt"))
+
+
+def test_an_agent_asked_again_that_writes_into_what_it_is_given_is_a_finding(
+    tmp_path: Path,
+) -> None:
+    recorded(tmp_path / "g.dmt", "cart-pole", "random", turns=3)
+    problem = dmplay.load("cart-pole")
+    report = verify(read(tmp_path / "g.dmt"), problem, [Rescaling(problem, 0, (0, 0, 0))])
+    assert "turn 2, agent: Rescaling.update writes into" in str(report)
