@@ -3,7 +3,8 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Generic, NamedTuple, Protocol, TypeVar
+from functools import partial
+from typing import Generic, NamedTuple, Protocol, TypeVar, overload
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
 LARGEST_BELIEF = 4096  # states that a view shows a belief over, where it is quick to have
 LONGEST_LIST = 64  # states; a longer belief, written as a list, is no use to a reader
 
+L = TypeVar("L")
 T = TypeVar("T")
 P_co = TypeVar("P_co", bound=Problem, covariant=True)
 
@@ -37,18 +39,46 @@ class Turn(NamedTuple):
     rewards: Reals  # [n]
 
 
+class Past(Sequence[T]):
+    """What a seat was told so far, at first and turn by turn, read as it is needed."""
+
+    def __init__(
+        self, turns: Sequence[L], told: Callable[[L], T], first: tuple[T, ...] = ()
+    ) -> None:
+        self._first, self._turns, self._told = first, turns, told
+        self._places = range(len(first) + len(turns))  # those of today, whatever comes
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+    @overload
+    def __getitem__(self, place: int) -> T: ...
+    @overload
+    def __getitem__(self, place: slice) -> tuple[T, ...]: ...
+    def __getitem__(self, place: int | slice) -> T | tuple[T, ...]:
+        if isinstance(place, slice):
+            return tuple(self[at] for at in self._places[place])
+        turn = self._places[place] - len(self._first)
+        return self._first[turn] if turn < 0 else self._told(self._turns[turn])
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Sequence) and tuple(self) == tuple(other)
+
+    __hash__ = None  # type: ignore[assignment] # as of what it holds
+
+
 @dataclass(frozen=True)
 class View(Generic[P_co]):
     """All that a seat may know, and nothing else."""
 
     problem: P_co
     seat: int
-    observations: tuple[Array, ...]  # one more than turns; the first is -1 where states are hidden
-    actions: tuple[float, ...]  # its own
-    joint: tuple[Array, ...] | None  # everybody's `[n]`, where every agent sees the state
-    rewards: tuple[float, ...] | None  # its own, where observable or once the game is over
+    observations: Sequence[Array]  # one more than turns; the first is -1 where states are hidden
+    actions: Sequence[float]  # its own
+    joint: Sequence[Array] | None  # everybody's `[n]`, where every agent sees the state
+    rewards: Sequence[float] | None  # its own, where observable or once the game is over
     legal: Bools | None  # [A]; None for all
-    beliefs: tuple[Reals, ...] | None  # [S] each, where states are hidden and few enough
+    beliefs: Sequence[Reals] | None  # [S] each, where states are hidden and few enough
     ending: str | None
     limit: int | None
 
@@ -104,6 +134,8 @@ class Session:
         self._ended: str | None = None
         self._known: tuple[Array | None, bool] = (None, False)
         self._beliefs: list[Reals] = []  # [n, S] before each turn and after the last
+        self._sums: list[tuple[Reals, float]] = []  # returns and totals [2, n], next weight
+        self._viewed = False  # whether a view reads the lists of turns and beliefs
         self.followers = [
             None if policy is None else Follower(self, seat, policy)
             for seat, policy in enumerate(policies or [None] * len(problem.agents))
@@ -197,8 +229,11 @@ class Session:
             raise IllegalAction(f"undo {turns}: {played}")
         self._ended = None
         taken = self.turns[-turns:]
+        if self._viewed:  # a view stays what it was
+            self.turns, self._beliefs, self._viewed = [*self.turns], [*self._beliefs], False
         del self.turns[-turns:]
-        del self._beliefs[len(self.turns) + 1 :]
+        for known in (self._beliefs, self._sums):
+            del known[len(self.turns) + 1 :]
         for follower in self.followers:
             if follower:
                 follower.forget()
@@ -216,8 +251,11 @@ class Session:
         if turn == 0:
             first: Array = self.problem.first_sight(self.first[None])[0]
             return first
-        seen = self.turns[turn - 1].observations
-        return seen[seat] if self.problem.hidden else seen
+        return self._seen(seat, self.turns[turn - 1])
+
+    def _seen(self, seat: int, turn: Turn) -> Array:
+        seen: Array = turn.observations[seat] if self.problem.hidden else turn.observations
+        return seen
 
     def percept(self, seat: int, turn: int) -> Percept:
         """What a turn (from 1) taught a seat, as a batch of one row."""
@@ -249,38 +287,43 @@ class Session:
         """What this seat may know."""
         problem = self.problem
         turns = self.turns
+        self._viewed = True
         return View(
             problem=problem,
             seat=seat,
-            observations=tuple(self.observation(seat, t) for t in range(len(turns) + 1)),
-            actions=tuple(turn.actions[seat].item() for turn in turns),
-            joint=None if problem.hidden else tuple(turn.actions for turn in turns),
+            observations=Past(turns, partial(self._seen, seat), (self.observation(seat, 0),)),
+            actions=Past(turns, lambda turn: float(turn.actions[seat].item())),
+            joint=None if problem.hidden else Past(turns, lambda turn: turn.actions),
             rewards=(
-                tuple(turn.rewards[seat].item() for turn in turns)
+                Past(turns, lambda turn: float(turn.rewards[seat].item()))
                 if problem.rewards_observed or self.over
                 else None
             ),
             legal=self.legal(seat),
-            beliefs=tuple(b[seat] for b in self.beliefs()) if self.believes else None,
+            beliefs=Past(self.beliefs(), lambda each: each[seat]) if self.believes else None,
             ending=self.ending,
             limit=self.limit,
         )
 
     def returns(self) -> Reals:
         """The discounted sum of rewards of each agent `[n]`."""
-        return self._sum(self.problem.discount)
+        returns: Reals = self._summed()[0]
+        return returns
 
     def totals(self) -> Reals:
         """The plain sum of rewards of each agent `[n]`."""
-        return self._sum(1.0)
+        totals: Reals = self._summed()[1]
+        return totals
 
-    def _sum(self, discount: float) -> Reals:
-        total = np.zeros(len(self.problem.agents))
-        weight = 1.0
-        for turn in self.turns:
-            total = total + weight * turn.rewards
-            weight *= discount
-        return total
+    def _summed(self) -> Reals:
+        """Both sums, each turn added once, in order."""
+        if not self._sums:
+            self._sums.append((np.zeros((2, len(self.problem.agents))), 1.0))
+        for turn in self.turns[len(self._sums) - 1 :]:
+            sums, weight = self._sums[-1]
+            sums = sums + [[weight], [1.0]] * turn.rewards
+            self._sums.append((sums, weight * self.problem.discount))
+        return self._sums[-1][0]
 
 
 class Follower:

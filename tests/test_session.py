@@ -1,6 +1,7 @@
 """The game as a state machine: turns, undo, rerolls, endings, and what a seat may know."""
 
-from typing import ClassVar
+from collections.abc import Iterator
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -10,10 +11,12 @@ from dmplay.chance import Bools, Reals
 from dmplay.core import Memory, Percept
 from dmplay.dice import Dice
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
+from dmplay.game.account import Account
 from dmplay.policies.script import Script
 from dmplay.rollouts import rollout
-from dmplay.session import Follower
+from dmplay.session import Follower, Turn
 from tests.support.games import session
+from tests.support.seats import Rescaling
 
 E, NE, NW, W, SW, SE = range(6)
 COOPERATE, DEFECT = 0, 1
@@ -125,7 +128,7 @@ def test_a_seat_of_a_pomdp_sees_neither_state_nor_reward() -> None:
     assert view.last == "ignore"
     assert view.beliefs is not None
     assert view.beliefs[0].tolist() == [0.5, 0.5]
-    assert view.belief is view.beliefs[-1]
+    assert view.belief.tolist() == view.beliefs[-1].tolist()
 
 
 def test_a_seat_that_sees_the_state_sees_rewards_and_the_joint_action() -> None:
@@ -177,15 +180,6 @@ class Grasping(Script):
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> np.ndarray:
         self.given.extend([] if legal is None else [legal])
         return super().choose(memory, legal, u)
-
-
-class Rescaling(Script):
-    """Means no harm."""
-
-    def update(self, memory: Memory, percept: Percept) -> Memory:
-        observation = percept.observation
-        observation /= 2.4
-        return super().update(memory, percept)
 
 
 @pytest.mark.parametrize("name", ["2048", "cart-pole", "crying-baby", "prisoners-dilemma"])
@@ -266,3 +260,66 @@ def test_a_real_action_is_kept_to_nine_decimals_within_its_bounds() -> None:
     assert game.view(0).observation == game.state
     with pytest.raises(IllegalAction, match=r"got 10\.5, expected a number from -10"):
         game.advance([10.5])
+
+
+def test_a_view_stays_what_it_was_whatever_is_played_or_taken_back() -> None:
+    game = session("crying-baby", [0.9], [0.0], [0.95], [0.5])
+    for action in (2, 1):
+        game.advance([action])
+    view = game.view(0)
+    was = [*view.actions], [*map(int, view.observations)], [b.tolist() for b in view.beliefs or ()]
+    game.undo()
+    game.advance([0])
+    now = [*view.actions], [*map(int, view.observations)], [b.tolist() for b in view.beliefs or ()]
+    assert now == was
+    assert (*view.actions,) == (2, 1)
+    assert (*view.actions[-1:],) == (1,)
+    assert (*game.view(0).actions,) == (2, 0)
+    with pytest.raises(IndexError):
+        view.actions[2]
+
+
+def test_returns_are_summed_turn_by_turn_in_order_and_forget_what_is_taken_back() -> None:
+    game = dmplay.Session(dmplay.load("simple-regulator"), Dice(1))
+    for action in (0.1, -0.3, 0.7, 0.2):
+        game.advance([action])
+        assert game.returns().tolist() == [sum_in_order(game, game.problem.discount)]
+    game.undo(2)
+    game.advance([0.5])
+    assert game.returns().tolist() == [sum_in_order(game, game.problem.discount)]
+    assert game.totals().tolist() == [sum_in_order(game, 1.0)]
+
+
+def sum_in_order(game: dmplay.Session, discount: float) -> float:
+    total, weight = 0.0, 1.0
+    for turn in game.turns:
+        total, weight = total + weight * turn.rewards[0], weight * discount
+    return float(total)
+
+
+class Read(list[Turn]):
+    """Turns that count how many of them are read."""
+
+    many = 0
+
+    def __getitem__(self, place: Any) -> Any:
+        found = super().__getitem__(place)
+        self.many += len(found) if isinstance(place, slice) else 1
+        return found
+
+    def __iter__(self) -> Iterator[Turn]:
+        self.many += len(self)
+        return super().__iter__()
+
+
+def test_telling_of_a_turn_reads_as_many_turns_however_many_were_played() -> None:
+    game = dmplay.Session(dmplay.load("hexworld", rewards=[]), Dice(1))
+    turns = game.turns = Read()
+    account = Account(game, [0], reveal=False)
+    reads = []
+    for _ in range(200):
+        before = turns.many
+        game.advance([E])
+        account.said(game.view(0))
+        reads.append(turns.many - before)
+    assert max(reads[2:]) <= max(reads[:3])

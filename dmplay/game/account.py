@@ -27,7 +27,6 @@ class Account:
         self.reveal = reveal
         self._style = style_of(session.problem)
         self._hidden: tuple[object, list[dict[str, object]]] = (None, [])
-        self._sum: tuple[View[Problem], float] | None = None
 
     def said(self, view: View[Problem]) -> str:
         """The last turn in one line: number, what happened, reward and return where seen."""
@@ -42,12 +41,8 @@ class Account:
         return f"undone. turn {view.turn}." if view.turn < before else self.said(view)
 
     def returned(self, view: View[Problem]) -> float:
-        """The discounted sum of the rewards that a view shows; a frame asks twice."""
-        if self._sum is None or self._sum[0] is not view:
-            discount = view.problem.discount
-            each = (discount**t * reward for t, reward in enumerate(view.rewards or ()))
-            self._sum = view, sum(each, 0.0)
-        return self._sum[1]
+        """The discounted sum of the rewards of a view's seat so far."""
+        return float(self.session.returns()[view.seat])
 
     def situation(self, view: View[Problem]) -> str:
         """Where the game stands, in sentences."""

@@ -33,10 +33,10 @@ class Playback(Game):
 
     def unattended(self) -> bool:
         """Shows the next turn or event; False at the end of the file."""
-        if self._place >= len(self._blocks):
+        blocks = self._blocks[self._place : self._place + 2]
+        if not blocks:
             self.session.end(self.transcript.chosen or "unfinished")
             return False
-        blocks = self._blocks[self._place :]
         for block in blocks[: 1 + (blocks[0].kind == "reroll")]:  # with the turn that came of it
             feed(self.transcript, block, self.session)
             self._place += 1

@@ -23,6 +23,7 @@ Lines that begin with `# ` are notes: anybody may add them, nothing checks them.
 
 import hashlib
 import json
+import re
 from collections.abc import Callable, Collection, Mapping
 
 import numpy as np
@@ -35,7 +36,9 @@ from dmplay.session import LONGEST_LIST, Session, believed
 PERSON = "human"
 DIGITS = 10  # significant, of a fact that is a real number
 NATURAL = ("terminal", "horizon", "turn limit")  # ends that the game itself comes to
+NOTE = re.compile(r"^#.*\n", re.MULTILINE)
 CHOSEN = ("quit", "interrupted", "illegal", "forfeit")
+JSON = json.JSONEncoder(ensure_ascii=False)
 EVENTS = ("undo", "reroll")  # what takes turns back
 
 Frame = Callable[[Session], str]
@@ -135,7 +138,7 @@ def closing(session: Session, digest: str) -> list[str]:
 
 def lines(facts: Mapping[str, object], frame: str = "") -> list[str]:
     """The lines of a block, without the empty one that ends it."""
-    keyed = [f"{key}: {json.dumps(value, ensure_ascii=False)}" for key, value in facts.items()]
+    keyed = [f"{key}: {JSON.encode(value)}" for key, value in facts.items()]
     return keyed + [f"| {line}".rstrip() for line in frame.split("\n") if frame]
 
 
@@ -151,4 +154,4 @@ def checksum(content: str) -> str:
 
 def without_notes(content: str) -> str:
     """The lines that a checksum covers."""
-    return "\n".join(line for line in content.split("\n") if not line.startswith("#"))
+    return NOTE.sub("", content)

@@ -21,9 +21,7 @@ def keyed(row: str, path: str, line: int) -> tuple[str, object]:
     if SURROGATE.search(row):
         raise BadTranscript(path, line, None, "half a character")
     try:
-        return found[1], json.loads(
-            row[at:], parse_constant=_no_constant, parse_float=_finite, object_pairs_hook=_unique
-        )
+        return found[1], JSON.decode(row[at:])
     except json.JSONDecodeError as error:
         raise BadTranscript(path, line, at + error.colno, error.msg.lower()) from None
     except RecursionError:
@@ -49,3 +47,6 @@ def _unique(pairs: list[tuple[str, object]]) -> dict[str, object]:
         name = Counter(name for name, _ in pairs).most_common(1)[0][0]
         raise ValueError(f"{name!r} stands twice")
     return unique
+
+
+JSON = json.JSONDecoder(parse_constant=_no_constant, parse_float=_finite, object_pairs_hook=_unique)

@@ -1,6 +1,6 @@
 """A transcript as it would be written today: the draws of its seed, its agents asked again."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from dmplay.core import Policy, Problem
 from dmplay.session import Session
@@ -21,15 +21,15 @@ def rewritten(
     What people did stays as the file has it, as long as it can be done; notes stay in their block.
     """
     session = _anew(transcript, problem, policies)
-    content = transcript.header_block.anew(header_facts(transcript.header))
-    content += _turn(session, transcript.blocks[0], frame)
-    for block in transcript.blocks[1:]:
-        content += _again(transcript, block, session, frame)
+    opening, *blocks = transcript.blocks
+    parts = [transcript.header_block.anew(header_facts(transcript.header))]
+    parts.append(_turn(session, opening, frame))
+    parts += [_again(transcript, block, session, frame) for block in blocks]
     if transcript.end is None:
-        return content
-    content += _further(transcript, session, frame)
+        return "".join(parts)
+    parts += _further(transcript, session, frame)
     session.end(transcript.chosen or "quit")
-    return ended(content, transcript.end, session)
+    return ended("".join(parts), transcript.end, session)
 
 
 def ended(content: str, end: Block, session: Session) -> str:
@@ -62,11 +62,9 @@ def _turn(session: Session, block: Block, frame: Frame | None) -> str:
     return block.anew(turn_facts(session), drawn)
 
 
-def _further(transcript: Transcript, session: Session, frame: Frame | None) -> str:
+def _further(transcript: Transcript, session: Session, frame: Frame | None) -> Iterator[str]:
     """The turns that agents alone play on, where the game came to its end of itself."""
     framed = frame if transcript.blocks[-1].frame else None
-    content = ""
     while transcript.reason in NATURAL and all(session.followers) and not session.over:
         session.advance()
-        content += text(lines(turn_facts(session), framed(session) if framed else ""))
-    return content
+        yield text(lines(turn_facts(session), framed(session) if framed else ""))

@@ -45,7 +45,7 @@ class _Check:
         self.transcript = transcript
         self.report = report
         self.frame = frame
-        self.canonical = ""
+        self.canonical: list[str] = []
         self.event: Block | None = None  # the last undo or reroll
         self.drawn: list[bool] = []  # whether each block's draws are the seed's
 
@@ -57,7 +57,7 @@ class _Check:
         if self._limit_differs():
             return
         session = start(transcript, problem, dice, policies)
-        self.canonical += transcript.header_block.anew(header_facts(header))
+        self.canonical.append(transcript.header_block.anew(header_facts(header)))
         self._block(transcript.blocks[0], session, dice)
         for block in transcript.blocks[1:]:
             if block.kind == "turn":
@@ -67,7 +67,7 @@ class _Check:
                 self._block(block, session, dice)
             else:
                 self.event = block
-                self.canonical += block.anew({block.kind: block[block.kind]})
+                self.canonical.append(block.anew({block.kind: block[block.kind]}))
         self.report.turns = len(session.turns)
         if len(self.drawn) > 1 and not any(self.drawn):
             self._blame_seed()
@@ -123,7 +123,7 @@ class _Check:
             frame = self.frame(session)
             drawn = [row.rstrip() for row in frame.split("\n")]
             self._frame(block, turn, drawn)
-        self.canonical += block.anew(facts, frame)
+        self.canonical.append(block.anew(facts, frame))
 
     def _fact(self, entry: Entry, turn: int, key: str, got: object) -> None:
         """Compares one fact, seat by seat where it has seats."""
@@ -198,9 +198,12 @@ class _Check:
     def _checksum(self, end: Block, session: Session) -> None:
         """Where all facts hold, the checksum still says whether a line was touched."""
         transcript = self.transcript
-        told = (transcript.content + transcript.last).split("\n")
-        written = ended(self.canonical, end, session).split("\n")
-        for line, (row, right) in enumerate(zip_longest(told, written), 1):
+        told = transcript.content + transcript.last
+        written = ended("".join(self.canonical), end, session)
+        if told == written:
+            return
+        rows = zip_longest(told.split("\n"), written.split("\n"))
+        for line, (row, right) in enumerate(rows, 1):
             if row != right:
                 self._found("checksum", line, "line", "text", row or "nothing", right or "nothing")
                 return

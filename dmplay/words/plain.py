@@ -142,9 +142,11 @@ def _watch(game: Game, reporter: Reporter) -> None:
 
 def _do(table: Table, line: str, reporter: Reporter) -> None:
     """Does a line, and reports what came of it: another last turn, under other dice too."""
-    game, turns = table.game, table.game.session.turns
+    game = table.game
+    turns = game.session.turns
     before, last = len(turns), turns[-1] if turns else None
     words = typed(table, line)
+    turns = table.game.session.turns
     if table.game is not game:
         reporter.end(game)
         reporter.start(table.game)

@@ -3,9 +3,10 @@
 from functools import cache
 
 import dmplay
-from dmplay.core import Policy, Problem
+from dmplay.core import Memory, Percept, Policy, Problem
 from dmplay.errors import BadParameter, BadPolicy, UnknownName
 from dmplay.finding import agents
+from dmplay.policies.script import Script
 from tests.support.cases import random_play, small
 
 BRIEF = {"search": "search:simulations=6,depth=3"}  # agents that take their time, for the laws
@@ -37,3 +38,12 @@ def seated(name: str) -> list[tuple[int, list[Policy]]]:
                 found.append((seat, others))
         assert len(found) > before, f"{agent} fits no seat"
     return found
+
+
+class Rescaling(Script):
+    """Means no harm."""
+
+    def update(self, memory: Memory, percept: Percept) -> Memory:
+        observation = percept.observation
+        observation /= 2.4
+        return super().update(memory, percept)

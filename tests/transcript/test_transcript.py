@@ -21,7 +21,7 @@ from dmplay.transcript.format import number
 from dmplay.transcript.reading import parse, read
 from dmplay.transcript.verify import verify
 from tests.support.games import altered, recorded
-from tests.test_session import Rescaling
+from tests.support.seats import Rescaling
 
 STRAIGHT = """\
 dmplay: 1
