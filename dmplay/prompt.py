@@ -14,14 +14,16 @@ from prompt_toolkit.filters import Condition
 from prompt_toolkit.history import FileHistory, History, InMemoryHistory
 from prompt_toolkit.input import Input
 from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
+from prompt_toolkit.layout.processors import ConditionalProcessor
 from prompt_toolkit.output import ColorDepth, Output
-from prompt_toolkit.shortcuts import clear
 
 from dmplay.errors import DmplayError
 from dmplay.game import saves
+from dmplay.screen.row import Veil
 from dmplay.screen.screen import Screen
 from dmplay.screen.show import show
 from dmplay.signals import ENDS, INTERRUPTED, leaving
+from dmplay.terminal import wipe
 from dmplay.words.commands import Leave
 from dmplay.words.completion.candidates import Candidates
 from dmplay.words.shell import Shell
@@ -42,7 +44,7 @@ class Typed(InMemoryHistory):
 
     def append_string(self, string: str) -> None:
         """Keeps a line."""
-        if not self._shell.secret:
+        if not self._shell.table.secret:
             super().append_string(string)
 
     def store_string(self, string: str) -> None:
@@ -75,7 +77,7 @@ def run(shell: Shell, input_: Input | None = None, output: Output | None = None)
         try:
             if shell.curtained:
                 if not warned:
-                    clear()
+                    wipe()
                 with leaving():
                     shell.change_places()
             line = session.prompt(lambda: shell.prompt, pre_run=_ready, handle_sigint=True)
@@ -117,7 +119,9 @@ def _session(shell: Shell, input_: Input | None, output: Output | None) -> Promp
         completer=FuzzyCompleter(Candidates(shell.table), WORD=True),
         complete_while_typing=False,
         bottom_toolbar=lambda: toolbar(shell),
-        is_password=Condition(lambda: shell.secret),
+        input_processors=[
+            ConditionalProcessor(Veil(), Condition(lambda: shell.table.secret)),
+        ],
         enable_suspend=True,
         key_bindings=bindings,
         color_depth=None if shell.terminal.color else ColorDepth.DEPTH_1_BIT,

@@ -61,11 +61,6 @@ class Past(Sequence[T]):
         turn = self._places[place] - len(self._first)
         return self._first[turn] if turn < 0 else self._told(self._turns[turn])
 
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Sequence) and tuple(self) == tuple(other)
-
-    __hash__ = None  # type: ignore[assignment] # as of what it holds
-
 
 @dataclass(frozen=True)
 class View(Generic[P_co]):
@@ -218,7 +213,8 @@ class Session:
         if legal is not None and known.labels and not legal[int(done)]:
             raise IllegalAction(
                 f"{where}: {known.name(done)} changes nothing in "
-                f"{problem.notation(self.state)}; expected one of {known.words(legal)}"
+                f"{'this state' if problem.hidden else problem.notation(self.state)}; "
+                f"expected one of {known.words(legal)}"
             )
         return done
 

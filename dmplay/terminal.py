@@ -74,6 +74,14 @@ def here(wishes: Wishes) -> Terminal:
     return decide(wishes, os.environ, sys.stdin, sys.stdout)
 
 
+def wipe() -> None:
+    """Leaves nothing of what was shown before the eyes; where it cannot, moves it out of sight."""
+    if sys.stdout.isatty():
+        able = os.environ.get("TERM", "") not in ("", "dumb")
+        blank = "\x1b[H\x1b[2J\x1b[3J" if able else "\n" * shutil.get_terminal_size().lines
+        print(blank, end="", flush=True)
+
+
 def _color(wish: str, env: Mapping[str, str], able: bool) -> bool:
     """Whether to write in colour: the wish, then the variables, then what is able."""
     if wish != "auto":

@@ -8,14 +8,15 @@ import pytest
 
 import dmplay
 from dmplay.chance import Bools, Reals
-from dmplay.core import Memory, Percept
+from dmplay.core import Labels, Memory, Percept
 from dmplay.dice import Dice
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
 from dmplay.game.account import Account
 from dmplay.policies.script import Script
 from dmplay.rollouts import rollout
 from dmplay.session import Follower, Turn
-from tests.support.games import session
+from tests.support.brought import Key
+from tests.support.games import Scripted, session
 from tests.support.seats import Rescaling
 
 E, NE, NW, W, SW, SE = range(6)
@@ -93,6 +94,17 @@ def test_an_illegal_slide_is_refused_and_changes_nothing() -> None:
     assert notation(game) == "2 2 . ./. . . ./. . . ./. . . ."
 
 
+def test_the_state_is_not_told_by_what_cannot_be_played_in_it() -> None:
+    class Dark(Key):
+        observations = (Labels(("nothing",)),)
+
+    problem = Dark()
+    game = dmplay.Session(problem, Scripted([0.0]), opening=np.array([0.0]))
+    told = "^turn 1, agent: open changes nothing in this state; expected one of take, wait$"
+    with pytest.raises(IllegalAction, match=told):
+        game.advance([2])
+
+
 @pytest.mark.parametrize("action", [6, -1, 2.5, None])
 def test_an_action_out_of_range_is_refused(action: float | None) -> None:
     game = dmplay.Session(dmplay.load("hexworld"), Dice(3))
@@ -135,7 +147,7 @@ def test_a_seat_that_sees_the_state_sees_rewards_and_the_joint_action() -> None:
     game = dmplay.Session(dmplay.load("prisoners-dilemma"), Dice(1))
     game.advance([COOPERATE, DEFECT])
     mine, theirs = game.view(0), game.view(1)
-    assert (mine.rewards, theirs.rewards) == ((-4.0,), (0.0,))
+    assert ([*(mine.rewards or ())], [*(theirs.rewards or ())]) == ([-4.0], [0.0])
     assert mine.joint is not None
     assert mine.joint[0].tolist() == [COOPERATE, DEFECT]
     assert mine.beliefs is None

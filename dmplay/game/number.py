@@ -26,9 +26,10 @@ class Number:
         return True
 
     def shown(self, game: Game) -> str:
-        """The number, or as many stars where another person must not read it."""
-        written = self.text if len(game.people) == 1 else "*" * len(self.text)
-        return f"{written}   Enter plays it" if written else ""
+        """The number; where another person must not read it, nothing but that it is one."""
+        if len(game.people) > 1:
+            return "a hidden number   Enter plays it"
+        return f"{self.text}   Enter plays it" if self.text else ""
 
     def taken(self) -> str:
         """What was written; nothing is from now on."""

@@ -28,6 +28,7 @@ class Table:
         program: Program | None = None,
         aliases: Mapping[str, str] = NOTHING,
     ) -> None:
+        self.typed = False  # whether people type here; else a script is done
         self.ended: list[Recorder] = []  # of the games so far, each once
         self.open_screen: Callable[[], str] | None = None  # where there is one to open
         self.aliases = aliases
@@ -48,6 +49,11 @@ class Table:
     def playing(self) -> bool:
         """Whether there is a game."""
         return self._game is not None
+
+    @property
+    def secret(self) -> bool:
+        """Whether what is typed is not for all eyes: several people choose."""
+        return self.typed and self.playing and len(self.game.people) > 1
 
     def put(self, game: Game) -> None:
         """Plays this game from now on."""

@@ -18,7 +18,12 @@ from prompt_toolkit.layout import (
     Layout,
     Window,
 )
-from prompt_toolkit.layout.processors import BeforeInput, PasswordProcessor, Processor
+from prompt_toolkit.layout.processors import (
+    BeforeInput,
+    Processor,
+    Transformation,
+    TransformationInput,
+)
 from prompt_toolkit.output import ColorDepth
 from prompt_toolkit.output.vt100 import Vt100_Output
 from prompt_toolkit.styles import Style
@@ -38,6 +43,14 @@ STYLE = Style.from_dict(
 )
 
 
+class Veil(Processor):
+    """Shows nothing of what is typed, not even how much."""
+
+    def apply_transformation(self, transformation_input: TransformationInput) -> Transformation:
+        """An empty line, with the cursor at its beginning."""
+        return Transformation([], lambda place: 0, lambda place: 0)
+
+
 class _Inside(Vt100_Output):
     """A terminal whose alternate screen is taken already."""
 
@@ -51,10 +64,10 @@ class _Inside(Vt100_Output):
 
 async def ask(screen: Screen, painter: Painter, input_: Input, history: History) -> str | None:
     """The line that was typed; None where Esc closed the row. Raises Leave on Ctrl-C."""
-    several = len(screen.game.people) > 1  # nobody reads another's choice, nor finds it later
+    secret = screen.table.secret  # nobody reads another's choice, nor finds it later
     line = Buffer(
         completer=FuzzyCompleter(Candidates(screen.table), WORD=True),
-        history=DummyHistory() if several else history,
+        history=DummyHistory() if secret else history,
         multiline=False,
     )
 
@@ -64,7 +77,7 @@ async def ask(screen: Screen, painter: Painter, input_: Input, history: History)
 
     color = screen.terminal.theme != "mono"
     app: Application[str | None] = Application(
-        layout=_layout(screen, painter, line, hidden=several),
+        layout=_layout(screen, painter, line, hidden=secret),
         key_bindings=_bindings(line),
         style=STYLE,
         full_screen=True,
@@ -85,7 +98,7 @@ def _layout(screen: Screen, painter: Painter, line: Buffer, *, hidden: bool) -> 
         shown = keys(screen.game, screen.room(painter), screen.shown)
         return [*fragments(shown, screen.terminal.theme)]
 
-    veil: list[Processor] = [PasswordProcessor()] if hidden else []
+    veil: list[Processor] = [Veil()] if hidden else []
     typed = BufferControl(line, input_processors=[*veil, BeforeInput(" :")])
     rows = [
         Window(FormattedTextControl(upper)),

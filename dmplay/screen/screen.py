@@ -18,7 +18,7 @@ from dmplay.screen.frame import KEYS_SHOWN, Room, Shown
 from dmplay.screen.modes import Event, Mode, Modes
 from dmplay.screen.painter import Painter, Place
 from dmplay.terminal import Terminal
-from dmplay.words.commands import COMMANDS, Leave, own_parts, typed
+from dmplay.words.commands import COMMANDS, Leave, own_parts, typed, veiled
 
 REVIEW_TIME = 0.3  # seconds that a review may take before the last frame
 FASTER = 1.5  # the speed times this
@@ -36,6 +36,7 @@ class Screen:
         self, table: Table, terminal: Terminal, speed: float = 2.0, rate: float | None = None
     ) -> None:
         self.table = table
+        table.typed = True
         self.terminal = terminal
         self.speed = speed  # turns a second in autoplay
         self.rate = rate  # turns a second in real time; None where each turn waits for a key
@@ -143,7 +144,8 @@ class Screen:
     def _number(self, key: str) -> bool:
         """Writes or nudges a number, and plays it on Enter."""
         if key == "enter" and self.number.text:
-            self.act(self.game.keyboard.read(self.game.watcher, self.number.taken()))
+            with veiled(self.table):
+                self.act(self.game.keyboard.read(self.game.watcher, self.number.taken()))
             return True
         if not self.number.press(self.game, key):
             return False

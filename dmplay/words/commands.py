@@ -1,10 +1,11 @@
 """The commands: one table that typed words, keys, help, completion and the key row all read."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from difflib import get_close_matches
 from typing import NamedTuple
 
-from dmplay.errors import BadParameter, UnknownName
+from dmplay.errors import BadParameter, IllegalAction, UnknownName
 from dmplay.finding.names import problem_names
 from dmplay.game.answer import answer
 from dmplay.game.game import Game
@@ -46,8 +47,25 @@ def _outer(name: str) -> Run:
     return lambda table, argument: table.ask([name, *words_of(argument)])
 
 
+@contextmanager
+def veiled(table: Table) -> Iterator[None]:
+    """Tells nothing of a choice that cannot be played, where another person may look on."""
+    try:
+        yield
+    except (UnknownName, BadParameter, IllegalAction):
+        if not table.secret:
+            raise
+        told = "that cannot be played; help and legal tell what can be typed"
+        raise BadParameter(told) from None
+
+
 def _act(table: Table, argument: str) -> str:
     """Plays an action."""
+    with veiled(table):
+        return _played(table, argument)
+
+
+def _played(table: Table, argument: str) -> str:
     game = table.game
     try:
         action = game.keyboard.read(game.watcher, argument)

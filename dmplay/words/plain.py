@@ -11,7 +11,7 @@ from dmplay.errors import BadParameter, DmplayError
 from dmplay.game.answer import Page
 from dmplay.game.game import Game
 from dmplay.game.table import Table
-from dmplay.terminal import Terminal, clean
+from dmplay.terminal import Terminal, clean, wipe
 from dmplay.transcript.format import end_facts
 from dmplay.words.commands import Leave, own_parts, parts, typed
 
@@ -112,6 +112,7 @@ def by_lines(table: Table, terminal: Terminal, stdin: TextIO, reporter: Reporter
     A line that cannot be done is told and asked again where a person types; piped, it ends the
     game and raises BadParameter with the line's number.
     """
+    table.typed = terminal.typed
     reporter.start(table.game)
     if table.game.people:
         for number, line in _lines(table, terminal, stdin, reporter):
@@ -176,8 +177,9 @@ def _lines(
         prompt = reporter.prompt(table.game)
         number += 1
         if terminal.typed and table.curtained:
+            wipe()
             reporter.words(handed_over(table))
-        if terminal.typed and len(table.game.people) > 1:  # nobody reads the other's choice
+        if table.secret:  # nobody reads the other's choice
             try:
                 line = getpass.getpass(prompt) + "\n"
             except EOFError:

@@ -10,7 +10,7 @@ from dmplay.errors import BadParameter, DmplayError
 from dmplay.game.game import Game
 from dmplay.game.table import Table
 from dmplay.styles import ansi
-from dmplay.terminal import Terminal, clean
+from dmplay.terminal import Terminal, clean, wipe
 from dmplay.views.style import Look
 from dmplay.words.commands import Leave, own_parts, parts, typed
 from dmplay.words.plain import handed_over
@@ -25,7 +25,7 @@ class Shell:
         self.table = table
         self.terminal = terminal
         self.speed = speed  # turns a second when agents play on the screen
-        self.typed = terminal.typed  # whether people type, not a script
+        table.typed = terminal.typed
         self._over: Game | None = None  # the game whose end was told
 
     @property
@@ -34,25 +34,21 @@ class Shell:
         return self.table.game if self.table.playing else None
 
     @property
-    def secret(self) -> bool:
-        """Whether what is typed is not for all eyes: several people choose."""
-        return self.game is not None and len(self.game.people) > 1
-
-    @property
     def prompt(self) -> str:
         """Problem and turn, and who is to choose where several are."""
         game = self.game
         if game is None:
             return "dmplay> "
         over = " over" if game.session.over else ""
-        who = f" {game.problem.agents[game.watcher]}" if self.secret and not over else ""
+        several = len(game.people) > 1 and not over
+        who = f" {game.problem.agents[game.watcher]}" if several else ""
         return f"dmplay [{clean(game.name)} t{len(game.session.turns)}{who}{over}]> "
 
     def do(self, line: str) -> None:
         """Does what a line says and prints what comes of it; raises Leave and DmplayError."""
         game, before = self.game, self._turns()
         try:
-            for part in own_parts(self.table, line) if self.typed else parts(line):
+            for part in own_parts(self.table, line) if self.table.typed else parts(line):
                 words = typed(self.table, part)
                 if not self.curtained or self._turns() == before:
                     self._say(words)
@@ -65,7 +61,7 @@ class Shell:
     @property
     def curtained(self) -> bool:
         """Whether somebody else is to sit down before anything more is told."""
-        return self.typed and self.table.curtained
+        return self.table.typed and self.table.curtained
 
     def change_places(self) -> None:
         """Waits for the one who is next to sit down, and shows what this one may see."""
@@ -110,7 +106,7 @@ class Shell:
 
 def script(shell: Shell, lines: Iterable[str], what: str = "line", *, echo: bool = True) -> None:
     """Does a script, each line after its prompt; raises BadParameter that names a bad one."""
-    shell.typed = False
+    shell.table.typed = False
     for number, line in enumerate(lines, 1):
         if not parts(line):
             continue
@@ -131,8 +127,10 @@ def ask(shell: Shell) -> None:
     while True:
         try:
             if shell.curtained:
+                if not warned:
+                    wipe()
                 shell.change_places()
-            line = getpass.getpass(shell.prompt) if shell.secret else input(shell.prompt)
+            line = getpass.getpass(shell.prompt) if shell.table.secret else input(shell.prompt)
             warned = False
             shell.do(line)
         except Leave:

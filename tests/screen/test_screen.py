@@ -402,6 +402,19 @@ def test_the_second_of_two_people_does_not_see_the_first_choice() -> None:
     assert first.written == second.written
 
 
+def test_a_hidden_entry_shows_nothing_of_its_length_its_letters_or_what_is_wrong_with_it() -> None:
+    first, second = (
+        play(game("rock-paper-scissors"), ":", word, "enter") for word in ("rok", "scisors")
+    )
+    assert first.frames == second.frames
+    assert "that cannot be played; help and legal tell what can be typed" in first.last
+    claims = game("travelers-dilemma"), game("travelers-dilemma")
+    frames = [play(claims[0], "7").last, play(claims[1], "7", "5").last]
+    assert frames[0] == frames[1]
+    wrong = [play(game("travelers-dilemma"), *keys, "enter").last for keys in ("1", "999")]
+    assert wrong[0] == wrong[1]
+
+
 # Whole games
 
 

@@ -14,6 +14,7 @@ from dmplay.dice import NATURE, uniforms
 from dmplay.finding import problems
 from dmplay.finding.names import problem_names
 from dmplay.policies.general import Random
+from dmplay.session import Past
 
 SEED = 7
 SOME = 4  # turns of a game that is played on for a while
@@ -68,8 +69,8 @@ def same(one: Any, other: Any) -> bool:
     if isinstance(one, np.ndarray):
         kind = isinstance(other, np.ndarray) and one.dtype == other.dtype
         return kind and one.shape == other.shape and one.tobytes() == other.tobytes()
-    if isinstance(one, tuple | list):
-        pairs = isinstance(other, tuple | list) and len(one) == len(other)
+    if isinstance(one, tuple | list | Past):
+        pairs = isinstance(other, tuple | list | Past) and len(one) == len(other)
         return pairs and all(same(*pair) for pair in zip(one, other, strict=True))
     if is_dataclass(one) and not isinstance(one, Problem):
         return type(one) is type(other) and all(

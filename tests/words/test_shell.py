@@ -223,6 +223,15 @@ def test_lines_are_remembered_but_not_the_choices_of_several(place: Path) -> Non
     assert session("\x1b[A\x1b[A\r\x04") == 0  # two up: `e`, which no game takes
 
 
+def test_a_choice_that_is_hidden_is_neither_completed_nor_echoed_where_it_is_wrong(
+    place: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    session("play rock-paper-scissors --vs human\rscisors\rsci\t\r\x04")
+    told = capsys.readouterr().err
+    assert told.count("error: that cannot be played; help and legal tell what can be typed") == 2
+    assert "sci" not in told
+
+
 def test_a_game_that_ends_is_told_once(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
     shell("play crying-baby --seed 7 --turns 1", "feed", "look", "state")
     told = capsys.readouterr().out

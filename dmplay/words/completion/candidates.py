@@ -26,7 +26,9 @@ class Candidates(Completer):
         self._table = table
 
     def get_completions(self, document: Document, event: CompleteEvent) -> Iterable[Completion]:
-        """All candidates: the completer around this one chooses."""
+        """All candidates, the completer around this one chooses; none that tell what is hidden."""
+        if self._table.secret:
+            return []
         before = document.text_before_cursor.rpartition(";")[2]
         return map(Completion, candidates(self._table, before))
 
