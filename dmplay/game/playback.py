@@ -66,6 +66,9 @@ class Playback(Game):
             raise BadParameter("this is the beginning")
         for _ in range(turns):
             self._place -= 1
+            if self._blocks[self._place].kind == "turn":
+                self.session.undo()
             if self._place and self._blocks[self._place - 1].kind == "reroll":
                 self._place -= 1
-        self._sit(self._session(self._place))
+            if self._blocks[self._place].kind != "turn":  # what it took back is played again
+                self._sit(self._session(self._place))

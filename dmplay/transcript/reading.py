@@ -1,7 +1,7 @@
 """Reading a transcript: strict about form, with the line and column of the first fault."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import MISSING, dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -27,15 +27,15 @@ class Entry(NamedTuple):
     value: object
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Block:
     """The lines between two empty ones."""
 
     line: int
     kind: str  # dmplay (the header), turn, undo, reroll or end
     entries: dict[str, Entry]
-    frame: list[Entry]
-    notes: list[tuple[int, str]]  # how many lines of the block stand before it, and its text
+    frame: Sequence[Entry]
+    notes: Sequence[tuple[int, str]]  # how many lines of the block stand before it, and its text
 
     def __getitem__(self, key: str) -> object:
         return self.entries[key].value
@@ -180,7 +180,7 @@ def _block(
             raise BadTranscript(path, entry.line, 1, str(UnknownName("key", key, order)))
     if list(entries) != [key for key in order if key in entries]:
         raise BadTranscript(path, at, None, f"keys out of order, expected {', '.join(order)}")
-    return Block(at, kind, entries, frame, notes)
+    return Block(at, kind, entries, tuple(frame), tuple(notes))
 
 
 def _header(block: Block, path: str) -> Header:
