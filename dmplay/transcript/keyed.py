@@ -3,6 +3,7 @@
 import json
 import math
 import re
+import sys
 from collections import Counter
 
 from dmplay.errors import BadTranscript
@@ -21,7 +22,7 @@ def keyed(row: str, path: str, line: int) -> tuple[str, object]:
     if SURROGATE.search(row):
         raise BadTranscript(path, line, None, "half a character")
     try:
-        return found[1], JSON.decode(row[at:])
+        return sys.intern(found[1]), JSON.decode(row[at:])
     except json.JSONDecodeError as error:
         raise BadTranscript(path, line, at + error.colno, error.msg.lower()) from None
     except RecursionError:
