@@ -269,7 +269,7 @@ def test_values_of_an_adviser_are_those_of_its_seat() -> None:
 def test_a_real_action_is_kept_to_nine_decimals_within_its_bounds() -> None:
     game = dmplay.Session(dmplay.load("simple-regulator"), Dice(1))
     assert game.advance([0.1234567891]).actions.tolist() == [0.123456789]
-    assert game.view(0).observation == game.state
+    assert game.view(0).observation == game.observation(0, 1) == game.state
     with pytest.raises(IllegalAction, match=r"got 10\.5, expected a number from -10"):
         game.advance([10.5])
 

@@ -202,11 +202,9 @@ class _Check:
         written = ended("".join(self.canonical), end, session)
         if told == written:
             return
-        rows = zip_longest(told.split("\n"), written.split("\n"))
-        for line, (row, right) in enumerate(rows, 1):
-            if row != right:
-                self._found("checksum", line, "line", "text", row or "nothing", right or "nothing")
-                return
+        rows = enumerate(zip_longest(told.split("\n"), written.split("\n")), 1)
+        line, (row, right) = next(one for one in rows if one[1][0] != one[1][1])
+        self._found("checksum", line, "line", "text", row or "nothing", right or "nothing")
 
 
 def _close(told: object, got: object) -> bool:
