@@ -1,5 +1,8 @@
 """Settings from files: the user's `config.toml`, the project's `dmplay.toml` over it.
 
+A project's file may come with a download: it sets looks and numbers, and keys, but nothing that
+runs code, chooses what is played or weakens a check.
+
 color = "never"                     for every command that has the option
 [play]                              for one command
 turns = 20
@@ -23,6 +26,9 @@ from dmplay.errors import BadParameter, UnknownName
 from dmplay.finding.names import problem_names
 
 PROJECT = "dmplay.toml"
+# Set once for every command that has them.
+GENERAL = ("plain", "color", "ascii", "theme", "speed", "width", "motion", "input")
+LOOKS_AND_NUMBERS = (*GENERAL, "keys", "rate", "turns", "seed", "episode")
 Section = dict[str, object]
 
 
@@ -36,6 +42,15 @@ class File(NamedTuple):
     preset: str | None
     keys: dict[str, dict[str, str]]  # family -> key -> action
     aliases: dict[str, str]
+
+
+def entrusted(option: str, where: str) -> None:
+    """Refuses what a project's file may not set."""
+    if option not in LOOKS_AND_NUMBERS:
+        raise BadParameter(
+            f"{where}: a folder's file sets looks and numbers; "
+            "only your own config.toml and the command line set this"
+        )
 
 
 def paths(env: Mapping[str, str]) -> tuple[Path, Path]:
@@ -83,6 +98,8 @@ def read(path: Path, *, own: bool) -> File:
     preset = _text(set_keys.pop("preset"), f"{name}: keys.preset") if "preset" in set_keys else None
     sections = {key: value for key, value in content.items() if isinstance(value, dict)}
     options = {key: value for key, value in content.items() if key not in sections}
+    if given and not own:
+        entrusted("aliases", f"{name}: aliases.{next(iter(given))}")
     return File(name, own, options, sections, preset, _keys(set_keys, name), _aliases(given, name))
 
 

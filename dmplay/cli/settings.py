@@ -10,10 +10,7 @@ import typer
 from dmplay.cli import config
 from dmplay.errors import BadParameter, UnknownName
 
-# Set once for every command that has them.
-GENERAL = ("plain", "color", "ascii", "theme", "speed", "width", "motion", "input")
 BY_HAND = ("execute", "force", "help", "output", "record", "trust", "update", "write")
-SEATS = ("agent", "vs", "seat")  # whose agents may be code
 KINDS: dict[str, tuple[tuple[type, ...], str]] = {  # by how click's name of a type begins
     "bool": ((bool,), "true or false"),
     "int": ((int,), "a whole number"),
@@ -65,16 +62,16 @@ def _given(file: config.File, name: str, command: Any) -> Iterator[tuple[str, ob
         if option not in known:
             raise UnknownName("setting", option, known, where=f"{file.path}: [{name}]")
         _check(known[option], value, where)
-        if option in SEATS and not file.own:
-            _check_code(value, where)
+        if not file.own:
+            config.entrusted(option, where)
         yield option, value
 
 
 def _check_names(file: config.File, commands: Commands) -> None:
     """Refuses settings, tables and aliases of names that a file cannot have."""
     for name in file.options:
-        if name not in GENERAL:
-            known = [*GENERAL, "keys", "aliases", *commands]
+        if name not in config.GENERAL:
+            known = [*config.GENERAL, "keys", "aliases", *commands]
             raise UnknownName("setting", name, known, where=file.path)
     for name in file.commands:
         if name not in commands:
@@ -97,14 +94,6 @@ def _check(option: Any, value: object, where: str) -> None:
         except typer.BadParameter as error:
             message = error.message.rstrip(".")
             raise BadParameter(f"{where}: {message[:1].lower()}{message[1:]}") from None
-
-
-def _check_code(value: object, where: str) -> None:
-    """A project's file may come with a download: it names no code to run."""
-    for one in value if isinstance(value, list) else [value]:
-        agent = str(one).rpartition("=")[2].partition(":")[0]
-        if "/" in agent or "." in agent or "\\" in agent:
-            raise BadParameter(f"{where}: got {one!r}; only your own file and --agent name code")
 
 
 def in_force(root: Any) -> Iterator[InForce]:

@@ -16,7 +16,8 @@ from hypothesis import strategies as st
 
 from dmplay.cli import config
 from dmplay.cli.app import app
-from dmplay.cli.settings import GENERAL, defaults, in_force, options
+from dmplay.cli.config import GENERAL, LOOKS_AND_NUMBERS
+from dmplay.cli.settings import defaults, in_force, options
 from dmplay.errors import DmplayError
 from tests.support import programs
 
@@ -92,7 +93,12 @@ def test_a_flag_wins_over_a_variable_over_the_project_over_the_user(
     users(place, f"[{name}]\n{option} = {json.dumps(wrapped[3])}\n")
     assert found(name, option) == (wrapped[3], "DEFAULT_MAP")
     projects(place, f"[{name}]\n{option} = {json.dumps(wrapped[2])}\n")
-    assert found(name, option) == (wrapped[2], "DEFAULT_MAP")
+    if option in LOOKS_AND_NUMBERS:
+        assert found(name, option) == (wrapped[2], "DEFAULT_MAP")
+    else:
+        with pytest.raises(DmplayError, match=f"^dmplay.toml: {name}.{option}: a folder's file"):
+            defaults(GROUP.commands)
+        projects(place, "")
     own = one.envvar or f"DMPLAY_{name.upper()}_{one.name.upper()}"
     monkeypatch.setenv(own, str(int(other)) if one.is_bool_flag else str(variable))
     assert found(name, option) == (wrapped[1], "ENVIRONMENT")
@@ -155,6 +161,14 @@ def test_every_setting_is_shown_with_its_source(
 @pytest.mark.parametrize(
     ("text", "message"),
     [
+        ('[play]\nagent = "./evil.py:X="', "dmplay.toml: play.agent: a folder's file sets looks"),
+        ('[play]\nvs = "optimal"', "dmplay.toml: play.vs: a folder's file sets looks"),
+        ('[play]\nseat = ["a=./evil.py:X=1"]', "dmplay.toml: play.seat: a folder's file sets"),
+        ('[play]\nset = ["slip=0"]', "dmplay.toml: play.set: a folder's file sets looks"),
+        ("[play]\nreveal = true", "dmplay.toml: play.reveal: a folder's file sets looks"),
+        ("[verify]\nallow-unfinished = true", "dmplay.toml: verify.allow-unfinished: a folder's"),
+        ("[verify]\ntrust = true", "dmplay.toml: [verify]: unknown setting 'trust'"),
+        ("[aliases]\nhw = 'list'", "dmplay.toml: aliases.hw: a folder's file sets looks"),
         ('colour = "never"', "dmplay.toml: unknown setting 'colour'; did you mean color?"),
         ("seed = 3", "dmplay.toml: unknown setting 'seed'; did you mean"),
         ("[plya]\nturns = 3", "dmplay.toml: unknown table 'plya'; did you mean play"),
@@ -166,8 +180,6 @@ def test_every_setting_is_shown_with_its_source(
         ("plain = 1", "dmplay.toml: plain: got 1, expected true or false"),
         ("[play]\nset = 'a=1'", "dmplay.toml: play.set: got 'a=1', expected a list"),
         ("[play]\nset = [1]", "dmplay.toml: play.set: got 1, expected text"),
-        ("[play]\nagent = './bot.py:Bot'", "dmplay.toml: play.agent: got './bot.py:Bot'; only"),
-        ("[play]\nseat = ['a=bots.mine:Bot']", "dmplay.toml: play.seat: got 'a=bots.mine:Bot'"),
         ("keys = 'vi'", "dmplay.toml: keys: got 'vi', expected a table, [keys]"),
         ("[keys]\npreset = 3", "dmplay.toml: keys.preset: got 3, expected text"),
         ("[keys]\npreset = 'emacs'", "dmplay.toml: keys.preset: 'emacs' is not one of 'vi'"),
@@ -176,10 +188,6 @@ def test_every_setting_is_shown_with_its_source(
         ("[keys]\nhex = 'vi'", "dmplay.toml: keys.hex: got 'vi', expected a table"),
         ("[keys.hexwrld]\na = 'e'", "dmplay.toml: unknown keys 'hexwrld'; did you mean hexworld"),
         ("[keys.hex]\na = 3", "dmplay.toml: keys.hex.a: got 3, expected text"),
-        ("[aliases]\nplay = 'list'", "dmplay.toml: aliases.play: play is a command"),
-        ("[aliases]\ncatch = 'list'", "dmplay.toml: aliases.catch: catch is a problem"),
-        ("[aliases]\n'a b' = 'list'", "dmplay.toml: aliases.a b: got 'a b', expected one plain"),
-        ("[aliases]\nx = ' '", "dmplay.toml: aliases.x: got ' ', expected a command"),
         ("x = [", "dmplay.toml: invalid value (at end of document)"),
         ("a = 1\na = 2", "dmplay.toml: cannot overwrite a value"),
     ],
@@ -190,6 +198,22 @@ def test_a_wrong_file_is_one_clear_line(text: str, message: str, place: Path) ->
         defaults(GROUP.commands)
     assert str(error.value).startswith(message)
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[aliases]\nplay = 'list'", "config.toml: aliases.play: play is a command"),
+        ("[aliases]\ncatch = 'list'", "config.toml: aliases.catch: catch is a problem"),
+        ("[aliases]\n'a b' = 'list'", "config.toml: aliases.a b: got 'a b', expected one plain"),
+        ("[aliases]\nx = ' '", "config.toml: aliases.x: got ' ', expected a command"),
+    ],
+)
+def test_a_wrong_alias_is_one_clear_line(text: str, message: str, place: Path) -> None:
+    users(place, text)
+    with pytest.raises(DmplayError) as error:
+        defaults(GROUP.commands)
+    assert str(error.value).startswith(f"{place}/home/dmplay/{message}")
 
 
 def test_a_file_that_is_not_text_is_one_clear_line(place: Path) -> None:

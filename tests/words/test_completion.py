@@ -150,7 +150,9 @@ def test_words_that_bash_took_apart_are_joined(
 
 
 def test_commands_problems_and_aliases_are_offered_first(place: Path) -> None:
-    (place / "dmplay.toml").write_text('[aliases]\nhw = "play hexworld"\n')
+    own = place / ".config" / "dmplay"
+    own.mkdir(parents=True)
+    (own / "config.toml").write_text('[aliases]\nhw = "play hexworld"\n')
     offered = bash("dmplay ", place)
     assert {"play", "verify", "shell", "hw", *problem_names()} <= set(offered)
 
