@@ -58,6 +58,7 @@ class TranscriptItem(pytest.Item):
             if diff:
                 self.add_report_section("call", "rewritten", diff)
         report = checking.check(path, trusted=trusted)
+        self.add_report_section("call", "compared", report.told)
         if not report.ok:
             raise TranscriptMismatch(
                 f"{report}\nto accept the change: pytest {path} --dmplay-update"

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from json import dumps
 from pathlib import Path
 
-from dmplay.describe import counted, one_line
+from dmplay.describe import one_line
 from dmplay.disk import write
 from dmplay.errors import BadParameter, BadTranscript, DmplayError
 from dmplay.finding import problems
@@ -114,10 +114,15 @@ def reported(
 
 def _line(report: Report) -> str:
     """A file that is as it should be."""
-    unfinished = ", unfinished" if report.unfinished else ""
-    return f"ok {one_line(clean(report.path))} ({counted(report.turns, 'turn')}{unfinished})"
+    return clean(f"ok {one_line(report.path)} ({report.told})")
 
 
 def _data(report: Report, fine: bool) -> dict[str, object]:
     findings = [one._asdict() for one in report.findings]
-    return {"path": report.path, "ok": fine, "turns": report.turns, "findings": findings}
+    return {
+        "path": report.path,
+        "ok": fine,
+        "turns": report.turns,
+        "unasked": report.unasked,
+        "findings": findings,
+    }

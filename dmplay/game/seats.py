@@ -7,6 +7,7 @@ from dmplay.core import Policy, Problem
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.finding import agents, problems
+from dmplay.finding.outside import is_outside
 from dmplay.game.keyboard import action_of
 from dmplay.game.request import Request
 from dmplay.game.saves import readable
@@ -92,8 +93,7 @@ def sitting(
 
 
 def _asked(problem: Problem, seat: int, who: str, trusted: bool) -> Policy | None:
-    name = who.partition(":")[0]
-    if name in UNASKED or not (trusted or name in agents.roster(problem).agents):
+    if who in UNASKED or (is_outside(who) and not trusted):
         return None
     policy = agents.agent(problem, seat, who)
     timed = isinstance(policy, Seated) and policy.timed  # it may do otherwise next time

@@ -4,7 +4,7 @@ import json
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from dmplay.describe import one_line
+from dmplay.describe import counted, one_line
 from dmplay.errors import BadTranscript
 
 LUCK = "the rules hold, but the inputs are not those of the seed and the agents"
@@ -47,6 +47,14 @@ class Report:
     path: str
     findings: list[Finding] = field(default_factory=list)
     turns: int = 0
+    unasked: list[str] = field(default_factory=list)  # whose actions only the file can tell
+
+    @property
+    def told(self) -> str:
+        """How much was compared, and what was not."""
+        parts = [counted(self.turns, "turn") + ", unfinished" * self.unfinished]
+        parts += [f"not re-asked: {', '.join(self.unasked)}"] if self.unasked else []
+        return "; ".join(parts)
 
     @property
     def ok(self) -> bool:

@@ -25,7 +25,9 @@ def verify(
 
     `policies` are the agents to ask again; None stands for a seat that only the file can tell of.
     """
-    report = Report(transcript.path)
+    seated = zip_longest(transcript.header.seats.values(), policies)
+    unasked = dict.fromkeys(who for who, policy in seated if policy is None)
+    report = Report(transcript.path, unasked=[*unasked])
     check = _Check(transcript, report, frame)
     try:
         check.game(problem, policies)

@@ -22,7 +22,10 @@ def test_a_piped_game_is_played_told_and_recorded(tmp_path: Path) -> None:
     assert done.returncode == 0
     assert "turn 1. at (8,2). chose E, moved E. reward 0. return 0.\n" in done.stdout
     assert done.stderr == "transcript: g.dmt\nreplay: dmplay replay g.dmt\n"
-    assert run(tmp_path, "verify", "g.dmt").stdout == "ok g.dmt (2 turns)\n1 verified\n"
+    assert (
+        run(tmp_path, "verify", "g.dmt").stdout
+        == "ok g.dmt (2 turns; not re-asked: human)\n1 verified\n"
+    )
 
 
 def test_a_recording_tells_a_reroll_as_the_turn_that_came_of_it(tmp_path: Path) -> None:

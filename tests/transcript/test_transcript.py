@@ -78,6 +78,38 @@ def test_a_wrong_state_is_named(file: Path) -> None:
     assert findings(file) == ["game.dmt:19: turn 2: state: expected (2,0), got (1,0)"]
 
 
+@pytest.mark.parametrize(
+    "name", ["Optimal", "optimal ", "\N{CYRILLIC SMALL LETTER O}ptimal", "optimall", "", "human:1"]
+)
+def test_an_agent_that_there_is_not_is_a_fault(file: Path, name: str) -> None:
+    altered(file, "script", name)
+    assert findings(file)[0].startswith("game.dmt:3: seats: unknown agent ")
+
+
+@pytest.mark.parametrize(
+    ("problem", "agent", "unasked"),
+    [
+        ("hexworld", "optimal", []),
+        ("hexworld", "script:e", ["script"]),
+        ("2048", "expectimax:milliseconds=5", ["expectimax:milliseconds=5"]),
+    ],
+)
+def test_who_was_not_asked_again_is_told(
+    problem: str, agent: str, unasked: list[str], tmp_path: Path
+) -> None:
+    recorded(tmp_path / "game.dmt", problem, agent, turns=1)
+    report = check(tmp_path / "game.dmt")
+    told = f"1 turn; not re-asked: {unasked[0]}" if unasked else "1 turn"
+    assert (report.ok, report.unasked, report.told) == (True, unasked, told)
+
+
+def test_an_agent_of_ones_own_is_asked_again_only_where_it_is_trusted(tmp_path: Path) -> None:
+    path, bot = tmp_path / "game.dmt", f"{tmp_path}/bots.py:Bot"
+    (tmp_path / "bots.py").write_text("from dmplay.policies.general import Random as Bot\n")
+    recorded(path, "hexworld", bot, turns=1)
+    assert (check(path).unasked, check(path, trusted=True).unasked) == ([bot], [])
+
+
 def test_a_draw_that_is_not_the_seeds_keeps_the_rules(file: Path) -> None:
     altered(file, "0.453917248", "0.453917247")
     assert findings(file) == [
