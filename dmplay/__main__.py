@@ -42,9 +42,11 @@ def _run() -> int:
 
 def _refused(error: OSError) -> int:
     """One line for what the system refuses; if nobody can read it, the terminal is gone."""
+    from dmplay.terminal import clean
+
     where = f"{error.filename}: " if error.filename else ""
     try:
-        print(f"error: {where}{error.strerror or error}", file=sys.stderr)
+        print(clean(f"error: {where}{error.strerror or error}"), file=sys.stderr)
     except OSError:
         return GONE_CODE
     return RUNTIME_CODE

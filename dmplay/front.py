@@ -13,7 +13,7 @@ from dmplay.game.table import Table
 from dmplay.screen.screen import Screen
 from dmplay.screen.show import show
 from dmplay.signals import leaving
-from dmplay.terminal import here
+from dmplay.terminal import clean, here
 from dmplay.words.plain import Objects, Reporter, Sentences, by_lines
 from dmplay.words.shell import Shell, ask, script
 
@@ -85,7 +85,7 @@ def epilogue(table: Table) -> None:
     if table.playing and table.game.again:
         rows.append(f"again: {table.game.again}")
     for row in rows:
-        print(row, file=sys.stderr)
+        print(clean(row), file=sys.stderr)
 
 
 def faults(table: Table) -> int:
@@ -95,5 +95,6 @@ def faults(table: Table) -> int:
         assert recorder.fault
         if isinstance(recorder.fault, BrokenPipeError):
             raise recorder.fault
-        print(f"error: cannot write {recorder.path}: {recorder.fault.strerror}", file=sys.stderr)
+        told = clean(f"cannot write {recorder.path}: {recorder.fault.strerror}")
+        print(f"error: {told}", file=sys.stderr)
     return 1 if bad else 0

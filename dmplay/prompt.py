@@ -23,7 +23,7 @@ from dmplay.screen.row import Veil
 from dmplay.screen.screen import Screen
 from dmplay.screen.show import show
 from dmplay.signals import ENDS, INTERRUPTED, leaving
-from dmplay.terminal import wipe
+from dmplay.terminal import clean, wipe
 from dmplay.words.commands import Leave
 from dmplay.words.completion.candidates import Candidates
 from dmplay.words.shell import Shell
@@ -100,7 +100,7 @@ def run(shell: Shell, input_: Input | None = None, output: Output | None = None)
         except KeyboardInterrupt:
             print("interrupted.")
         except DmplayError as error:
-            print(f"error: {error}", file=sys.stderr)
+            print(f"error: {clean(str(error))}", file=sys.stderr)
 
 
 def _session(shell: Shell, input_: Input | None, output: Output | None) -> PromptSession[str]:

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from dmplay.errors import TranscriptMismatch
+from dmplay.terminal import clean
 
 SUFFIX = ".dmt"
 
@@ -56,9 +57,9 @@ class TranscriptItem(pytest.Item):
         if self.config.getoption("--dmplay-update"):
             diff = checking.update(path, trusted=trusted)
             if diff:
-                self.add_report_section("call", "rewritten", diff)
+                self.add_report_section("call", "rewritten", clean(diff))
         report = checking.check(path, trusted=trusted)
-        self.add_report_section("call", "compared", report.told)
+        self.add_report_section("call", "compared", clean(report.told))
         if not report.ok:
             raise TranscriptMismatch(
                 f"{report}\nto accept the change: pytest {path} --dmplay-update"
@@ -69,7 +70,7 @@ class TranscriptItem(pytest.Item):
     ) -> str:
         """The report alone; a traceback only for what is not a mismatch."""
         if isinstance(excinfo.value, TranscriptMismatch):
-            return str(excinfo.value)
+            return clean(str(excinfo.value))
         return str(super().repr_failure(excinfo))
 
     def reportinfo(self) -> tuple[Path, int, str]:

@@ -131,6 +131,9 @@ def silent(stdin: TextIO) -> Iterator[None]:
 
 def clean(text: str) -> str:
     """An outside string made safe to show: what does not print is written as an escape."""
-    return "".join(
-        c if c.isprintable() or c == "\n" else c.encode("unicode_escape").decode() for c in text
-    )
+    rows = text.split("\n")
+    return "\n".join(row if row.isprintable() else "".join(map(_escaped, row)) for row in rows)
+
+
+def _escaped(c: str) -> str:
+    return c if c.isprintable() else c.encode("unicode_escape").decode()

@@ -52,6 +52,19 @@ def test_an_unfinished_transcript_fails(tmp_path: Path, file: Path) -> None:
     assert "unfinished: no end line" in done.stdout
 
 
+def test_no_escape_of_a_file_reaches_the_report(tmp_path: Path, file: Path) -> None:
+    altered(file, '"(8,1)"', r'"\u001b]0;pwned\u0007"')
+    for words in ((), ("--dmplay-update", "-rP")):
+        told = run(tmp_path, *words).stdout
+        assert r"u001b]0;pwned" in told or r"\x1b]0;pwned" in told
+        assert "\x1b" not in told
+
+
+def test_who_was_not_asked_again_is_in_the_report(tmp_path: Path, file: Path) -> None:
+    recorded(file, "hexworld", "script:e", force=True)
+    assert "turn; not re-asked: script" in run(tmp_path, "-rP").stdout
+
+
 def test_update_rewrites(tmp_path: Path, file: Path) -> None:
     right = file.read_text()
     altered(file, '"(8,1)"', '"(8,2)"')

@@ -12,7 +12,7 @@ from dmplay.cli.sentence import USAGE, sentence
 from dmplay.errors import BadParameter
 from dmplay.game.errand import Errand, Printout, Sitting
 from dmplay.game.table import Table
-from dmplay.terminal import Terminal, here
+from dmplay.terminal import Terminal, clean, here
 from dmplay.words.commands import is_command
 
 
@@ -31,7 +31,7 @@ def do(errand: Errand) -> int:
 
 def _print(report: Printout) -> int:
     if report.errors:
-        print(report.errors, file=sys.stderr)
+        print(clean(report.errors), file=sys.stderr)
     terminal = here(report.wishes)
     text = _shown(report, terminal)
     if report.paged:
@@ -45,7 +45,7 @@ def _print(report: Printout) -> int:
 
 def _shown(report: Printout, terminal: Terminal) -> str:
     if isinstance(report.text, str):
-        return report.text
+        return clean(report.text)
     from dmplay.reports.drawing import shown
 
     return shown(report.text, terminal)

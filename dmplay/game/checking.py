@@ -11,7 +11,6 @@ from dmplay.finding import problems
 from dmplay.game.account import frame
 from dmplay.game.saves import INPUT, standard
 from dmplay.game.seats import asked_again
-from dmplay.terminal import clean
 from dmplay.transcript.reading import Transcript, read
 from dmplay.transcript.report import Finding, Report, fault
 from dmplay.transcript.rewriting import rewritten
@@ -105,7 +104,7 @@ def reported(
     pairs = list(zip(reports, good, strict=True))
     if json:
         return [dumps(_data(report, fine)) for report, fine in pairs]
-    rows = [_line(report) if fine else clean(str(report)) for report, fine in pairs]
+    rows = [_line(report) if fine else str(report) for report, fine in pairs]
     if quiet:
         return [row for row, fine in zip(rows, good, strict=True) if not fine]
     bad = len(good) - sum(good)
@@ -114,7 +113,7 @@ def reported(
 
 def _line(report: Report) -> str:
     """A file that is as it should be."""
-    return clean(f"ok {one_line(report.path)} ({report.told})")
+    return f"ok {one_line(report.path)} ({report.told})"
 
 
 def _data(report: Report, fine: bool) -> dict[str, object]:

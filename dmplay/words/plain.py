@@ -62,8 +62,8 @@ class Sentences(Reporter):
                 print(f"{game.problem.agents[seat]} {said}", flush=True)
 
     def words(self, text: str) -> None:
-        """As they are."""
-        print(text, flush=True)
+        """As they are, but for what does not print."""
+        print(clean(text), flush=True)
 
     def prompt(self, game: Game) -> str:
         """`action> `, with the agent's name where several people play."""

@@ -71,7 +71,7 @@ class Shell:
 
     def _say(self, words: str) -> None:
         """Prints an answer, on a terminal without a word cut in two."""
-        rows = [clean(row) for row in words.split("\n")] if words else []
+        rows = clean(words).split("\n") if words else []
         if self.terminal.screen:
             cut = TextWrapper(
                 self.terminal.columns,
@@ -144,4 +144,4 @@ def ask(shell: Shell) -> None:
             warned = True
             print("\nCtrl-C once more leaves; so do quit and Ctrl-D.", flush=True)
         except DmplayError as error:
-            print(f"error: {error}", flush=True)
+            print(f"error: {clean(str(error))}", flush=True)

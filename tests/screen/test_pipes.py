@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from dmplay.game.checking import check
-from tests.support.games import values, verified
+from tests.support.games import altered, recorded, values, verified
 from tests.support.programs import fresh, run, shell
 from tests.support.terminals import (
     DMPLAY,
@@ -153,6 +153,27 @@ def test_names_that_an_ascii_stream_lacks_are_shown_as_escapes(tmp_path: Path) -
     done = fresh("replay", "gr\u00fcn.dmt", "--json", folder=tmp_path, env=ascii_)
     assert json.loads(done.stdout.splitlines()[0])["seats"] == {"agent": "gr\u00fcn\x1b[31m"}
     assert fresh("verify", "gr\u00fcn.dmt", folder=tmp_path, env=ascii_).returncode == 3
+
+
+HOSTILE = '"\\u001b]0;pwned\\u0007"'  # names the terminal's window
+
+
+@pytest.mark.parametrize("words", [[], ["hexworld", "--plain"]])
+def test_no_escape_of_a_file_reaches_a_terminal_in_words(words: list[str], tmp_path: Path) -> None:
+    recorded(tmp_path / "g.dmt", "hexworld", "random", turns=1)
+    altered(tmp_path / "g.dmt", '"agent": "random"', f'{HOSTILE}: "random"')
+    with Terminal(*words, folder=tmp_path, env={"TERM": "dumb"}) as terminal:
+        terminal.until(">").press("load g.dmt\n", r"error: g.dmt:3: seats: got \x1b]0;pwned\x07")
+        assert "\x1b" not in terminal.printed
+
+
+def test_no_escape_of_a_file_reaches_a_diff(tmp_path: Path) -> None:
+    recorded(tmp_path / "g.dmt", "hexworld", "random", turns=1, frames=True)
+    text = (tmp_path / "g.dmt").read_text().replace("\n| ", "\n| \x1b]0;pwned\x07", 1)
+    (tmp_path / "g.dmt").write_text(text)
+    told = run(tmp_path, "verify", "g.dmt", "--update").stdout
+    assert r"-| \x1b]0;pwned\x07" in told
+    assert "\x1b" not in told
 
 
 @pytest.mark.parametrize("problem", PLAYED)
