@@ -7,6 +7,8 @@ import sys
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple, TextIO
 
+from dmplay.finding.typed import whole
+
 INPUT, LOCAL = 0, 3  # of a terminal's attributes, the flags
 
 
@@ -63,7 +65,7 @@ def decide(wishes: Wishes, env: Mapping[str, str], stdin: TextIO, stdout: TextIO
         color=color,
         ascii=wishes.ascii or not _unicode(stdout),
         theme=wishes.theme if color else "mono",
-        width=wishes.width or _number(env.get("COLUMNS", "")),
+        width=wishes.width or whole(env.get("COLUMNS", "")) or None,
         motion=wishes.motion,
         asks=wishes.input or not stdin.isatty(),
     )
@@ -93,10 +95,6 @@ def _color(wish: str, env: Mapping[str, str], able: bool) -> bool:
     if env.get("DMPLAY_NO_COLOR"):
         return False
     return able and env.get("CLICOLOR", "1") != "0"
-
-
-def _number(told: str) -> int | None:
-    return int(told) if told.isdecimal() and int(told) else None
 
 
 def _unicode(stdout: TextIO) -> bool:

@@ -12,6 +12,7 @@ from dmplay.cli.app import app
 from dmplay.cli.group import rejoined
 from dmplay.cli.sentence import USAGE, sentence
 from dmplay.errors import DmplayError
+from dmplay.finding.typed import whole
 
 COMPLETING = "_DMPLAY_COMPLETE"  # set by a shell that asks what can follow
 NAMED = "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION"  # has typer take a shell by its name
@@ -22,6 +23,9 @@ USAGE_CODE = 2
 
 def run() -> int:
     """Runs the command line; errors become one line and an exit code."""
+    for size in ("LINES", "COLUMNS"):  # which libraries read too, and trust
+        if not whole(os.environ.get(size, "")):
+            os.environ.pop(size, None)
     if COMPLETING in os.environ:
         return _complete()
     if len(sys.argv) == 1:
@@ -54,8 +58,8 @@ def _complete() -> int:
     kept, bash = "", os.environ[COMPLETING] == "complete_bash"
     if bash:
         words = os.environ.get("COMP_WORDS", "").replace(" ", "\n").split("\n")
-        whole, at, kept = rejoined(words, int(os.environ.get("COMP_CWORD", "0")))
-        os.environ |= {"COMP_WORDS": "\n".join(whole), "COMP_CWORD": str(at)}
+        joined, at, kept = rejoined(words, whole(os.environ.get("COMP_CWORD", "")) or 0)
+        os.environ |= {"COMP_WORDS": "\n".join(joined), "COMP_CWORD": str(at)}
     with contextlib.redirect_stdout(io.StringIO()) as found, contextlib.suppress(SystemExit):
         app(prog_name="dmplay")
     lines = [line.removeprefix(kept) for line in found.getvalue().split("\n") if line]

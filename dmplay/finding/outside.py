@@ -26,6 +26,8 @@ def attribute(name: str) -> Any:
             raise BadParameter(f"cannot load {place}")
         module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)
+    elif not all(map(str.isidentifier, place.split("."))):
+        raise BadParameter(f"no module {place!r} for {name!r}")
     else:
         try:
             module = importlib.import_module(place)

@@ -7,6 +7,15 @@ from dmplay.errors import BadParameter
 LARGEST = 1e300  # a parameter; more is a slip of the keyboard
 
 
+DIGITS = 19  # of a whole number that is typed: enough for any seed
+
+
+def whole(text: str) -> int | None:
+    """The whole number that a text is, None where it is none or nobody counts so far."""
+    good = text.isascii() and text.isdecimal() and len(text) <= DIGITS
+    return int(text) if good else None
+
+
 def typed(name: str, value: object, default: object) -> object:
     """A parameter's value from text or JSON, of the type of its default."""
     parsed = value
@@ -25,6 +34,7 @@ def typed(name: str, value: object, default: object) -> object:
         good = isinstance(parsed, list | tuple)
     else:
         good = type(parsed) is type(default)
+        good = good and not (isinstance(parsed, int) and abs(parsed) > LARGEST)
     if not good:
         wanted = {float: "a number", int: "a whole number", bool: "true or false", tuple: "a list"}
         kind = wanted.get(type(default), "text")

@@ -66,7 +66,7 @@ def _script(problem: Problem, seat: int, rest: str) -> tuple[float, ...]:
 def _is_file(path: str) -> bool:
     try:
         return Path(path).is_file()
-    except OSError:  # too long to be a name
+    except (OSError, ValueError):  # too long to be a name, or no name
         return False
 
 

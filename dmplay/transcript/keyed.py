@@ -9,6 +9,7 @@ from collections import Counter
 from dmplay.errors import BadTranscript
 
 KEY = re.compile(r"([a-z0-9]+): ")
+DEEPEST = 32  # a list in a list
 SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")  # we write characters, never their halves
 
 
@@ -22,7 +23,10 @@ def keyed(row: str, path: str, line: int) -> tuple[str, object]:
     if SURROGATE.search(row):
         raise BadTranscript(path, line, None, "half a character")
     try:
-        return sys.intern(found[1]), JSON.decode(row[at:])
+        value = JSON.decode(row[at:])
+        if row.count("[") + row.count("{") > DEEPEST:
+            _shallow(value, DEEPEST)
+        return sys.intern(found[1]), value
     except json.JSONDecodeError as error:
         raise BadTranscript(path, line, at + error.colno, error.msg.lower()) from None
     except RecursionError:
@@ -42,6 +46,20 @@ def _finite(digits: str) -> float:
     return value
 
 
+def _whole(digits: str) -> int:
+    _finite(digits)
+    return int(digits)
+
+
+def _shallow(value: object, left: int) -> None:
+    """Raises RecursionError where a value is nested deeper than that."""
+    if not left:
+        raise RecursionError
+    if isinstance(value, list | dict):
+        for inner in value.values() if isinstance(value, dict) else value:
+            _shallow(inner, left - 1)
+
+
 def _unique(pairs: list[tuple[str, object]]) -> dict[str, object]:
     unique = dict(pairs)
     if len(unique) < len(pairs):
@@ -50,4 +68,6 @@ def _unique(pairs: list[tuple[str, object]]) -> dict[str, object]:
     return unique
 
 
-JSON = json.JSONDecoder(parse_constant=_no_constant, parse_float=_finite, object_pairs_hook=_unique)
+JSON = json.JSONDecoder(
+    parse_constant=_no_constant, parse_float=_finite, parse_int=_whole, object_pairs_hook=_unique
+)

@@ -5,7 +5,7 @@ from itertools import zip_longest
 
 from dmplay.core import Policy, Problem
 from dmplay.dice import NATURE, Dice
-from dmplay.errors import BadPolicy, BadTranscript
+from dmplay.errors import BadParameter, BadPolicy, BadTranscript
 from dmplay.session import Session
 from dmplay.transcript.format import Frame, end_facts, turn_facts
 from dmplay.transcript.header import header_facts
@@ -33,6 +33,9 @@ def verify(
         check.game(problem, policies)
     except BadTranscript as error:
         report.findings.append(fault(error, "inputs"))
+    except BadParameter as error:  # of a drawing
+        line = transcript.header_block.line
+        report.findings.append(Finding("frame", transcript.path, line, "frame", str(error)))
     return report
 
 

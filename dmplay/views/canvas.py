@@ -5,11 +5,14 @@ from itertools import groupby
 
 from rich.text import Span, Text
 
+from dmplay.errors import BadParameter
+
 ASCII = str.maketrans(
     dict(zip("─│┄━┷╋╱╲┌┐└┘├┤┬┴┼", "-|-=^#/\\+++++++++", strict=True))
     | dict(zip("←→↑↓◆●○∘·•✓✗×…▒█", "<>^v+*oo.*vxx~:#", strict=True))
     | dict(zip("▁▂▃▄▅▆▇▏▎▍▌▋▊▉", "_.:-=+*       ", strict=True))
 )
+FARTHEST = 10_000  # column or row
 DIAGONALS = {"↗": "NE", "↖": "NW", "↙": "SW", "↘": "SE"}
 
 
@@ -20,7 +23,9 @@ class Canvas:
         self._rows: list[list[tuple[str, str]]] = []
 
     def put(self, x: int, y: int, text: str, style: str = "") -> None:
-        """Writes text from column x of row y on."""
+        """Writes text from column x of row y on; raises BadParameter far out."""
+        if max(x, y) > FARTHEST:
+            raise BadParameter(f"a drawing of more than {FARTHEST} columns or rows")
         while len(self._rows) <= y:
             self._rows.append([])
         row = self._rows[y]

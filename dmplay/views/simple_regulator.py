@@ -102,7 +102,8 @@ def _bell(canvas: Canvas, size: Size, scale: Scale, mean: float, deviation: floa
     middle = scale.column(mean)
     for column in range(scale.left, scale.right + 1):
         away = scale.value(column) - scale.value(middle)
-        density = math.exp(-((away / deviation) ** 2) / 2) if deviation else float(not away)
+        far = away / deviation if deviation else math.inf * away if away else 0.0
+        density = math.exp(-far * far / 2)  # a square by `**` raises where it is large
         whole, rest = divmod(round(density * size.bell * 8), 8)
         for row in range(whole + (rest > 0)):
             block = BLOCKS[8 if row < whole else rest]

@@ -1,5 +1,6 @@
 """The commands: one table that typed words, keys, help, completion and the key row all read."""
 
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from difflib import get_close_matches
@@ -15,6 +16,7 @@ from dmplay.words import game_commands as of_game
 from dmplay.words import table_commands as of_table
 
 Run = Callable[[Table, str], str]
+NO_TEXT = re.compile(r"[\x00\ud800-\udfff]")  # NUL, and halves of characters
 SYNONYMS = {"value": "values", "exit": "quit", "resume": "load"}
 
 
@@ -223,6 +225,8 @@ def typed(table: Table, line: str) -> str:
     An action's name wins over all others, a problem's name begins it where no game is played;
     `act NAME` always plays.
     """
+    if NO_TEXT.search(line):
+        raise BadParameter(f"got {line!r}, expected text")
     word, _, rest = line.strip().partition(" ")
     if word not in table.aliases or _names_action(table, word):
         return _typed(table, line)

@@ -6,6 +6,7 @@ import numpy as np
 
 from dmplay.describe import counted
 from dmplay.errors import BadParameter
+from dmplay.finding.typed import whole
 from dmplay.game.answer import answer
 from dmplay.game.game import Game
 from dmplay.transcript.format import lines
@@ -17,9 +18,10 @@ def count(argument: str, command: str, default: int = 1) -> int:
     """A number of turns that was typed."""
     if not argument:
         return default
-    if not argument.isascii() or not argument.isdecimal() or int(argument) < 1:
+    number = whole(argument)
+    if not number:
         raise BadParameter(f"{command}: got {argument!r}, expected a number of turns, as 2")
-    return int(argument)
+    return number
 
 
 def undo(game: Game, argument: str) -> str:

@@ -5,6 +5,7 @@ from shlex import quote
 
 from dmplay.errors import BadParameter
 from dmplay.finding import problems
+from dmplay.finding.typed import whole
 from dmplay.game.answer import answer
 from dmplay.game.request import words_of
 from dmplay.game.saves import copied
@@ -36,9 +37,10 @@ def seed(table: Table, argument: str) -> str:
     """Begins the same game under these dice; alone, tells them."""
     if not argument:
         return f"seed: {table.game.seed if table.game.shows_seed else 'told after the game'}"
-    if not argument.isascii() or not argument.isdecimal():
+    number = whole(argument)
+    if number is None:
         raise BadParameter(f"seed: got {argument!r}, expected a whole number, as 7")
-    return table.begin(seed=int(argument))
+    return table.begin(seed=number)
 
 
 def agent(table: Table, argument: str) -> str:
@@ -84,7 +86,7 @@ def branch(table: Table, argument: str) -> str:
     game, turns = table.game, len(table.game.session.turns)
     if game.strict:
         raise BadParameter("branch: this game is strict")
-    if argument and not (argument.isascii() and argument.isdecimal()):
+    if argument and whole(argument) is None:
         raise BadParameter(f"branch: got {argument!r}, expected a turn, 0 to {turns}")
     source = game.source
     if source is None:

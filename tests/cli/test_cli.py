@@ -17,6 +17,42 @@ WORDS = (
 )  # fmt: skip
 
 
+MANY = "9" * 5000
+
+
+@pytest.mark.parametrize(
+    ("words", "stdin", "message"),
+    [
+        (["hexworld", "--agent", "../1.:"], "", "error: no module '../1.' for '../1.:'"),
+        (["hexworld", "--agent", ".a:b"], "", "error: no module '.a' for '.a:b'"),
+        (["hexworld"], f"e\nundo {MANY}\n", "error: line 2: undo: got '9"),
+        (["hexworld"], f"seed {MANY}\n", "error: line 1: seed: got '9"),
+        (["shell"], "load a\0b\n", "error: line 1: got 'load a\\x00b', expected text"),
+        (["hexworld"], "agent agent replay:a\0b\n", "error: line 1: got 'agent agent replay:a"),
+        (["-e", "save \ud800"], "", "error: command 1: got 'save \\ud800', expected text"),
+        (["predator-prey", "--set", f"predators={MANY[:400]}"], "", "error: predators: got '9"),
+    ],
+)
+def test_what_cannot_be_meant_is_one_line(
+    words: list[str], stdin: str, message: str, tmp_path: Path
+) -> None:
+    done = run(tmp_path, *words, stdin=stdin)
+    assert (done.returncode, done.stderr.count(message)) == (2, 1)
+    assert "unexpected" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    "env",
+    [
+        {"COLUMNS": MANY},
+        {"_DMPLAY_COMPLETE": "complete_bash", "COMP_WORDS": "dmplay", "COMP_CWORD": "x"},
+    ],
+)
+def test_a_variable_that_is_no_number_is_passed_over(env: dict[str, str], tmp_path: Path) -> None:
+    done = run(tmp_path, "list", **env)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_a_piped_game_is_played_told_and_recorded(tmp_path: Path) -> None:
     done = run(tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin="e\nne\nquit\n")
     assert done.returncode == 0

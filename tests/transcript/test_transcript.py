@@ -411,6 +411,10 @@ OPENING = '\nturn: 0\ndraws: [0.635716]\nstate: "(7,2)"\n\n'
         (HEADER + "\nturn: 0\ndraws: [1e999]\n\n", "t:7:8: 1e999 is too large"),
         (HEADER + "\nturn: 0\ndraws: [0.1\n\n", "t:7:12: expecting ',' delimiter"),
         (HEADER + "\nturn: 0\ndraws: " + "[" * 100_000 + "\n\n", "t:7:8: nested too deeply"),
+        (HEADER + f"\nturn: 0\ndraws: [{'9' * 400}]\n\n", "t:7:8: 999"),
+        (HEADER + f"\nturn: 0\nstate: {'[' * 33}{']' * 33}\n\n", "t:7:8: nested too deeply"),
+        (HEADER + "\n", "t:6: torn before its opening"),
+        (HEADER + "\nturn: 0\n", "t:6: torn before its opening"),
         (HEADER + '\nturn: 0\nstate: {"a": 1, "a": 2}\n\n', "t:7:8: 'a' stands twice"),
         (HEADER + "# " + "x" * 1_000_001 + OPENING, "t:5:1000001: a line of over a million"),
         (HEADER.replace("\n", "\r\n") + OPENING, "t:1: a carriage return"),
@@ -433,6 +437,20 @@ def test_a_fault_is_told_rightly_whatever_the_file_is_called(tmp_path: Path, nam
     error = pickle.loads(pickle.dumps(caught.value))
     assert (error.path, error.line, error.column) == (str(path), 5, 1)
     assert str(error) == f"{path}:5:1: seed stands twice in this block"
+
+
+def test_a_drawing_too_large_to_be_drawn_is_a_finding(tmp_path: Path) -> None:
+    path = tmp_path / "game.dmt"
+    recorded(
+        path,
+        "hexworld",
+        "random",
+        frames=True,
+        turns=1,
+        settings=["hexes=[[0,0],[1,0]]", "rewards=[]"],
+    )
+    altered(path, "[[0, 0], [1, 0]]", "[[0, 0], [50000000, 0]]")
+    assert any("a drawing of more than 10000 columns" in one for one in findings(path))
 
 
 def test_bytes_that_are_not_utf_8_are_told_with_line_and_column() -> None:

@@ -33,6 +33,12 @@ def test_a_push_is_told_with_its_aim() -> None:
     )
 
 
+def test_the_smallest_noise_is_drawn() -> None:
+    view = dmplay.Session(dmplay.load("simple-regulator", noise=1e-300), dmplay.Dice(1))
+    view.advance([1.0])
+    assert fit(simple_regulator, view.view(0), Look(80, 24)).plain.count("█") == 2
+
+
 def test_the_start_is_told_with_what_can_be_done() -> None:
     view = started("simple-regulator:undiscounted", [0.36]).view(0)
     assert simple_regulator.situation(view) == (
