@@ -113,7 +113,7 @@ def reported(
 
 def _line(report: Report) -> str:
     """A file that is as it should be."""
-    return f"ok {one_line(report.path)} ({report.told})"
+    return f"ok {one_line(report.path)} ({one_line(report.told)})"
 
 
 def _data(report: Report, fine: bool) -> dict[str, object]:

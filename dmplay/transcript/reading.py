@@ -111,9 +111,6 @@ def parse(raw: bytes, path: str = "transcript") -> Transcript:
             expected = "a turn, an undo or a reroll" if place else "the opening, 'turn: 0'"
             raise BadTranscript(path, block.line, None, f"got {block.kind}, expected {expected}")
     told = _header(header, path)
-    if not rest:
-        line = content.count("\n") + 1
-        raise BadTranscript(path, line, None, "torn before its opening, 'turn: 0'")
     back = next((block for block in rest if block.kind in EVENTS), None)
     if told.strict and back:
         raise BadTranscript(path, back.line, None, f"got {back.kind}, but the game is strict")

@@ -119,6 +119,6 @@ def test_without_a_state_folder_a_game_is_saved_where_a_path_is_given(tmp_path: 
     done = run(tmp_path, "shell", stdin=typed)
     assert done.returncode == 0, done.stderr
     told = run(tmp_path, "verify", "--allow-unfinished", "g.dmt").stdout
-    assert told == "ok g.dmt (2 turns, unfinished)\n1 verified\n"
+    assert told == "ok g.dmt (2 turns, unfinished; not re-asked: human)\n1 verified\n"
     assert run(tmp_path, "resume", "g.dmt", stdin="w\nquit\n").returncode == 0
     assert verified(tmp_path / "g.dmt")

@@ -413,8 +413,6 @@ OPENING = '\nturn: 0\ndraws: [0.635716]\nstate: "(7,2)"\n\n'
         (HEADER + "\nturn: 0\ndraws: " + "[" * 100_000 + "\n\n", "t:7:8: nested too deeply"),
         (HEADER + f"\nturn: 0\ndraws: [{'9' * 400}]\n\n", "t:7:8: 999"),
         (HEADER + f"\nturn: 0\nstate: {'[' * 33}{']' * 33}\n\n", "t:7:8: nested too deeply"),
-        (HEADER + "\n", "t:6: torn before its opening"),
-        (HEADER + "\nturn: 0\n", "t:6: torn before its opening"),
         (HEADER + '\nturn: 0\nstate: {"a": 1, "a": 2}\n\n', "t:7:8: 'a' stands twice"),
         (HEADER + "# " + "x" * 1_000_001 + OPENING, "t:5:1000001: a line of over a million"),
         (HEADER.replace("\n", "\r\n") + OPENING, "t:1: a carriage return"),
