@@ -83,12 +83,12 @@ class Believing(Seated, ABC):
         flow: dict[int, list[tuple[Ints, Reals]]] = {}
         for joint in joints:
             p, outcome = exact(problem, states, np.tile(joint, (size, 1)))
-            after = reached(problem, outcome).reshape(-1)
-            seen = outcome.observations[:, :, self.seat].reshape(-1)
-            cell = np.repeat(np.arange(size), p.shape[1]) * size + after
-            weight = p.reshape(-1) / len(joints)
+            likely = p > 0
+            cell = np.nonzero(likely)[0] * size + reached(problem, outcome)[likely]
+            seen = outcome.observations[:, :, self.seat][likely]
+            weight = p[likely] / len(joints)
             for kind in range(kinds):
-                happens = (seen == kind) & (weight > 0)
+                happens = seen == kind
                 if happens.any():
                     flow.setdefault(kind, []).append(_summed(cell[happens], weight[happens]))
         return {kind: _flow(parts, size) for kind, parts in flow.items()}

@@ -1,7 +1,7 @@
 """Policies for catch, on the belief over proficiencies."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -13,6 +13,8 @@ from dmplay.policies.valued import Countdown, Valued
 from dmplay.solvers.bounded_search import BoundedSearch
 from dmplay.solvers.value_iteration import greedy
 from dmplay.tabular import tabulate
+
+KEPT = 4  # problems whose bounds all agents share
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,7 @@ class Optimal(Countdown):
 
     @cached_property
     def _search(self) -> BoundedSearch:
-        return BoundedSearch(tabulate(self.problem), self.problem.discount)
+        return _searched(self.problem)
 
     @cached_property
     def _known(self) -> dict[tuple[int, bytes], Reals]:
@@ -67,6 +69,11 @@ class Optimal(Countdown):
             found = self._search.action_values(np.array(list(fresh.values())), left)
             self._known.update(zip(fresh, found, strict=True))
         return np.array([self._known[key] for key in keys])
+
+
+@lru_cache(maxsize=KEPT)
+def _searched(problem: Problem) -> BoundedSearch:
+    return BoundedSearch(tabulate(problem), problem.discount)
 
 
 def roster(problem: Problem, seat: int) -> Roster:

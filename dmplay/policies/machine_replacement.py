@@ -1,7 +1,7 @@
 """Policies for the machine."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from dmplay.solvers.alpha_vectors import Stage
 from dmplay.tabular import tabulate
 
 MANUFACTURE, EXAMINE, INTERRUPT, REPLACE = range(4)
+KEPT = 8  # games whose stages are not sought again
 
 
 @dataclass(frozen=True)
@@ -56,12 +57,16 @@ class Optimal(Countdown):
 
     @cached_property
     def _stages(self) -> list[Stage]:
-        tables = tabulate(self.problem)
-        return alpha_vectors.stages(tables, self.problem.discount, self.horizon)
+        return _stages(self.problem, self.horizon)
 
     def ahead(self, b: Reals, left: int) -> Reals:
         """Q of the beliefs."""
         return alpha_vectors.action_values(self._stages[left - 1], b)
+
+
+@lru_cache(maxsize=KEPT)
+def _stages(problem: Problem, horizon: int) -> list[Stage]:
+    return alpha_vectors.stages(tabulate(problem), problem.discount, horizon)
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """Policies for the mountain car; 0 drives left, 1 coasts, 2 drives right."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from dmplay.solvers import grid_iteration
 
 LEFT, COAST, RIGHT = range(3)
 GRID = grid_iteration.Grid((LEFT_WALL, -TOP_SPEED), (RIGHT_WALL, TOP_SPEED), (181, 141))
+KEPT = 4  # problems whose values all agents share
 NAMES = {"left": LEFT, "coast": COAST, "right": RIGHT}
 
 
@@ -41,11 +42,16 @@ class Optimal(Maximising, Reactive):
 
     @cached_property
     def _values(self) -> Reals:
-        return grid_iteration.optimal(self.problem, GRID).values
+        return _swept(self.problem, GRID)
 
     def values(self, memory: Memory) -> Reals:
         """Q of each action: about as many turns as it takes, negative."""
         return grid_iteration.action_values(self.problem, GRID, self._values, memory[0])
+
+
+@lru_cache(maxsize=KEPT)
+def _swept(problem: Problem, grid: grid_iteration.Grid) -> Reals:
+    return grid_iteration.optimal(problem, grid).values
 
 
 @dataclass(frozen=True)

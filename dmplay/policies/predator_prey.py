@@ -3,7 +3,7 @@
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Self
 
 import numpy as np
@@ -17,6 +17,7 @@ from dmplay.policies.roster import Roster
 from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.solvers import best_response, markov_game, sparse
 
+KEPT = 8  # answers that are not sought again
 WAITED = 300_000  # outcomes of all states and moves that are listed in a moment
 
 
@@ -73,11 +74,9 @@ class BestResponse(Maximising, Reactive):
 
     @cached_property
     def _q(self) -> Reals:
-        play = [self._likely(seat) for seat in range(self.problem.walkers)]
-        model = best_response.faced(self.problem, self.seat, play)
-        return sparse.optimal(model, self.problem.discount)
+        return _best_q(self)
 
-    def _likely(self, seat: int) -> Reals:
+    def likely(self, seat: int) -> Reals:
         """How likely the agent of a seat takes each action in each state `[S, 6]`."""
         states, many = self.problem.enumerated(), len(DIRECTIONS)
         if self.to == "random":
@@ -98,6 +97,13 @@ class BestResponse(Maximising, Reactive):
         if len(played) != 1 or played == natural or rivals[0] not in ANSWERED:
             return self
         return replace(self, to=rivals[0])
+
+
+@lru_cache(maxsize=KEPT)
+def _best_q(agent: BestResponse) -> Reals:
+    play = [agent.likely(seat) for seat in range(agent.problem.walkers)]
+    model = best_response.faced(agent.problem, agent.seat, play)
+    return sparse.optimal(model, agent.problem.discount)
 
 
 @dataclass(frozen=True)

@@ -115,7 +115,8 @@ def _joined(one: Plans, other: Plans) -> Plans:
         raise BadPolicy(f"alpha vectors: {pairs} plans are too many; search needs none")
     i, j = np.indices((len(one.vectors), len(other.vectors))).reshape(2, -1)
     vectors = one.vectors[i] + other.vectors[j]
-    useful = envelope(vectors).needed
+    alone = 1 in (len(one.vectors), len(other.vectors))  # added to all, it changes no order
+    useful = np.arange(len(vectors)) if alone else envelope(vectors).needed
     then = np.column_stack([one.then[i], other.then[j]])
     return Plans(vectors[useful], then[useful])
 

@@ -1,5 +1,7 @@
 """Collision avoidance on a grid, solved backward in time (section 7.6, figure F.9)."""
 
+from functools import lru_cache
+
 import numpy as np
 
 from dmplay.chance import Ints, Reals
@@ -9,6 +11,7 @@ from dmplay.problems.collision_avoidance import RATES
 HEIGHTS = np.linspace(-200.0, 200.0, 21)  # m
 CLIMBS = np.linspace(-10.0, 10.0, 21)  # m/s
 TIMES = range(41)  # s
+KEPT = 4  # problems whose tables, 2 MB each, are not made again
 SHAPE = (len(RATES), len(HEIGHTS), len(CLIMBS))
 
 
@@ -40,6 +43,7 @@ def _between(points: Reals, at: Reals) -> tuple[Ints, Reals]:
     return before, place - before
 
 
+@lru_cache(maxsize=KEPT)
 def optimal(problem: Problem) -> Reals:
     """Q `[41, 3, 21, 21, 3]` by time, last advisory, height, rate and action."""
     after = np.zeros(SHAPE)

@@ -24,6 +24,9 @@ class Envelope(NamedTuple):
 def envelope(vectors: Reals) -> Envelope:
     """The upper envelope of vectors `[C, S]`; of equal ones it needs one."""
     states = vectors.shape[1]
+    if len(vectors) == 1:
+        everywhere = np.ones((states, 1), bool)
+        return Envelope(np.zeros(1, np.int64), np.eye(states), vectors[0], everywhere)
     chosen = [int(np.argmax(vectors.sum(axis=1)))]
     rays = np.eye(states + 1)  # (belief, value): the corners of the simplex, and straight up
     rays[:states, states] = vectors[chosen[0]]

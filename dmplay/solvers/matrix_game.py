@@ -49,8 +49,10 @@ def undominated(payoffs: Reals) -> tuple[list[int], list[int]]:
 
 
 def _surviving(values: Reals) -> list[int]:
-    """The rows `[A, others]` that may be best replies."""
-    return [i for i in range(len(values)) if not _never_best(values, i)]
+    """The rows `[A, others]` that may be best replies; one that is alone the best somewhere is."""
+    first = values - values.max(axis=0) >= -SLACK
+    alone = first[:, first.sum(axis=0) == 1].any(axis=1)
+    return [i for i in range(len(values)) if alone[i] or not _never_best(values, i)]
 
 
 def _never_best(values: Reals, row: int) -> bool:
