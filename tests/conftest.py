@@ -1,5 +1,10 @@
 """What the everyday run leaves out, how many examples are tried, and what is sought coarsely."""
 
+import gc
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a second thread only waits: systems are small
+
 import pytest
 from hypothesis import settings
 
@@ -21,6 +26,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if any(one in item.name for one in LONG):
             item.add_marker(pytest.mark.slow)
+
+
+def pytest_collection_finish() -> None:
+    """Spares the collector of garbage what stays to the end: modules and thousands of tests."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture

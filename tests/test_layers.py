@@ -4,6 +4,7 @@ import ast
 import re
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -38,6 +39,7 @@ def floor(module: Path) -> str:
     return module.relative_to(HOUSE).parts[0].removesuffix(".py")
 
 
+@cache
 def imported(module: Path) -> set[str]:
     """Every module that a file imports, at the top or inside a function."""
     names = set()

@@ -172,7 +172,7 @@ def test_a_frame_is_compared_after_the_facts(tmp_path: Path) -> None:
     assert " turn 0: frame: expected │     │     │ -10" in findings(path)[0]
 
 
-@pytest.mark.parametrize("digit", range(10))
+@pytest.mark.parametrize("digit", [0, 1, 9])
 def test_any_changed_digit_fails_on_its_line(tmp_path: Path, digit: int) -> None:
     path = tmp_path / "game.dmt"
     text = recorded(path, "crying-baby", "feed-when-crying", seed=5, turns=2)

@@ -1,4 +1,4 @@
-"""The course of one game of a deterministic problem from a given start."""
+"""The course of games of a deterministic problem from given starts."""
 
 from collections.abc import Iterator
 
@@ -11,13 +11,21 @@ def course(
     problem: Problem, policy: Policy, start: list[float], cap: int
 ) -> Iterator[tuple[np.ndarray, float]]:
     """The state after each turn and what that turn paid, until it is terminal or `cap` is up."""
-    s = np.array([start], float)
+    for states, paid in courses(problem, policy, [start], cap):
+        yield states[0], float(paid[0])
+
+
+def courses(
+    problem: Problem, policy: Policy, starts: list[list[float]], cap: int
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """The same of many games at once, until the last of them is over; what is over pays no more."""
+    s = np.array(starts, float)
     memory = policy.begin(s)
     for _ in range(cap):
-        if problem.terminal(s)[0]:
+        if problem.terminal(s).all():
             return
-        chosen = policy.choose(memory, None, np.zeros((1, policy.draws)))
-        after = problem.step(s, chosen[:, None], np.zeros((1, problem.draws.step)))
+        chosen = policy.choose(memory, None, np.zeros((len(s), policy.draws)))
+        after = problem.step(s, chosen[:, None], np.zeros((len(s), problem.draws.step)))
         s = after.state
         memory = policy.update(memory, Percept(chosen, s, chosen[:, None], after.rewards[:, 0]))
-        yield s[0], float(after.rewards[0, 0])
+        yield s, after.rewards[:, 0]

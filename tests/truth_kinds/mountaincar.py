@@ -25,7 +25,7 @@ POLICIES = {
     "always right": "always-right",
 }
 
-GRIDS = ((1800, 1400), (3600, 2800))  # the finer one only where the coarser needs more
+GRIDS = ((450, 350), (900, 700), (1800, 1400), (3600, 2800))  # a finer one only where it is needed
 
 
 def stepped(problem: Problem, case: Case) -> tuple[np.ndarray, float, bool]:
