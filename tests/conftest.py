@@ -12,6 +12,7 @@ from dmplay.policies import mountain_car
 from dmplay.solutions import reals
 from dmplay.solvers.grid_iteration import Grid
 
+gc.set_threshold(100_000)  # most of what is there stays to the end: modules and thousands of tests
 settings.register_profile("same", derandomize=True, deadline=None, database=None, max_examples=40)
 settings.load_profile("same")
 
@@ -26,12 +27,6 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if any(one in item.name for one in LONG):
             item.add_marker(pytest.mark.slow)
-
-
-def pytest_collection_finish() -> None:
-    """Spares the collector of garbage what stays to the end: modules and thousands of tests."""
-    gc.collect()
-    gc.freeze()
 
 
 @pytest.fixture

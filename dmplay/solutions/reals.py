@@ -2,14 +2,15 @@
 
 import numpy as np
 
+from dmplay.chance import Array, Reals
 from dmplay.core import Problem
 from dmplay.policies.cart_pole import Regulate
-from dmplay.policies.mountain_car import GRID, Optimal
+from dmplay.policies.mountain_car import GRID
 from dmplay.problems.cart_pole import CartPole
 from dmplay.problems.simple_regulator import SimpleRegulator
 from dmplay.solutions.solution import Row, Solution, Tick, names
 from dmplay.solvers import collision_grid, grid_iteration, linear_regulator
-from dmplay.solvers.value_iteration import best
+from dmplay.solvers.value_iteration import best, greedy
 
 STARTS = (-0.5, -1.2, -0.9, 0.0, 0.3)  # of the car, at rest
 LONGEST = 1000  # turns it is driven
@@ -64,7 +65,6 @@ def balance(problem: CartPole, tick: Tick) -> Solution:
 def drive(problem: Problem, tick: Tick) -> Solution:
     """Turns to go by value iteration, and those that its policy takes."""
     found = grid_iteration.optimal(problem, GRID, tick)
-    agent = Optimal(problem, 0)
     starts = np.array([[x, 0.0] for x in STARTS])
     q = grid_iteration.action_values(problem, GRID, found.values, starts)
     rows: list[Row] = [
@@ -72,7 +72,7 @@ def drive(problem: Problem, tick: Tick) -> Solution:
             "start": problem.notation(s),
             "value": float(row.max()),
             "best": names(problem, best(row)),
-            "turns driven": driven(problem, agent, s),
+            "turns driven": driven(problem, found.values, s),
         }
         for s, row in zip(starts, q, strict=True)
     ]
@@ -83,12 +83,12 @@ def drive(problem: Problem, tick: Tick) -> Solution:
     return Solution("value iteration on an interpolated grid", told, rows)
 
 
-def driven(problem: Problem, agent: Optimal, start: np.ndarray) -> int | None:
-    """The turns that an agent takes from a start, None if too many."""
+def driven(problem: Problem, values: Reals, start: Array) -> int | None:
+    """The turns that the best actions by these values take from a start, None if too many."""
     s = start[None]
     for turn in range(LONGEST):
         if problem.terminal(s)[0]:
             return turn
-        a = agent.choose(agent.begin(s), None, np.zeros((1, 0)))
+        a = greedy(grid_iteration.action_values(problem, GRID, values, s))
         s = problem.step(s, a[:, None], np.zeros((1, 0))).state
     return None

@@ -20,26 +20,29 @@ class Canvas:
     """Characters and styles by column and row; grows as it is written to."""
 
     def __init__(self) -> None:
-        self._rows: list[list[tuple[str, str]]] = []
+        self._rows: list[tuple[list[str], list[str]]] = []  # glyphs, and the style of each
 
     def put(self, x: int, y: int, text: str, style: str = "") -> None:
         """Writes text from column x of row y on; raises BadParameter far out."""
         if max(x, y) > FARTHEST:
             raise BadParameter(f"a drawing of more than {FARTHEST} columns or rows")
         while len(self._rows) <= y:
-            self._rows.append([])
-        row = self._rows[y]
-        row.extend([(" ", "")] * (x + len(text) - len(row)))
-        row[x : x + len(text)] = [(glyph, style) for glyph in text]
+            self._rows.append(([], []))
+        glyphs, styles = self._rows[y]
+        end = x + len(text)
+        glyphs.extend(" " * (end - len(glyphs)))
+        styles.extend([""] * (end - len(styles)))
+        glyphs[x:end] = text
+        styles[x:end] = [style] * len(text)
 
     def text(self) -> Text:
         """The drawing, a line a row, without trailing blanks."""
         rows, spans, start = [], [], 0
-        for row in self._rows:
-            plain = "".join(glyph for glyph, _ in row).rstrip()
+        for glyphs, styles in self._rows:
+            plain = "".join(glyphs).rstrip()
             at = 0
-            for style, run in groupby(_styles(row[: len(plain)])):
-                end = at + sum(1 for _ in run)
+            for style, run in groupby(_styles(plain, styles)):
+                end = at + len([*run])
                 if style:
                     spans.append(Span(start + at, start + end, style))
                 at = end
@@ -48,10 +51,10 @@ class Canvas:
         return Text("\n".join(rows), spans=spans, no_wrap=True)
 
 
-def _styles(row: list[tuple[str, str]]) -> Iterator[str]:
+def _styles(plain: str, styles: list[str]) -> Iterator[str]:
     """The style of each cell; a blank takes its neighbour's, so that a row has few pieces."""
     style = ""
-    for glyph, own in row:
+    for glyph, own in zip(plain, styles, strict=False):
         if own or glyph != " " or "underline" in style or "reverse" in style:
             style = own
         yield style

@@ -61,7 +61,7 @@ def seated(name: str, seat: int, session: Session, *, reveal: bool = False) -> G
 def test_games_that_a_seat_cannot_tell_apart_are_shown_alike(name: str) -> None:
     problem = small(name)
     for seat in range(len(problem.agents)):
-        for pair in twins(name, seat)[:2]:
+        for pair in twins(name, seat)[:1]:
             games = [
                 seated(name, seat, Session(problem, Told(game, seat, 10, others), limit=TURNS))
                 for game, others in zip(pair, (11, 12), strict=True)

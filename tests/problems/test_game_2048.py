@@ -60,7 +60,7 @@ def best_worth(game: Game2048, s: np.ndarray, depth: int) -> float:
         *product((EARLY, LATE), (1, 2), (0.8, 0.0, 1.0)),
         *product((LATE, TIGHT), (3,), (0.8, 0.0, 1.0)),
         (LATE, 4, 0.8),
-        (TIGHT, 5, 0.8),
+        (TIGHT, 4, 0.8),
     ],
 )
 def test_the_values_are_those_of_the_plain_recursion(

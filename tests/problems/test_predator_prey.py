@@ -207,9 +207,9 @@ def test_the_values_of_the_best_response_come_true() -> None:
 
 
 def test_two_predators_have_a_best_response_to_one_another_and_a_prey() -> None:
-    problem = hunt(2, 1)
+    problem = dmplay.load("predator-prey:triangle", predators=2)
     agent = dmplay.agent(problem, 0, "best-response")
-    values = agent.values(agent.begin(problem.parse("(1,2) (0,0) (1,1)")[None]))
+    values = agent.values(agent.begin(problem.parse("(0,1) (0,0) (1,0)")[None]))
     assert values is not None
     assert values.shape == (1, 6)
 

@@ -1,5 +1,6 @@
 """Joint conditional plans, against every pair of plans and against one planner for both."""
 
+from functools import cache
 from itertools import product
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 import dmplay
 from dmplay.chance import Reals
+from dmplay.core import Exact
 from dmplay.errors import BadParameter
 from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
 from dmplay.solvers import alpha_vectors, joint_plans
@@ -19,16 +21,20 @@ DEAR = MulticaregiverCryingBaby(
 BELIEFS = np.array([[1.0, 0.0], [0.7, 0.3], [0.5, 0.5], [0.1, 0.9], [0.0, 1.0]])
 
 
+@cache
+def turn(problem: MulticaregiverCryingBaby, state: int, one: int, other: int) -> Exact:
+    return dmplay.exact(problem, np.array([state]), np.array([(one, other)]))
+
+
 def worth(
     problem: MulticaregiverCryingBaby, state: int, one: tuple[int, ...], other: tuple[int, ...]
 ) -> float:
     """What two plans of two turns earn together; a plan is (first, after crying, after quiet)."""
-    p, now = dmplay.exact(problem, np.array([state]), np.array([(one[0], other[0])]))
+    p, now = turn(problem, state, one[0], other[0])
     total = float((p[0] * now.rewards[0].sum(axis=1)).sum())
     for weight, s, (heard, also) in zip(p[0], now.state[0], now.observations[0], strict=True):
         if weight > 0:
-            joint = np.array([(one[1 + heard], other[1 + also])])
-            q, then = dmplay.exact(problem, np.array([s]), joint)
+            q, then = turn(problem, int(s), one[1 + heard], other[1 + also])
             total += problem.discount * weight * float((q[0] * then.rewards[0].sum(axis=1)).sum())
     return total
 

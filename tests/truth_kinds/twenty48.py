@@ -9,7 +9,7 @@ from tests.truth_kinds.case import Case, by_kind, reached
 
 LEFT, RIGHT = 0, 2
 NAMES = {"left": LEFT, "right": RIGHT}
-GAMES = 2000
+GAMES = 500
 
 
 def problem(case: Case) -> Game2048:
