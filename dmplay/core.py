@@ -418,6 +418,14 @@ def exact(problem: Problem, s: Array, a: Array) -> Exact:
     return Exact(probabilities, Outcome(*shaped))
 
 
+def possible(problem: Problem, s: Array, a: Array) -> tuple[Ints, Reals, Outcome]:
+    """The outcomes `[N]` of `exact` that can happen: of which row each is, and how likely."""
+    probabilities, events = _joint(_finite(problem, problem.chance(s, a)), len(s))
+    row, _ = likely = np.nonzero(probabilities)
+    drawn = tuple(event.reshape(probabilities.shape)[likely] for event in events)
+    return row, probabilities[likely], problem.move(s[row], a[row], drawn)
+
+
 def reached(problem: Problem, outcome: Outcome) -> Ints:
     """The indices `[B, K]` of the next states that `exact` lists."""
     rows, many, *state = outcome.state.shape

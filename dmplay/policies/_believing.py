@@ -10,7 +10,7 @@ import numpy as np
 
 from dmplay import belief
 from dmplay.chance import Array, Bools, Ints, Reals
-from dmplay.core import Memory, Percept, exact, reached
+from dmplay.core import Memory, Percept, possible
 from dmplay.errors import ImpossibleObservation
 from dmplay.policies.kinds import Seated
 
@@ -82,11 +82,9 @@ class Believing(Seated, ABC):
         joints = list(product(*choices))
         flow: dict[int, list[tuple[Ints, Reals]]] = {}
         for joint in joints:
-            p, outcome = exact(problem, states, np.tile(joint, (size, 1)))
-            likely = p > 0
-            cell = np.nonzero(likely)[0] * size + reached(problem, outcome)[likely]
-            seen = outcome.observations[:, :, self.seat][likely]
-            weight = p[likely] / len(joints)
+            source, p, outcome = possible(problem, states, np.tile(joint, (size, 1)))
+            cell, weight = source * size + problem.index(outcome.state), p / len(joints)
+            seen = outcome.observations[:, self.seat]
             for kind in range(kinds):
                 happens = seen == kind
                 if happens.any():

@@ -45,7 +45,7 @@ class Grid:
 
 def interpolated(values: Reals, corners: Ints, weights: Reals) -> Reals:
     """The values `[B]` between points, always summed in the same order."""
-    each = weights * values[corners]
+    each = weights * values.take(corners)
     return np.asarray(each[0] + each[1] + each[2] + each[3])
 
 

@@ -19,7 +19,7 @@ from tests.support.cases import (
 from tests.support.pools import WALK, Pool, parts, pool
 
 SIZES = (1, 2, 3, 4, 5, 7, 8, 9, 15, 16, 17, 31, 33, 64, 100, 257, 1000, 4099, ROWS)
-few_examples = settings(max_examples=25)
+few_examples = settings(max_examples=15)
 
 
 def strided(array: Array) -> Array:

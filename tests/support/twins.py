@@ -46,7 +46,7 @@ class Twins(NamedTuple):
 def twins(name: str, seat: int) -> list[Twins]:
     problem = small(name)
     if not problem.hidden:
-        return [public_twins(problem, row) for row in range(3)]
+        return [public_twins(problem, row) for row in range(2)]
     return [pair for attempt in range(1, 4) for pair in hidden_twins(problem, seat, attempt)]
 
 
@@ -93,6 +93,6 @@ def hidden_twins(problem: Problem, seat: int, attempt: int) -> list[Twins]:
         apart &= (np.stack(actions) != np.stack(actions)[:, :1]).any(axis=(0, 2))
     games = [
         Game(opening[row], tuple(u[row] for u in nature), tuple(a[row] for a in actions))
-        for row in (0, *np.flatnonzero(apart)[:2])
+        for row in (0, *np.flatnonzero(apart)[:1])
     ]
     return [Twins(games[0], game) for game in games[1:]]
