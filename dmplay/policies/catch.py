@@ -14,8 +14,6 @@ from dmplay.solvers.bounded_search import BoundedSearch
 from dmplay.solvers.value_iteration import greedy
 from dmplay.tabular import tabulate
 
-KEPT = 4  # problems whose bounds all agents share
-
 
 @dataclass(frozen=True)
 class Greedy(Valued):
@@ -53,10 +51,6 @@ class Optimal(Countdown):
     FARTHEST = 10
 
     @cached_property
-    def _search(self) -> BoundedSearch:
-        return _searched(self.problem)
-
-    @cached_property
     def _known(self) -> dict[tuple[int, bytes], Reals]:
         """What was found so far, by the throws left and the belief."""
         return {}
@@ -66,12 +60,12 @@ class Optimal(Countdown):
         keys = [(left, row.tobytes()) for row in b]
         fresh = {key: row for key, row in zip(keys, b, strict=True) if key not in self._known}
         if fresh:
-            found = self._search.action_values(np.array(list(fresh.values())), left)
+            found = _searched(self.problem).action_values(np.array(list(fresh.values())), left)
             self._known.update(zip(fresh, found, strict=True))
         return np.array([self._known[key] for key in keys])
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=4)
 def _searched(problem: Problem) -> BoundedSearch:
     return BoundedSearch(tabulate(problem), problem.discount)
 

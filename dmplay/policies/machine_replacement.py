@@ -17,7 +17,6 @@ from dmplay.solvers.alpha_vectors import Stage
 from dmplay.tabular import tabulate
 
 MANUFACTURE, EXAMINE, INTERRUPT, REPLACE = range(4)
-KEPT = 8  # games whose stages are not sought again
 
 
 @dataclass(frozen=True)
@@ -55,16 +54,12 @@ class Optimal(Countdown):
 
     horizon: int = parameter(20, "turns of a game", 1)
 
-    @cached_property
-    def _stages(self) -> list[Stage]:
-        return _stages(self.problem, self.horizon)
-
     def ahead(self, b: Reals, left: int) -> Reals:
         """Q of the beliefs."""
-        return alpha_vectors.action_values(self._stages[left - 1], b)
+        return alpha_vectors.action_values(_stages(self.problem, self.horizon)[left - 1], b)
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=4)
 def _stages(problem: Problem, horizon: int) -> list[Stage]:
     return alpha_vectors.stages(tabulate(problem), problem.discount, horizon)
 

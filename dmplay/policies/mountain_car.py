@@ -1,7 +1,7 @@
 """Policies for the mountain car; 0 drives left, 1 coasts, 2 drives right."""
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from dmplay.solvers import grid_iteration
 
 LEFT, COAST, RIGHT = range(3)
 GRID = grid_iteration.Grid((LEFT_WALL, -TOP_SPEED), (RIGHT_WALL, TOP_SPEED), (181, 141))
-KEPT = 4  # problems whose values all agents share
 NAMES = {"left": LEFT, "coast": COAST, "right": RIGHT}
 
 
@@ -40,16 +39,13 @@ class Pump(Reactive):
 class Optimal(Maximising, Reactive):
     """The best action by value iteration on a grid, between whose points it interpolates."""
 
-    @cached_property
-    def _values(self) -> Reals:
-        return _swept(self.problem, GRID)
-
     def values(self, memory: Memory) -> Reals:
         """Q of each action: about as many turns as it takes, negative."""
-        return grid_iteration.action_values(self.problem, GRID, self._values, memory[0])
+        found = _swept(self.problem, GRID)
+        return grid_iteration.action_values(self.problem, GRID, found, memory[0])
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=4)
 def _swept(problem: Problem, grid: grid_iteration.Grid) -> Reals:
     return grid_iteration.optimal(problem, grid).values
 

@@ -17,7 +17,6 @@ from dmplay.policies.roster import Roster
 from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.solvers import best_response, markov_game, sparse
 
-KEPT = 8  # answers that are not sought again
 WAITED = 300_000  # outcomes of all states and moves that are listed in a moment
 
 
@@ -72,10 +71,6 @@ class BestResponse(Maximising, Reactive):
         if self.problem.discount >= 1.0:
             raise BadPolicy("a hunt without end needs a discount below 1")
 
-    @cached_property
-    def _q(self) -> Reals:
-        return _best_q(self)
-
     def likely(self, seat: int) -> Reals:
         """How likely the agent of a seat takes each action in each state `[S, 6]`."""
         states, many = self.problem.enumerated(), len(DIRECTIONS)
@@ -87,7 +82,7 @@ class BestResponse(Maximising, Reactive):
 
     def values(self, memory: Memory) -> Reals:
         """Q of each move against these others."""
-        return np.asarray(self._q[self.problem.index(memory[0])])
+        return np.asarray(_best_q(self)[self.problem.index(memory[0])])
 
     def in_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
         """The answer to these others, where all play one thing that it answers."""
@@ -99,7 +94,7 @@ class BestResponse(Maximising, Reactive):
         return replace(self, to=rivals[0])
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=4)
 def _best_q(agent: BestResponse) -> Reals:
     play = [agent.likely(seat) for seat in range(agent.problem.walkers)]
     model = best_response.faced(agent.problem, agent.seat, play)

@@ -11,7 +11,6 @@ from dmplay.problems.collision_avoidance import RATES
 HEIGHTS = np.linspace(-200.0, 200.0, 21)  # m
 CLIMBS = np.linspace(-10.0, 10.0, 21)  # m/s
 TIMES = range(41)  # s
-KEPT = 4  # problems whose tables, 2 MB each, are not made again
 SHAPE = (len(RATES), len(HEIGHTS), len(CLIMBS))
 
 
@@ -43,7 +42,7 @@ def _between(points: Reals, at: Reals) -> tuple[Ints, Reals]:
     return before, place - before
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=4)  # of 2 MB each
 def optimal(problem: Problem) -> Reals:
     """Q `[41, 3, 21, 21, 3]` by time, last advisory, height, rate and action."""
     after = np.zeros(SHAPE)

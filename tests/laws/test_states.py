@@ -32,7 +32,7 @@ def final_states(name: str) -> Array:
     problem = load(name)
     found = []
     for policies in (random_play(problem), *(policies for _, policies in seated(name))):
-        played = rollout(problem, policies, episodes=100, turns=300, seed=SEED)
+        played = rollout(problem, policies, episodes=30, turns=300, seed=SEED)
         found.append(played.state)
         if played.over.any() or type(problem).terminal is Problem.terminal:
             break

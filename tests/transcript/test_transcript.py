@@ -172,7 +172,7 @@ def test_a_frame_is_compared_after_the_facts(tmp_path: Path) -> None:
     assert " turn 0: frame: expected │     │     │ -10" in findings(path)[0]
 
 
-@pytest.mark.parametrize("digit", [0, 1, 9])
+@pytest.mark.parametrize("digit", [0, 9])
 def test_any_changed_digit_fails_on_its_line(tmp_path: Path, digit: int) -> None:
     path = tmp_path / "game.dmt"
     text = recorded(path, "crying-baby", "feed-when-crying", seed=5, turns=2)
@@ -192,7 +192,7 @@ def test_an_unfinished_file_is_never_golden(file: Path) -> None:
     assert check(file).unfinished
 
 
-@pytest.mark.parametrize("cut", range(1, 200, 7))
+@pytest.mark.parametrize("cut", range(1, 200, 13))
 def test_a_torn_tail_is_cut_and_the_game_goes_on_to_the_same_bytes(
     tmp_path: Path, cut: int
 ) -> None:
