@@ -73,7 +73,9 @@ class Reader:
             start = f'exec "{sys.executable}" {f"-m {module}" if module else ""} "$@"'
             (commands / name).write_text(f"#!/bin/sh\n{start}\n")
             (commands / name).chmod(0o755)
-        plain = clean_environment(folder, PYTEST_ADDOPTS=LEAN, COLUMNS="80")
+        plain = clean_environment(
+            folder, PYTEST_ADDOPTS=LEAN, COLUMNS="80", PYTHONDONTWRITEBYTECODE="1"
+        )
         for name in os.environ:
             monkeypatch.delenv(name)
         for name, value in (plain | {"PATH": f"{commands}:{plain['PATH']}"}).items():
