@@ -80,6 +80,7 @@ class Reader:
             monkeypatch.delenv(name)
         for name, value in (plain | {"PATH": f"{commands}:{plain['PATH']}"}).items():
             monkeypatch.setenv(name, value)
+        monkeypatch.setattr(sys, "dont_write_bytecode", True)  # files change within a second
         monkeypatch.chdir(folder)
 
     def follow(self, document: str) -> None:
