@@ -64,7 +64,15 @@ def test_the_file_that_is_read_is_not_written(
 
 
 def test_the_file_of_a_running_game_is_not_written(place: Path) -> None:
-    told = run(place, "hexworld", "-o", "now.dmt", stdin="e\nexport g.dmt --csv -o now.dmt --force")
+    told = run(
+        place,
+        "hexworld",
+        "--seed",
+        "7",
+        "-o",
+        "now.dmt",
+        stdin="e\nexport g.dmt --csv -o now.dmt --force",
+    )
     assert "now.dmt: somebody plays this game now" in told.stderr
     assert (place / "now.dmt").read_text().startswith("dmplay: 1\n")
 
@@ -157,6 +165,6 @@ def test_where_a_draft_needs_a_name_it_is_gone_after_it(
 
 def test_what_a_kill_left_empty_is_in_nobodys_way(place: Path) -> None:
     (place / "s.dmt").touch()
-    done = run(place, "hexworld", "-o", "h.dmt", stdin="e\nsave s.dmt\nquit\n")
+    done = run(place, "hexworld", "--seed", "7", "-o", "h.dmt", stdin="e\nsave s.dmt\nquit\n")
     assert done.returncode == 0, done.stderr
     assert "turn: 1\n" in (place / "s.dmt").read_text()

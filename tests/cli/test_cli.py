@@ -25,7 +25,7 @@ MANY = "9" * 5000
     [
         (["hexworld", "--agent", "../1.:"], "", "error: no module '../1.' for '../1.:'"),
         (["hexworld", "--agent", ".a:b"], "", "error: no module '.a' for '.a:b'"),
-        (["hexworld"], f"e\nundo {MANY}\n", "error: line 2: undo: got '9"),
+        (["hexworld", "--seed", "7"], f"e\nundo {MANY}\n", "error: line 2: undo: got '9"),
         (["hexworld"], f"seed {MANY}\n", "error: line 1: seed: got '9"),
         (["shell"], "load a\0b\n", "error: line 1: got 'load a\\x00b', expected text"),
         (["hexworld"], "agent agent replay:a\0b\n", "error: line 1: got 'agent agent replay:a"),

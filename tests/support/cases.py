@@ -18,7 +18,7 @@ from dmplay.session import Past
 
 SEED = 7
 SOME = 4  # turns of a game that is played on for a while
-ROWS = 5003  # a prime, so that no vector width divides it
+ROWS = 20_011  # a prime, so that no vector width divides it
 CASES = [
     f"{name}:{variant}" if variant else name
     for name in problem_names()
