@@ -5,7 +5,7 @@ import pytest
 
 import dmplay
 from dmplay.chance import Array, Chance, Pick
-from dmplay.core import GRID, Interval, Problem, exact, exact_start
+from dmplay.core import GRID, Interval, Problem, exact, exact_start, possible
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.problems.rock_paper_scissors import RockPaperScissors
 
@@ -117,3 +117,15 @@ def test_a_uniform_draws_a_number_of_the_interval_to_nine_decimals() -> None:
 
 def test_the_nearest_action_to_a_number_lies_within_the_bounds() -> None:
     assert SPAN.nearest(np.array([-3.0, 0.1234567891, 3.0])).tolist() == [-1, 0.123456789, 1]
+
+
+def test_what_can_happen_is_what_is_listed_with_a_chance() -> None:
+    walk = dmplay.load("hexworld", slip=0.0)
+    s, a = np.array([8, 3]), np.array([[0], [4]])
+    listed = exact(walk, s, a)
+    row, p, outcome = possible(walk, s, a)
+    assert row.tolist() == [0, 1]
+    assert p.tolist() == [1.0, 1.0]
+    assert listed.probabilities.tolist() == [[1.0, 0.0, 0.0]] * 2
+    assert outcome.state.tolist() == listed.outcome.state[:, 0].tolist()
+    assert outcome.rewards.tolist() == listed.outcome.rewards[:, 0].tolist()

@@ -4,8 +4,10 @@ from pathlib import Path
 
 import pytest
 
+from dmplay.errors import BadTranscript
 from dmplay.game.request import Resumption
 from dmplay.game.start import resumed
+from dmplay.transcript.reading import read
 from tests.support.games import recorded
 from tests.support.programs import run
 
@@ -40,6 +42,13 @@ def test_it_is_said_to_be_so_in_one_line(
     first = (done.stderr + done.stdout).splitlines()[0]
     assert first.removeprefix("error: ").removeprefix("not rewritten: ").startswith("h.dmt:7:")
     assert TORN in first
+
+
+def test_the_reader_refuses_it_with_its_line(whole: str, tmp_path: Path) -> None:
+    with pytest.raises(BadTranscript, match=f":7: {TORN}"):
+        read(tmp_path / "h.dmt")
+    (tmp_path / "h.dmt").write_text(whole)
+    assert len(read(tmp_path / "h.dmt").blocks) == 4
 
 
 @pytest.mark.parametrize("tail", ["", "turn: 0\ndraws: [0."])

@@ -18,6 +18,7 @@ from dmplay.game.checking import check, update
 from dmplay.game.request import Branching, Request, Resumption
 from dmplay.game.start import branched, new, resumed
 from dmplay.transcript.format import number
+from dmplay.transcript.keyed import keyed
 from dmplay.transcript.reading import parse, read
 from dmplay.transcript.verify import verify
 from tests.support.games import altered, recorded
@@ -614,3 +615,8 @@ def test_an_agent_asked_again_that_writes_into_what_it_is_given_is_a_finding(
     problem = dmplay.load("cart-pole")
     report = verify(read(tmp_path / "g.dmt"), problem, [Rescaling(problem, 0, (0, 0, 0))])
     assert "turn 2, agent: Rescaling.update writes into" in str(report)
+
+
+def test_a_long_list_of_short_ones_is_not_deep() -> None:
+    hexes = [[q, 0] for q in range(40)]
+    assert keyed(f"set: {json.dumps({'hexes': hexes})}", "t", 1) == ("set", {"hexes": hexes})
