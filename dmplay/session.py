@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Generic, NamedTuple, Protocol, TypeVar, overload
 
 import numpy as np
@@ -17,7 +16,6 @@ from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
 LARGEST_BELIEF = 4096  # states that a view shows a belief over, where it is quick to have
 LONGEST_LIST = 64  # states; a longer belief, written as a list, is no use to a reader
 
-L = TypeVar("L")
 T = TypeVar("T")
 P_co = TypeVar("P_co", bound=Problem, covariant=True)
 
@@ -40,13 +38,11 @@ class Turn(NamedTuple):
 
 
 class Past(Sequence[T]):
-    """What a seat was told so far, at first and turn by turn, read as it is needed."""
+    """What a seat was told so far, of a list that may grow: as long as it is now."""
 
-    def __init__(
-        self, turns: Sequence[L], told: Callable[[L], T], first: tuple[T, ...] = ()
-    ) -> None:
-        self._first, self._turns, self._told = first, turns, told
-        self._places = range(len(first) + len(turns))  # those of today, whatever comes
+    def __init__(self, told: Sequence[T]) -> None:
+        self._told = told
+        self._places = range(len(told))
 
     def __len__(self) -> int:
         return len(self._places)
@@ -57,9 +53,18 @@ class Past(Sequence[T]):
     def __getitem__(self, place: slice) -> tuple[T, ...]: ...
     def __getitem__(self, place: int | slice) -> T | tuple[T, ...]:
         if isinstance(place, slice):
-            return tuple(self[at] for at in self._places[place])
-        turn = self._places[place] - len(self._first)
-        return self._first[turn] if turn < 0 else self._told(self._turns[turn])
+            return tuple(self._told[at] for at in self._places[place])
+        return self._told[self._places[place]]
+
+
+class _Told(NamedTuple):
+    """All that one seat was told, in lists of its own: nothing leads from them to the game."""
+
+    observations: list[Array]  # one more than turns
+    actions: list[float]
+    joint: list[Array]
+    rewards: list[float]
+    beliefs: list[Reals]  # one more than turns, where there are any
 
 
 @dataclass(frozen=True)
@@ -130,7 +135,7 @@ class Session:
         self._known: tuple[Array | None, bool] = (None, False)
         self._beliefs: list[Reals] = []  # [n, S] before each turn and after the last
         self._sums: list[tuple[Reals, float]] = []  # returns and totals [2, n], next weight
-        self._viewed = False  # whether a view reads the lists of turns and beliefs
+        self._told: dict[int, _Told] = {}  # by seat, for its views
         self.followers = [
             None if policy is None else Follower(self, seat, policy)
             for seat, policy in enumerate(policies or [None] * len(problem.agents))
@@ -225,11 +230,20 @@ class Session:
             raise IllegalAction(f"undo {turns}: {played}")
         self._ended = None
         taken = self.turns[-turns:]
-        if self._viewed:  # a view stays what it was
-            self.turns, self._beliefs, self._viewed = [*self.turns], [*self._beliefs], False
         del self.turns[-turns:]
         for known in (self._beliefs, self._sums):
             del known[len(self.turns) + 1 :]
+        left = len(self.turns)
+        self._told = {  # in other lists: a view stays what it was
+            seat: _Told(
+                told.observations[: left + 1],
+                told.actions[:left],
+                told.joint[:left],
+                told.rewards[:left],
+                told.beliefs[: left + 1],
+            )
+            for seat, told in self._told.items()
+        }
         for follower in self.followers:
             if follower:
                 follower.forget()
@@ -279,24 +293,34 @@ class Session:
             self._beliefs.append(own(np.array(rows)))
         return self._beliefs
 
+    def _told_to(self, seat: int) -> _Told:
+        """What a seat was told, up to the last turn; rewards only where they may be known."""
+        told = self._told.setdefault(seat, _Told([own(self.observation(seat, 0))], [], [], [], []))
+        for turn in self.turns[len(told.actions) :]:
+            told.observations.append(own(self._seen(seat, turn)))
+            told.actions.append(float(turn.actions[seat].item()))
+            if not self.problem.hidden:
+                told.joint.append(turn.actions)
+        if self.problem.rewards_observed or self.over:
+            rewards = self.turns[len(told.rewards) :]
+            told.rewards.extend(float(turn.rewards[seat].item()) for turn in rewards)
+        if self.believes:
+            told.beliefs.extend(own(each[seat]) for each in self.beliefs()[len(told.beliefs) :])
+        return told
+
     def view(self, seat: int) -> View[Problem]:
         """What this seat may know."""
-        problem = self.problem
-        turns = self.turns
-        self._viewed = True
+        problem, told = self.problem, self._told_to(seat)
+        paid = problem.rewards_observed or self.over
         return View(
             problem=problem,
             seat=seat,
-            observations=Past(turns, partial(self._seen, seat), (self.observation(seat, 0),)),
-            actions=Past(turns, lambda turn: float(turn.actions[seat].item())),
-            joint=None if problem.hidden else Past(turns, lambda turn: turn.actions),
-            rewards=(
-                Past(turns, lambda turn: float(turn.rewards[seat].item()))
-                if problem.rewards_observed or self.over
-                else None
-            ),
+            observations=Past(told.observations),
+            actions=Past(told.actions),
+            joint=None if problem.hidden else Past(told.joint),
+            rewards=Past(told.rewards) if paid else None,
             legal=self.legal(seat),
-            beliefs=Past(self.beliefs(), lambda each: each[seat]) if self.believes else None,
+            beliefs=Past(told.beliefs) if self.believes else None,
             ending=self.ending,
             limit=self.limit,
         )

@@ -1,14 +1,18 @@
 """A seat and its policy are given nothing that the seat may not know."""
 
+import gc
 from dataclasses import fields
+from types import ModuleType
 from typing import Any
 
+import numpy as np
 import pytest
 
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Percept, Policy, Problem
-from dmplay.session import Session, View
-from tests.support.cases import every_problem, same, small
+from dmplay.dice import Dice
+from dmplay.session import Session, Turn, View
+from tests.support.cases import anything, every_problem, same, small
 from tests.support.pools import lists, pool
 from tests.support.seats import seated
 from tests.support.twins import Told, Twins, twins
@@ -83,3 +87,24 @@ def test_the_twins_of_the_privacy_law_differ_where_they_can(name: str) -> None:
                 assert len(problem.agents) == 1 or not same(one.actions, other.actions)
             elif problem.draws.step and finite:
                 assert not same(one.draws, other.draws)
+
+
+@every_problem
+def test_nothing_leads_from_a_view_to_the_game(name: str) -> None:
+    problem = small(name)
+    for seat in range(len(problem.agents)):
+        session = Session(problem, Dice(7))
+        for turn in range(2):
+            if not session.over:
+                session.advance(anything(problem, session.state[None], turn, 1)[0].tolist())
+        view = session.view(seat)
+        met: set[int] = {id(problem)}
+        ahead: list[Any] = [view]
+        while ahead:
+            one = ahead.pop()
+            assert not isinstance(one, Session | Turn)
+            assert not isinstance(one, np.ndarray) or one.base is None
+            for inner in gc.get_referents(one):
+                if id(inner) not in met and not isinstance(inner, type | ModuleType):
+                    met.add(id(inner))
+                    ahead.append(inner)
