@@ -7,6 +7,7 @@ DmplayError
 |-- ImpossibleObservation (ValueError)   an observation of probability 0: there is no posterior
 |-- EpisodeOver (RuntimeError)           a turn after the end
 |-- BadPolicy (RuntimeError)             a policy that does not keep its contract
+|-- TooMuch (RuntimeError)               a computation beyond its budget of work or memory
 |-- BadTranscript (ValueError)           a file that is not a transcript: line and column
 `-- TranscriptMismatch (AssertionError)  a transcript whose replay differs
 """
@@ -50,6 +51,13 @@ class EpisodeOver(DmplayError, RuntimeError):
 
 class BadPolicy(DmplayError, RuntimeError):
     """A policy that does not keep its contract, or cannot play this problem."""
+
+
+class TooMuch(DmplayError, RuntimeError):
+    """A computation beyond its budget: what it is, what it would take, what costs less."""
+
+    def __init__(self, what: str, needed: str, cure: str) -> None:
+        super().__init__(f"{what}: {needed}; {cure}")
 
 
 class BadTranscript(DmplayError, ValueError):

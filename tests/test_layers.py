@@ -12,8 +12,8 @@ import pytest
 HERE = Path(__file__).parent
 HOUSE = HERE.parent / "dmplay"
 FLOORS = (
-    "errors", "disk", "chance", "core", "dice", "describe", "hexes", "matrix_game", "tabular",
-    "belief", "session", "rollouts", "problems", "solvers", "policies", "transcript", "finding",
+    "errors", "disk", "budget", "chance", "core", "dice", "describe", "hexes", "matrix_game",
+    "tabular", "belief", "session", "rollouts", "problems", "solvers", "policies", "transcript", "finding",
     "terminal", "signals", "styles", "views", "figures", "solutions", "game", "words", "screen",
     "reports", "prompt", "front", "cli", "pytest_plugin", "__main__",
 )  # fmt: skip

@@ -1,0 +1,61 @@
+"""What one computation may cost: work and memory, not time, so that each machine ends it alike.
+
+A solver, a search, a reader or an enumeration makes a `Budget`, holds memory before it allocates
+and spends work as it goes. Whoever waits for the result may watch, and stop it.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+
+from dmplay.errors import TooMuch
+
+WORK = 2e9  # elementary operations: as much as takes some seconds
+MEMORY = 512 * 2**20  # bytes at a time
+
+Watch = Callable[[float], None]  # told the share that is done, 0 to 1; may raise Stopped
+_watching: ContextVar[Watch | None] = ContextVar("watching", default=None)
+
+
+class Stopped(Exception):
+    """Whoever waited for a computation does not any more."""
+
+
+@dataclass
+class Budget:
+    """What is left for one computation; `cure` says what would cost less."""
+
+    what: str
+    cure: str
+    work: float = WORK
+    memory: float = MEMORY
+    spent: float = 0.0
+
+    def spend(self, work: float, share: float | None = None) -> None:
+        """Counts work that is about to be done; tells who watches of the share that is.
+
+        Raises TooMuch, and Stopped where nobody waits any more.
+        """
+        watch = _watching.get()
+        if watch:
+            watch(min(self.spent / self.work if share is None else share, 1.0))
+        self.spent += work
+        if self.spent > self.work:
+            raise TooMuch(self.what, f"more than {self.work:.0e} operations", self.cure)
+
+    def hold(self, size: float) -> None:
+        """Refuses so many bytes at a time, before they are allocated."""
+        if size > self.memory:
+            needed = f"{size / 2**20:,.0f} MB, more than {self.memory / 2**20:,.0f}"
+            raise TooMuch(self.what, needed, self.cure)
+
+
+@contextmanager
+def watched(watch: Watch) -> Iterator[None]:
+    """Has each budget spent meanwhile in this thread tell how far it is."""
+    before = _watching.set(watch)
+    try:
+        yield
+    finally:
+        _watching.reset(before)
