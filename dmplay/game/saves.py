@@ -65,8 +65,9 @@ def _clear(place: Path) -> None:
         with contextlib.suppress(OSError):
             told = path.stat()
             begins = not told.st_size and time.time() - told.st_mtime < NEW
-            if not begins and not disk.in_play(path):
-                path.unlink()
+            if begins or disk.in_play(path) or (path in empty and _has_turns(path)):
+                continue  # it may have been played, and left, since it was listed
+            path.unlink()
 
 
 def _has_turns(path: Path) -> bool:
