@@ -1,6 +1,8 @@
 """The program: all its commands, in the order in which its help names them."""
 
 import os
+from functools import cache
+from typing import Any
 
 os.environ.setdefault("TYPER_USE_RICH", "0")  # its help costs more than the rest of the start
 
@@ -55,3 +57,9 @@ configuration = typer.Typer(
 configuration.command("show")(printing.config_show)
 configuration.command("path")(printing.config_path)
 app.add_typer(configuration, name="config")
+
+
+@cache
+def root() -> Any:
+    """The commands as click has them: a group to be called with words."""
+    return typer.main.get_command(app)

@@ -8,7 +8,7 @@ from typing import cast
 
 import typer
 
-from dmplay.cli.app import app
+from dmplay.cli.app import root
 from dmplay.cli.group import rejoined
 from dmplay.cli.sentence import USAGE, sentence
 from dmplay.errors import DmplayError
@@ -36,7 +36,7 @@ def run() -> int:
         os.environ[NAMED] = "1"
     try:
         try:
-            errand = app(standalone_mode=False, prog_name="dmplay")
+            errand = root()(standalone_mode=False, prog_name="dmplay")
         except SystemExit:  # typer's, where nobody reads the help
             raise BrokenPipeError from None
         if isinstance(errand, int):  # of help
@@ -61,7 +61,7 @@ def _complete() -> int:
         joined, at, kept = rejoined(words, whole(os.environ.get("COMP_CWORD", "")) or 0)
         os.environ |= {"COMP_WORDS": "\n".join(joined), "COMP_CWORD": str(at)}
     with contextlib.redirect_stdout(io.StringIO()) as found, contextlib.suppress(SystemExit):
-        app(prog_name="dmplay")
+        root()(prog_name="dmplay")
     lines = [line.removeprefix(kept) for line in found.getvalue().split("\n") if line]
     print(*(_for_bash(lines) if bash else lines), sep="\n")
     return 0
@@ -89,5 +89,5 @@ def _no_words() -> int:
     """Help, as an error."""
     sys.argv.append("--help")
     with contextlib.redirect_stdout(sys.stderr):
-        app(standalone_mode=False, prog_name="dmplay")
+        root()(standalone_mode=False, prog_name="dmplay")
     return USAGE_CODE

@@ -2,12 +2,11 @@
 
 import sys
 from collections.abc import Sequence
-from typing import Any
 
 import typer
 
 from dmplay.cli import config
-from dmplay.cli.app import app
+from dmplay.cli.app import root
 from dmplay.cli.sentence import USAGE, sentence
 from dmplay.errors import BadParameter
 from dmplay.game.errand import Errand, Printout, Sitting
@@ -61,12 +60,12 @@ def _table() -> Table:
 
 def understood(words: Sequence[str]) -> Sitting | str:
     """What the command line makes of these words: a game, or text without colour."""
-    commands: Any = typer.main.get_command(app)
+    commands = root()
     name, *rest = words
     if {"-h", "--help"} & {*rest}:
         command = commands.commands[name]
-        root = typer.Context(commands, info_name="dmplay")
-        return str(command.get_help(typer.Context(command, info_name=name, parent=root)))
+        above = typer.Context(commands, info_name="dmplay")
+        return str(command.get_help(typer.Context(command, info_name=name, parent=above)))
     try:
         errand: Sitting | Printout | str = commands(
             [*words], standalone_mode=False, prog_name="dmplay"

@@ -7,10 +7,8 @@ import inspect
 from collections.abc import Iterator
 from typing import Any
 
-import typer
-
 from dmplay import __version__
-from dmplay.cli.app import app
+from dmplay.cli.app import root
 
 VERBATIM = "\b"  # begins a paragraph whose lines stay as they are
 PLAIN: tuple[object, ...] = (None, False, True, "", [])  # defaults that go without saying
@@ -46,7 +44,7 @@ hung up, interrupted, terminated
 
 def page() -> str:
     """The page, as `man` reads it."""
-    program: Any = typer.main.get_command(app)
+    program = root()
     title, *described = _paragraphs(program.help)
     lines = [
         f'.TH DMPLAY 1 "" "dmplay {__version__}"',
