@@ -1,8 +1,5 @@
 """A grid of characters with styles, drawn as text."""
 
-from collections.abc import Iterator
-from itertools import groupby
-
 from rich.text import Span, Text
 
 from dmplay.errors import BadParameter
@@ -37,27 +34,36 @@ class Canvas:
 
     def text(self) -> Text:
         """The drawing, a line a row, without trailing blanks."""
-        rows, spans, start = [], [], 0
+        rows: list[str] = []
+        spans: list[Span] = []
+        start = 0
         for glyphs, styles in self._rows:
-            plain = "".join(glyphs).rstrip()
-            at = 0
-            for style, run in groupby(_styles(plain, styles)):
-                end = at + len([*run])
-                if style:
-                    spans.append(Span(start + at, start + end, style))
-                at = end
-            rows.append(plain)
-            start += len(plain) + 1
+            rows.append("".join(glyphs).rstrip())
+            spans += _runs(rows[-1], styles, start)
+            start += len(rows[-1]) + 1
         return Text("\n".join(rows), spans=spans, no_wrap=True)
 
 
-def _styles(plain: str, styles: list[str]) -> Iterator[str]:
-    """The style of each cell; a blank takes its neighbour's, so that a row has few pieces."""
-    style = ""
-    for glyph, own in zip(plain, styles, strict=False):
-        if own or glyph != " " or "underline" in style or "reverse" in style:
-            style = own
-        yield style
+def _runs(plain: str, styles: list[str], start: int) -> list[Span]:
+    """The styled pieces of a row that begins at `start`.
+
+    A blank takes its neighbour's style, so that a row has few pieces.
+    """
+    found: list[Span] = []
+    style, since = "", 0
+    for at, own in enumerate(styles[: len(plain)]):
+        if own == style or (not own and plain[at] == " " and not _lined(style)):
+            continue
+        if style:
+            found.append(Span(start + since, start + at, style))
+        style, since = own, at
+    if style:
+        found.append(Span(start + since, start + len(plain), style))
+    return found
+
+
+def _lined(style: str) -> bool:
+    return "underline" in style or "reverse" in style
 
 
 def written(*rows: str) -> Text:
