@@ -14,14 +14,17 @@ from pathlib import Path
 from subprocess import CompletedProcess
 
 from dmplay.__main__ import main
+from dmplay.cli.app import root
 from tests.support.terminals import DMPLAY, clean_environment, mind_signals
 
 NOTHING: Mapping[str, str] = {}
+NOBODY = 4242  # a user without a name
 PATIENCE = 60.0  # seconds until a program that does not end is a failure
 LOADED = (
     "dmplay.cli.entry", "dmplay.game.playback", "dmplay.policies.search", "dmplay.prompt",
     "dmplay.screen.screen", "importlib.metadata", "numpy.ma", "numpy.random",
 )  # fmt: skip
+root()  # is made before there are copies
 COPIES = multiprocessing.get_context("forkserver")
 COPIES.set_forkserver_preload(["__main__", __name__, *LOADED])
 Program = multiprocessing.context.ForkServerProcess
@@ -29,12 +32,28 @@ Program = multiprocessing.context.ForkServerProcess
 
 def run(folder: Path, *words: str, stdin: str | None = "", **env: str) -> CompletedProcess[str]:
     """Runs dmplay in a folder with its own state; None is the null device."""
+    return _run(words, folder, stdin, clean_environment(folder, **env))
+
+
+def homeless(*words: str, stdin: str = "") -> CompletedProcess[str]:
+    """Runs dmplay as a user without a name or a home."""
+    here = Path("/")
+    return _run(words, here, stdin, clean_environment(here, HOME="", XDG_STATE_HOME=""), NOBODY)
+
+
+def _run(
+    words: Sequence[str],
+    folder: Path,
+    stdin: str | None,
+    world: Mapping[str, str],
+    user: int | None = None,
+) -> CompletedProcess[str]:
     with tempfile.TemporaryDirectory() as place:
         streams = [Path(place, name) for name in ("stdin", "stdout", "stderr")]
         streams[0].write_text(stdin or "", encoding="utf-8")
         if stdin is None:
             streams[0] = Path(os.devnull)
-        code = ended(started(folder, *words, streams=streams, **env))
+        code = ended(_started(words, folder, world, streams, user))
         return CompletedProcess(words, code, *(each.read_text() for each in streams[1:]))
 
 
@@ -42,8 +61,11 @@ def started(
     folder: Path, *words: str, streams: Sequence[Path] = (Path(os.devnull),) * 3, **env: str
 ) -> Program:
     """Starts dmplay in a folder with its own state, between these files."""
-    world = clean_environment(folder, **env)
-    program = COPIES.Process(target=_play, args=(words, folder, world, streams))
+    return _started(words, folder, clean_environment(folder, **env), streams)
+
+
+def _started(*what: object) -> Program:
+    program = COPIES.Process(target=_play, args=what)
     program.start()
     return program
 
@@ -98,7 +120,11 @@ def shell(line: str, folder: Path) -> CompletedProcess[str]:
 
 
 def _play(
-    words: Sequence[str], folder: Path, world: Mapping[str, str], streams: Sequence[Path]
+    words: Sequence[str],
+    folder: Path,
+    world: Mapping[str, str],
+    streams: Sequence[Path],
+    user: int | None = None,
 ) -> None:
     """Is the program, in this folder and environment, between these streams."""
     mind_signals()
@@ -107,6 +133,8 @@ def _play(
     os.environ.update(world)
     for number, path in enumerate(streams):
         os.dup2(os.open(path, os.O_RDWR | os.O_CREAT), number)
+    if user is not None:
+        os.setreuid(user, -1)  # what it may read stays
     encoding = os.environ.get("PYTHONIOENCODING")
     sys.stdin, sys.stdout, sys.stderr = (
         os.fdopen(number, mode, encoding=encoding) for number, mode in enumerate("rww")
