@@ -78,7 +78,8 @@ def tables(discount: float = 0.9) -> Tables:
 
 @cache
 def stage(horizon: int, discount: float = 0.9) -> Stage:
-    return alpha_vectors.stages(tables(discount), discount, horizon)[-1]
+    after = stage(horizon - 1, discount).vectors if horizon > 1 else np.zeros((1, 2))
+    return alpha_vectors.backup(tables(discount), discount, after)
 
 
 @cache

@@ -65,7 +65,8 @@ def fully_observed_value(case: Case) -> None:
 
 @cache
 def stage(horizon: int) -> Stage:
-    return alpha_vectors.stages(TABLES, PROBLEM.discount, horizon)[-1]
+    after = stage(horizon - 1).vectors if horizon > 1 else np.zeros((1, len(TABLES.transition)))
+    return alpha_vectors.backup(TABLES, PROBLEM.discount, after)
 
 
 def named(row: Reals) -> dict[str, Any]:
