@@ -95,6 +95,13 @@ def signed(value: float) -> str:
     return f"{value:+g}" if value else "0"
 
 
+def percent(share: float) -> str:
+    """A probability in at most four columns: `7%`, `100%`, `<1%`; nothing for 0."""
+    if share < 1e-9:
+        return ""
+    return f"{100 * share:.0f}%" if share >= 0.005 else "<1%"
+
+
 def short(value: float, width: int) -> str:
     """A value in at most so many columns."""
     for decimals in (2, 1, 0):

@@ -140,6 +140,16 @@ def _against(cart: Cart) -> tuple[str, str]:
     )
 
 
+def goal(view: View[CartPole]) -> list[str]:
+    """What has to stay where."""
+    problem = view.problem
+    return [
+        f"keep the pole within {problem.theta_limit:g} deg",
+        f"the cart within {problem.x_limit:g} m",
+        "each turn pays 1",
+    ]
+
+
 def panel(view: View[CartPole]) -> list[tuple[str, str]]:
     """The state, its limits, the last push."""
     cart = _cart(view)

@@ -114,6 +114,15 @@ def _throws(view: View[Catch], canvas: Canvas, y: int, look: Look) -> None:
     canvas.put(len(truth), y, "throws " + (" ".join(words_) or "none yet"))
 
 
+def goal(view: View[Catch]) -> list[str]:
+    """What a throw pays, and what is not known."""
+    return [
+        "throw far: a catch pays its metres",
+        "a drop nothing",
+        "how far the other can catch is hidden",
+    ]
+
+
 def panel(view: View[Catch]) -> list[tuple[str, str]]:
     """The last throw, what it paid, and the throw that promises most."""
     name, caught = _throw(view, view.turn - 1) if view.turn else ("-", False)

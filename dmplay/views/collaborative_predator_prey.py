@@ -8,10 +8,11 @@ from rich.text import Text
 
 from dmplay.chance import Reals
 from dmplay.hexes import Hex, neighbours, notation_of
-from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
+from dmplay.problems.collaborative_predator_prey import CAPTURED, MOVED, CollaborativePredatorPrey
 from dmplay.session import View
 from dmplay.views import hexgrid
 from dmplay.views._belief import spark
+from dmplay.views.canvas import percent
 from dmplay.views.generic import seen
 from dmplay.views.hexgrid import Cell, Size
 from dmplay.views.style import Look
@@ -46,13 +47,6 @@ def _here(view: View[CollaborativePredatorPrey], known: Marginals | None) -> Hex
     if known is None or known.you.max() < 1 - 1e-9:
         return None
     return view.problem.hexes[int(known.you.argmax())]
-
-
-def percent(share: float) -> str:
-    """A probability in at most four columns: `7%`, `100%`, `<1%`; nothing for 0."""
-    if share < 1e-9:
-        return ""
-    return f"{100 * share:.0f}%" if share >= 0.005 else "<1%"
 
 
 def boards(view: View[CollaborativePredatorPrey], look: Look) -> Iterator[Text]:
@@ -120,6 +114,18 @@ def _partners(view: View[CollaborativePredatorPrey]) -> str:
         return ""
     verb = "is" if len(others) == 1 else "are"
     return f" {' and '.join(others)} {verb} unseen and believed to act uniformly at random."
+
+
+def goal(view: View[CollaborativePredatorPrey]) -> list[str]:
+    """What the team is paid, and what it cannot see."""
+    slip = view.problem.slip
+    return [
+        "find the unseen prey",
+        f"a catch by anyone pays all {CAPTURED:g}",
+        f"else a turn costs {-MOVED:g}",
+        "you sense it from the next hex",
+        *([f"{percent(slip)} of steps slip aside"] if slip else []),
+    ]
 
 
 def panel(view: View[CollaborativePredatorPrey]) -> list[tuple[str, str]]:

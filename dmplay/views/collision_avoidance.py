@@ -12,7 +12,13 @@ from typing import NamedTuple
 
 from rich.text import Text
 
-from dmplay.problems.collision_avoidance import FIRST_TIME, NEAR, CollisionAvoidance
+from dmplay.problems.collision_avoidance import (
+    CHANGE_COST,
+    FIRST_TIME,
+    NEAR,
+    NEAR_COST,
+    CollisionAvoidance,
+)
 from dmplay.session import View
 from dmplay.views._scale import Scale, plus
 from dmplay.views.canvas import Canvas, written
@@ -151,6 +157,15 @@ def _changes(view: View[CollisionAvoidance]) -> int:
     """How often the advisory was changed."""
     advisories = [a for _, _, a, _ in _states(view)]
     return sum(a != b for a, b in pairwise(advisories))
+
+
+def goal(view: View[CollisionAvoidance]) -> list[str]:
+    """What to be clear of when the other passes, and the price of an advice."""
+    return [
+        f"be {NEAR:g} m clear of the intruder at 0 s",
+        f"a collision costs {NEAR_COST:g}",
+        f"each change of advice costs {CHANGE_COST:g}",
+    ]
 
 
 def panel(view: View[CollisionAvoidance]) -> list[tuple[str, str]]:

@@ -4,10 +4,12 @@ from collections.abc import Iterator
 
 from rich.text import Text
 
+from dmplay.problems.crying_baby import CryingBaby
+from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
 from dmplay.session import View
 from dmplay.tabular import Tabular
 from dmplay.views._belief import bars, spark, truth, words
-from dmplay.views.canvas import Canvas
+from dmplay.views.canvas import Canvas, percent
 from dmplay.views.generic import seen
 from dmplay.views.style import Look
 
@@ -33,6 +35,20 @@ def boards(view: View[Tabular], look: Look) -> Iterator[Text]:
             y += 1
         truth(canvas, y, view.problem.names, look)
         yield canvas.text()
+
+
+def goal(view: View[CryingBaby | MulticaregiverCryingBaby]) -> list[str]:
+    """What hunger and each effort cost this seat, and what crying tells."""
+    problem = view.problem
+    feeding, singing, _ = problem.efforts[view.seat]
+    return [
+        "keep the baby sated",
+        f"hunger costs {-problem.hungry_reward:g}",
+        f"feeding {-feeding:g}",
+        f"singing {-singing:g}",
+        f"{percent(problem.cries_hungry)} of the hungry cry"
+        + (f", {percent(problem.cries_sated)} of the sated" if problem.cries_sated else ""),
+    ]
 
 
 def panel(view: View[Tabular]) -> list[tuple[str, str]]:

@@ -8,7 +8,7 @@ from rich.text import Text
 from dmplay.chance import Array
 from dmplay.problems.game_2048 import Game2048, slide
 from dmplay.session import View
-from dmplay.views.canvas import Canvas
+from dmplay.views.canvas import Canvas, percent
 from dmplay.views.style import Look
 
 KEYS = {
@@ -69,6 +69,15 @@ def _boxes(board: Array, new: tuple[int, ...] | None, width: int) -> Text:
             canvas.put(x + 1 + at, y, text.strip(), _style(int(exponent), True))
         canvas.put(x + width + 1, y, "│", "dim")
     return canvas.text()
+
+
+def goal(view: View[Game2048]) -> list[str]:
+    """What pays, what comes, and what ends it."""
+    return [
+        "merge equal tiles: each new one pays its number",
+        "it ends when nothing slides",
+        f"{percent(view.problem.p_two)} of the tiles that come are 2, the others 4",
+    ]
 
 
 def panel(view: View[Game2048]) -> list[tuple[str, str]]:

@@ -1,5 +1,6 @@
 """How a problem without a view of its own looks: labels and numbers, digits as keys."""
 
+import inspect
 from collections.abc import Iterator
 
 from rich.text import Text
@@ -40,6 +41,12 @@ def boards(view: View[Problem], look: Look) -> Iterator[Text]:
             canvas.put(0, y, f"{number} {label}" if legal else f"[{number} {label}]")
             y += 1
         yield canvas.text()
+
+
+def goal(view: View[Problem]) -> list[str]:
+    """The problem in the words of whoever wrote it."""
+    first, *_ = (inspect.getdoc(type(view.problem)) or "").split("\n\n")
+    return [" ".join(first.split()).rstrip(".")] if first else []
 
 
 def panel(view: View[Problem]) -> list[tuple[str, str]]:

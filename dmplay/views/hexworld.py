@@ -8,7 +8,7 @@ from dmplay.hexes import Hex, neighbours, notation_of
 from dmplay.problems.hexworld import HexWorld
 from dmplay.session import View
 from dmplay.views import hexgrid
-from dmplay.views.canvas import signed
+from dmplay.views.canvas import percent, signed
 from dmplay.views.hexgrid import Cell, Size
 from dmplay.views.style import Look
 
@@ -57,6 +57,20 @@ def _came(view: View[HexWorld]) -> tuple[str, str]:
         return way_out, f"left by the {way_out}"
     walk = hexgrid.walked(before, after, int(view.actions[-1]))
     return f"{walk.way}{' slip' * walk.slipped}" or "bumped", walk.said
+
+
+def goal(view: View[HexWorld]) -> list[str]:
+    """The exits that pay and those that cost, the price of a bump, and how often steps slip."""
+    problem = view.problem
+    pays = sorted({pay for _, pay in problem.rewards}, reverse=True)
+    good = " or ".join(signed(pay) for pay in pays if pay > 0)
+    bad = " and ".join(signed(pay) for pay in pays if pay < 0)
+    return [
+        *([f"reach {good}"] if good else []),
+        *([f"keep off {bad}"] if bad else []),
+        *([f"a bump costs {problem.bump_cost:g}"] if problem.bump_cost else []),
+        *([f"{percent(problem.slip)} of steps slip aside"] if problem.slip else []),
+    ]
 
 
 def panel(view: View[HexWorld]) -> list[tuple[str, str]]:

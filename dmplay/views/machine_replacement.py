@@ -75,6 +75,20 @@ def _triangle(canvas: Canvas, x: int, belief: Reals) -> None:
     canvas.put(x + column, row, "●", "bold cyan")
 
 
+def goal(view: View[MachineReplacement]) -> list[str]:
+    """What a part pays, what wears unseen, and the price of looking and mending."""
+    labels = view.problem.actions[0].labels
+    sound, *failed = view.problem.tables.rewards[:, :, 0]
+    worse = " or ".join(f"{pays[0]:.3g}" for pays in failed)
+    others = [f"{label} pays {pay:.3g}" for label, pay in zip(labels, sound, strict=True)]
+    return [
+        "keep the machine producing",
+        f"{others[0]}, with failed parts {worse}",
+        "parts fail unseen",
+        *others[:0:-1],
+    ]
+
+
 def panel(view: View[MachineReplacement]) -> list[tuple[str, str]]:
     """The last turn; the reward stays hidden, as it would betray the state."""
     gamma = f"{view.problem.discount:.2f}"

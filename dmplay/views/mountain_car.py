@@ -120,6 +120,17 @@ def _numbers(view: View[MountainCar], long: bool) -> str:
     return f"{state}  goal {_goal(view)[0]}"
 
 
+def goal(view: View[MountainCar]) -> list[str]:
+    """The place to reach, the price of time, and why it is hard."""
+    problem = view.problem
+    fast = f", no slower than {problem.goal_speed:g}" if problem.goal_speed > -TOP_SPEED else ""
+    return [
+        f"reach the flag at {problem.goal:g}{fast}",
+        "each turn costs 1",
+        "the engine is too weak to climb: rock",
+    ]
+
+
 def panel(view: View[MountainCar]) -> list[tuple[str, str]]:
     """The state, the goal and the last action."""
     x, v = map(float, view.observation)

@@ -7,7 +7,7 @@ from rich.text import Text
 from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
 from dmplay.session import View
 from dmplay.views import crying_baby
-from dmplay.views.crying_baby import KEYS, told
+from dmplay.views.crying_baby import KEYS, goal, told
 from dmplay.views.style import Look
 
 
@@ -40,4 +40,4 @@ def situation(view: View[MulticaregiverCryingBaby]) -> str:
 
 FAMILY = "crying-baby"
 
-__all__ = ["FAMILY", "KEYS", "boards", "panel", "situation", "told"]
+__all__ = ["FAMILY", "KEYS", "boards", "goal", "panel", "situation", "told"]

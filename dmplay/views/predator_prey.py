@@ -6,9 +6,10 @@ from string import ascii_uppercase
 from rich.text import Text
 
 from dmplay.hexes import DIRECTIONS, Hex, neighbours, notation_of
-from dmplay.problems.predator_prey import PredatorPrey
+from dmplay.problems.predator_prey import DEVOURED, PredatorPrey
 from dmplay.session import View
 from dmplay.views import hexgrid
+from dmplay.views.canvas import percent
 from dmplay.views.hexgrid import Cell, Size
 from dmplay.views.style import Look
 
@@ -89,6 +90,17 @@ def _came(view: View[PredatorPrey], seat: int) -> tuple[str, str]:
 def _happened(view: View[PredatorPrey], seat: int) -> str:
     """The last move of an agent: `chose NE, moved NE`, `chose E, fed, stayed`."""
     return f"chose {DIRECTIONS[_chosen(view, seat)].upper()}, {_came(view, seat)[1]}"
+
+
+def goal(view: View[PredatorPrey]) -> list[str]:
+    """What the seat hunts for, or flees from."""
+    problem = view.problem
+    slips = [f"{percent(problem.slip)} of steps slip aside"] if problem.slip else []
+    if view.seat in problem.hunters:
+        meal = "a meal" if problem.prey == 1 else "a meal for each prey"
+        shared = ", shared by those on its hex" if problem.predators > 1 else ""
+        return [f"catch the prey: its hex is {meal}, +1{shared}", "any other turn costs 1", *slips]
+    return [f"keep away: to be caught costs {-DEVOURED:g}", "moving is free", *slips]
 
 
 def panel(view: View[PredatorPrey]) -> list[tuple[str, str]]:

@@ -136,6 +136,16 @@ def _words(view: View[SimpleRegulator], short: bool) -> str:
     return f"{now}   pushed {plus(numbers[-2], 3)} by {push}, aimed at {aim}"
 
 
+def goal(view: View[SimpleRegulator]) -> list[str]:
+    """The number to keep, the price, and what disturbs it."""
+    return [
+        "keep the number near 0",
+        "each turn costs its square",
+        "your push is added to it",
+        *([f"nature adds {view.problem.noise:g} or so"] if view.problem.noise else []),
+    ]
+
+
 def panel(view: View[SimpleRegulator]) -> list[tuple[str, str]]:
     """The number and what it costs, the last push, and what does not change."""
     problem, number = view.problem, _numbers(view)[-1]

@@ -50,6 +50,9 @@ class Style(Protocol):
     def boards(self, view: View[Problem], look: Look) -> Iterator[Text]:
         """The drawings, the largest first."""
 
+    def goal(self, view: View[Problem]) -> list[str]:
+        """What to aim for and what it costs, in clauses, the most important first."""
+
     def panel(self, view: View[Problem]) -> list[tuple[str, str]]:
         """Facts for the side panel."""
 

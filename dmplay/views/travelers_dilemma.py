@@ -16,6 +16,15 @@ STUB, CELL, MORE = 5, 8, 3  # columns: before the table, of a cell, of an edge w
 CLAIM = 4  # columns of a claim in the rounds
 
 
+def goal(view: View[TravelersDilemma]) -> list[str]:
+    """What both are paid."""
+    return [
+        "both are paid the lower claim",
+        f"its author {BONUS:g} more, the other {BONUS:g} less",
+        f"claim {LEAST} to {MOST}",
+    ]
+
+
 def boards(view: View[TravelersDilemma], look: Look) -> Iterator[Text]:
     """Five claims by five, three by three, each with the rounds or without; the rounds alone."""
     for many, history in ((5, True), (5, False), (3, True), (3, False)):

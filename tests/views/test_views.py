@@ -175,6 +175,32 @@ def test_every_view_fits_the_common_terminals_with_a_board(problem: Problem) -> 
 
 
 @pytest.mark.parametrize("problem", EVERYTHING)
+def test_a_view_says_what_to_aim_for_the_most_important_first(problem: Problem) -> None:
+    view = played(problem, 0).view(0)
+    clauses = style_of(problem).goal(view)
+    assert len(clauses[0]) <= 48
+    assert all(clause.isascii() and clause.strip(" .;") == clause for clause in clauses)
+
+
+def test_the_goal_is_of_the_problems_own_parameters_and_of_the_seat() -> None:
+    def said(name: str, seat: int = 0, **changed: object) -> str:
+        problem = dmplay.load(name, **changed)
+        return "; ".join(style_of(problem).goal(Session(problem, Dice(1)).view(seat)))
+
+    assert said("hexworld") == (
+        "reach +10 or +5; keep off -10; a bump costs 1; 30% of steps slip aside"
+    )
+    assert said("hexworld", slip=0.0, bump_cost=2.5, rewards=[[[0, 0], 3]]) == (
+        "reach +3; a bump costs 2.5"
+    )
+    assert "feeding 2.5; singing 0.5" in said("multicaregiver-crying-baby", 0)
+    assert "feeding 5; singing 0.25" in said("multicaregiver-crying-baby", 1)
+    assert said("predator-prey", 1, slip=0.0) == (
+        "keep away: to be caught costs 100; moving is free"
+    )
+
+
+@pytest.mark.parametrize("problem", EVERYTHING)
 def test_a_view_says_itself_in_plain_sentences(problem: Problem) -> None:
     style = style_of(problem)
     for turns in (0, 1, 5):
