@@ -34,6 +34,7 @@ def run() -> int:
         sys.argv.append("shell")
     if sys.argv[1] in SCRIPTS and len(sys.argv) > 2:
         os.environ[NAMED] = "1"
+        root.cache_clear()  # it is read when the commands are made
     try:
         try:
             errand = root()(standalone_mode=False, prog_name="dmplay")
