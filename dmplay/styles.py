@@ -9,11 +9,28 @@ from rich.text import Text
 Fragments = list[tuple[str, str]]
 Row = tuple[tuple[str, str], ...]  # pieces of a row, each with its SGR codes
 
+LEVELS = (0, 95, 135, 175, 215, 255)  # of each primary colour in the palette's cube
+
+
+def rgb(number: int) -> tuple[int, int, int]:
+    """Red, green and blue, 0 to 255, of a colour of the palette from 16 on: a cube, then greys."""
+    if number >= 232:
+        grey = 8 + 10 * (number - 232)
+        return grey, grey, grey
+    red, rest = divmod(number - 16, 36)
+    return LEVELS[red], LEVELS[rest // 6], LEVELS[rest % 6]
+
+
 COLORS = ("black", "red", "green", "yellow", "blue", "magenta", "cyan", "white")
 SGR = {name: str(30 + number) for number, name in enumerate(COLORS)}
 SGR |= {f"bright_{name}": str(90 + number) for number, name in enumerate(COLORS)}
 TOOLKIT = {name: f"ansi{name.replace('_', '')}" for name in SGR}
 TOOLKIT |= {"white": "ansigray", "bright_white": "ansiwhite"}
+PALETTE = {number: "#{:02x}{:02x}{:02x}".format(*rgb(number)) for number in range(16, 256)}
+SGR |= {f"color({number})": f"38;5;{number}" for number in PALETTE}
+SGR |= {f"on_color({number})": f"48;5;{number}" for number in PALETTE}
+TOOLKIT |= {f"color({number})": color for number, color in PALETTE.items()}
+TOOLKIT |= {f"on_color({number})": f"bg:{color}" for number, color in PALETTE.items()}
 SGR |= {"bold": "1", "dim": "2", "italic": "3", "underline": "4", "reverse": "7"}
 
 
@@ -42,7 +59,7 @@ def runs(text: Text) -> list[tuple[frozenset[str], str]]:
 
 @cache
 def _words(styles: tuple[str, ...]) -> frozenset[str]:
-    words = frozenset(word for style in styles for word in style.split())
+    words = frozenset(word for style in styles for word in style.replace("on ", "on_").split())
     return words - {"not", "bold"} if "not" in words else words  # the only negation in use
 
 

@@ -189,6 +189,7 @@ def _body(game: Game, room: Room, shown: Shown, log: list[str], body: int) -> li
         game.adviser.overlay(shown.overlay),
         keys=game.waiting is not None and view.turn < shown.keys_until,
         around=room.height - body + LOG + 1,
+        large=True,
     )
     board = game.draw(look)
     long = [shown.message] if len(shown.message) >= room.width else []  # its row cuts it

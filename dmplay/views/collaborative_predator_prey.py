@@ -72,8 +72,10 @@ def boards(view: View[CollaborativePredatorPrey], look: Look) -> Iterator[Text]:
         both = digits.rjust(2) + (spark([you], look.ascii) if you >= 1e-9 else " ")
         return Cell(both, dot=both if both.strip() else ".", style=style)
 
-    legends = ("o prey, @ you", "% prey, bar: you", "% prey, bar: you", "bar: prey")
-    for drawn, legend in zip(hexgrid.grids(problem.hexes, cell), legends, strict=True):
+    small = ("% prey, bar: you", "% prey, bar: you", "bar: prey")
+    drawings = [*hexgrid.grids(problem.hexes, cell, large=look.large)]
+    legends = ["o prey, @ you"] * (len(drawings) - len(small)) + [*small]
+    for drawn, legend in zip(drawings, legends, strict=True):
         said = f"sensed {seen(view)}. {legend if known else 'belief too large'}"
         drawn.append(f"\n{said[: look.width]}")
         if look.state is not None:

@@ -16,19 +16,26 @@ KEYS = {
     "h": "left", "j": "down", "l": "right", "k": "up",
     "a": "left", "s": "down", "d": "right", "w": "up",
 }  # fmt: skip
-RAMP = (
-    "dim", "", "", "yellow", "yellow", "red", "red", "magenta",
-    "bold magenta", "bold blue", "bold cyan", "bold green", "bold bright_green",
+DARK, LIGHT = 16, 231  # numbers of the palette: black and white
+FILLS = (
+    (DARK, 255), (DARK, 230), (DARK, 216), (DARK, 209), (DARK, 203), (LIGHT, 160), (DARK, 228),
+    (DARK, 221), (DARK, 214), (DARK, 154), (DARK, 51), (LIGHT, 63), (LIGHT, 93), (LIGHT, 127),
+    (LIGHT, 53), (LIGHT, 22),
 )  # fmt: skip
+BOXES = ((9, 5), (9, 3), (7, 3), (6, 1), (5, 1))  # columns and rows of a cell
+FIRST = 3  # of these, the largest in a transcript
 
 
 def _tile(exponent: int) -> str:
     return str(2**exponent) if exponent else "·"
 
 
-def _style(exponent: int, new: bool) -> str:
-    style = RAMP[min(exponent, len(RAMP) - 1)]
-    return f"{style} underline" if new else style
+def filled(exponent: int) -> str:
+    """A tile's number and its filling, from the palette."""
+    if not exponent:
+        return "dim"
+    number, filling = FILLS[min(exponent, len(FILLS)) - 1]
+    return f"bold color({number}) on color({filling})"
 
 
 def _new(view: View[Game2048]) -> tuple[int, ...] | None:
@@ -42,33 +49,40 @@ def _new(view: View[Game2048]) -> tuple[int, ...] | None:
 
 
 def boards(view: View[Game2048], look: Look) -> Iterator[Text]:
-    """Cells of six columns, of five, and four rows without borders."""
+    """The board in boxes, the largest first, and in four rows without borders."""
     board, new = view.observation, _new(view)
-    yield _boxes(board, new, 6)
-    yield _boxes(board, new, 5)
+    for width, rows in BOXES[0 if look.large else FIRST :]:
+        yield _boxes(board, new, width, rows)
     canvas = Canvas()
     for (row, column), exponent in np.ndenumerate(board):
         text = _tile(int(exponent)).rjust(5)
-        canvas.put(column * 5, row, text, _style(int(exponent), (row, column) == new))
+        _put(canvas, (column * 5, row), text, exponent, (row, column) == new)
     yield canvas.text()
 
 
-def _boxes(board: Array, new: tuple[int, ...] | None, width: int) -> Text:
-    """The board in boxes of so many columns."""
+def _boxes(board: Array, new: tuple[int, ...] | None, width: int, rows: int) -> Text:
+    """The board in boxes of so many columns and rows."""
     canvas = Canvas()
     for row, ends in enumerate(("┌┬┐", "├┼┤", "├┼┤", "├┼┤", "└┴┘")):
-        canvas.put(0, 2 * row, ends[0] + ends[1].join(["─" * width] * 4) + ends[2], "dim")
+        line = ends[0] + ends[1].join(["─" * width] * 4) + ends[2]
+        canvas.put(0, (rows + 1) * row, line, "dim")
     for (row, column), exponent in np.ndenumerate(board):
-        x, y = column * (width + 1), 2 * row + 1
+        x, y = column * (width + 1), (rows + 1) * row + 1
+        for below in range(rows):
+            canvas.put(x, y + below, "│", "dim")
+            canvas.put(x + 1, y + below, " " * width, filled(exponent))
+            canvas.put(x + width + 1, y + below, "│", "dim")
         text = _tile(int(exponent)).center(width)
-        canvas.put(x, y, "│", "dim")
-        style = _style(int(exponent), False)
-        canvas.put(x + 1, y, text, style)
-        if (row, column) == new:  # the number alone is underlined
-            at = len(text) - len(text.lstrip())
-            canvas.put(x + 1 + at, y, text.strip(), _style(int(exponent), True))
-        canvas.put(x + width + 1, y, "│", "dim")
+        _put(canvas, (x + 1, y + rows // 2), text, exponent, (row, column) == new)
     return canvas.text()
+
+
+def _put(canvas: Canvas, place: tuple[int, int], text: str, exponent: int, new: bool) -> None:
+    """Writes a cell; of a new tile the number alone is underlined."""
+    (x, y), style = place, filled(exponent)
+    canvas.put(x, y, text, style)
+    if new:
+        canvas.put(x + len(text) - len(text.lstrip()), y, text.strip(), f"{style} underline")
 
 
 def goal(view: View[Game2048]) -> list[str]:

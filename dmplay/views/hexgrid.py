@@ -41,10 +41,11 @@ class Cell(NamedTuple):
 
 
 class Size(NamedTuple):
-    """A size of hex: columns a hex, rows of text in it (0 for dots)."""
+    """A size of hex: columns a hex, rows of text in it (0 for dots), rows of each slope."""
 
     width: int
     lines: int
+    slopes: int = 1
 
 
 class Walk(NamedTuple):
@@ -59,12 +60,15 @@ class Walk(NamedTuple):
         return f"{'slipped, ' * self.slipped}moved {self.way}" if self.way else "bumped, stayed"
 
 
+LARGE = Size(18, 4, 4), Size(14, 4, 3), Size(10, 3, 2)
 NORMAL, COMPACT, DOTS, FINE = Size(6, 2), Size(4, 1), Size(4, 0), Size(2, 0)
 
 
-def grids(hexes: Sequence[Hex], cell: Callable[[Hex, Size], Cell]) -> Iterator[Text]:
-    """The map in every size, the largest first."""
-    for size in (NORMAL, COMPACT, DOTS, FINE):
+def grids(
+    hexes: Sequence[Hex], cell: Callable[[Hex, Size], Cell], *, large: bool = False
+) -> Iterator[Text]:
+    """The map in every size, the largest first; `large` are those that grow with the screen."""
+    for size in (*(LARGE if large else ()), NORMAL, COMPACT, DOTS, FINE):
         yield grid(hexes, cell, size)
 
 
@@ -73,37 +77,43 @@ def grid(hexes: Sequence[Hex], cell: Callable[[Hex, Size], Cell], size: Size) ->
     canvas = Canvas()
     left = min(2 * q + r for q, r in hexes)
     top = max(r for _, r in hexes)
+    pitch = size.lines + size.slopes
     for hex_ in sorted(hexes, key=lambda one: (-one[1], one[0])):
-        x = (2 * hex_[0] + hex_[1] - left) * size.width // 2
+        x, y = (2 * hex_[0] + hex_[1] - left) * size.width // 2, (top - hex_[1]) * pitch
         content = cell(hex_, size)
         if size.lines:
-            _frame(canvas, x, (top - hex_[1]) * (size.lines + 1), size)
-            _fill(canvas, x, (top - hex_[1]) * (size.lines + 1), content, size)
+            _frame(canvas, x, y, size)
+            _fill(canvas, x + 1, y + size.slopes, content, size)
         else:
             wide = size.width - 1
             text = content.dot if len(content.dot) <= wide else content.dot[:1]
-            canvas.put(x, top - hex_[1], text.center(wide), content.style)
+            canvas.put(x, y, text.center(wide), content.style)
     return canvas.text()
 
 
 def _frame(canvas: Canvas, x: int, y: int, size: Size) -> None:
     """The six sides of a hex."""
-    width, bottom = size.width, y + size.lines + 1
-    slope = width // 3 if size.lines > 1 else 1
-    canvas.put(x + 1, y, "╱", EDGE)
-    canvas.put(x + width - 1, y, "╲", EDGE)
-    for line in range(y + 1, bottom):
+    width, bottom = size.width, y + size.slopes + size.lines
+    for row in range(size.slopes):
+        above, below = 1 + 2 * (size.slopes - 1 - row), (2 if size.lines > 1 else 1) + 2 * row
+        canvas.put(x + above, y + row, "╱", EDGE)
+        canvas.put(x + width - above, y + row, "╲", EDGE)
+        canvas.put(x + below, bottom + row, "╲", EDGE)
+        canvas.put(x + width - below, bottom + row, "╱", EDGE)
+    for line in range(y + size.slopes, bottom):
         canvas.put(x, line, "│", EDGE)
         canvas.put(x + width, line, "│", EDGE)
-    canvas.put(x + slope, bottom, "╲", EDGE)
-    canvas.put(x + width - slope, bottom, "╱", EDGE)
 
 
 def _fill(canvas: Canvas, x: int, y: int, content: Cell, size: Size) -> None:
-    room = size.width - 1
-    canvas.put(x + 1, y + 1, content.mark[:room].center(room), content.style)
+    """What stands in a hex, in the middle of its rows."""
+    room, first = size.width - 1, (size.lines - 1) // 2
+    if " on " in content.style:
+        for row in range(size.lines):
+            canvas.put(x, y + row, " " * room, content.style)
+    canvas.put(x, y + first, content.mark[:room].center(room), content.style)
     if size.lines > 1:
-        canvas.put(x + 1, y + 2, content.note[:room].center(room), content.style)
+        canvas.put(x, y + first + 1, content.note[:room].center(room), content.style)
 
 
 def overlaid(look: Look, state: int, size: Size) -> Cell:

@@ -12,6 +12,7 @@ from dmplay.views.canvas import percent, signed
 from dmplay.views.hexgrid import Cell, Size
 from dmplay.views.style import Look
 
+GOOD, BAD = "bold color(231) on color(25)", "bold color(16) on color(214)"  # of the palette
 FAMILY, KEYS, LEFT = hexgrid.FAMILY, hexgrid.KEYS, hexgrid.LEFT
 
 
@@ -33,7 +34,7 @@ def boards(view: View[HexWorld], look: Look) -> Iterator[Text]:
     def cell(hex_: Hex, size: Size) -> Cell:
         pay = exits.get(hex_)
         glyph = "" if pay is None else "◆" if pay > 0 else "✗"
-        style = "" if pay is None else "bold blue" if pay > 0 else "bold yellow"
+        style = "" if pay is None else GOOD if pay > 0 else BAD
         note = "" if pay is None else signed(pay)
         dot = note or "."
         mark = glyph
@@ -45,7 +46,7 @@ def boards(view: View[HexWorld], look: Look) -> Iterator[Text]:
             mark, style = hexgrid.key_of(look, around.index(hex_)), style or "green"
         return Cell(mark, note, dot, style)
 
-    yield from hexgrid.grids(problem.hexes, cell)
+    yield from hexgrid.grids(problem.hexes, cell, large=look.large)
 
 
 def _came(view: View[HexWorld]) -> tuple[str, str]:

@@ -69,7 +69,7 @@ def boards(view: View[PredatorPrey], look: Look) -> Iterator[Text]:
             return hexgrid.overlaid(look, elsewhere(hex_), size)
         return Cell(key, style="green")
 
-    yield from hexgrid.grids(problem.hexes, cell)
+    yield from hexgrid.grids(problem.hexes, cell, large=look.large)
 
 
 def _chosen(view: View[PredatorPrey], seat: int) -> int:

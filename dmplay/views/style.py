@@ -34,6 +34,7 @@ class Look(NamedTuple):
     names: Mapping[str, str] = NOTHING  # the key of an action, where it is not the view's own
     state: Array | None = None  # the true state, where it is to be revealed
     around: int = 0  # rows that the screen needs beside the drawing's
+    large: bool = False  # whether drawings may be larger than a transcript's frames
 
 
 class Style(Protocol):

@@ -153,7 +153,8 @@ def test_before_the_first_turn_there_are_no_dice_to_throw_anew() -> None:
 
 
 def test_a_turn_under_other_dice_is_in_the_log() -> None:
-    shown = play(game("2048"), "left", ":", "reroll enter", ":", "reroll enter", "L").last
+    keys = ("left", ":", "reroll enter", ":", "reroll enter", "L")
+    shown = play(game("2048"), *keys, size=(80, 36)).last
     told = [row.strip() for row in shown.split("\n") if "slid left." in row]
     assert told == [
         "turn 1. slid left. new 2 in row 3, column 2. reward 4. return 4.",

@@ -1,5 +1,7 @@
 """What a person sees, board by board, and that it fits and can be read by everyone."""
 
+import re
+
 import pytest
 from wcwidth import wcswidth
 
@@ -11,7 +13,10 @@ from dmplay.finding.names import problem_names
 from dmplay.game.keyboard import action_by_key
 from dmplay.session import Session
 from dmplay.solvers import value_iteration
+from dmplay.styles import rgb
 from dmplay.tabular import tabulate
+from dmplay.views import game_2048 as tiles
+from dmplay.views import hexworld as exits
 from dmplay.views.style import Look, Overlay, fit, style_of
 from tests.support.games import session
 from tests.support.glyphs import GLYPHS
@@ -180,6 +185,19 @@ def test_a_view_says_what_to_aim_for_the_most_important_first(problem: Problem) 
     clauses = style_of(problem).goal(view)
     assert len(clauses[0]) <= 48
     assert all(clause.isascii() and clause.strip(" .;") == clause for clause in clauses)
+
+
+def test_what_is_written_on_a_filling_is_read_on_any_terminal() -> None:
+    def light(number: int) -> float:
+        shares = [share / 255 for share in rgb(number)]
+        each = [x / 12.92 if x <= 0.04045 else ((x + 0.055) / 1.055) ** 2.4 for x in shares]
+        return 0.2126 * each[0] + 0.7152 * each[1] + 0.0722 * each[2]
+
+    styles = {exits.GOOD, exits.BAD, *map(tiles.filled, range(1, 18))}
+    for style in styles:
+        written, filling = map(int, re.findall(r"color\((\d+)\)", style))
+        low, high = sorted([light(written), light(filling)])
+        assert (high + 0.05) / (low + 0.05) >= 4.5, style  # the contrast of WCAG 2
 
 
 def test_the_goal_is_of_the_problems_own_parameters_and_of_the_seat() -> None:
