@@ -83,6 +83,7 @@ def resume(
 def replay(
     file: options.File,
     trust: options.Trust = False,
+    peek: options.Peek = False,
     speed: options.Speed = 2.0,
     *,
     wishes: Wishes,
@@ -96,7 +97,7 @@ def replay(
     from dmplay.game.errand import Sitting
     from dmplay.game.request import Recording
 
-    return Sitting(Recording(file, trust), wishes, speed=speed)
+    return Sitting(Recording(file, trust, peek), wishes, speed=speed)
 
 
 @options.wishes()
@@ -108,6 +109,7 @@ def branch(
     ],
     force: options.Force = False,
     trust: options.Trust = False,
+    peek: options.Peek = False,
     quiet: options.Quiet = False,
     keys: options.Keys = None,
     *,
@@ -122,7 +124,7 @@ def branch(
     from dmplay.game.request import Branching
 
     wanted = Branching(
-        file, trust, options.wanted_keys(keys), here(wishes).asks, at, force, record=record
+        file, trust, options.wanted_keys(keys), here(wishes).asks, at, force, peek, record=record
     )
     return Sitting(wanted, wishes, quiet)
 

@@ -53,6 +53,17 @@ def wanted_keys(preset: str | None) -> Any:
     return Wanted(preset or "", config.keys())
 
 
+def strictness(told: object) -> bool | str:
+    """How strict a game is: true or false, as one says it of a switch, or `hints`."""
+    if isinstance(told, bool) or told == "hints":
+        return told if isinstance(told, bool) else "hints"
+    words = {"true": True, "yes": True, "on": True, "1": True}
+    words |= {"false": False, "no": False, "off": False, "0": False}
+    if str(told).lower() not in words:
+        raise typer.BadParameter(f"got {told!r}, expected true, false or hints")
+    return words[str(told).lower()]
+
+
 def _argument(word: str, told: str, complete: Callable[..., list[str]]) -> Any:
     """An argument, as the help writes it, and what completes it."""
     return typer.Argument(metavar=word, help=told, autocompletion=complete)
@@ -128,7 +139,15 @@ Record = Annotated[
 Frames = Annotated[bool, typer.Option("--frames", help="boards in the transcript too")]
 Force = Annotated[bool, typer.Option("--force", help="overwrite the file")]
 Reveal = Annotated[bool, typer.Option("--reveal", help="show the hidden state")]
-Strict = Annotated[bool, typer.Option("--strict", help="no undo, no reroll")]
+Strict = Annotated[
+    Any,
+    typer.Option(
+        "--strict", metavar="[hints]", parser=strictness, help="no undo, no reroll; =hints: no help"
+    ),
+]
+Peek = Annotated[
+    bool, typer.Option("--peek", help="look into a game that can be played on, and mark it so")
+]
 Output = Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help="a file")]
 
 WISHES = {

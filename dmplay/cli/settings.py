@@ -15,6 +15,7 @@ KINDS: dict[str, tuple[tuple[type, ...], str]] = {  # by how click's name of a t
     "bool": ((bool,), "true or false"),
     "int": ((int,), "a whole number"),
     "float": ((int, float), "a number"),
+    "strictness": ((bool, str), 'true, false or "hints"'),
     "": ((str,), "text"),
 }
 Commands = Mapping[str, Any]  # click's, by name

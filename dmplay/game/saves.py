@@ -85,7 +85,8 @@ def ready(place: Path) -> bool:
     try:
         place.mkdir(parents=True, exist_ok=True)
         with contextlib.suppress(OSError):
-            place.chmod(place.stat().st_mode & 0o700)
+            for own in (place.parent, place):
+                own.chmod(own.stat().st_mode & 0o700)
         if not os.access(place, os.W_OK):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
     except OSError as error:
@@ -109,12 +110,18 @@ def copied(recorder: Recorder, path: Path) -> None:
     content = recorder.path.read_text(encoding="utf-8")
     if recorder.session.over and recorder.open:
         content += "\n".join([*closing(recorder.session, checksum(content)), ""])
-    disk.write(path, content)
+    unfinished = recorder.open and not recorder.session.over
+    disk.write(path, content, private=unfinished and recorder.session.problem.hidden)
+
+
+def keeps(path: Path) -> bool:
+    """Whether a file is that of a game kept in the state folder."""
+    return path.parent == folder(os.environ)
 
 
 def dropped(recorder: Recorder) -> bool:
     """Removes a kept game in which nothing was done; whether it was one."""
-    if recorder.path.parent != folder(os.environ) or _has_turns(recorder.path):
+    if not keeps(recorder.path) or _has_turns(recorder.path):
         return False
     recorder.path.unlink(missing_ok=True)
     return True

@@ -11,6 +11,7 @@ from dmplay.finding.outside import is_outside
 from dmplay.game.keyboard import action_of
 from dmplay.game.request import Request
 from dmplay.game.saves import readable
+from dmplay.game.seal import opened
 from dmplay.policies.kinds import Seated
 from dmplay.policies.script import Script
 from dmplay.terminal import clean
@@ -35,7 +36,7 @@ def seat_policy(problem: Problem, seat: int, who: str) -> Policy | None:
     if kind == "script":
         return Script(problem, seat, _script(problem, seat, rest))
     if kind == "replay":
-        played = replay(readable(Path(rest)), problem).turns
+        played = replay(opened(readable(Path(rest)), problem), problem).turns
         return Script(problem, seat, tuple(turn.actions[seat].item() for turn in played))
     return agents.agent(problem, seat, who)
 

@@ -15,8 +15,9 @@ from dmplay.words.completion.problem import agents, parameters, seats
 OPTIONS = (
     "--variant", "--set", "--seed", "--episode", "--agent", "--vs", "--seat", "--turns", "--record",
     "--frames", "--force", "--reveal", "--strict",
+    "--strict=hints",
 )  # fmt: skip
-EXPORT = (*(f"--{name}" for name in FORMATS), "--at", "--output")
+EXPORT = (*(f"--{name}" for name in FORMATS), "--at", "--output", "--peek")
 
 
 class Candidates(Completer):

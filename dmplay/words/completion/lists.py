@@ -38,16 +38,14 @@ def transcripts(word: str = "") -> list[str]:
 
 
 def seeds() -> list[str]:
-    """The seeds of the games that are kept, the last first."""
+    """The seeds of the games that are kept and over, the last first."""
     from dmplay.game.saves import folder
 
     found: dict[str, None] = {}
     for path in sorted(folder(os.environ).glob("*.dmt"), reverse=True)[:SEEDS]:
-        with path.open(encoding="utf-8", errors="replace") as file:
-            for line in file:
-                key, _, value = line.partition(": ")
-                if key == "seed":
-                    found[value.strip()] = None
-                if not line.strip():  # the header ends
-                    break
+        header, _, turns = path.read_text(encoding="utf-8", errors="replace").partition("\n\n")
+        for line in header.splitlines() if "\nend: " in turns else ():
+            key, _, value = line.partition(": ")
+            if key == "seed":
+                found[value] = None
     return [*found]
