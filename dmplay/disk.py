@@ -39,7 +39,7 @@ def _bounded(path: Path) -> None:
 
 def by_umask() -> int:
     """The mode of a new file that everybody may read whom the umask lets."""
-    mask = os.umask(0)
+    mask = os.umask(0o077)
     os.umask(mask)
     return 0o644 & ~mask
 

@@ -110,7 +110,10 @@ Topic = Annotated[
     str,
     _argument("TOPIC", f"{', '.join(topics())}; their titles if not given", lambda: [*topics()]),
 ]
-Kind = Annotated[str, _argument("KIND", "only these, as POMDP", lambda: [*lists.KINDS])]
+Kind = Annotated[
+    str,
+    _argument("KIND", "only these, as POMDP; games: those that are kept", lambda: [*lists.KINDS]),
+]
 Json = Annotated[bool, typer.Option("--json", help="as JSON, a game an object a line")]
 Trust = Annotated[bool, typer.Option("--trust", help="import what a transcript names")]
 Keys = Annotated[

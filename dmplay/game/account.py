@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from dmplay.core import Problem
 from dmplay.describe import counted
 from dmplay.game import facts
-from dmplay.game.seal import LEFT
 from dmplay.session import Session, View
 from dmplay.transcript.format import number, turn_facts
+from dmplay.transcript.seal import LEFT
 from dmplay.views.style import Look, fit, style_of
 
 FRAME = Look(width=80, height=24)

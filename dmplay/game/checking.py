@@ -10,11 +10,11 @@ from dmplay.errors import BadParameter, BadTranscript, DmplayError
 from dmplay.finding import problems
 from dmplay.game.account import frame
 from dmplay.game.saves import INPUT, standard
-from dmplay.game.seal import opened, sealed
 from dmplay.game.seats import asked_again
 from dmplay.transcript.reading import Transcript, read
 from dmplay.transcript.report import Finding, Report, fault
 from dmplay.transcript.rewriting import rewritten
+from dmplay.transcript.seal import opened, sealed
 from dmplay.transcript.verify import verify
 
 SUFFIX = ".dmt"

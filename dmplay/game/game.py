@@ -13,11 +13,11 @@ from dmplay.game.account import Account
 from dmplay.game.adviser import Adviser
 from dmplay.game.keyboard import Keyboard
 from dmplay.game.request import Request
-from dmplay.game.seal import LEFT, secret
 from dmplay.policies.script import EndOfScript
 from dmplay.session import Session, View
 from dmplay.signals import whole
 from dmplay.transcript.recorder import Recorder
+from dmplay.transcript.seal import LEFT, secret
 from dmplay.views.style import Look, fit, style_of
 
 

@@ -8,9 +8,9 @@ from dmplay.game.game import Game
 from dmplay.game.keyboard import Keyboard
 from dmplay.game.keymap import AS_DRAWN
 from dmplay.game.saves import readable
-from dmplay.game.seal import opened
 from dmplay.session import Session
 from dmplay.transcript.replay import feed, start
+from dmplay.transcript.seal import opened
 
 
 class Playback(Game):

@@ -5,7 +5,7 @@ import errno
 import os
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from itertools import count
 from pathlib import Path
@@ -127,17 +127,21 @@ def dropped(recorder: Recorder) -> bool:
     return True
 
 
+def kept() -> Iterator[Transcript]:
+    """The games in the state folder that can be read, the last first."""
+    for path in sorted(folder(os.environ).glob("*.dmt"), key=_age, reverse=True):
+        with contextlib.suppress(DmplayError, OSError):
+            yield read(path)
+
+
 def latest_unfinished() -> Path:
     """The last game that has no end, or that its player left."""
-    place = folder(os.environ)
-    for path in sorted(place.glob("*.dmt"), key=_age, reverse=True):
-        try:
-            transcript = read(path)
-        except (DmplayError, OSError):
-            continue
+    for transcript in kept():
+        path = Path(transcript.path)
         left = transcript.end is None or transcript.chosen
         if left and _has_turns(path) and not disk.in_play(path):
             return path
+    place = folder(os.environ)
     raise BadParameter(f"no unfinished game in {place}; name a file: dmplay resume FILE")
 
 

@@ -11,13 +11,13 @@ from dmplay.finding.outside import is_outside
 from dmplay.game.keyboard import action_of
 from dmplay.game.request import Request
 from dmplay.game.saves import readable
-from dmplay.game.seal import opened
 from dmplay.policies.kinds import Seated
 from dmplay.policies.script import Script
 from dmplay.terminal import clean
 from dmplay.transcript.format import PERSON
 from dmplay.transcript.header import LINES, Header
 from dmplay.transcript.replay import replay
+from dmplay.transcript.seal import opened
 
 HUMAN = PERSON
 UNASKED = (HUMAN, "script", "replay")  # seats whose actions only the file can tell

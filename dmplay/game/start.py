@@ -20,7 +20,6 @@ from dmplay.game.keymap import hands
 from dmplay.game.playback import Playback
 from dmplay.game.request import Branching, Recording, Request, Resumption, Wanted, pairs, repeated
 from dmplay.game.saves import OUTPUT, readable, standard
-from dmplay.game.seal import Luck, going_on, luck, marked, opened, sealed
 from dmplay.game.seats import HUMAN, header, people, seat_policy, sitting
 from dmplay.session import Session
 from dmplay.transcript.format import Frame, turn_limit
@@ -28,6 +27,7 @@ from dmplay.transcript.header import Header
 from dmplay.transcript.reading import Transcript, left
 from dmplay.transcript.recorder import Recorder
 from dmplay.transcript.replay import replay
+from dmplay.transcript.seal import Luck, going_on, luck, marked, opened, sealed
 
 LARGEST_SEED = 2**63 - 1
 NEW_SEEDS = 10**9  # few enough to type
@@ -132,7 +132,7 @@ def resumed(wanted: Resumption, shown: Collection[Luck] = ()) -> Game:
     if session.over and transcript.end:
         raise BadParameter(f"{path}: the game is over ({session.ending}); nothing to resume")
     seen = luck(found.name, session.source) in shown or not sealed(transcript, found.problem)
-    if seen and going_on(transcript.header, found.problem).peeked:
+    if seen and going_on(transcript.header, found.problem, str(path)).peeked:
         transcript = marked(transcript)
     recorder = Recorder.resume(path, transcript.content, session, _framing(transcript))
     recorder.private = saves.keeps(path)
@@ -154,7 +154,7 @@ def branched(wanted: Branching, shown: Collection[Luck] = ()) -> Game:
     seats, policies = sitting(found.problem, transcript.header.seats, trusted=wanted.trusted)
     _answered(found.problem, seats, asks=wanted.asks)
     names = dict(zip(found.problem.agents, seats, strict=True))
-    header = going_on(replace(transcript.header, seats=names), found.problem)
+    header = going_on(replace(transcript.header, seats=names), found.problem, transcript.path)
     if luck(found.name, header.dice) not in shown:
         opened(transcript, found.problem, peek=wanted.peek)
     limit = turn_limit(found.problem, seats, header.turns)

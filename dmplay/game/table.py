@@ -12,9 +12,9 @@ from dmplay.game.answer import Page
 from dmplay.game.errand import Program
 from dmplay.game.game import Game
 from dmplay.game.request import Request
-from dmplay.game.seal import Luck, luck
 from dmplay.game.start import begin, new
 from dmplay.transcript.recorder import Recorder
+from dmplay.transcript.seal import Luck, luck
 
 NOTHING: Mapping[str, str] = {}
 NUMBERED = re.compile(r"(.*)-(\d+)")

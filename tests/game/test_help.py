@@ -173,6 +173,8 @@ def test_a_game_may_forbid_help(command: str, tmp_path: Path) -> None:
 def test_the_screen_of_such_a_game_shows_no_help(tmp_path: Path) -> None:
     game = begun(tmp_path, strict="hints")
     shown = play(game, "tab", "V")
+    assert "hint" not in shown.frames[0]
+    assert "? help  q quit  : command" in shown.frames[0]
     assert "hint: this game is strict about help" in shown.frames[1]
     assert "overlay: this game is strict about help" in shown.last
     assert not game.session.help

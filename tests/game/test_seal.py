@@ -295,6 +295,22 @@ def test_verify_review_and_data_tell_of_the_mark(tmp_path: Path) -> None:
     assert json.loads(dealt(table, "export", path, "--json"))["peeked"] is True
 
 
+def test_the_list_of_kept_games_tells_of_the_mark_and_of_help() -> None:
+    table = Table(program=understood)
+    assert dealt(table, "list", "games") == "no game is kept"
+    game = new(Request("crying-baby", seed=7))
+    for command in ("hint", "feed"):
+        typed(Table(game), command)
+    told = f"{game.source}: crying-baby, agent human; unfinished; help: agent 1"
+    assert dealt(table, "list", "games") == told
+    game.finish()
+    resumed(Resumption(game.source or Path())).finish()
+    told = f"{game.source}: crying-baby, agent human; quit; peeked; help: agent 1"
+    assert dealt(table, "list", "games") == told
+    (data,) = json.loads(dealt(table, "list", "games", "--json"))
+    assert (data["peeked"], data["help"], data["path"]) == (True, {"agent": 1}, str(game.source))
+
+
 def test_an_interrupted_game_is_told_without_its_sums_and_how_to_go_on(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from dmplay.finding.names import problem_names
 
-KINDS = ("MDP", "POMDP", "simple", "Markov", "POMG", "Dec-POMDP")
+KINDS = ("MDP", "POMDP", "simple", "Markov", "POMG", "Dec-POMDP", "games")
 SEEDS = 20  # of games played before
 
 
@@ -38,13 +38,15 @@ def transcripts(word: str = "") -> list[str]:
 
 
 def seeds() -> list[str]:
-    """The seeds of the games that are kept and over, the last first."""
+    """The seeds of the games that are kept, the last first; not of what people still play."""
     from dmplay.game.saves import folder
 
     found: dict[str, None] = {}
     for path in sorted(folder(os.environ).glob("*.dmt"), reverse=True)[:SEEDS]:
         header, _, turns = path.read_text(encoding="utf-8", errors="replace").partition("\n\n")
-        for line in header.splitlines() if "\nend: " in turns else ():
+        if '"human"' in header and "\nend: " not in turns:
+            continue
+        for line in header.splitlines():
             key, _, value = line.partition(": ")
             if key == "seed":
                 found[value] = None

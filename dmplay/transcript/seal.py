@@ -7,7 +7,6 @@ from pathlib import Path
 from dmplay import disk
 from dmplay.core import Problem
 from dmplay.errors import BadParameter
-from dmplay.game.saves import INPUT
 from dmplay.transcript.format import PERSON, checksum, lines
 from dmplay.transcript.header import Header
 from dmplay.transcript.reading import Transcript, parse
@@ -52,7 +51,7 @@ def marked(transcript: Transcript) -> Transcript:
     path = transcript.path
     if transcript.header.peeked:
         return transcript
-    if Path(path) == INPUT:
+    if path in disk.READ:
         raise BadParameter("--peek: name the file, so that it can be marked")
     rows = transcript.content.split("\n")
     rows.insert(max(one.line for one in transcript.header_block.entries.values()), "peeked: true")
@@ -66,10 +65,11 @@ def marked(transcript: Transcript) -> Transcript:
     return parse(whole.encode(), path)
 
 
-def going_on(header: Header, problem: Problem) -> Header:
+def going_on(header: Header, problem: Problem, where: str = "") -> Header:
     """The header of a game that is gone on with though what was hidden was shown."""
     if not secret(problem, header.seats.values(), reveal=header.reveal):
         return header
     if header.strict:
-        raise BadParameter("this game is strict: once what is hidden is shown, nobody plays on")
+        why = "this game is strict: once what is hidden is shown, nobody plays on"
+        raise BadParameter(f"{where}: {why}" if where else why)
     return replace(header, peeked=True)
