@@ -14,6 +14,8 @@ from dmplay.game.formats import FORMATS
 from dmplay.terminal import Wishes
 from dmplay.words.completion import lists
 
+YES, NO = ("true", "t", "yes", "y", "on", "1"), ("false", "f", "no", "n", "off", "0")
+
 
 def _agents(ctx: typer.Context, incomplete: str) -> list[str]:
     from dmplay.words.completion.problem import agents
@@ -54,14 +56,11 @@ def wanted_keys(preset: str | None) -> Any:
 
 
 def strictness(told: object) -> bool | str:
-    """How strict a game is: true or false, as one says it of a switch, or `hints`."""
-    if isinstance(told, bool) or told == "hints":
-        return told if isinstance(told, bool) else "hints"
-    words = {"true": True, "yes": True, "on": True, "1": True}
-    words |= {"false": False, "no": False, "off": False, "0": False}
-    if str(told).lower() not in words:
+    """How strict a game is: true or false, in a switch's words, or `hints`."""
+    said = str(told).lower()
+    if said != "hints" and said not in (*YES, *NO):
         raise typer.BadParameter(f"got {told!r}, expected true, false or hints")
-    return words[str(told).lower()]
+    return said if said == "hints" else said in YES
 
 
 def _argument(word: str, told: str, complete: Callable[..., list[str]]) -> Any:
@@ -145,9 +144,10 @@ Reveal = Annotated[bool, typer.Option("--reveal", help="show the hidden state")]
 Strict = Annotated[
     Any,
     typer.Option(
-        "--strict", metavar="[hints]", parser=strictness, help="no undo, no reroll; =hints: no help"
+        "--strict", metavar="[hints]", parser=strictness, show_default=False,
+        help="no undo, no reroll; =hints: no help either",
     ),
-]
+]  # fmt: skip
 Peek = Annotated[
     bool, typer.Option("--peek", help="look into a game that can be played on, and mark it so")
 ]
