@@ -26,6 +26,7 @@ def play(
     force: options.Force = False,
     reveal: options.Reveal = False,
     strict: options.Strict = False,
+    strict_hints: options.StrictHints = False,
     quiet: options.Quiet = False,
     keys: options.Keys = None,
     speed: options.Speed = 2.0,
@@ -48,9 +49,10 @@ def play(
         raise BadParameter("-o -: only with --quiet; else the game itself is told there")
     if rate and not wishes.motion:
         raise BadParameter("--rate: real time moves by itself; leave out --no-motion")
+    how = "hints" if strict_hints else strict
     request = Request(
         problem, variant, set_, seed, episode, agent, vs, seat, turns, record, frames, force,
-        strict, reveal, keys=options.wanted_keys(keys), asks=here(wishes).asks,
+        how, reveal, keys=options.wanted_keys(keys), asks=here(wishes).asks,
     )  # fmt: skip
     return Sitting(request, wishes, quiet, speed, rate)
 

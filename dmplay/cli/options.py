@@ -14,8 +14,6 @@ from dmplay.game.formats import FORMATS
 from dmplay.terminal import Wishes
 from dmplay.words.completion import lists
 
-YES, NO = ("true", "t", "yes", "y", "on", "1"), ("false", "f", "no", "n", "off", "0")
-
 
 def _agents(ctx: typer.Context, incomplete: str) -> list[str]:
     from dmplay.words.completion.problem import agents
@@ -53,14 +51,6 @@ def wanted_keys(preset: str | None) -> Any:
     from dmplay.game.keymap import Keys as Wanted
 
     return Wanted(preset or "", config.keys())
-
-
-def strictness(told: object) -> bool | str:
-    """How strict a game is: true or false, in a switch's words, or `hints`."""
-    said = str(told).lower()
-    if said != "hints" and said not in (*YES, *NO):
-        raise typer.BadParameter(f"got {told!r}, expected true, false or hints")
-    return said if said == "hints" else said in YES
 
 
 def _argument(word: str, told: str, complete: Callable[..., list[str]]) -> Any:
@@ -142,12 +132,9 @@ Frames = Annotated[bool, typer.Option("--frames", help="boards in the transcript
 Force = Annotated[bool, typer.Option("--force", help="overwrite the file")]
 Reveal = Annotated[bool, typer.Option("--reveal", help="show the hidden state")]
 Strict = Annotated[
-    Any,
-    typer.Option(
-        "--strict", metavar="[hints]", parser=strictness, show_default=False,
-        help="no undo, no reroll; =hints: no help either",
-    ),
-]  # fmt: skip
+    bool, typer.Option("--strict", help="no undo, no reroll; --strict=hints: no help either")
+]
+StrictHints = Annotated[bool, typer.Option("--strict-hints", help="the same as --strict=hints")]
 Peek = Annotated[
     bool, typer.Option("--peek", help="look into a game that can be played on, and mark it so")
 ]

@@ -132,7 +132,8 @@ def resumed(wanted: Resumption, shown: Collection[Luck] = ()) -> Game:
     if session.over and transcript.end:
         raise BadParameter(f"{path}: the game is over ({session.ending}); nothing to resume")
     seen = luck(found.name, session.source) in shown or not sealed(transcript, found.problem)
-    if seen and going_on(transcript.header, found.problem, str(path)).peeked:
+    goes_on = seen and not session.over
+    if goes_on and going_on(transcript.header, found.problem, str(path)).peeked:
         transcript = marked(transcript)
     recorder = Recorder.resume(path, transcript.content, session, _framing(transcript))
     recorder.private = saves.keeps(path)

@@ -6,10 +6,11 @@ from pathlib import Path
 
 from dmplay import disk
 from dmplay.core import Problem
-from dmplay.errors import BadParameter
+from dmplay.errors import BadParameter, DmplayError
 from dmplay.transcript.format import PERSON, checksum, lines
 from dmplay.transcript.header import Header
 from dmplay.transcript.reading import Transcript, parse
+from dmplay.transcript.replay import replay
 
 Luck = tuple[str, object]  # a problem and its dice: who saw all of such a game knows the next
 LEFT = ("", "interrupted")  # reasons of an end after which nothing was shown
@@ -29,8 +30,14 @@ def secret(problem: Problem, seats: Collection[str], *, reveal: bool) -> bool:
 def sealed(transcript: Transcript, problem: Problem) -> bool:
     """Whether a game has secrets, can be played on, and nobody looked into it yet."""
     header = transcript.header
-    unseen = not header.peeked and transcript.reason in LEFT
-    return unseen and secret(problem, header.seats.values(), reveal=header.reveal)
+    if header.peeked or transcript.reason not in LEFT:
+        return False
+    if not secret(problem, header.seats.values(), reveal=header.reveal):
+        return False
+    try:  # one that came to its end may lack the line that says so
+        return not replay(transcript, problem).over
+    except DmplayError:
+        return True
 
 
 def opened(transcript: Transcript, problem: Problem, *, peek: bool | None = None) -> Transcript:

@@ -201,7 +201,7 @@ def test_help_in_such_a_transcript_is_refused(tmp_path: Path) -> None:
     ("words", "strict"),
     [
         ((), False), (("--strict",), True), (("--strict=hints",), "hints"),
-        (("--strict=no",), False), (("--strict=true",), True), (("--strict", "--reveal"), True),
+        (("--strict", "--reveal"), True), (("--strict", "--strict=hints"), "hints"),
     ],
 )  # fmt: skip
 def test_strict_stands_alone_or_says_more(
@@ -213,7 +213,7 @@ def test_strict_stands_alone_or_says_more(
 
 
 def test_another_word_after_strict_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(BadParameter, match="got 'hint', expected true, false or hints"):
+    with pytest.raises(BadParameter, match="--strict"):
         Table(program=understood).ask(["play", "hexworld", "--strict=hint"])
 
 
@@ -221,7 +221,7 @@ def test_another_word_after_strict_is_refused(tmp_path: Path) -> None:
     ("value", "told"),
     [
         ("true", '"strict": true'), ('"hints"', '"strict": "hints"'), ("false", ""),
-        ("3", "play.strict: got 3, expected true, false or "), ('"x"', "play.strict: got 'x'"),
+        ("3", "play.strict: got 3, expected true or false"), ('"x"', "play.strict: got 'x'"),
     ],
 )  # fmt: skip
 def test_a_file_of_settings_says_how_strict_games_are(

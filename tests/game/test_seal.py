@@ -186,6 +186,16 @@ def test_going_on_after_the_debrief_is_marked_and_after_a_kill_is_not(
     assert check(tmp_path / "g.dmt").peeked is mark
 
 
+def test_a_game_that_came_to_its_end_is_open_though_its_file_does_not_say_so(
+    tmp_path: Path,
+) -> None:
+    path = left(tmp_path, turns=1, strict=True)
+    dealt(Table(program=understood), "export", path, "--csv")
+    resumed(Resumption(path)).finish()
+    assert check(path).ok
+    assert not peeked(path)
+
+
 def test_a_strict_game_whose_secrets_were_shown_is_over(tmp_path: Path) -> None:
     begun(tmp_path, strict=True).finish()
     path = tmp_path / "g.dmt"
