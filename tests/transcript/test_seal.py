@@ -4,10 +4,12 @@ import json
 import os
 import stat
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+import dmplay
 from dmplay.cli.errands import understood
 from dmplay.errors import BadParameter, BadTranscript
 from dmplay.front import epilogue
@@ -17,6 +19,7 @@ from dmplay.game.request import Branching, Request, Resumption
 from dmplay.game.start import branched, new, resumed
 from dmplay.game.table import Table
 from dmplay.transcript.reading import read
+from dmplay.transcript.seal import opened
 from dmplay.words.commands import typed
 from dmplay.words.completion.lists import seeds
 from tests.support.games import altered, recorded, values
@@ -126,6 +129,9 @@ def test_the_game_somebody_plays_now_is_not_peeked_into(tmp_path: Path) -> None:
 
 def test_the_standard_input_cannot_be_marked(tmp_path: Path) -> None:
     text = left(tmp_path).read_text()
+    piped = replace(read(tmp_path / "g.dmt"), path="/dev/stdin")
+    with pytest.raises(BadParameter, match="--peek: name the file, so that it can be marked"):
+        opened(piped, dmplay.load("crying-baby"), peek=True)
     for words, told in (((), OPEN), (("--peek",), "--peek: name the file")):
         done = run(tmp_path, "export", "-", "--csv", *words, stdin=text)
         assert (done.returncode, done.stdout) == (2, "")
@@ -151,6 +157,14 @@ def test_a_game_without_secrets_is_looked_into_as_it_is(
 def test_a_seat_cannot_be_played_by_the_actions_of_a_game_that_goes_on(tmp_path: Path) -> None:
     with pytest.raises(BadParameter, match=OPEN):
         new(Request("crying-baby", agent=f"replay:{left(tmp_path)}", seed=3))
+
+
+def test_a_file_that_cannot_be_played_again_is_not_looked_into_either(tmp_path: Path) -> None:
+    path = left(tmp_path)
+    altered(path, '"feed"', '"fed"')
+    assert "did you mean feed?" in str(check(path).findings[0])
+    with pytest.raises(BadParameter, match=OPEN):
+        dealt(Table(program=understood), "export", path, "--csv")
 
 
 def test_verify_tells_no_values_of_a_game_that_goes_on_and_does_not_rewrite_it(
