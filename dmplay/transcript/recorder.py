@@ -11,6 +11,7 @@ from dmplay.errors import BadParameter
 from dmplay.session import Session
 from dmplay.transcript.format import Frame, closing, lines, text, turn_facts, without_notes
 from dmplay.transcript.header import Header, header_facts
+from dmplay.transcript.seal import LEFT
 
 
 class Recorder:
@@ -108,7 +109,8 @@ class Recorder:
         if self._file < 0:
             return
         self._write("\n".join([*closing(self.session, self._digest.hexdigest()[:16]), notes]))
-        self._allow(disk.OWN if self.private else disk.by_umask())
+        own = self.private or self.session.ending in LEFT
+        self._allow(disk.OWN if own else disk.by_umask())
         self.close()
 
     @property

@@ -390,6 +390,9 @@ def test_nobody_else_reads_a_file_with_secrets_before_the_end(tmp_path: Path) ->
     assert mode(tmp_path / "copy.dmt") == 0o600
     game.finish()
     assert mode(path) == 0o644
+    stopped = begun(tmp_path, record=tmp_path / "stopped.dmt")
+    stopped.finish("interrupted")
+    assert mode(tmp_path / "stopped.dmt") == 0o600
     open_ = left(tmp_path, problem="hexworld", record=tmp_path / "h.dmt")
     assert mode(open_) == 0o644
     old = tmp_path / "old.dmt"
