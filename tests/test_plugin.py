@@ -68,8 +68,8 @@ def test_who_was_not_asked_again_is_in_the_report(tmp_path: Path, file: Path) ->
 def test_a_game_that_can_be_played_on_is_not_rewritten_and_no_traceback_says_so(
     tmp_path: Path, file: Path
 ) -> None:
-    text = recorded(file, "crying-baby", "random", turns=1, force=True)
-    file.write_text(text.replace("random", "human").rpartition("end:")[0])
+    text = recorded(file, "crying-baby", "random", turns=2, force=True)
+    file.write_text(text.replace("random", "human").partition("turn: 2")[0])
     done = run(tmp_path, "--dmplay-update")
     assert "goldens/game.dmt: this game can still be played on: finish it\n" in done.stdout
     assert "Traceback" not in done.stdout
