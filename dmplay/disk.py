@@ -9,6 +9,7 @@ from pathlib import Path
 from dmplay.errors import BadParameter
 
 READ, WRITTEN = ("/dev/stdin", "/dev/null"), ("/dev/stdout", "/dev/null", "/dev/full")
+OWN, ALL = 0o600, 0o666  # who may read and write a file, as far as the umask lets them
 
 
 def user_folder(env: Mapping[str, str], variable: str, *names: str) -> Path:
@@ -34,6 +35,13 @@ def content(path: Path) -> bytes:
 def _bounded(path: Path) -> None:
     if path.exists() and not (path.is_file() or path.is_dir()):
         raise OSError(errno.EINVAL, "a FIFO, a socket or a device, not a file")
+
+
+def by_umask() -> int:
+    """The mode of a new file that everybody may read whom the umask lets."""
+    mask = os.umask(0o077)
+    os.umask(mask)
+    return 0o644 & ~mask
 
 
 def played(file: int) -> bool:
@@ -72,24 +80,27 @@ def apart(path: Path, source: str | Path) -> None:
         raise BadParameter(f"{path}: it is the transcript that is read")
 
 
-def write(path: Path, text: str, *, force: bool = False) -> None:
-    """Writes a file in one step: a reader sees nothing, the old file or the whole new one."""
+def write(path: Path, text: str, *, force: bool = False, private: bool = False) -> None:
+    """Writes a file in one step: a reader sees nothing, the old file or the whole new one.
+
+    A new one that is private nobody else may read.
+    """
     try:
         if stream(path):
             path.write_text(text, encoding="utf-8", newline="\n")
         else:
             claim(path, force=force)
-            _written(path, text)
+            _written(path, text, OWN if private else ALL)
     except FileExistsError:
         raise BadParameter(f"{path} exists; give another name, or --force") from None
     except OSError as error:
         raise BadParameter(f"cannot write {path}: {error.strerror}") from None
 
 
-def _written(path: Path, text: str) -> None:
+def _written(path: Path, text: str, mode: int) -> None:
     """Writes beside the file, and then puts the whole in its place."""
     spare = path.with_name(f".dmplay-{os.getpid()}.tmp")
-    handle, name = _draft(spare)
+    handle, name = _draft(spare, mode)
     try:
         with open(handle, "w", encoding="utf-8", newline="\n") as file:
             file.write(text)
@@ -105,9 +116,9 @@ def _written(path: Path, text: str) -> None:
         spare.unlink(missing_ok=True)
 
 
-def _draft(spare: Path) -> tuple[int, str]:
+def _draft(spare: Path, mode: int) -> tuple[int, str]:
     """An open file and its name: one that a kill leaves nothing of where the system can."""
     with contextlib.suppress(AttributeError, OSError):
-        handle = os.open(spare.parent, os.O_TMPFILE | os.O_WRONLY, 0o666)
+        handle = os.open(spare.parent, os.O_TMPFILE | os.O_WRONLY, mode)
         return handle, f"/proc/self/fd/{handle}"
-    return os.open(spare, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666), str(spare)
+    return os.open(spare, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode), str(spare)

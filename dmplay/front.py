@@ -79,10 +79,12 @@ def epilogue(table: Table) -> None:
     """Where the transcripts are, how to see the last again, how to play it again."""
     whole = [one for one in table.ended if not one.fault and one.path.exists()]
     rows = [f"transcript: {recorder.path}" for recorder in whole]
+    sealed = table.playing and table.game.sealed  # and so neither looked at nor begun again
     if whole:
         trust = "" if problems.stem(whole[-1].session.problem) else " --trust"
-        rows.append(f"replay: dmplay replay {quote(str(whole[-1].path))}{trust}")
-    if table.playing and table.game.again:
+        does = "resume" if sealed and whole[-1].path == table.game.source else "replay"
+        rows.append(f"{does}: dmplay {does} {quote(str(whole[-1].path))}{trust}")
+    if table.playing and table.game.again and not sealed:
         rows.append(f"again: {table.game.again}")
     for row in rows:
         print(clean(row), file=sys.stderr)

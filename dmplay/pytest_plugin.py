@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.errors import TranscriptMismatch
+from dmplay.errors import DmplayError, TranscriptMismatch
 from dmplay.terminal import clean
 
 SUFFIX = ".dmt"
@@ -68,8 +68,8 @@ class TranscriptItem(pytest.Item):
     def repr_failure(
         self, excinfo: pytest.ExceptionInfo[BaseException], style: object = None
     ) -> str:
-        """The report alone; a traceback only for what is not a mismatch."""
-        if isinstance(excinfo.value, TranscriptMismatch):
+        """The report alone; a traceback only for what is no error of ours."""
+        if isinstance(excinfo.value, DmplayError):
             return clean(str(excinfo.value))
         return str(super().repr_failure(excinfo))
 

@@ -1,6 +1,7 @@
 """One game as a state machine, without input or output: what was done, drawn, seen and paid."""
 
 import math
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Generic, NamedTuple, Protocol, TypeVar, overload
@@ -131,6 +132,7 @@ class Session:
         self.first = own(problem.start(self.opening[None])[0])
         self.turns: list[Turn] = []
         self.rerolls: dict[int, int] = {}  # turn -> how often its dice were thrown anew
+        self.help: Counter[str] = Counter()  # agent -> how often whoever plays it was given advice
         self._ended: str | None = None
         self._known: tuple[Array | None, bool] = (None, False)
         self._beliefs: list[Reals] = []  # [n, S] before each turn and after the last

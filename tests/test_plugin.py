@@ -65,6 +65,16 @@ def test_who_was_not_asked_again_is_in_the_report(tmp_path: Path, file: Path) ->
     assert "turn; not re-asked: script" in run(tmp_path, "-rP").stdout
 
 
+def test_a_game_that_can_be_played_on_is_not_rewritten_and_no_traceback_says_so(
+    tmp_path: Path, file: Path
+) -> None:
+    text = recorded(file, "crying-baby", "random", turns=2, force=True)
+    file.write_text(text.replace("random", "human").partition("turn: 2")[0])
+    done = run(tmp_path, "--dmplay-update")
+    assert "goldens/game.dmt: this game can still be played on: finish it\n" in done.stdout
+    assert "Traceback" not in done.stdout
+
+
 def test_update_rewrites(tmp_path: Path, file: Path) -> None:
     right = file.read_text()
     altered(file, '"(8,1)"', '"(8,2)"')

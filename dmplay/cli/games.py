@@ -26,6 +26,7 @@ def play(
     force: options.Force = False,
     reveal: options.Reveal = False,
     strict: options.Strict = False,
+    strict_hints: options.StrictHints = False,
     quiet: options.Quiet = False,
     keys: options.Keys = None,
     speed: options.Speed = 2.0,
@@ -48,9 +49,10 @@ def play(
         raise BadParameter("-o -: only with --quiet; else the game itself is told there")
     if rate and not wishes.motion:
         raise BadParameter("--rate: real time moves by itself; leave out --no-motion")
+    how = "hints" if strict_hints else strict
     request = Request(
         problem, variant, set_, seed, episode, agent, vs, seat, turns, record, frames, force,
-        strict, reveal, keys=options.wanted_keys(keys), asks=here(wishes).asks,
+        how, reveal, keys=options.wanted_keys(keys), asks=here(wishes).asks,
     )  # fmt: skip
     return Sitting(request, wishes, quiet, speed, rate)
 
@@ -83,6 +85,7 @@ def resume(
 def replay(
     file: options.File,
     trust: options.Trust = False,
+    peek: options.Peek = False,
     speed: options.Speed = 2.0,
     *,
     wishes: Wishes,
@@ -96,7 +99,7 @@ def replay(
     from dmplay.game.errand import Sitting
     from dmplay.game.request import Recording
 
-    return Sitting(Recording(file, trust), wishes, speed=speed)
+    return Sitting(Recording(file, trust, peek), wishes, speed=speed)
 
 
 @options.wishes()
@@ -108,6 +111,7 @@ def branch(
     ],
     force: options.Force = False,
     trust: options.Trust = False,
+    peek: options.Peek = False,
     quiet: options.Quiet = False,
     keys: options.Keys = None,
     *,
@@ -122,7 +126,7 @@ def branch(
     from dmplay.game.request import Branching
 
     wanted = Branching(
-        file, trust, options.wanted_keys(keys), here(wishes).asks, at, force, record=record
+        file, trust, options.wanted_keys(keys), here(wishes).asks, at, force, peek, record=record
     )
     return Sitting(wanted, wishes, quiet)
 

@@ -38,6 +38,7 @@ class Commands(TyperGroup):
         if "--rate" in args and not _numeric(args[args.index("--rate") + 1 :]):
             at = args.index("--rate") + 1
             args = [*args[:at], USUAL_RATE, *args[at:]]
+        args = ["--strict-hints" if word == "--strict=hints" else word for word in args]
         return list(super().parse_args(ctx, args))
 
     def _configured(self, ctx: Any, args: list[str]) -> list[str]:

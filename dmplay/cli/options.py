@@ -99,7 +99,10 @@ Topic = Annotated[
     str,
     _argument("TOPIC", f"{', '.join(topics())}; their titles if not given", lambda: [*topics()]),
 ]
-Kind = Annotated[str, _argument("KIND", "only these, as POMDP", lambda: [*lists.KINDS])]
+Kind = Annotated[
+    str,
+    _argument("KIND", "only these, as POMDP; games: those that are kept", lambda: [*lists.KINDS]),
+]
 Json = Annotated[bool, typer.Option("--json", help="as JSON, a game an object a line")]
 Trust = Annotated[bool, typer.Option("--trust", help="import what a transcript names")]
 Keys = Annotated[
@@ -128,7 +131,13 @@ Record = Annotated[
 Frames = Annotated[bool, typer.Option("--frames", help="boards in the transcript too")]
 Force = Annotated[bool, typer.Option("--force", help="overwrite the file")]
 Reveal = Annotated[bool, typer.Option("--reveal", help="show the hidden state")]
-Strict = Annotated[bool, typer.Option("--strict", help="no undo, no reroll")]
+Strict = Annotated[
+    bool, typer.Option("--strict", help="no undo, no reroll; --strict=hints: no help either")
+]
+StrictHints = Annotated[bool, typer.Option("--strict-hints", help="the same as --strict=hints")]
+Peek = Annotated[
+    bool, typer.Option("--peek", help="look into a game that can be played on, and mark it so")
+]
 Output = Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help="a file")]
 
 WISHES = {

@@ -12,14 +12,18 @@ from dmplay.terminal import Wishes, here
 
 @options.wishes("json", "color", "width")
 def list_(kind: options.Kind = "", *, wishes: Wishes) -> object:
-    """List the problems: table F.1 of the book.
+    """List the problems: table F.1 of the book. Or the games that are kept.
 
     \b
       dmplay list
       dmplay list pomdp --json
+      dmplay list games
     """
     from dmplay.game.errand import Printout
-    from dmplay.reports import problems
+    from dmplay.reports import games, problems
+
+    if kind == "games":
+        return games.listing(json=wishes.json)
 
     return Printout(problems.listing(kind, wishes), wishes)
 

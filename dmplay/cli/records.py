@@ -51,6 +51,7 @@ def export(
     output: options.Output = None,
     force: options.Force = False,
     trust: options.Trust = False,
+    peek: options.Peek = False,
     *,
     wishes: Wishes,
 ) -> object:
@@ -66,14 +67,16 @@ def export(
     printed = output is None or str(output) == "-"
     ascii_ = here(wishes).ascii if printed else wishes.ascii
     return exported(
-        file, formats, at, output, width=wishes.width, ascii_=ascii_, force=force, trusted=trust
-    )
+        file, formats, at, output, width=wishes.width, ascii_=ascii_, force=force, trusted=trust,
+        peek=peek,
+    )  # fmt: skip
 
 
 def review(
     file: options.File,
     write: Annotated[bool, typer.Option("--write", help="keep it in the file as notes")] = False,
     trust: options.Trust = False,
+    peek: options.Peek = False,
     json: options.Json = False,
 ) -> object:
     """Value each move of the people in a game: the best action, and the regret.
@@ -84,4 +87,4 @@ def review(
     """
     from dmplay.game.review import reviewed
 
-    return reviewed(file, write=write, json=json, trusted=trust)
+    return reviewed(file, write=write, json=json, trusted=trust, peek=peek)

@@ -61,10 +61,12 @@ def _given(file: config.File, name: str, command: Any) -> Iterator[tuple[str, ob
         where = f"{file.path}: {f'{name}.{option}' if option in own else inside}"
         if option not in known:
             raise UnknownName("setting", option, known, where=f"{file.path}: [{name}]")
-        _check(known[option], value, where)
+        hints = (option, value) == ("strict", "hints")  # as it is said of the flag
+        if not hints:
+            _check(known[option], value, where)
         if not file.own:
             config.entrusted(option, where)
-        yield option, value
+        yield ("strict-hints", True) if hints else (option, value)
 
 
 def _check_names(file: config.File, commands: Commands) -> None:

@@ -7,6 +7,7 @@ from dmplay.describe import counted
 from dmplay.game import facts
 from dmplay.session import Session, View
 from dmplay.transcript.format import number, turn_facts
+from dmplay.transcript.seal import LEFT
 from dmplay.views.style import Look, fit, style_of
 
 FRAME = Look(width=80, height=24)
@@ -65,8 +66,9 @@ class Account:
         agents = session.problem.agents
         sums = zip(agents, session.returns(), session.totals(), strict=True)
         each = "; ".join(f"{who} return {number(r):g}, total {number(t):g}" for who, r, t in sums)
-        turns = counted(len(session.turns), "turn")
-        return f"{session.ending or 'unfinished'} after {turns}. {each}."
+        turns = f"{session.ending or 'unfinished'} after {counted(len(session.turns), 'turn')}."
+        known = not self.people or self.reveal or session.ending not in LEFT
+        return f"{turns} {each}." if known or not session.problem.hidden else turns
 
     def closing(self) -> list[str]:
         """How it ended and, turn by turn, what was hidden, a line each."""

@@ -14,6 +14,7 @@ from dmplay.game.seats import asked_again
 from dmplay.transcript.reading import Transcript, read
 from dmplay.transcript.report import Finding, Report, fault
 from dmplay.transcript.rewriting import rewritten
+from dmplay.transcript.seal import opened, sealed
 from dmplay.transcript.verify import verify
 
 SUFFIX = ".dmt"
@@ -60,7 +61,10 @@ def check(path: Path, *, trusted: bool = False) -> Report:
     except DmplayError as error:
         line = transcript.header_block.entries["seats"].line
         return Report(str(path), [Finding("facts", str(path), line, "seats", str(error))])
-    return verify(transcript, problem, policies, frame)
+    report = verify(transcript, problem, policies, frame)
+    if sealed(transcript, problem):
+        report.findings = [one.veiled for one in report.findings]
+    return report
 
 
 def update(path: Path, *, trusted: bool = False) -> str:
@@ -69,6 +73,7 @@ def update(path: Path, *, trusted: bool = False) -> str:
 
     transcript = read(path)
     problem = loaded(transcript, trusted=trusted).problem
+    opened(transcript, problem)
     policies = asked_again(problem, transcript.header.seats, trusted=trusted)
     before = path.read_text(encoding="utf-8")
     after = rewritten(transcript, problem, policies, frame)
@@ -123,5 +128,7 @@ def _data(report: Report, fine: bool) -> dict[str, object]:
         "ok": fine,
         "turns": report.turns,
         "unasked": report.unasked,
+        "peeked": report.peeked,
+        "help": report.help,
         "findings": findings,
     }

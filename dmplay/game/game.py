@@ -17,6 +17,7 @@ from dmplay.policies.script import EndOfScript
 from dmplay.session import Session, View
 from dmplay.signals import whole
 from dmplay.transcript.recorder import Recorder
+from dmplay.transcript.seal import LEFT, secret
 from dmplay.views.style import Look, fit, style_of
 
 
@@ -64,12 +65,23 @@ class Game:
     @property
     def strict(self) -> bool:
         """Whether nothing may be taken back."""
-        return self.asked is not None and self.asked.strict
+        return self.asked is not None and bool(self.asked.strict)
+
+    @property
+    def unaided(self) -> bool:
+        """Whether nobody may be given advice."""
+        return self.asked is not None and self.asked.strict == "hints"
 
     @property
     def reveal(self) -> bool:
         """Whether what is hidden is shown."""
         return self.asked is not None and self.asked.reveal
+
+    @property
+    def sealed(self) -> bool:
+        """Whether there are secrets and the game can be played on, so that they must stay so."""
+        left = (self.session.ending or "") in LEFT
+        return left and secret(self.problem, self.seats, reveal=self.reveal)
 
     @property
     def seed(self) -> int:
@@ -208,6 +220,21 @@ class Game:
             if self.recorder:
                 self.recorder.event("reroll", self.session.rerolls[len(self.session.turns)])
             self._record()
+
+    def may_help(self, command: str) -> None:
+        """Refuses advice where nobody may be given any."""
+        if self.unaided:
+            raise BadParameter(f"{command}: this game is strict about help")
+
+    def helped(self) -> None:
+        """Counts that the watcher was given advice; the transcript keeps it."""
+        if self.watcher not in self.people:
+            return
+        name = self.problem.agents[self.watcher]
+        with whole():
+            self.session.help[name] += 1
+            if self.recorder:
+                self.recorder.event("help", {name: 1})
 
     def _may(self, command: str) -> None:
         """Refuses to take back where that is not fair."""

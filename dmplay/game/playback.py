@@ -10,16 +10,20 @@ from dmplay.game.keymap import AS_DRAWN
 from dmplay.game.saves import readable
 from dmplay.session import Session
 from dmplay.transcript.replay import feed, start
+from dmplay.transcript.seal import opened
 
 
 class Playback(Game):
     """A recorded game to step through; nothing in it is hidden any more."""
 
-    def __init__(self, path: Path, *, trusted: bool = False) -> None:
-        self.transcript = readable(path)
-        found = loaded(self.transcript, trusted=trusted)
+    def __init__(self, path: Path, *, trusted: bool = False, peek: bool = False) -> None:
+        transcript = readable(path)
+        found = loaded(transcript, trusted=trusted)
+        self.transcript = opened(transcript, found.problem, peek=peek)
         self._problem = found.problem
-        self._blocks = self.transcript.blocks[1:]
+        blocks = self.transcript.blocks[1:]
+        self._blocks = [block for block in blocks if block.kind != "help"]
+        self._help = [block for block in blocks if block.kind == "help"]
         self._place = 0
         seats = list(self.transcript.header.seats.values())
         keyboard = Keyboard(found.problem, [], AS_DRAWN)  # nobody plays
@@ -27,7 +31,7 @@ class Playback(Game):
 
     def _session(self, blocks: int) -> Session:
         session = start(self.transcript, self._problem, self.transcript.header.dice)
-        for block in self._blocks[:blocks]:
+        for block in [*self._help, *self._blocks[:blocks]]:
             feed(self.transcript, block, session)
         return session
 

@@ -28,8 +28,9 @@ class Request:
     record: Path | None = None
     frames: bool = False
     force: bool = False
-    strict: bool = False
+    strict: bool | str = False
     reveal: bool = False
+    peeked: bool = False
     parameters: Mapping[str, object] = field(default_factory=dict)
     keep: bool = False  # in the state folder, though nobody plays
     keys: Keys = AS_DRAWN
@@ -59,7 +60,8 @@ class Request:
         }
         words = [word for option, each in options.items() for one in each for word in (option, one)]
         wishes = {"--strict": self.strict, "--reveal": self.reveal, "--frames": self.frames}
-        words += [option for option, wish in wishes.items() if wish]
+        words += [option for option, wish in wishes.items() if wish is True]
+        words += ["--strict=hints"] if self.strict == "hints" else []
         return shlex.join(["dmplay", name, *words, "--seed", str(seed)])
 
 
@@ -80,6 +82,7 @@ class Branching(Resumption):
     turn: int = 0
     record: Path = field(kw_only=True)
     force: bool = False
+    peek: bool = False
 
 
 @dataclass(frozen=True)
@@ -88,6 +91,7 @@ class Recording:
 
     path: Path
     trusted: bool = False
+    peek: bool = False  # though it can be played on
 
 
 Wanted = Request | Resumption | Branching | Recording

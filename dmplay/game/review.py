@@ -16,6 +16,7 @@ from dmplay.game.adviser import decimals, fixed
 from dmplay.game.seats import people
 from dmplay.session import Follower, Session
 from dmplay.solvers.value_iteration import best
+from dmplay.transcript.report import marks
 
 MARK = "# review "
 
@@ -95,11 +96,11 @@ def in_time(
     return done
 
 
-def reviewed(path: Path, *, write: bool, json: bool, trusted: bool) -> str:
+def reviewed(path: Path, *, write: bool, json: bool, trusted: bool, peek: bool = False) -> str:
     """The review of a transcript; kept as notes after its end where asked to."""
     from dmplay.game.playback import Playback
 
-    game = Playback(path, trusted=trusted)
+    game = Playback(path, trusted=trusted, peek=peek)
     list(game.run())
     found = list(moves(game.session, people(game.seats), game.seats))
     if write and game.transcript.end is None:
@@ -108,7 +109,11 @@ def reviewed(path: Path, *, write: bool, json: bool, trusted: bool) -> str:
         rows = path.read_text(encoding="utf-8").splitlines(keepends=True)
         kept = [row for row in rows if not row.startswith(MARK)]
         write_file(path.resolve(), "".join([*kept, *notes(found)]), force=True)
-    return dumps([move._asdict() for move in found]) if json else "\n".join(lines(found))
+    helped, peeked = dict(game.session.help), game.transcript.header.peeked
+    told = [{"peeked": peeked, "help": helped}] if peeked or helped else []
+    if json:
+        return dumps([*(move._asdict() for move in found), *told])
+    return "\n".join([*lines(found), *marks(helped, peeked=peeked)])
 
 
 def lines(made: list[Move]) -> list[str]:

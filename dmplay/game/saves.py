@@ -5,7 +5,7 @@ import errno
 import os
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from itertools import count
 from pathlib import Path
@@ -85,7 +85,8 @@ def ready(place: Path) -> bool:
     try:
         place.mkdir(parents=True, exist_ok=True)
         with contextlib.suppress(OSError):
-            place.chmod(place.stat().st_mode & 0o700)
+            for own in (place.parent, place):
+                own.chmod(own.stat().st_mode & 0o700)
         if not os.access(place, os.W_OK):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
     except OSError as error:
@@ -109,28 +110,38 @@ def copied(recorder: Recorder, path: Path) -> None:
     content = recorder.path.read_text(encoding="utf-8")
     if recorder.session.over and recorder.open:
         content += "\n".join([*closing(recorder.session, checksum(content)), ""])
-    disk.write(path, content)
+    unfinished = recorder.open and not recorder.session.over
+    disk.write(path, content, private=unfinished and recorder.session.problem.hidden)
+
+
+def keeps(path: Path) -> bool:
+    """Whether a file is that of a game kept in the state folder."""
+    return path.parent == folder(os.environ)
 
 
 def dropped(recorder: Recorder) -> bool:
     """Removes a kept game in which nothing was done; whether it was one."""
-    if recorder.path.parent != folder(os.environ) or _has_turns(recorder.path):
+    if not keeps(recorder.path) or _has_turns(recorder.path):
         return False
     recorder.path.unlink(missing_ok=True)
     return True
 
 
+def kept() -> Iterator[Transcript]:
+    """The games in the state folder that can be read, the last first."""
+    for path in sorted(folder(os.environ).glob("*.dmt"), key=_age, reverse=True):
+        with contextlib.suppress(DmplayError, OSError):
+            yield read(path)
+
+
 def latest_unfinished() -> Path:
     """The last game that has no end, or that its player left."""
-    place = folder(os.environ)
-    for path in sorted(place.glob("*.dmt"), key=_age, reverse=True):
-        try:
-            transcript = read(path)
-        except (DmplayError, OSError):
-            continue
+    for transcript in kept():
+        path = Path(transcript.path)
         left = transcript.end is None or transcript.chosen
         if left and _has_turns(path) and not disk.in_play(path):
             return path
+    place = folder(os.environ)
     raise BadParameter(f"no unfinished game in {place}; name a file: dmplay resume FILE")
 
 

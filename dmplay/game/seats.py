@@ -17,6 +17,7 @@ from dmplay.terminal import clean
 from dmplay.transcript.format import PERSON
 from dmplay.transcript.header import LINES, Header
 from dmplay.transcript.replay import replay
+from dmplay.transcript.seal import opened
 
 HUMAN = PERSON
 UNASKED = (HUMAN, "script", "replay")  # seats whose actions only the file can tell
@@ -35,7 +36,7 @@ def seat_policy(problem: Problem, seat: int, who: str) -> Policy | None:
     if kind == "script":
         return Script(problem, seat, _script(problem, seat, rest))
     if kind == "replay":
-        played = replay(readable(Path(rest)), problem).turns
+        played = replay(opened(readable(Path(rest)), problem), problem).turns
         return Script(problem, seat, tuple(turn.actions[seat].item() for turn in played))
     return agents.agent(problem, seat, who)
 

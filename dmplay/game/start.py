@@ -1,7 +1,7 @@
 """Setting up games: new ones, resumed ones, and new ones that begin as another did."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,28 +23,30 @@ from dmplay.game.saves import OUTPUT, readable, standard
 from dmplay.game.seats import HUMAN, header, people, seat_policy, sitting
 from dmplay.session import Session
 from dmplay.transcript.format import Frame, turn_limit
+from dmplay.transcript.header import Header
 from dmplay.transcript.reading import Transcript, left
 from dmplay.transcript.recorder import Recorder
 from dmplay.transcript.replay import replay
+from dmplay.transcript.seal import Luck, going_on, luck, marked, opened, sealed
 
 LARGEST_SEED = 2**63 - 1
 NEW_SEEDS = 10**9  # few enough to type
 
 
-def begin(wanted: Wanted) -> Game:
-    """The game that is wanted."""
+def begin(wanted: Wanted, shown: Collection[Luck] = ()) -> Game:
+    """The game that is wanted, by people who saw all of games of this luck."""
     match wanted:
         case Request():
-            return new(wanted)
+            return new(wanted, shown)
         case Branching():
-            return branched(wanted)
+            return branched(wanted, shown)
         case Resumption():
-            return resumed(wanted)
+            return resumed(wanted, shown)
         case Recording():
-            return Playback(wanted.path, trusted=wanted.trusted)
+            return Playback(wanted.path, trusted=wanted.trusted, peek=wanted.peek)
 
 
-def new(request: Request) -> Game:
+def new(request: Request, shown: Collection[Luck] = ()) -> Game:
     """A new game: its problem, who sits where, its dice and its transcript."""
     found = problems.resolve(request.name, request.configured())
     problem = found.problem
@@ -60,6 +62,10 @@ def new(request: Request) -> Game:
     request, dice = _thrown(request)
     limit = turn_limit(problem, seats, request.turns)
     session = Session(problem, dice, policies, limit=limit)
+    told = header(found, seats, dice, replace(request, peeked=False))
+    if luck(found.name, dice) in shown:
+        told = going_on(told, problem)
+    request = replace(request, peeked=told.peeked)
     path = request.record and standard(request.record, OUTPUT)
     if path is None and (request.keep or HUMAN in seats):
         path = saves.new(found.name)
@@ -67,11 +73,12 @@ def new(request: Request) -> Game:
     if path:
         recorder = Recorder.create(
             path,
-            header(found, seats, dice, request),
+            told,
             session,
             frame=frame if request.frames else None,
             force=request.force,
         )
+        recorder.private = saves.keeps(path)
     keyboard = Keyboard(problem, people(seats), request.keys)
     return Game(found.name, session, seats, keyboard, recorder, request)
 
@@ -108,7 +115,7 @@ def _answered(problem: Problem, seats: Sequence[str], *, asks: bool) -> None:
         raise BadParameter(f"--no-input: {names} would be asked; let agents play every seat")
 
 
-def resumed(wanted: Resumption) -> Game:
+def resumed(wanted: Resumption, shown: Collection[Luck] = ()) -> Game:
     """The game of a transcript, to go on with: cut to its last whole turn, replayed from inputs."""
     path, transcript = wanted.path, readable(wanted.path, left)
     found = loaded(transcript, trusted=wanted.trusted)
@@ -124,54 +131,63 @@ def resumed(wanted: Resumption) -> Game:
     session = replay(transcript, found.problem, policies)
     if session.over and transcript.end:
         raise BadParameter(f"{path}: the game is over ({session.ending}); nothing to resume")
+    seen = luck(found.name, session.source) in shown or not sealed(transcript, found.problem)
+    goes_on = seen and not session.over
+    if goes_on and going_on(transcript.header, found.problem, str(path)).peeked:
+        transcript = marked(transcript)
     recorder = Recorder.resume(path, transcript.content, session, _framing(transcript))
+    recorder.private = saves.keeps(path)
     if not transcript.blocks:
         recorder.turn()
-    return _repeated(found, transcript, seats, wanted, recorder)
+    return _repeated(found, transcript.header, seats, wanted, recorder)
 
 
-def branched(wanted: Branching) -> Game:
+def branched(wanted: Branching, shown: Collection[Luck] = ()) -> Game:
     """A new game whose first turns are those of a transcript; the rest is played."""
     transcript = readable(wanted.path)
     apart(wanted.record, transcript.path)
     found = loaded(transcript, trusted=wanted.trusted)
     hands(found.problem, wanted.keys)
-    header = transcript.header
     past = replay(transcript, found.problem)
     if wanted.turn > len(past.turns):
         turns = counted(len(past.turns), "turn")
         raise BadParameter(f"--at: got {wanted.turn}, {wanted.path} has {turns}")
-    seats, policies = sitting(found.problem, header.seats, trusted=wanted.trusted)
+    seats, policies = sitting(found.problem, transcript.header.seats, trusted=wanted.trusted)
     _answered(found.problem, seats, asks=wanted.asks)
+    names = dict(zip(found.problem.agents, seats, strict=True))
+    header = going_on(replace(transcript.header, seats=names), found.problem, transcript.path)
+    if luck(found.name, header.dice) not in shown:
+        opened(transcript, found.problem, peek=wanted.peek)
     limit = turn_limit(found.problem, seats, header.turns)
     session = Session(found.problem, header.dice, policies, limit=limit, opening=past.opening)
-    names = dict(zip(found.problem.agents, seats, strict=True))
     recorder = Recorder.create(
-        wanted.record,
-        replace(header, seats=names),
-        session,
-        frame=_framing(transcript),
-        force=wanted.force,
+        wanted.record, header, session, frame=_framing(transcript), force=wanted.force
     )
     _retell(past, wanted.turn, session, recorder)
-    return _repeated(found, transcript, seats, wanted, recorder)
+    return _repeated(found, header, seats, wanted, recorder)
 
 
 def _repeated(
     found: problems.Loaded,
-    transcript: Transcript,
+    header: Header,
     seats: Sequence[str],
     wanted: Resumption,
     recorder: Recorder,
 ) -> Game:
     """A game that goes on from a transcript."""
-    asked = repeated(transcript.header, seats, recorder.path, wanted.keys)
+    asked = repeated(header, seats, recorder.path, wanted.keys)
     keyboard = Keyboard(found.problem, people(seats), wanted.keys)
     return Game(found.name, recorder.session, seats, keyboard, recorder, asked)
 
 
 def _retell(told: Session, turns: int, session: Session, recorder: Recorder) -> None:
-    """Plays and writes the first turns of a game again; one whose dice were thrown anew, so too."""
+    """Plays and writes the first turns of a game again; one whose dice were thrown anew, so too.
+
+    All help that was given in it counts.
+    """
+    if told.help:
+        session.help.update(told.help)
+        recorder.event("help", dict(told.help))
     for number, played in enumerate(told.turns[:turns], 1):
         actions = list(played.actions)
         if number in told.rerolls:

@@ -14,6 +14,7 @@ from dmplay.game.game import Game
 from dmplay.game.request import Request
 from dmplay.game.start import begin, new
 from dmplay.transcript.recorder import Recorder
+from dmplay.transcript.seal import Luck, luck
 
 NOTHING: Mapping[str, str] = {}
 NUMBERED = re.compile(r"(.*)-(\d+)")
@@ -34,6 +35,7 @@ class Table:
         self.aliases = aliases
         self._program = program  # what the command line does with words
         self._game: Game | None = None
+        self._shown: set[Luck] = set()  # of games whose secrets are told once they are left
         self._before = 0  # the seat of who sits at the terminal
         if game:
             self.put(game)
@@ -59,6 +61,8 @@ class Table:
         """Plays this game from now on."""
         self.end()
         self._game = game
+        if game.problem.hidden:
+            self._shown.add(luck(game.name, game.session.source))
         self.change_places()
 
     @property
@@ -93,7 +97,8 @@ class Table:
         record = asked.record and following(asked.record)
         keep = asked.keep or self.game.recorder is not None
         wanted = replace(asked, record=record, force=False, keep=keep)
-        self.put(new(replace(wanted, **changes)))  # type: ignore[arg-type] # fields of a request
+        wanted = replace(wanted, **changes)  # type: ignore[arg-type] # fields of a request
+        self.put(new(wanted, self._shown))
         return self.began()
 
     def _asked(self) -> Request:
@@ -121,7 +126,7 @@ class Table:
         errand = self._program(words)
         if isinstance(errand, str):
             return Page(errand)
-        self.put(begin(errand.at_a_table))
+        self.put(begin(errand.at_a_table, self._shown))
         return ""
 
 

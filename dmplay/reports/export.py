@@ -136,6 +136,7 @@ def exported(  # noqa: PLR0913 - a file, and what is wanted of it
     ascii_: bool = False,
     force: bool = False,
     trusted: bool = False,
+    peek: bool = False,
 ) -> str:
     """A transcript in the one form chosen; nothing where it is written to a file."""
     if len(chosen) != 1:
@@ -144,7 +145,7 @@ def exported(  # noqa: PLR0913 - a file, and what is wanted of it
     if turn is not None and not FORMATS[form].still:
         stills = " or ".join(f"--{name}" for name, one in FORMATS.items() if one.still)
         raise BadParameter(f"--at: a turn of {stills}, not of --{form}")
-    game = Playback(file, trusted=trusted)
+    game = Playback(file, trusted=trusted, peek=peek)
     if output:
         apart(output, game.transcript.path)
     room = Room(width or ROOM.width, ROOM.height, ascii_)

@@ -203,7 +203,7 @@ def _body(game: Game, room: Room, shown: Shown, log: list[str], body: int) -> li
         return [board, *words[:left]]
     wide, _ = size(board)
     panel = game.style.panel(view)
-    if not game.session.over and game.people:
+    if not game.session.over and game.people and not game.unaided:
         panel = [*panel, ("hint", "Tab")]
     beside = room.width - wide - 2 >= PANEL
     rows = board.split("\n", allow_blank=True)
@@ -279,7 +279,7 @@ def keys(game: Game, room: Room, shown: Shown = NOTHING) -> Text:
             row.append(words if able else f"[{words}]", style="" if able else "dim").append("  ")
     over = game.session.over and game.asked is not None
     watch = [] if game.people or over else ["Space step", "P play"]
-    names = OVER_KEYS if over else ROW_KEYS
+    names = OVER_KEYS if over else ROW_KEYS[2 * game.unaided :]
     tails = ["  ".join([*watch, *map(_shown, some), COLON]) for some in names[:-1]]
     tails += ["  ".join(map(_shown, some)) for some in names[-2:]]
     left = room.width - len(row.plain)

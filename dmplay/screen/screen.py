@@ -27,6 +27,7 @@ MORE = ("space", "down", "pagedown", "enter")
 MANY = 20  # turns that nobody wants to lose by one key
 PONDERED = ("tab", "V")  # keys whose answer is an agent's
 OVERLAYS = ("", "values", "policy", "states")
+ADVICE = ("values", "policy")  # of them
 
 
 class Screen:
@@ -43,6 +44,7 @@ class Screen:
         self.modes = Modes()
         self.message = ""
         self.overlay = 0
+        self._advised: tuple[object, ...] = ()  # where an overlay was counted last
         self.page: list[str] = []  # an answer of several lines
         self.part = 0  # of the page
         self._room = Room(80, 24)
@@ -73,14 +75,24 @@ class Screen:
 
     def paint(self, painter: Painter) -> None:
         """Brings the screen as it is now onto the terminal."""
+        self._count_overlay()
         drawn = frame.compose(self.game, self.room(painter), self.shown, self.log)
         painter.paint(drawn, _player(drawn.plain))
+
+    def _count_overlay(self) -> None:
+        """Counts the advice of an overlay once for each turn that it lies on."""
+        game, shown = self.game, self.shown
+        now = (shown.overlay, game, len(game.session.turns), game.watcher)
+        lies = shown.overlay in ADVICE and not (shown.page or shown.curtain or game.session.over)
+        if lies and now != self._advised and game.adviser.overlay(shown.overlay):
+            self._advised = now
+            game.helped()
 
     @property
     def shown(self) -> Shown:
         """What the screen adds to the game."""
         curtain = self.game.problem.agents[self.game.watcher] if self.table.curtained else ""
-        kind = OVERLAYS[self.overlay]
+        kind = "" if self.game.unaided else OVERLAYS[self.overlay]
         page = self.page if self.modes.shows is Mode.PAGE else ()
         return Shown(self.message, kind, page, self.part, curtain, self.keys_until)
 
@@ -217,6 +229,7 @@ class Screen:
 
     def next_overlay(self) -> None:
         """Goes on to what else the board can show, at last nothing; says so if it never can."""
+        self.game.may_help("overlay")
         before, self.overlay = self.overlay, 0
         bare = self.upper(self._room).plain
         for number in range(before + 1, len(OVERLAYS)):

@@ -39,7 +39,8 @@ NATURAL = ("terminal", "horizon", "turn limit")  # ends that the game itself com
 NOTE = re.compile(r"^#.*\n", re.MULTILINE)
 CHOSEN = ("quit", "interrupted", "illegal", "forfeit")
 JSON = json.JSONEncoder(ensure_ascii=False)
-EVENTS = ("undo", "reroll")  # what takes turns back
+BACK = ("undo", "reroll")  # what takes turns back
+EVENTS = (*BACK, "help")
 
 Frame = Callable[[Session], str]
 
@@ -123,12 +124,13 @@ def turn_facts(session: Session) -> dict[str, object]:
 
 def end_facts(session: Session) -> dict[str, object]:
     """The end line without its checksum."""
-    return {
+    told: dict[str, object] = {
         "reason": session.ending,
         "turns": len(session.turns),
         "return": _by_seat(session.problem, session.returns()),
         "total": _by_seat(session.problem, session.totals()),
     }
+    return told | ({"help": dict(session.help)} if session.help else {})
 
 
 def closing(session: Session, digest: str) -> list[str]:

@@ -38,6 +38,7 @@ NAMES = Kind('names, such as {"agent": "human"}', _named)
 VALUES = Kind('values, such as {"slip": 0.2}', lambda value: isinstance(value, dict))
 WHOLE = Kind("a whole number, such as 7", lambda value: type(value) is int and value >= 0)
 FLAG = Kind("true or false", lambda value: type(value) is bool)
+STRICT = Kind('true or false, or "hints"', lambda value: value == "hints" or FLAG.holds(value))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,8 +51,9 @@ class Header:
     seed: Annotated[int, WHOLE]
     episode: Annotated[int, WHOLE] = 0
     turns: Annotated[int | None, WHOLE] = None  # a turn limit other than the problem's horizon
-    strict: Annotated[bool, FLAG] = False  # nothing is taken back
+    strict: Annotated[bool | str, STRICT] = False  # nothing is taken back; "hints": no help either
     reveal: Annotated[bool, FLAG] = False  # the players saw what is hidden
+    peeked: Annotated[bool, FLAG] = False  # what is hidden was shown, and the game gone on with
 
     @property
     def dice(self) -> Dice:

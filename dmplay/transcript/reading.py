@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from dmplay import disk
 from dmplay.errors import BadTranscript, UnknownName
-from dmplay.transcript.format import CHOSEN, EVENTS, TURN, lines, text
+from dmplay.transcript.format import BACK, CHOSEN, EVENTS, TURN, lines, text
 from dmplay.transcript.header import FORMAT, LINES, VERSION, Header, Kind
 from dmplay.transcript.keyed import keyed
 
@@ -111,9 +111,10 @@ def parse(raw: bytes, path: str = "transcript") -> Transcript:
             expected = "a turn, an undo or a reroll" if place else "the opening, 'turn: 0'"
             raise BadTranscript(path, block.line, None, f"got {block.kind}, expected {expected}")
     told = _header(header, path)
-    back = next((block for block in rest if block.kind in EVENTS), None)
-    if told.strict and back:
-        raise BadTranscript(path, back.line, None, f"got {back.kind}, but the game is strict")
+    barred = EVENTS if told.strict == "hints" else BACK if told.strict else ()
+    for block in rest:
+        if block.kind in barred:
+            raise BadTranscript(path, block.line, None, f"got {block.kind}, but the game is strict")
     return Transcript(path, told, header, rest, end, content, last, torn)
 
 

@@ -11,14 +11,18 @@ from dmplay.errors import BadParameter
 from dmplay.session import Session
 from dmplay.transcript.format import Frame, closing, lines, text, turn_facts, without_notes
 from dmplay.transcript.header import Header, header_facts
+from dmplay.transcript.seal import LEFT
 
 
 class Recorder:
     """The open transcript of a session; after `end` nothing more is written.
 
     Where the disk refuses, `fault` says why, and what is missing is tried again with the next
-    turn: the file never holds half a turn, and the game goes on.
+    turn: the file never holds half a turn, and the game goes on. Where states are hidden, nobody
+    else may read the file before the end.
     """
+
+    private = False  # whether it stays its owner's alone
 
     def __init__(self, path: Path, session: Session, frame: Frame | None = None) -> None:
         self.path = path
@@ -47,8 +51,10 @@ class Recorder:
             if not device:
                 disk.claim(path, force=force)
             how = os.O_APPEND if device else 0 if path.exists() else os.O_EXCL
-            recorder._file = os.open(path, os.O_WRONLY | os.O_CREAT | how, 0o644)
+            mode = disk.OWN if session.problem.hidden else 0o644
+            recorder._file = os.open(path, os.O_WRONLY | os.O_CREAT | how, mode)
             recorder._take()
+            recorder._allow(disk.OWN)
             if not device:
                 os.ftruncate(recorder._file, 0)
         except FileExistsError:
@@ -67,6 +73,7 @@ class Recorder:
         try:
             recorder._file = os.open(path, os.O_WRONLY)
             recorder._take()
+            recorder._allow(disk.OWN)
             raw = content.encode()
             os.ftruncate(recorder._file, len(raw))
             os.lseek(recorder._file, 0, os.SEEK_END)
@@ -82,13 +89,19 @@ class Recorder:
             self.close()
             raise BadParameter(f"{self.path}: somebody plays this game now")
 
+    def _allow(self, mode: int) -> None:
+        """Says who may read the file, where what stands in it is hidden."""
+        if self.session.problem.hidden and not disk.stream(self.path):
+            with contextlib.suppress(OSError):  # not on every file system
+                os.fchmod(self._file, mode)
+
     def turn(self, header: str = "") -> None:
         """Writes the last turn; the opening, with the header before it, in one."""
         frame = self.frame(self.session) if self.frame else ""
         self._write(header + text(lines(turn_facts(self.session), frame)))
 
-    def event(self, key: str, value: int) -> None:
-        """Writes an undo of so many turns, or the number of a reroll."""
+    def event(self, key: str, value: object) -> None:
+        """Writes an undo of so many turns, the number of a reroll, or who was helped how often."""
         self._write(text(lines({key: value})))
 
     def end(self, notes: str = "") -> None:
@@ -96,6 +109,8 @@ class Recorder:
         if self._file < 0:
             return
         self._write("\n".join([*closing(self.session, self._digest.hexdigest()[:16]), notes]))
+        own = self.private or self.session.ending in LEFT
+        self._allow(disk.OWN if own else disk.by_umask())
         self.close()
 
     @property

@@ -37,6 +37,8 @@ def feed(transcript: Transcript, block: Block, session: Session) -> None:
                 raise transcript.fault(block.line, f"got turn {block['turn']}, expected {expected}")
             actions = actions_of(transcript, block, session.problem)
             session.advance(actions, draws_of(transcript, block, session.problem.draws.step))
+        elif block.kind == "help":
+            session.help.update(_help(transcript, block, session.problem))
         elif block.kind == "undo":
             session.undo(_count(transcript, block, "undo"))
         else:
@@ -87,6 +89,16 @@ def actions_of(transcript: Transcript, block: Block, problem: Problem) -> list[f
         except DmplayError as error:
             raise transcript.fault(entry.line, f"actions: {agent}: {error}") from None
     return actions
+
+
+def _help(transcript: Transcript, block: Block, problem: Problem) -> dict[str, int]:
+    """How often each seat was helped at one time."""
+    told = block["help"]
+    if not isinstance(told, dict) or not told or not {*told} <= {*problem.agents}:
+        raise transcript.fault(block.line, f"help: expected some of {', '.join(problem.agents)}")
+    if not all(type(many) is int and many > 0 for many in told.values()):
+        raise transcript.fault(block.line, "help: expected whole numbers, as 1")
+    return told
 
 
 def _count(transcript: Transcript, block: Block, key: str) -> int:

@@ -1,6 +1,7 @@
 """What verifying a transcript finds: each difference, and all of them together."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -29,11 +30,24 @@ class Finding(NamedTuple):
             return one_line(place)
         return one_line(f"{place}: expected {_shown(self.expected)}, got {_shown(self.got)}")
 
+    @property
+    def veiled(self) -> "Finding":
+        """The same, but for the values."""
+        if self.expected is None and self.got is None:
+            return self
+        return self._replace(what=f"{self.what} differs", expected=None, got=None)
+
 
 def fault(error: BadTranscript, where: str) -> Finding:
     """The finding that an error means."""
     column = "" if error.column is None else f"{error.column}: "
     return Finding("facts", error.path, error.line, where, f"{column}{error.what}")
+
+
+def marks(helped: Mapping[str, int], *, peeked: bool) -> list[str]:
+    """What else is to be known of a game: whether somebody looked, who was helped how often."""
+    each = ", ".join(f"{name} {many}" for name, many in helped.items())
+    return [*(["peeked"] * peeked), *([f"help: {each}"] if each else [])]
 
 
 def _shown(value: object) -> str:
@@ -48,13 +62,15 @@ class Report:
     findings: list[Finding] = field(default_factory=list)
     turns: int = 0
     unasked: list[str] = field(default_factory=list)  # whose actions only the file can tell
+    peeked: bool = False  # whether what was hidden was shown before the end
+    help: dict[str, int] = field(default_factory=dict)  # how often each seat was helped
 
     @property
     def told(self) -> str:
         """How much was compared, and what was not."""
         parts = [counted(self.turns, "turn") + ", unfinished" * self.unfinished]
         parts += [f"not re-asked: {', '.join(self.unasked)}"] if self.unasked else []
-        return "; ".join(parts)
+        return "; ".join([*parts, *marks(self.help, peeked=self.peeked)])
 
     @property
     def ok(self) -> bool:

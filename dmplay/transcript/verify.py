@@ -27,7 +27,7 @@ def verify(
     """
     seated = zip_longest(transcript.header.seats.values(), policies)
     unasked = dict.fromkeys(who for who, policy in seated if policy is None)
-    report = Report(transcript.path, unasked=[*unasked])
+    report = Report(transcript.path, unasked=[*unasked], peeked=transcript.header.peeked)
     check = _Check(transcript, report, frame)
     try:
         check.game(problem, policies)
@@ -73,7 +73,7 @@ class _Check:
             else:
                 self.event = block
                 self.canonical.append(block.anew({block.kind: block[block.kind]}))
-        self.report.turns = len(session.turns)
+        self.report.turns, self.report.help = len(session.turns), dict(session.help)
         if len(self.drawn) > 1 and not any(self.drawn):
             self._blame_seed()
         self._end(session)

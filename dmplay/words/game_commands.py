@@ -1,5 +1,6 @@
 """What can be asked of a game, and done to it, in words: each takes what was typed after it."""
 
+from collections.abc import Callable
 from itertools import islice
 
 import numpy as np
@@ -7,6 +8,7 @@ import numpy as np
 from dmplay.describe import counted
 from dmplay.errors import BadParameter
 from dmplay.finding.typed import whole
+from dmplay.game.adviser import Adviser
 from dmplay.game.answer import answer
 from dmplay.game.game import Game
 from dmplay.transcript.format import lines
@@ -117,23 +119,29 @@ def state(game: Game, argument: str) -> str:
     return f"state: {game.problem.notation(game.session.state)}"
 
 
+def _advised(game: Game, command: str, ask: Callable[[Adviser], str]) -> str:
+    """What the adviser answers, which is counted; or why there is nothing to say."""
+    game.may_help(command)
+    why = game.adviser.silent()
+    told = "" if why else ask(game.adviser)
+    if told:
+        game.helped()
+    return told or f"no {command}: {why or 'the adviser knows none'}"
+
+
 def hint(game: Game, argument: str) -> str:
     """What a good player would do, and what each action is worth."""
-    return game.adviser.hint()
+    return _advised(game, "hint", Adviser.hint)
 
 
 def values(game: Game, argument: str) -> str:
     """What each action is worth."""
-    why = game.adviser.silent()
-    if why:
-        return f"no values: {why}"
-    return game.adviser.values() or "no values: the adviser knows none"
+    return _advised(game, "values", Adviser.values)
 
 
 def policy(game: Game, argument: str) -> str:
     """What a good player would do."""
-    why = game.adviser.silent()
-    return f"no policy: {why}" if why else f"policy {game.adviser.choice()}"
+    return _advised(game, "policy", lambda adviser: f"policy {adviser.choice()}")
 
 
 def review(game: Game, argument: str) -> str:

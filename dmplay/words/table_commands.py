@@ -74,6 +74,8 @@ def save(table: Table, argument: str) -> str:
     if recorder and not argument:
         return f"kept as you play: {recorder.path}"
     name = words_of(argument)[0]
+    if recorder and game.strict and game.sealed:
+        raise BadParameter(f"save: this game is strict, and has no copies; it is {recorder.path}")
     if recorder:
         copied(recorder, Path(name))
     else:
@@ -106,6 +108,8 @@ def export(table: Table, argument: str) -> str:
         if hidden and not (table.game.session.over or table.game.reveal):
             raise BadParameter("export: it would tell what is hidden until the game is over")
         words = [str(recorder.path), *words]
+    elif "--peek" in words and table.playing and table.game.sealed:
+        raise BadParameter("export: --peek is for after this game, in which much is hidden")
     return table.ask(["export", *words]) or "written."
 
 

@@ -15,8 +15,9 @@ from dmplay.words.completion.problem import agents, parameters, seats
 OPTIONS = (
     "--variant", "--set", "--seed", "--episode", "--agent", "--vs", "--seat", "--turns", "--record",
     "--frames", "--force", "--reveal", "--strict",
+    "--strict=hints",
 )  # fmt: skip
-EXPORT = (*(f"--{name}" for name in FORMATS), "--at", "--output")
+EXPORT = (*(f"--{name}" for name in FORMATS), "--at", "--output", "--peek")
 
 
 class Candidates(Completer):
@@ -52,7 +53,7 @@ def candidates(table: Table, before: str) -> list[str]:
         "act": lambda: actions(table),
         "agent": lambda: _seats(table, rest),
         "set": lambda: [] if rest else [name.rstrip("=") for name in _parameters(table)],
-        "seed": lists.seeds,
+        "seed": lambda: [*_own_seed(table), *lists.seeds()],
         "figure": lists.figures,
         "guide": lambda: [*topics()],
         "list": lambda: [*lists.KINDS],
@@ -89,6 +90,10 @@ def _options(rest: list[str], last: str) -> list[str]:
 def _seated(problem: str) -> list[str]:
     """Every seat with everyone who can play there."""
     return [seat + agent for seat in seats(problem) for agent in agents(problem)]
+
+
+def _own_seed(table: Table) -> list[str]:
+    return [str(table.game.seed)] if table.playing and table.game.shows_seed else []
 
 
 def _parameters(table: Table) -> list[str]:

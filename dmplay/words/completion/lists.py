@@ -5,7 +5,7 @@ from pathlib import Path
 
 from dmplay.finding.names import problem_names
 
-KINDS = ("MDP", "POMDP", "simple", "Markov", "POMG", "Dec-POMDP")
+KINDS = ("MDP", "POMDP", "simple", "Markov", "POMG", "Dec-POMDP", "games")
 SEEDS = 20  # of games played before
 
 
@@ -38,16 +38,16 @@ def transcripts(word: str = "") -> list[str]:
 
 
 def seeds() -> list[str]:
-    """The seeds of the games that are kept, the last first."""
+    """The seeds of the games that are kept, the last first; not of what people still play."""
     from dmplay.game.saves import folder
 
     found: dict[str, None] = {}
     for path in sorted(folder(os.environ).glob("*.dmt"), reverse=True)[:SEEDS]:
-        with path.open(encoding="utf-8", errors="replace") as file:
-            for line in file:
-                key, _, value = line.partition(": ")
-                if key == "seed":
-                    found[value.strip()] = None
-                if not line.strip():  # the header ends
-                    break
+        header, _, turns = path.read_text(encoding="utf-8", errors="replace").partition("\n\n")
+        if '"human"' in header and "\nend: " not in turns:
+            continue
+        for line in header.splitlines():
+            key, _, value = line.partition(": ")
+            if key == "seed":
+                found[value] = None
     return [*found]
