@@ -17,6 +17,7 @@ from dmplay.words.commands import named
 PANEL = 17  # columns of the side panel at least
 LOG = 2  # rows of the log at least
 SMALL = 4  # rows under which there is no board
+ROOMY = 20  # rows from which on the goal is always told
 KEYS_SHOWN = 5  # turns for which the board names the keys
 COLON = ": command"
 OVER_KEYS = (("new", "restart", "undo", "help", "quit"), ("new", "help", "quit"), ("help",))
@@ -97,7 +98,9 @@ def upper(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
     elif shown.page:
         title, parts = _title(game, room), _part(room, shown)
     else:
-        title, parts = _title(game, room), _body(game, room, shown, log, body)
+        aim = [_goal(game, room)] if room.height >= ROOMY else []
+        title, parts = _title(game, room), _body(game, room, shown, log, body - len(aim))
+        parts = [*aim, *parts]
     parts += [Text("")] * (body - len(parts))
     return _rows([_fitted(row, room) for row in [title, *parts][: room.height - 2]])
 
@@ -160,6 +163,17 @@ def _headed(game: Game, name: Text, gap: str, facts: Sequence[str]) -> Text:
     if game.session.over:
         title.append(f"{gap}{game.session.ending}", style="bold")
     return title
+
+
+def _goal(game: Game, room: Room) -> Text:
+    """What to aim for and what it costs, as many clauses as one row holds."""
+    told = Text(" ")
+    for number, clause in enumerate(game.style.goal(game.view())):
+        part = f"{'; ' if number else ''}{clean(clause)}"
+        if number and len(told.plain) + len(part) >= room.width:
+            break
+        told.append(part)
+    return told
 
 
 def _facts(game: Game) -> list[str]:

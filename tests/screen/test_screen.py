@@ -154,7 +154,7 @@ def test_before_the_first_turn_there_are_no_dice_to_throw_anew() -> None:
 
 def test_a_turn_under_other_dice_is_in_the_log() -> None:
     keys = ("left", ":", "reroll enter", ":", "reroll enter", "L")
-    shown = play(game("2048"), *keys, size=(80, 36)).last
+    shown = play(game("2048"), *keys, size=(80, 40)).last
     told = [row.strip() for row in shown.split("\n") if "slid left." in row]
     assert told == [
         "turn 1. slid left. new 2 in row 3, column 2. reward 4. return 4.",
