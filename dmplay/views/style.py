@@ -23,6 +23,16 @@ class Overlay(NamedTuple):
     values: Reals  # [S, A], the value of each action in each state
 
 
+class Outlook(NamedTuple):
+    """What an action may bring about before it is played: K outcomes, the likeliest first."""
+
+    action: float
+    chances: Reals  # [K]
+    states: Array  # [K, ...], what the seat would see: states, or observations where they hide
+    beliefs: Reals | None = None  # [K, S], what it would then believe, where it has beliefs
+    sampled: bool = False  # whether they are samples, as nature draws reals
+
+
 class Look(NamedTuple):
     """The room there is, and what is wanted in it."""
 
@@ -35,6 +45,8 @@ class Look(NamedTuple):
     state: Array | None = None  # the true state, where it is to be revealed
     around: int = 0  # rows that the screen needs beside the drawing's
     large: bool = False  # whether drawings may be larger than a transcript's frames
+    regret: Reals | None = None  # [A], what each action loses against the best; nan: not legal
+    outlook: Outlook | None = None  # what an action may bring, to be drawn on the board
 
 
 class Style(Protocol):
