@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from dmplay.errors import TooMuch
 
 WORK = 2e9  # elementary operations: as much as takes some seconds
+ROUND = 2e4  # what a round of array operations takes beside its numbers
 MEMORY = 512 * 2**20  # bytes at a time
 
 Watch = Callable[[float], None]  # told the share that is done, 0 to 1; may raise Stopped
@@ -31,6 +32,7 @@ class Budget:
     work: float = WORK
     memory: float = MEMORY
     spent: float = 0.0
+    done: float = 0.0  # the share that was told
 
     def spend(self, work: float, share: float | None = None) -> None:
         """Counts work that is about to be done; tells who watches of the share that is.
@@ -39,9 +41,15 @@ class Budget:
         """
         watch = _watching.get()
         if watch:
-            watch(min(self.spent / self.work if share is None else share, 1.0))
+            now = self.spent / self.work if share is None else share
+            self.done = max(self.done, min(now, 1.0))
+            watch(self.done)
+        self.expect(work)
         self.spent += work
-        if self.spent > self.work:
+
+    def expect(self, work: float) -> None:
+        """Refuses so much work to come, before any of it is done."""
+        if self.spent + work > self.work:
             raise TooMuch(self.what, f"more than {self.work:.0e} operations", self.cure)
 
     def hold(self, size: float) -> None:
@@ -59,3 +67,15 @@ def watched(watch: Watch) -> Iterator[None]:
         yield
     finally:
         _watching.reset(before)
+
+
+@contextmanager
+def part(low: float, high: float) -> Iterator[None]:
+    """Has what is spent meanwhile tell of this part of the work, from share to share."""
+    watch = _watching.get()
+    if watch is None:
+        yield
+        return
+    whole = watch
+    with watched(lambda share: whole(low + (high - low) * share)):
+        yield

@@ -3,19 +3,20 @@
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import Field, dataclass, field, fields
 from functools import cached_property
 from itertools import product
 from typing import Any, ClassVar, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
+from dmplay.budget import Budget
 from dmplay.chance import Array, Bools, Chance, Finite, Ints, Reals, anyone, sample
 from dmplay.errors import BadParameter, BadPolicy, IllegalAction, UnknownName
 
 DECIMALS = 9  # of a real-valued action, so that its text is the number
 GRID = 21  # actions that stand for an interval
-MOST_OUTCOMES = 20_000_000  # of one call of `exact`
+LARGEST = 1e6  # a parameter that says no bounds of its own, either way
 
 T = TypeVar("T")
 Memory = tuple[Array, ...]
@@ -195,24 +196,53 @@ def asked(where: str, answer: Callable[..., T], *given: object) -> T:
 
 
 def parameter(
-    default: T, meaning: str, low: float = -math.inf, high: float = math.inf, above: bool = False
+    default: T,
+    meaning: str,
+    low: float | None = None,
+    high: float | None = None,
+    above: bool = False,
 ) -> T:
-    """A dataclass field with its meaning and, for numbers, its bounds (`above`: low excluded)."""
+    """A dataclass field with its meaning and, for numbers, its bounds (`above`: low excluded).
+
+    Without bounds of its own a number is at most a million, or ten times its default.
+    """
+    far = max(LARGEST, 10 * abs(default)) if isinstance(default, int | float) else LARGEST
+    low, high = -far if low is None else low, far if high is None else high
     facts = {"meaning": meaning, "low": low, "high": high, "above": above}
     return field(default=default, metadata=facts)
 
 
+WHOLE, NUMBER = (int, np.integer), (int, float, np.number)
+KINDS: Mapping[type, tuple[str, tuple[type, ...]]] = {  # what may stand for a default
+    int: ("a whole number", WHOLE),
+    float: ("a number", NUMBER),
+    bool: ("true or false", (bool, np.bool_)),
+    str: ("text", (str,)),
+}
+FARTHEST = 1e300  # a number that can be told
+
+
 def check_bounds(made: Any) -> None:
-    """Refuses numbers of a dataclass that are out of the bounds of their `parameter`."""
+    """Refuses what the `parameter` of a dataclass cannot be: another kind, or out of bounds."""
     for one in fields(made):
-        value = getattr(made, one.name)
-        if not isinstance(value, float | int) or "low" not in one.metadata:
-            continue
-        low, high = one.metadata["low"], one.metadata["high"]
-        if not (low <= value <= high) or (one.metadata["above"] and value == low):
-            bound = "above" if one.metadata["above"] else "at least"
-            span = f"{bound} {low:g}" + (f" and at most {high:g}" if high < math.inf else "")
-            raise BadParameter(f"{one.name}: got {value:g}, expected a number {span}")
+        if "low" in one.metadata and type(one.default) in KINDS:
+            _check(getattr(made, one.name), one)
+
+
+def _check(value: object, one: Field[Any]) -> None:
+    """Refuses one value of a parameter that is a number, a flag or a word."""
+    words, kinds = KINDS[type(one.default)]
+    flag = isinstance(value, bool | np.bool_)
+    if not isinstance(value, kinds) or flag != isinstance(one.default, bool):
+        raise BadParameter(f"{one.name}: got {value!r}, expected {words}")
+    if flag or isinstance(value, str):
+        return
+    number: Any = value
+    low, high, above = (one.metadata[key] for key in ("low", "high", "above"))
+    if not (low <= number <= high) or (above and number == low):
+        got = f"{number:g}" if abs(number) <= FARTHEST else "a number beyond all bounds"
+        span = f"{'above' if above else 'at least'} {low:g} and at most {high:g}"
+        raise BadParameter(f"{one.name}: got {got}, expected a number {span}")
 
 
 @dataclass(frozen=True)
@@ -315,6 +345,7 @@ class Problem(ABC):
         """Every state of a finite problem `[S, ...]`, in the order of their indices."""
         if not isinstance(self.states, int):
             raise BadParameter(f"{type(self).__name__} has no finite list of states")
+        listing(self, self.states)
         return np.arange(self.states)
 
     def index(self, s: Array) -> Ints:
@@ -426,6 +457,12 @@ def possible(problem: Problem, s: Array, a: Array) -> tuple[Ints, Reals, Outcome
     return row, probabilities[likely], problem.move(s[row], a[row], drawn)
 
 
+def listing(problem: Problem, numbers: float) -> None:
+    """Refuses a list of so many numbers of a problem's states, before it is made."""
+    what = f"{type(problem).__name__}: a list of its states"
+    Budget(what, "try a smaller problem").hold(8.0 * numbers)
+
+
 def reached(problem: Problem, outcome: Outcome) -> Ints:
     """The indices `[B, K]` of the next states that `exact` lists."""
     rows, many, *state = outcome.state.shape
@@ -450,13 +487,13 @@ def _joint(chances: tuple[Finite, ...], rows: int) -> tuple[Reals, tuple[Array, 
     """Probabilities `[B, K]` of all joint events, and these events, each `[B * K]`."""
     each = [np.broadcast_to(p, (rows, p.shape[1])) for p in (c.probabilities() for c in chances)]
     many = math.prod(p.shape[1] for p in each)
-    if rows * many > MOST_OUTCOMES:
-        raise BadParameter(f"{rows * many} outcomes are too many to list one by one")
-    combined = list(product(*(range(p.shape[1]) for p in each)))
-    probabilities = np.ones((rows, len(combined)))
+    budget = Budget(f"listing {rows * many} outcomes one by one", "try a smaller problem")
+    budget.hold(8.0 * rows * many * (2 + len(each)))
+    budget.spend(rows * many * (2 + len(each)))
+    combined = np.indices([p.shape[1] for p in each]).reshape(len(each), many)
+    probabilities = np.ones((rows, many))
     events = []
-    for chance, p in enumerate(each):
-        chosen = np.array([joint[chance] for joint in combined])
+    for chosen, p in zip(combined, each, strict=True):
         probabilities = probabilities * p[:, chosen]
         # An event that cannot happen here is replaced by the first: its weight is 0 anyhow.
         events.append(np.where(p[:, chosen] > 0, chosen, 0).reshape(-1))

@@ -17,6 +17,9 @@ ALIASES = {
     "north-east": "ne", "north-west": "nw", "south-west": "sw", "south-east": "se",
 }  # fmt: skip
 
+MOST = 1000  # hexes of a map
+FARTHEST = 1000  # from the middle, either number
+
 # Slip event -> turn of the chosen direction: straight on, counter-clockwise, clockwise.
 TURNS = (0, 1, -1)
 
@@ -56,9 +59,11 @@ def paths(hexes: Sequence[Hex]) -> Ints:
     reached = arrivals(hexes)[:, :, 0]
     size = len(hexes)
     steps = np.full((size, size), size)
-    steps[np.arange(size), np.arange(size)] = 0
-    for _ in range(size):
-        steps = np.minimum(steps, steps[reached].min(axis=1) + 1)
+    start = at = np.arange(size)  # the pairs that are one step farther apart each round
+    for far in range(size):
+        steps[start, at] = far
+        near = np.repeat(start, 6) * size + reached[at].reshape(-1)
+        start, at = np.divmod(np.unique(near[steps.take(near) == size]), size)
     return steps
 
 
@@ -77,11 +82,15 @@ def checked(value: object, what: str) -> tuple[Hex, ...]:
     """A list of hexes, each a pair of whole numbers and given once, as tuples; or ValueError."""
     if not isinstance(value, Sequence) or isinstance(value, str) or not value:
         raise ValueError(f"{what}: got {value!r}, expected hexes such as [[0, 0], [1, 0]]")
+    if len(value) > MOST:
+        raise ValueError(f"{what}: got {len(value)} hexes, expected at most {MOST}")
     hexes = []
     for item in value:
         good = isinstance(item, Sequence) and len(item) == 2
         if not good or not all(type(part) is int for part in item):
             raise ValueError(f"{what}: got {item!r}, expected a pair of whole numbers")
+        if max(map(abs, item)) > FARTHEST:
+            raise ValueError(f"{what}: got {item!r}, expected numbers within {FARTHEST}")
         hexes.append((item[0], item[1]))
     if len(set(hexes)) < len(hexes):
         raise ValueError(f"{what}: a hex is given twice")

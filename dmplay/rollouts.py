@@ -1,11 +1,13 @@
 """Many games at once: a problem and its policies, to returns."""
 
+import math
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
+from dmplay.budget import Budget, part
 from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import DECIMALS, Memory, Policy, Problem, asked, own
 from dmplay.dice import NATURE, uniforms
@@ -43,6 +45,10 @@ def rollout(  # noqa: PLR0913 - each is the caller's to choose
     limit = turns if turns is not None else problem.horizon
     limit = MOST_TURNS if limit is None else limit
 
+    budget = Budget("a rollout", "try fewer games at a time", math.inf)
+    widest = max(*problem.draws, *(policy.draws for policy in policies))
+    budget.hold(24.0 * episodes * widest)
+
     def draw(stream: int, turn: int, count: int) -> Reals:
         return uniforms(seed, stream, turn, first=first, rows=episodes, count=count)
 
@@ -54,6 +60,8 @@ def rollout(  # noqa: PLR0913 - each is the caller's to choose
     row = np.arange(episodes)  # the games that go on
     memories = [asked("turn 1", one.begin, problem.first_sight(state)) for one in policies]
     for turn in range(1, limit + 1):
+        share = (turn - 1) / limit
+        budget.spend(0, share)
         going = ~problem.terminal(state)
         if not going.all():
             row, state = row[going], state[going]
@@ -64,7 +72,8 @@ def rollout(  # noqa: PLR0913 - each is the caller's to choose
         where = [f"turn {turn}, {agent}" for agent in problem.agents]
         each = zip(where, policies, memories, strict=True)
         choosers = [partial(asked, at, policy.choose, memory) for at, policy, memory in each]
-        actions = _chosen(problem, choosers, state, luck)
+        with part(share, share):
+            actions = _chosen(problem, choosers, state, luck)
         outcome = problem.step(state, actions, draw(NATURE, turn, problem.draws.step)[row])
         memories = [
             asked(where[seat], policy.update, memory, problem.percept(seat, actions, outcome))

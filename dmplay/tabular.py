@@ -4,10 +4,12 @@ from abc import abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
+from math import prod
 from typing import NamedTuple
 
 import numpy as np
 
+from dmplay.budget import ROUND, Budget
 from dmplay.chance import Array, Categorical, Chance, Ints, Reals
 from dmplay.core import Outcome, Problem, exact, reached
 from dmplay.errors import BadParameter
@@ -146,6 +148,9 @@ def tabulate(problem: Problem) -> Tables:
     states = problem.enumerated()
     choices = joint_actions(problem)
     size, many = len(states), len(choices)
+    budget = Budget("tables", "fewer states or actions, or an agent that lists none: search")
+    kinds = prod(map(len, problem.observations))
+    budget.hold(8.0 * size * many * (size + kinds * (2 if problem.hidden else 0)))
     s, a = np.repeat(states, many, axis=0), np.tile(choices, (size, 1))
     a = _allowed(problem, s, a)
     if isinstance(problem, Tabular):
@@ -161,12 +166,12 @@ def tabulate(problem: Problem) -> Tables:
     observation = None
     if problem.hidden:
         seen = joint_observation(problem, outcome.observations)
-        kinds = int(np.prod([len(labels) for labels in problem.observations]))
         observation = np.zeros((many, size, kinds))
         np.add.at(observation, (np.broadcast_to(row % many, p.shape), after, seen), p)
         observation[..., 0] += observation.sum(axis=2) == 0
         observation /= observation.sum(axis=2, keepdims=True)
         for first in range(0, len(p), many):  # state by state, which bounds the memory
+            budget.spend(ROUND + 4 * observation.size, first / len(p))
             joint = np.zeros_like(observation)
             here = slice(first, first + many)
             np.add.at(joint, (row[:many], after[here], seen[here]), p[here])

@@ -9,7 +9,7 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
 
-from dmplay.core import Policy, Problem, check_bounds
+from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter, BadPolicy, UnknownName
 from dmplay.finding.outside import attribute, is_outside
 from dmplay.finding.problems import stem
@@ -82,9 +82,7 @@ def _of_roster(problem: Problem, seat: int, name: str) -> Seated:
     if base not in known:
         raise UnknownName("agent", base, ["human", *known, "script", "replay"])
     make = known[base]
-    made = make(problem, seat, **_settings(make, given, base))
-    check_bounds(made)
-    return made
+    return make(problem, seat, **_settings(make, given, base))
 
 
 def _settings(make: type[Seated], given: str, name: str) -> dict[str, object]:

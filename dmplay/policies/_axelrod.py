@@ -32,6 +32,7 @@ class Axelrod(Seated):
 
     def __post_init__(self) -> None:
         """Refuses unknown strategies, and those that cheat."""
+        super().__post_init__()
         known = {each.__name__: each for each in self._package.all_strategies}
         if self.name not in known:
             raise UnknownName("strategy", self.name, known, where="axelrod")

@@ -8,7 +8,6 @@ import numpy as np
 from dmplay import belief
 from dmplay.chance import Array, Bools, Ints, Reals, mean
 from dmplay.core import Memory, Percept, parameter
-from dmplay.errors import BadParameter
 from dmplay.policies.kinds import Seated
 from dmplay.solvers import alpha_vectors, joint_plans
 from dmplay.solvers.envelope import envelope
@@ -30,8 +29,7 @@ class JointPlan(Seated):
 
     def __post_init__(self) -> None:
         """Refuses more turns than it can plan."""
-        if not 1 <= self.horizon <= LONGEST:
-            raise BadParameter(f"horizon: got {self.horizon}, expected 1 to {LONGEST}")
+        super().__post_init__()
         _ = self._vectors  # refuses a game of too many plans
 
     @cached_property

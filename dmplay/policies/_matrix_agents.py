@@ -7,7 +7,6 @@ import numpy as np
 
 from dmplay.chance import Array, Bools, Categorical, Reals, mean
 from dmplay.core import Memory, Percept, parameter
-from dmplay.errors import BadParameter
 from dmplay.matrix_game import MatrixGame
 from dmplay.policies.kinds import Maximising, Reactive
 from dmplay.solvers import matrix_game
@@ -46,13 +45,7 @@ class Softmax(_Mixed):
     """A softmax response to one who is a level lower; level 0 does anything (section 24.7)."""
 
     precision: float = parameter(0.5, "how much better replies are preferred", 0.0)
-    level: int = parameter(2, "levels of reasoning", 0)
-
-    def __post_init__(self) -> None:
-        """Refuses negative numbers."""
-        if not (self.precision >= 0 and self.level >= 0):
-            got = f"precision {self.precision:g}, level {self.level}"
-            raise BadParameter(f"got {got}, expected numbers of at least 0")
+    level: int = parameter(2, "levels of reasoning", 0, 1e5)
 
     @cached_property
     def _mix(self) -> Categorical:

@@ -1,7 +1,7 @@
 """Policies for a problem that a user brings: what its kind and size allow."""
 
 from dmplay.core import Problem
-from dmplay.errors import BadParameter
+from dmplay.errors import BadParameter, TooMuch
 from dmplay.policies._solved import Optimal, Plan, Qmdp, Seeing
 from dmplay.policies.kinds import Seated
 from dmplay.policies.roster import Roster
@@ -33,6 +33,6 @@ def _listed(problem: Problem) -> bool:
     """Whether arrays can hold the problem."""
     try:
         tabulate(problem)
-    except BadParameter:
+    except (BadParameter, TooMuch):
         return False
     return True

@@ -46,11 +46,6 @@ class Regulate(Reactive):
     problem: CartPole
     push: float = parameter(1.0, "cost of a push beside that of being at a limit", 0.0, above=True)
 
-    def __post_init__(self) -> None:
-        """Refuses a push that costs nothing."""
-        if not self.push > 0:
-            raise BadParameter(f"push: got {self.push:g}, expected a number above 0")
-
     @cached_property
     def regulator(self) -> riccati.Regulator:
         """The regulator of this cart and pole near rest."""
@@ -88,6 +83,7 @@ class Alternate(Reactive):
 
     def __post_init__(self) -> None:
         """Refuses a first push that is none."""
+        super().__post_init__()
         if self.first not in ("left", "right"):
             raise BadParameter(f"first: got {self.first!r}, expected left or right")
 

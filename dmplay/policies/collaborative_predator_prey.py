@@ -77,6 +77,7 @@ class Qmdp(Valued):
 
     def __post_init__(self) -> None:
         """Refuses hunts that it cannot plan."""
+        super().__post_init__()
         if not _planned(self.problem):
             raise BadPolicy("qmdp: a hunt of more than two, or without discount, is not planned")
 
@@ -102,6 +103,7 @@ class ByTheSense(Reactive):
 
     def __post_init__(self) -> None:
         """Refuses teams for which it has no rules."""
+        super().__post_init__()
         try:
             reactive_team.check(self.problem)
         except BadParameter as error:

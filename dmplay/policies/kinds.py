@@ -8,7 +8,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from dmplay.chance import Array, Bools, Ints, Reals
-from dmplay.core import Memory, Percept, Policy, Problem
+from dmplay.core import Memory, Percept, Policy, Problem, check_bounds
 from dmplay.solvers.value_iteration import greedy
 
 
@@ -25,6 +25,10 @@ class Seated(Policy):
 
     unnamed: ClassVar[str] = ""  # the parameter whose name may be left out
     whole_game: ClassVar[bool] = False  # whether its bare name means a plan of the game at hand
+
+    def __post_init__(self) -> None:
+        """Refuses parameters out of bounds."""
+        check_bounds(self)
 
     @property
     def draws(self) -> int:

@@ -10,7 +10,7 @@ from dmplay.core import Memory, Problem, parameter
 from dmplay.policies._believing import Believing
 from dmplay.policies.kinds import Always
 from dmplay.policies.roster import Roster
-from dmplay.policies.valued import Countdown
+from dmplay.policies.valued import LONGEST, Countdown
 from dmplay.problems.machine_replacement import MachineReplacement
 from dmplay.solvers import alpha_vectors, value_iteration
 from dmplay.solvers.alpha_vectors import Stage
@@ -52,7 +52,7 @@ class Threshold(Believing):
 class Optimal(Countdown):
     """The best action for its belief in a game of `horizon` turns, by alpha vectors."""
 
-    horizon: int = parameter(20, "turns of a game", 1)
+    horizon: int = parameter(20, "turns of a game", 1, LONGEST)
 
     def ahead(self, b: Reals, left: int) -> Reals:
         """Q of the beliefs."""
@@ -68,7 +68,7 @@ def _stages(problem: Problem, horizon: int) -> list[Stage]:
 class Qmdp(Countdown):
     """Acts as if it were to see the machine from the next turn on (section 21.1)."""
 
-    horizon: int = parameter(20, "turns of a game", 1)
+    horizon: int = parameter(20, "turns of a game", 1, LONGEST)
 
     @cached_property
     def _q(self) -> list[Reals]:

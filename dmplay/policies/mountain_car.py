@@ -26,6 +26,7 @@ class Pump(Reactive):
 
     def __post_init__(self) -> None:
         """Refuses a word that is no action."""
+        super().__post_init__()
         if self.still not in NAMES:
             raise BadParameter(f"still: got {self.still!r}, expected one of {', '.join(NAMES)}")
 

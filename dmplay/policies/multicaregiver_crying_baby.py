@@ -38,6 +38,7 @@ class BestResponse(Maximising, Seated):
 
     def __post_init__(self) -> None:
         """Refuses what it has no answer to, and a game without end and discount."""
+        super().__post_init__()
         if self.to not in ANSWERED:
             raise BadParameter(f"to: got {self.to!r}, expected one of {', '.join(ANSWERED)}")
         if self.problem.discount >= 1.0:

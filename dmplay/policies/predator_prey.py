@@ -66,6 +66,7 @@ class BestResponse(Maximising, Reactive):
 
     def __post_init__(self) -> None:
         """Refuses what it has no answer to."""
+        super().__post_init__()
         if self.to not in ANSWERED:
             raise BadParameter(f"to: got {self.to!r}, expected one of {', '.join(ANSWERED)}")
         if self.problem.discount >= 1.0:
@@ -115,6 +116,7 @@ class Equilibrium(Reactive):
 
     def __post_init__(self) -> None:
         """Refuses games whose equilibrium it does not find."""
+        super().__post_init__()
         hunt = self.problem
         if hunt.walkers != 2 or hunt.states > markov_game.LARGEST:
             got = f"{hunt.walkers} agents on {len(hunt.hexes)} hexes"

@@ -7,9 +7,9 @@ import numpy as np
 
 from dmplay import belief
 from dmplay.chance import Array, Bools, Reals, among
-from dmplay.core import Memory, Percept, check_bounds, exact, parameter
+from dmplay.core import Memory, Percept, exact, parameter
 from dmplay.dice import spread
-from dmplay.errors import BadParameter, BadPolicy
+from dmplay.errors import BadParameter, BadPolicy, TooMuch
 from dmplay.policies._believing import Believing
 from dmplay.solvers.uct import Tree
 from dmplay.solvers.value_iteration import best
@@ -23,21 +23,21 @@ class Search(Believing):
     states drawn from its belief, never in the true one. An interval is searched on a grid.
     """
 
-    simulations: int = parameter(200, "games simulated before a choice", 1)
-    depth: int = parameter(20, "turns that each of them looks ahead", 1)
+    simulations: int = parameter(200, "games simulated before a choice", 1, 1e6)
+    depth: int = parameter(20, "turns that each of them looks ahead", 1, 1e5)
     exploration: float = parameter(1.0, "weight of trying what was tried seldom", 0.0)
 
     draws = 1  # from which all of its own luck follows
 
     def __post_init__(self) -> None:
         """Refuses numbers out of bounds, and problems without a belief to search from."""
-        check_bounds(self)
+        super().__post_init__()
         if self.problem.hidden:
             try:
                 belief.prior(self.problem)
                 first = self.problem.enumerated()[:1]
                 exact(self.problem, first, np.zeros((1, len(self.problem.agents)), np.int64))
-            except BadParameter as error:
+            except (BadParameter, TooMuch) as error:
                 raise BadPolicy(f"search needs a belief, as states are hidden: {error}") from None
 
     @cached_property
@@ -66,6 +66,7 @@ class Search(Believing):
 
     def _chosen(self, known: Array, legal: Bools | None, u: Reals) -> Array:
         """The actions `[B]` for some rows that are searched together."""
+        self._tree.budget(len(u))  # refuses too much before it is drawn for
         told = spread(u, self.simulations + self._tree.draws)
         if self.problem.hidden:
             roots = self._drawn(known, told[:, : self.simulations])

@@ -6,7 +6,6 @@ import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Problem, parameter
-from dmplay.errors import BadParameter
 from dmplay.policies._matrix_agents import BestResponse, GradientAscent, Nash, Softmax
 from dmplay.policies.kinds import Reactive
 from dmplay.policies.roster import Roster
@@ -18,11 +17,6 @@ class Claim(Reactive):
     """Always the same claim, the highest unless told otherwise."""
 
     claim: int = parameter(MOST, "the claim", LEAST, MOST)
-
-    def __post_init__(self) -> None:
-        """Refuses what nobody can claim."""
-        if not LEAST <= self.claim <= MOST:
-            raise BadParameter(f"claim: got {self.claim}, expected {LEAST} to {MOST}")
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """The claim."""

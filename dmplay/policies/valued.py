@@ -9,9 +9,10 @@ import numpy as np
 
 from dmplay.chance import Array, Reals
 from dmplay.core import Memory, Percept, parameter
-from dmplay.errors import BadParameter
 from dmplay.policies._believing import Believing
 from dmplay.policies.kinds import Maximising
+
+LONGEST = 1000  # turns that are planned
 
 
 @dataclass(frozen=True)
@@ -23,12 +24,7 @@ class Valued(Maximising, Believing):
 class Planner(Valued):
     """Plans a number of turns, at least one."""
 
-    horizon: int = parameter(10, "turns planned", 1)
-
-    def __post_init__(self) -> None:
-        """Refuses to plan no turn."""
-        if self.horizon < 1:
-            raise BadParameter(f"horizon: got {self.horizon}, expected at least 1")
+    horizon: int = parameter(10, "turns planned", 1, LONGEST)
 
     def in_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
         """One that does not look beyond the end."""

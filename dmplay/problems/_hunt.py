@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from dmplay.chance import Array, Categorical, Chance, Ints, Pick
-from dmplay.core import Labels, Problem, parameter
+from dmplay.core import Labels, Problem, listing, parameter
 from dmplay.errors import BadParameter
 from dmplay.hexes import (
     ALIASES,
@@ -93,6 +93,7 @@ class Hunt(Problem):
 
     def enumerated(self) -> Array:
         """Every state, the first walker slowest."""
+        listing(self, 2 * self.states * self.walkers)
         shape = (len(self.hexes),) * self.walkers
         return np.stack(np.unravel_index(np.arange(self.states), shape), axis=1)
 

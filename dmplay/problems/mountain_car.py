@@ -32,7 +32,7 @@ class MountainCar(RealState):
     start_low: float = parameter(LEFT_WALL, "leftmost start", LEFT_WALL, RIGHT_WALL)
     start_high: float = parameter(RIGHT_WALL, "rightmost start", LEFT_WALL, RIGHT_WALL)
     start_speed: float = parameter(TOP_SPEED, "greatest speed at the start", 0.0, TOP_SPEED)
-    time: int = parameter(0, "default number of turns, 0 for no end", 0)
+    time: int = parameter(0, "default number of turns, 0 for no end", 0, 1e4)
 
     actions = (Labels(("left", "coast", "right")),)
     aliases = {"reverse": "left", "-": "coast", "forward": "right"}  # noqa: RUF012 - never written

@@ -7,21 +7,22 @@ from json import dumps, loads
 from pathlib import Path
 
 from dmplay import __version__
+from dmplay.budget import watched
 from dmplay.disk import user_folder
 from dmplay.finding import problems
 from dmplay.reports.progress import Bar
 from dmplay.solutions.every import solution
-from dmplay.solutions.solution import Solution, Tick
+from dmplay.solutions.solution import Solution
 
 
-def cached(name: str, parameters: Mapping[str, object], tick: Tick) -> Solution:
+def cached(name: str, parameters: Mapping[str, object]) -> Solution:
     """The solution, kept in the user's cache folder by name, parameters and the code's state.
 
     That of a problem from elsewhere is found anew: its code may be another by now.
     """
     loaded = problems.resolve(name, parameters)
     if not problems.stem(loaded.problem):
-        return solution(loaded.problem, tick)
+        return solution(loaded.problem)
     made = [loaded.name, loaded.parameters, __version__, *_code()]
     key = dumps(made, sort_keys=True, default=str)
     root = user_folder(os.environ, "XDG_CACHE_HOME", ".cache")
@@ -30,7 +31,7 @@ def cached(name: str, parameters: Mapping[str, object], tick: Tick) -> Solution:
         return Solution(**loads(file.read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError):
         pass
-    found = solution(loaded.problem, tick)
+    found = solution(loaded.problem)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(dumps(found._asdict()), encoding="utf-8")
@@ -64,6 +65,6 @@ def solved(
     name: str, parameters: Mapping[str, object], *, json: bool = False, motion: bool = True
 ) -> str:
     """The solution of a problem; while it is sought, how far that is."""
-    with Bar(f"solving {name}", quiet=json, motion=motion) as bar:
-        found = cached(name, parameters, bar)
+    with Bar(f"solving {name}", quiet=json, motion=motion) as bar, watched(bar):
+        found = cached(name, parameters)
     return dumps({"problem": name} | found._asdict()) if json else _told(name, found)

@@ -12,15 +12,15 @@ from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
 from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.problems.simple_regulator import SimpleRegulator
 from dmplay.solutions import games, hidden, played, reals, seen, teams
-from dmplay.solutions.solution import Solution, Tick
+from dmplay.solutions.solution import Solution
 from dmplay.solvers import markov_game, sparse
 
-Solve = Callable[[Any, Tick], Solution]
+Solve = Callable[[Any], Solution]
 
 
-def solution(problem: Problem, tick: Tick = lambda share: None) -> Solution:
+def solution(problem: Problem) -> Solution:
     """The solution of a problem by the method that fits it; a simulation where none does."""
-    return next(solve for fits, solve in METHODS if fits(problem))(problem, tick)
+    return next(solve for fits, solve in METHODS if fits(problem))(problem)
 
 
 def _small(problem: Problem) -> bool:

@@ -2,11 +2,11 @@
 
 from dmplay.matrix_game import MatrixGame
 from dmplay.problems.predator_prey import PredatorPrey
-from dmplay.solutions.solution import Row, Solution, Tick, mixed
+from dmplay.solutions.solution import Row, Solution, mixed
 from dmplay.solvers import markov_game, matrix_game
 
 
-def equilibria(problem: MatrixGame, tick: Tick) -> Solution:
+def equilibria(problem: MatrixGame) -> Solution:
     """Every Nash equilibrium of one round."""
     found = matrix_game.nash(problem.payoffs)
     rows: list[Row] = []
@@ -24,9 +24,9 @@ def equilibria(problem: MatrixGame, tick: Tick) -> Solution:
     )
 
 
-def hunt(problem: PredatorPrey, tick: Tick) -> Solution:
+def hunt(problem: PredatorPrey) -> Solution:
     """The equilibrium of one predator and one prey, state by state."""
-    found = markov_game.equilibrium(problem, tick)
+    found = markov_game.equilibrium(problem)
     rows: list[Row] = []
     for place, s in enumerate(problem.enumerated()):
         row: Row = {"state": problem.notation(s)}

@@ -4,11 +4,11 @@ import numpy as np
 
 from dmplay import belief
 from dmplay.core import Problem
-from dmplay.errors import BadPolicy
+from dmplay.errors import BadPolicy, TooMuch
 from dmplay.finding import agents
 from dmplay.policies.valued import Planner
 from dmplay.solutions.played import simulation
-from dmplay.solutions.solution import Row, Solution, Tick, names
+from dmplay.solutions.solution import Row, Solution, names
 from dmplay.solvers import alpha_vectors
 from dmplay.solvers.alpha_vectors import Stage
 from dmplay.solvers.value_iteration import best
@@ -18,7 +18,7 @@ DRAWN = 3  # states whose every vector is worth listing
 TURNS = 20  # played by default where a problem has no end of its own
 
 
-def vectors(problem: Problem, tick: Tick) -> Solution:
+def vectors(problem: Problem) -> Solution:
     """The alpha vectors of a game without end or, where that has no value, of some turns."""
     tables = tabulate(problem)
     start = belief.prior(problem)
@@ -41,18 +41,18 @@ def vectors(problem: Problem, tick: Tick) -> Solution:
     return Solution(method, f"{len(rows)} vectors; value {value:.6g} at the start{more}", rows)
 
 
-def first(problem: Problem, tick: Tick) -> Solution:
+def first(problem: Problem) -> Solution:
     """The value of each first action, by the agent that knows the optimum."""
     found = agents.adviser(problem, 0, problem.horizon)
     if found is None:
-        return simulation(problem, tick)
+        return simulation(problem)
     name, agent = found
     try:
         q = agent.values(agent.begin(np.full(1, -1)))
-    except BadPolicy:  # more plans than can be listed
-        return simulation(problem, tick, ["search"])
+    except (BadPolicy, TooMuch):  # more plans than can be listed
+        return simulation(problem, ["search"])
     if q is None:
-        return simulation(problem, tick)
+        return simulation(problem)
     rows: list[Row] = [
         {"first": problem.action_name(0, a), "value": float(value), "best": "*" if able else ""}
         for a, (value, able) in enumerate(zip(q[0], best(q[0]), strict=True))

@@ -5,11 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dmplay.budget import part
 from dmplay.chance import Ints, Reals
 from dmplay.core import Policy, Problem
 from dmplay.finding.agents import agent, roster
 from dmplay.rollouts import rollout
-from dmplay.solutions.solution import Row, Solution, Tick
+from dmplay.solutions.solution import Row, Solution
 
 GAMES, SEED = 1000, 1
 AT_A_TIME = 100
@@ -23,17 +24,17 @@ class Played(NamedTuple):
 
 
 def games(
-    problem: Problem, policies: Sequence[Policy], tick: Tick, *, episodes: int, turns: int | None
+    problem: Problem, policies: Sequence[Policy], *, episodes: int, turns: int | None
 ) -> Played:
     """Games of one seed, some at a time."""
     parts = []
     for first in range(0, episodes, AT_A_TIME):
         many = min(AT_A_TIME, episodes - first)
-        played = rollout(
-            problem, policies, episodes=many, seed=SEED, first=first, turns=turns
-        )  # fmt: skip
+        with part(first / episodes, (first + many) / episodes):
+            played = rollout(
+                problem, policies, episodes=many, seed=SEED, first=first, turns=turns
+            )  # fmt: skip
         parts.append(Played(played.returns, played.turns))
-        tick((first + many) / episodes)
     returns, lengths = zip(*parts, strict=True)
     return Played(np.concatenate(returns), np.concatenate(lengths))
 
@@ -44,12 +45,12 @@ def mean(sample: Reals) -> dict[str, object]:
     return {"mean return": float(sample.mean()), "standard error": float(error)}
 
 
-def simulation(problem: Problem, tick: Tick, agents: Sequence[str] = ()) -> Solution:
+def simulation(problem: Problem, agents: Sequence[str] = ()) -> Solution:
     """What these agents earn, or the usual ones."""
     usual = [roster(problem, seat) for seat in range(len(problem.agents))]
     names = agents or [one.quick or one.adviser or one.partner for one in usual]
     policies = [agent(problem, seat, name) for seat, name in enumerate(names)]
-    played = games(problem, policies, tick, episodes=GAMES, turns=problem.horizon)
+    played = games(problem, policies, episodes=GAMES, turns=problem.horizon)
     rows: list[Row] = [
         {"seat": player, "agent": name} | mean(played.returns[:, seat])
         for seat, (player, name) in enumerate(zip(problem.agents, names, strict=True))

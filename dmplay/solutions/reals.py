@@ -8,7 +8,7 @@ from dmplay.policies.cart_pole import Regulate
 from dmplay.policies.mountain_car import GRID
 from dmplay.problems.cart_pole import CartPole
 from dmplay.problems.simple_regulator import SimpleRegulator
-from dmplay.solutions.solution import Row, Solution, Tick, names
+from dmplay.solutions.solution import Row, Solution, names
 from dmplay.solvers import collision_grid, grid_iteration, linear_regulator
 from dmplay.solvers.value_iteration import best, greedy
 
@@ -16,7 +16,7 @@ STARTS = (-0.5, -1.2, -0.9, 0.0, 0.3)  # of the car, at rest
 LONGEST = 1000  # turns it is driven
 
 
-def encounter(problem: Problem, tick: Tick) -> Solution:
+def encounter(problem: Problem) -> Solution:
     """Values of level flight at some times and heights."""
     q = collision_grid.optimal(problem)
     rows: list[Row] = []
@@ -32,7 +32,7 @@ def encounter(problem: Problem, tick: Tick) -> Solution:
     return Solution("backward induction on a grid", told, rows)
 
 
-def regulator(problem: SimpleRegulator, tick: Tick) -> Solution:
+def regulator(problem: SimpleRegulator) -> Solution:
     """The value function in closed form."""
     turns = problem.horizon
     value = (
@@ -48,7 +48,7 @@ def regulator(problem: SimpleRegulator, tick: Tick) -> Solution:
     return Solution(f"closed form, {span}", told, rows)
 
 
-def balance(problem: CartPole, tick: Tick) -> Solution:
+def balance(problem: CartPole) -> Solution:
     """The gain of the pole's regulator."""
     found = Regulate(problem, 0).regulator
     rows: list[Row] = [
@@ -62,9 +62,9 @@ def balance(problem: CartPole, tick: Tick) -> Solution:
     return Solution("Riccati equation of the cart and pole linearised at rest", told, rows)
 
 
-def drive(problem: Problem, tick: Tick) -> Solution:
+def drive(problem: Problem) -> Solution:
     """Turns to go by value iteration, and those that its policy takes."""
-    found = grid_iteration.optimal(problem, GRID, tick)
+    found = grid_iteration.optimal(problem, GRID)
     starts = np.array([[x, 0.0] for x in STARTS])
     q = grid_iteration.action_values(problem, GRID, found.values, starts)
     rows: list[Row] = [

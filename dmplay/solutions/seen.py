@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from dmplay.budget import ROUND, Budget
 from dmplay.core import Problem
-from dmplay.solutions.solution import Row, Solution, Tick, names
+from dmplay.solutions.solution import Row, Solution, names
 from dmplay.solvers import value_iteration
 from dmplay.solvers.value_iteration import best
 from dmplay.tabular import tabulate
@@ -12,17 +13,18 @@ SWEEPS = 10_000  # at most
 STILL = 1e-10  # a change that ends them
 
 
-def sweeps(problem: Problem, tick: Tick) -> Solution:
+def sweeps(problem: Problem) -> Solution:
     """Values and best actions of every state."""
     tables = tabulate(problem)
     values = np.zeros(len(tables.transition))
     done, change = 0, np.inf
+    budget = Budget("value iteration", "try fewer states, or play search", 1e10)
     while change >= STILL and done < SWEEPS:
+        budget.spend(ROUND + tables.transition.size, done / SWEEPS)
         after = value_iteration.action_values(tables, problem.discount, values).max(axis=1)
         change = float(abs(after - values).max())
         values = after
         done += 1
-        tick(done / SWEEPS)
     q = value_iteration.optimal(tables, problem.discount)
     off = float(abs(q.max(axis=1) - values).max())
     states = problem.enumerated()

@@ -1,6 +1,5 @@
 """What every solution is, and how it names actions."""
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +10,6 @@ from dmplay.core import Problem
 RARE = 1e-4  # a probability that is not worth telling
 
 Row = dict[str, object]
-Tick = Callable[[float], None]  # told how far the work is, from 0 to 1
 
 
 class Solution(NamedTuple):
@@ -20,11 +18,6 @@ class Solution(NamedTuple):
     method: str
     result: str
     rows: list[Row]
-
-
-def part(tick: Tick, low: float, high: float) -> Tick:
-    """What tells of a part of the work as of the whole."""
-    return lambda share: tick(low + (high - low) * share)
 
 
 def names(problem: Problem, able: Bools, seat: int = 0) -> str:

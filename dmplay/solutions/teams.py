@@ -5,13 +5,14 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay import belief
+from dmplay.budget import part
 from dmplay.chance import Reals
 from dmplay.core import Problem
 from dmplay.finding import agents
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
 from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
 from dmplay.solutions.played import games
-from dmplay.solutions.solution import Row, Solution, Tick, part
+from dmplay.solutions.solution import Row, Solution
 from dmplay.solvers import alpha_vectors, joint_plans, reactive_team, sparse, value_iteration
 from dmplay.tabular import Tables, tabulate
 
@@ -28,12 +29,14 @@ class Team(NamedTuple):
     known: str
 
 
-def care(problem: MulticaregiverCryingBaby, tick: Tick) -> Solution:
+def care(problem: MulticaregiverCryingBaby) -> Solution:
     """Joint plans of one turn and more, beside one planner for both and one who sees the baby."""
     b, tables = belief.prior(problem), tabulate(problem)
     team = tables._replace(rewards=tables.rewards.sum(axis=2, keepdims=True))
-    found = joint_plans.stages(problem, LONGEST)
-    heard = alpha_vectors.stages(team, problem.discount, LONGEST)
+    with part(0.0, 0.5):
+        found = joint_plans.stages(problem, LONGEST)
+    with part(0.5, 1.0):
+        heard = alpha_vectors.stages(team, problem.discount, LONGEST)
     rows: list[Row] = []
     for turns, (stage, planner) in enumerate(zip(found, heard, strict=True), 1):
         worth = np.einsum("s,sij->ij", b, stage.values)
@@ -49,7 +52,6 @@ def care(problem: MulticaregiverCryingBaby, tick: Tick) -> Solution:
             plan = stage.plans[seat].actions[pair[seat]]
             row[f"{agent} first"] = problem.action_name(seat, float(plan))
         rows.append(row)
-        tick(turns / LONGEST)
     told = f"value {rows[-1]['value']:.6g} of {LONGEST} turns{_endless(problem, team, b)}"
     return Solution("joint plans by dynamic programming, for both rewards together", told, rows)
 
@@ -62,25 +64,26 @@ def _endless(problem: Problem, team: Tables, b: Reals) -> str:
     return f"; at most {(vectors @ b).max():.6g} without end, by alpha vectors of one planner"
 
 
-def hunt(problem: Problem, tick: Tick) -> Solution:
+def hunt(problem: Problem) -> Solution:
     """What teams earn from anywhere, the one first that sees all and whom none exceeds."""
-    model = sparse.listed(problem)
-    q = sparse.optimal(model, problem.discount)
-    tick(0.2)
+    with part(0.0, 0.2):
+        model = sparse.listed(problem)
+        q = sparse.optimal(model, problem.discount)
     random = sparse.evaluate(model, problem.discount, np.full(q.shape, 1 / q.shape[1]))
     teams = [
         Team("one planner who sees all", float(q.max(axis=1).mean()), "exact"),
         Team("random", float(random.mean()), "exact"),
     ]
     if isinstance(problem, CollaborativePredatorPrey) and problem.predators == 2:
-        value = reactive_team.team(problem, part(tick, 0.2, 0.3)).value
+        with part(0.2, 0.3):
+            value = reactive_team.team(problem).value
         teams.append(Team("reactive", value, "exact, if the first state is sensed too"))
     known = [name for name in SIMULATED if name in agents.roster(problem).agents]
     for place, name in enumerate(known):
         seated = [agents.agent(problem, seat, name) for seat in range(len(problem.agents))]
         share = 0.7 / len(known)
-        inner = part(tick, 0.3 + share * place, 0.3 + share * (place + 1))
-        sample = games(problem, seated, inner, episodes=GAMES, turns=TURNS).returns[:, 0]
+        with part(0.3 + share * place, 0.3 + share * (place + 1)):
+            sample = games(problem, seated, episodes=GAMES, turns=TURNS).returns[:, 0]
         error = sample.std(ddof=1) / np.sqrt(GAMES)
         teams.append(Team(name, float(sample.mean()), f"{GAMES} games, +- {error:.2g}"))
     rows = [one._asdict() for one in sorted(teams, key=lambda one: -one.value)]

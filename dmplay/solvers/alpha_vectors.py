@@ -8,16 +8,18 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dmplay.budget import ROUND, Budget
 from dmplay.chance import Bools, Ints, Reals, mean
-from dmplay.errors import BadPolicy
 from dmplay.solvers.double_description import SLACK
 from dmplay.solvers.envelope import envelope
 from dmplay.solvers.value_iteration import SLACK as EQUAL
+from dmplay.solvers.value_iteration import slack
 from dmplay.tabular import Tables
 
 ROUNDS = 200  # of policy iteration; those here need a handful
-WORK = 200_000  # pairs of plans times states squared: as much as takes some seconds
+WORK = 1.5e9  # operations
 MOST = 300  # plans of a controller
+HELD = 2500  # bytes that a pair of plans takes, times the states squared, once it is enveloped
 
 
 class Plans(NamedTuple):
@@ -37,11 +39,13 @@ class Stage(NamedTuple):
 
 
 def stages(tables: Tables, discount: float, horizon: int) -> list[Stage]:
-    """The stages with 1, 2, ... `horizon` rewards to come; raises BadPolicy for too many plans."""
+    """The stages with 1, 2, ... `horizon` rewards to come; raises TooMuch for too many plans."""
+    budget = _budget()
     found: list[Stage] = []
     after = np.zeros((1, len(tables.transition)))
-    for _ in range(horizon):
-        found.append(backup(tables, discount, after))
+    for turn in range(horizon):
+        budget.spend(ROUND, turn / horizon)
+        found.append(backup(tables, discount, after, budget))
         after = found[-1].vectors
     return found
 
@@ -52,15 +56,16 @@ def infinite(tables: Tables, discount: float) -> Stage:
     `discount` below 1. It starts from repeating one action for ever, and ends with the controller
     that one more stage does not improve, or before it is too large; then a `gap` is left.
     """
+    budget = _budget()
     many, _, kinds = tables.seen.shape
     actions = np.arange(many)
     controller = _Controller(actions, np.repeat(actions[:, None], kinds, axis=1))
     for _ in range(ROUNDS):
-        vectors = _evaluate(tables, discount, controller)
-        stage = backup(tables, discount, vectors)
-        old = envelope(vectors)
+        vectors = _evaluate(tables, discount, controller, budget)
+        stage = backup(tables, discount, vectors, budget)
+        old = envelope(vectors, budget)
         gain = float(((stage.vectors @ old.beliefs.T).max(axis=0) - old.values).max())
-        if gain <= SLACK:
+        if gain <= slack(stage.vectors, SLACK):
             break
         if len(vectors) > MOST:  # by Bellman's residual
             return stage._replace(gap=gain * discount / (1.0 - discount))
@@ -78,12 +83,19 @@ def values(vectors: Reals, b: Reals) -> Reals:
     return np.asarray(mean(b, vectors.T).max(axis=1))
 
 
-def backup(tables: Tables, discount: float, after: Reals) -> Stage:
+def _budget() -> Budget:
+    return Budget("alpha vectors", "there are too many plans; search needs none", WORK)
+
+
+def backup(tables: Tables, discount: float, after: Reals, budget: Budget | None = None) -> Stage:
     """The stage before one whose vectors are `after` `[N, S]`."""
+    budget = budget or _budget()
     actions = range(tables.transition.shape[1])
-    plans = tuple(_plans(tables, discount, after, a) for a in actions)
+    plans = tuple(_plans(tables, discount, after, a, budget) for a in actions)
     candidates = np.vstack([one.vectors for one in plans])
-    vectors = candidates[envelope(candidates).needed]
+    vectors = candidates[envelope(candidates, budget).needed]
+    budget.hold(16.0 * len(vectors) * candidates.size)
+    budget.spend(4 * len(vectors) * candidates.size)
     same = [_among(vectors, one.vectors) for one in plans]
     return Stage(plans, vectors, np.stack(same, axis=1))
 
@@ -94,7 +106,7 @@ def _among(vectors: Reals, others: Reals) -> Bools:
     return np.asarray(apart.min(axis=1) <= EQUAL)
 
 
-def _plans(tables: Tables, discount: float, after: Reals, a: int) -> Plans:
+def _plans(tables: Tables, discount: float, after: Reals, a: int, budget: Budget) -> Plans:
     """The best plans that begin with an action: a next plan for each observation.
 
     Observation by observation, so that what cannot be best is dropped early.
@@ -103,20 +115,20 @@ def _plans(tables: Tables, discount: float, after: Reals, a: int) -> Plans:
     plans = Plans(rewards[None], np.zeros((1, 0), np.int64))
     for likely in tables.seen[a].T:
         vectors = discount * (after * likely) @ transition.T
-        useful = envelope(vectors).needed
-        plans = _joined(plans, Plans(vectors[useful], useful[:, None]))
+        useful = envelope(vectors, budget).needed
+        plans = _joined(plans, Plans(vectors[useful], useful[:, None]), budget)
     return plans
 
 
-def _joined(one: Plans, other: Plans) -> Plans:
+def _joined(one: Plans, other: Plans, budget: Budget) -> Plans:
     """The best of all pairs of two sets of plans, values added."""
-    if len(one.vectors) * len(other.vectors) * one.vectors.shape[1] ** 2 > WORK:
-        pairs = f"{len(one.vectors)} times {len(other.vectors)}"
-        raise BadPolicy(f"alpha vectors: {pairs} plans are too many; search needs none")
+    pairs, states = len(one.vectors) * len(other.vectors), one.vectors.shape[1]
+    budget.hold(HELD * pairs * states**2)
+    budget.spend(ROUND + 8 * pairs * states)
     i, j = np.indices((len(one.vectors), len(other.vectors))).reshape(2, -1)
     vectors = one.vectors[i] + other.vectors[j]
     alone = 1 in (len(one.vectors), len(other.vectors))  # added to all, it changes no order
-    useful = np.arange(len(vectors)) if alone else envelope(vectors).needed
+    useful = np.arange(len(vectors)) if alone else envelope(vectors, budget).needed
     then = np.column_stack([one.then[i], other.then[j]])
     return Plans(vectors[useful], then[useful])
 
@@ -128,9 +140,11 @@ class _Controller(NamedTuple):
     then: Ints  # [N, O]
 
 
-def _evaluate(tables: Tables, discount: float, controller: _Controller) -> Reals:
+def _evaluate(tables: Tables, discount: float, controller: _Controller, budget: Budget) -> Reals:
     """The vectors `[N, S]` of a controller's plans, by a linear solve."""
     many, states = len(controller.actions), len(tables.transition)
+    budget.hold(24.0 * (many * states) ** 2)
+    budget.spend(ROUND + many * ROUND / 4 + (many * states) ** 3 / 10)
     step = np.zeros((many, states, many, states))
     for node, (a, then) in enumerate(zip(*controller, strict=True)):
         for o, following in enumerate(then):

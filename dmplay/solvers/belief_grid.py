@@ -7,9 +7,11 @@ whose corners follow one another by single steps.
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations_with_replacement
+from math import comb
 
 import numpy as np
 
+from dmplay.budget import Budget
 from dmplay.chance import Ints, Reals
 
 
@@ -23,6 +25,10 @@ class BeliefGrid:
     @cached_property
     def _sums(self) -> Ints:
         """The steps `[G, S - 1]` of each point in the states from the second, the third ... on."""
+        budget = Budget("a grid of beliefs", "try fewer states, or search")
+        many = comb(self.steps + self.states - 1, self.states - 1)
+        budget.hold(150.0 * many * self.states + 8.0 * (self.steps + 1) ** (self.states - 1))
+        budget.spend(100 * many * self.states)
         rising = combinations_with_replacement(range(self.steps + 1), self.states - 1)
         return np.array(list(rising))[:, ::-1]
 

@@ -5,12 +5,12 @@ from itertools import product
 
 import numpy as np
 
+from dmplay.budget import Budget
 from dmplay.chance import Reals
 from dmplay.core import Problem, exact, reached
-from dmplay.errors import BadParameter
 from dmplay.solvers.sparse import Listed
 
-MOST = 3_000_000  # outcomes listed
+OUTCOME = 160  # bytes that an outcome takes while it is listed
 
 
 def faced(problem: Problem, seat: int, play: Sequence[Reals]) -> Listed:
@@ -23,7 +23,9 @@ def faced(problem: Problem, seat: int, play: Sequence[Reals]) -> Listed:
     size, own = len(states), play[seat].shape[1]
     others = [i for i in range(len(play)) if i != seat]
     joint = np.array(list(product(*(range(play[i].shape[1]) for i in others))))
-    _bounded(size * len(joint))
+    budget = Budget("a best response", "try fewer states or agents, or search")
+    budget.hold(OUTCOME * size * len(joint))
+    budget.spend(8.0 * size * len(joint))
     likely = np.ones((size, len(joint)))
     for place, i in enumerate(others):
         likely *= play[i][:, joint[:, place]]
@@ -32,9 +34,11 @@ def faced(problem: Problem, seat: int, play: Sequence[Reals]) -> Listed:
     weight = np.take_along_axis(likely, taken, axis=1).reshape(-1, 1)
     s, a = np.repeat(states, many, axis=0), np.zeros((size * many, len(play)), np.int64)
     a[:, others] = joint[taken].reshape(size * many, -1)
-    _bounded(size * own * many * exact(problem, s[:1], a[:1]).probabilities.shape[1])
+    each_turn = size * many * exact(problem, s[:1], a[:1]).probabilities.shape[1]
+    budget.hold(OUTCOME * own * each_turn)
     p, after, rewards = [], [], []
     for action in range(own):
+        budget.spend(30.0 * each_turn, action / own)
         a[:, seat] = action
         each, outcome = exact(problem, s, a)
         weighted = each * weight
@@ -42,8 +46,3 @@ def faced(problem: Problem, seat: int, play: Sequence[Reals]) -> Listed:
         after.append(reached(problem, outcome).reshape(size, -1))
         rewards.append((weighted * outcome.rewards[:, :, seat]).reshape(size, -1).sum(axis=1))
     return Listed(np.stack(p, axis=1), np.stack(after, axis=1), np.stack(rewards, axis=1))
-
-
-def _bounded(outcomes: int) -> None:
-    if outcomes > MOST:
-        raise BadParameter(f"got a game of {outcomes} outcomes, expected at most {MOST}")

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.belief import Posterior, bayes
+from dmplay.budget import ROUND, Budget
 from dmplay.chance import Bools, Ints, Reals, mean
 from dmplay.solvers import alpha_vectors
 from dmplay.solvers.alpha_vectors import Stage
@@ -39,6 +40,10 @@ class _Level(NamedTuple):
     searched: Bools  # [N, A]
     likelihood: Reals  # [N, A, O]
     following: Ints  # [number of searched, O], places in the next level
+
+
+def _budget() -> Budget:
+    return Budget("exact search", "try fewer turns, or search", 1e10)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +78,9 @@ class BoundedSearch:
 
     def bounds(self, turns: int) -> Bounds:
         """The bounds with so many rewards to come, at least `EXACT`."""
+        budget = _budget()
         while len(self._stages) + EXACT <= turns:
+            self._foreseen(len(self.grid.points), budget)
             self._stages.append(self._before(self._stages[-1]))
         return self._stages[turns - EXACT]
 
@@ -81,7 +88,9 @@ class BoundedSearch:
         """Q `[B, A]` of beliefs `[B, S]` with so many rewards to come, to nine decimals."""
         levels = []
         ahead = b
+        budget = _budget()
         for left in range(turns, EXACT, -1):
+            self._foreseen(len(ahead), budget, 1 - left / turns)
             level, ahead = self._level(ahead, left, everything=left == turns)
             levels.append(level)
         q = alpha_vectors.action_values(self._last[min(turns, EXACT) - 1], ahead)
@@ -92,6 +101,12 @@ class BoundedSearch:
             reached = (level.likelihood[at] * following).sum(axis=1)
             q[at] = level.rewards[at] + self.discount * reached
         return np.round(q, DECIMALS)
+
+    def _foreseen(self, beliefs: int, budget: Budget, share: float | None = None) -> None:
+        """Counts what looking one turn ahead from so many beliefs takes."""
+        numbers = float(beliefs * self._joint[0].size)
+        budget.hold(8.0 * numbers * (len(self._joint) + 4))
+        budget.spend(ROUND * 2 + 10 * numbers * (len(self._joint) + 4), share)
 
     def _level(self, b: Reals, left: int, *, everything: bool) -> tuple[_Level, Reals]:
         """One level of the search, and the beliefs of the next one."""

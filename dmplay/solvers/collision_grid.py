@@ -4,6 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from dmplay.budget import ROUND, Budget
 from dmplay.chance import Ints, Reals
 from dmplay.core import Problem, exact
 from dmplay.problems.collision_avoidance import RATES
@@ -47,7 +48,9 @@ def optimal(problem: Problem) -> Reals:
     """Q `[41, 3, 21, 21, 3]` by time, last advisory, height, rate and action."""
     after = np.zeros(SHAPE)
     tables = []
+    budget = Budget("backward induction", "search needs none")
     for time in TIMES:
+        budget.spend(10 * ROUND + 300 * after.size, time / len(TIMES))
         q = action_values(problem, time, after)
         tables.append(q)
         after = q.max(axis=-1)

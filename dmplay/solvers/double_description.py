@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dmplay.budget import ROUND, Budget
 from dmplay.chance import Bools, Ints, Reals
 
 SLACK = 1e-10  # a ray this close to a border lies on it
@@ -25,13 +26,14 @@ def simplicial(rays: Reals) -> Cone:
     return Cone(rays, ~np.eye(len(rays), dtype=bool))
 
 
-def cut(cone: Cone, normal: Reals) -> Cone:
+def cut(cone: Cone, normal: Reals, budget: Budget | None = None) -> Cone:
     """The part of a cone where `normal @ x >= 0`; its border comes last."""
+    budget = budget or Budget("a cone", "try fewer half-spaces")
     gap = cone.rays @ normal
     border = np.abs(gap) <= SLACK
     kept = gap >= -SLACK
     inside, outside = np.flatnonzero(gap > SLACK), np.flatnonzero(~kept)
-    i, j, common = _edges(cone, inside, outside)
+    i, j, common = _edges(cone, inside, outside, budget)
     share = (gap[i] / (gap[i] - gap[j]))[:, None]
     crossings = (1.0 - share) * cone.rays[i] + share * cone.rays[j]
     return Cone(
@@ -45,15 +47,21 @@ def cut(cone: Cone, normal: Reals) -> Cone:
     )
 
 
-def _edges(cone: Cone, inside: Ints, outside: Ints) -> tuple[Ints, Ints, Bools]:
+def _edges(cone: Cone, inside: Ints, outside: Ints, budget: Budget) -> tuple[Ints, Ints, Bools]:
     """The pairs of rays that span an edge, and the borders `[pairs, M]` that it lies on.
 
     Two rays do when no third one lies on all the borders that they share.
     """
+    rays, borders = cone.tight.shape
+    pairs = float(len(inside) * len(outside))
+    budget.hold(pairs * (16 + 2 * borders))
+    budget.spend(ROUND + pairs * (4 + borders))
     i, j = np.repeat(inside, len(outside)), np.tile(outside, len(inside))
     common = cone.tight[i] & cone.tight[j]
     enough = common.sum(axis=1) >= cone.rays.shape[1] - 2
     i, j, common = i[enough], j[enough], common[enough]
+    budget.hold(8.0 * (len(i) * (borders + 2 * rays) + rays * borders))
+    budget.spend(len(i) * rays * (2 + borders / 4) + rays * borders)
     missed = common.astype(float) @ (~cone.tight).astype(float).T
     edge = (missed == 0).sum(axis=1) == 2
     return i[edge], j[edge], common[edge]

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dmplay.budget import ROUND, Budget
 from dmplay.chance import Bools, Ints, Reals
 from dmplay.solvers.double_description import SLACK, Cone, cut, facets, simplicial
 
@@ -21,8 +22,12 @@ class Envelope(NamedTuple):
     touching: Bools  # [V, N], which of the needed vectors are greatest at a corner
 
 
-def envelope(vectors: Reals) -> Envelope:
-    """The upper envelope of vectors `[C, S]`; of equal ones it needs one."""
+def envelope(vectors: Reals, budget: Budget | None = None) -> Envelope:
+    """The upper envelope of vectors `[C, S]`; of equal ones it needs one.
+
+    What rises above no corner never does again, and is not tried again.
+    """
+    budget = budget or Budget("an envelope", "try fewer vectors")
     states = vectors.shape[1]
     if len(vectors) == 1:
         everywhere = np.ones((states, 1), bool)
@@ -31,15 +36,23 @@ def envelope(vectors: Reals) -> Envelope:
     rays = np.eye(states + 1)  # (belief, value): the corners of the simplex, and straight up
     rays[:states, states] = vectors[chosen[0]]
     cone = simplicial(rays)
+    rising = np.arange(len(vectors))
     while True:
         low = cone.rays[:, :states].any(axis=1)
         beliefs, values = cone.rays[low, :states], cone.rays[low, states]
-        gain = (vectors @ beliefs.T - values).max(axis=1)
-        highest = int(np.argmax(gain))
-        if gain[highest] <= SLACK:
+        size = len(rising) * len(beliefs)
+        budget.hold(16.0 * size)
+        budget.spend(ROUND + (4 + states) * size)
+        gain = (vectors[rising] @ beliefs.T - values).max(axis=1)
+        above = gain > SLACK
+        if not above.any():
             break
-        cone = _scaled(cut(cone, np.append(-vectors[highest], 1.0)))
+        highest = int(rising[np.argmax(gain)])
+        rising = rising[above]
+        cone = _scaled(cut(cone, np.append(-vectors[highest], 1.0), budget))
         chosen.append(highest)
+    rays, borders = cone.tight.shape
+    budget.spend(ROUND + rays * borders * (2 + borders / 4))
     needed = facets(cone)[states:]
     order = np.argsort(np.array(chosen)[needed])
     touching = cone.tight[low, states:][:, needed][:, order]

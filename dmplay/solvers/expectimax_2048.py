@@ -7,11 +7,12 @@ ends on is valued line by line.
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
 
+from dmplay.budget import ROUND, Budget
 from dmplay.chance import Ints, Reals
 from dmplay.problems.game_2048 import Board, slide
 from dmplay.solvers.boards_2048 import Boards, empty, packed, placed, slides
@@ -81,6 +82,9 @@ class _Search:
     p_two: float
     likely: float
     value: Value
+    budget: Budget = field(
+        default_factory=lambda: Budget("expectimax", "try fewer plies", 1e13), compare=False
+    )
 
     def values(self, board: Board, depth: int) -> Reals:
         """The worth `[B, 4]` of each slide, -inf where it moves nothing."""
@@ -95,6 +99,7 @@ class _Search:
         """The worth `[N]` of boards that a tile comes to."""
         if depth <= 1:
             return self.value(boards)
+        self.budget.spend(ROUND + 100 * len(boards))
         once, reach, root, which = _merged(boards, reach, root)
         parent, cell = np.nonzero(empty(once))
         share = 1.0 / np.bincount(parent)
@@ -120,6 +125,7 @@ class _Search:
         """The worth `[N]` of boards by their best slide where that is the last."""
         found = np.empty(len(boards))
         for i in range(0, len(boards), SLICE):
+            self.budget.spend(ROUND + 400 * SLICE)
             after, moved = slides(boards[i : i + SLICE])
             values = self.value(after.reshape(-1)).reshape(moved.shape)
             found[i : i + SLICE] = np.where(moved, values, LOST).max(axis=0)

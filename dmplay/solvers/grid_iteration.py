@@ -1,11 +1,11 @@
 """Value iteration between the points of a grid, for a deterministic problem of two real numbers."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
+from dmplay.budget import ROUND, Budget
 from dmplay.chance import Array, Ints, Reals
 from dmplay.core import Problem
 from dmplay.tabular import joint_actions
@@ -57,13 +57,9 @@ class Swept(NamedTuple):
     change: float  # of any value, in the last sweep
 
 
-def optimal(
-    problem: Problem, grid: Grid, tick: Callable[[float], None] = lambda share: None
-) -> Swept:
-    """U at the points; it converges where every point has a way to an end, or discounted.
-
-    `tick` is told how far it is.
-    """
+def optimal(problem: Problem, grid: Grid) -> Swept:
+    """U at the points; it converges where every point has a way to an end, or discounted."""
+    budget = Budget("value iteration on a grid", "try a smaller discount, or search", 2e10)
     states, choices = grid.states(), joint_actions(problem)
     moves = [moved(problem, states, a) for a in choices]
     around = [(*grid.corners(after), rewards, going) for after, rewards, going in moves]
@@ -72,6 +68,7 @@ def optimal(
     sweeps, change = 0, np.inf
     settled = SETTLED if problem.discount == 1.0 else FAINT
     while change > settled and sweeps < MOST_SWEEPS:
+        budget.spend(ROUND + 30 * values.size * len(around), sweeps / (sweeps + USUAL))
         each = [
             rewards + problem.discount * going * interpolated(values, corners, weights)
             for corners, weights, rewards, going in around
@@ -80,7 +77,6 @@ def optimal(
         change = float(np.abs(swept - values).max())
         values = swept
         sweeps += 1
-        tick(sweeps / (sweeps + USUAL))
     return Swept(values, sweeps, change)
 
 

@@ -5,17 +5,18 @@ come. Two agents plan for the sum of their rewards. A plan that another is nowhe
 the state and whichever plan the partner follows, is dropped before the next turn is put in front.
 """
 
+from math import prod
 from typing import NamedTuple
 
 import numpy as np
 
+from dmplay.budget import ROUND, Budget
 from dmplay.chance import Ints, Reals
 from dmplay.core import Problem
-from dmplay.errors import BadParameter
 from dmplay.solvers.value_iteration import SLACK
 from dmplay.tabular import Tables, joint_actions, tabulate
 
-MOST = 20_000_000  # values of pairs of plans at a time
+MEMORY = 8 * 20_000_000  # bytes of the values of pairs of plans
 
 
 class Plans(NamedTuple):
@@ -34,16 +35,22 @@ class Stage(NamedTuple):
 
 def stages(problem: Problem, horizon: int) -> list[Stage]:
     """The stages with 1, 2, ... `horizon` rewards to come."""
+    budget = _budget()
     found: list[Stage] = []
     for turns in range(1, horizon + 1):
-        found.append(pruned(_before(problem, found[-1] if turns > 1 else _over(problem))))
+        after = found[-1] if turns > 1 else _over(problem)
+        found.append(pruned(_before(problem, after, budget), budget))
     return found
+
+
+def _budget() -> Budget:
+    return Budget("pairs of plans", "try fewer turns", 1e10, MEMORY)
 
 
 def openings(problem: Problem, horizon: int) -> Stage:
     """The last stage with every first action, also those of plans that others dominate."""
     after = stages(problem, horizon - 1)[-1] if horizon > 1 else _over(problem)
-    return _before(problem, after)
+    return _before(problem, after, _budget())
 
 
 def _over(problem: Problem) -> Stage:
@@ -52,19 +59,27 @@ def _over(problem: Problem) -> Stage:
     return Stage((nothing, nothing), np.zeros((len(problem.enumerated()), 1, 1)))
 
 
-def _before(problem: Problem, after: Stage) -> Stage:
+def _before(problem: Problem, after: Stage, budget: Budget) -> Stage:
     """Every plan whose continuations are plans of `after`."""
     tables = tabulate(problem)
+    shape = (len(tables.transition), _many(problem, after, 0), _many(problem, after, 1))
+    numbers = float(prod(shape))
+    budget.hold(8.0 * numbers)
     plans = (_longer(problem, after, 0), _longer(problem, after, 1))
-    shape = (len(tables.transition), len(plans[0].actions), len(plans[1].actions))
-    if np.prod(shape) > MOST:
-        raise BadParameter(f"got {np.prod(shape)} pairs of plans, expected at most {MOST}")
     values = np.empty(shape)
-    for joint, (a, b) in enumerate(joint_actions(problem)):
+    choices = joint_actions(problem)
+    for joint, (a, b) in enumerate(choices):
+        budget.spend(ROUND + 20 * numbers / len(choices) * tables.seen.shape[2])
         pair = np.flatnonzero(plans[0].actions == a), np.flatnonzero(plans[1].actions == b)
         then = plans[0].then[pair[0]], plans[1].then[pair[1]]
         values[:, pair[0][:, None], pair[1]] = _valued(problem, tables, after, joint, then)
     return Stage(plans, values)
+
+
+def _many(problem: Problem, after: Stage, seat: int) -> int:
+    """How many plans an agent has with one more action in front."""
+    kinds = len(problem.observations[seat])
+    return int(problem.action_counts[seat] * len(after.plans[seat].actions) ** kinds)
 
 
 def _longer(problem: Problem, after: Stage, seat: int) -> Plans:
@@ -91,25 +106,27 @@ def _valued(
     return values
 
 
-def pruned(stage: Stage) -> Stage:
+def pruned(stage: Stage, budget: Budget | None = None) -> Stage:
     """The stage without the plans that are dominated, agent by agent until none is."""
+    budget = budget or _budget()
     plans, values = list(stage.plans), stage.values
     before = 0
     while before != values.size:
         before = values.size
         for seat in (0, 1):
             rows = np.moveaxis(values, 1 + seat, 0).reshape(len(plans[seat].actions), -1)
-            keep = _undominated(rows)
+            keep = _undominated(rows, budget)
             plans[seat] = Plans(plans[seat].actions[keep], plans[seat].then[keep])
             values = values.take(keep, axis=1 + seat)
     return Stage((plans[0], plans[1]), values)
 
 
-def _undominated(rows: Reals) -> Ints:
+def _undominated(rows: Reals, budget: Budget) -> Ints:
     """The rows `[N, K]` that no other is nowhere below; of equals the first."""
     kept: list[int] = []
     order = np.argsort(-rows.sum(axis=1), kind="stable")
     for row in order:
+        budget.spend(ROUND + 2 * len(kept) * rows.shape[1])
         if not kept or not (rows[kept] >= rows[row] - SLACK).all(axis=1).any():
             kept.append(int(row))
     return np.sort(np.array(kept))

@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+from dmplay.budget import Budget
 from dmplay.errors import BadParameter
 from dmplay.problems.simple_regulator import SimpleRegulator
 
@@ -35,7 +36,9 @@ def finite(problem: SimpleRegulator, policy: Linear, turns: int) -> Quadratic:
     """The value of this many rewards: U_0 = 0, U_k = -s^2 + discount E[U_k-1(s')]."""
     gain, variance = _spread(problem, policy)
     value = Quadratic(0.0, 0.0)
-    for _ in range(turns):
+    budget = Budget("a sum of costs", "try fewer turns")
+    for turn in range(turns):
+        budget.spend(1000, turn / turns)
         value = Quadratic(
             1.0 + problem.discount * value.curvature * gain * gain,
             problem.discount * (value.constant + value.curvature * variance),

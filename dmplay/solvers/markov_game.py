@@ -5,11 +5,11 @@ play so for ever, and what that is worth gives new matrix games. The game need n
 second's reward may be any falling linear function of the first's.
 """
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
+from dmplay.budget import ROUND, Budget, part
 from dmplay.chance import Reals
 from dmplay.core import Problem
 from dmplay.errors import BadParameter
@@ -32,25 +32,30 @@ class Equilibrium(NamedTuple):
     changes: tuple[float, ...]  # of the values, round by round
 
 
-def equilibrium(
-    problem: Problem, tick: Callable[[float], None] = lambda share: None
-) -> Equilibrium:
+def equilibrium(problem: Problem) -> Equilibrium:
     """An equilibrium of a game of two with opposed interests; `discount` below 1."""
+    budget = Budget("an equilibrium", "try fewer states, or search", 2e10)
     tables = _opposed(problem)
     values: Reals = np.zeros(len(tables.transition))
     changes = [np.inf]
     while changes[-1] > SETTLED and len(changes) <= MOST_ROUNDS:
-        after = _evaluate(tables, problem.discount, _play(_games(problem, tables, values)))
+        share = _share(changes)
+        budget.spend(ROUND + 4 * tables.transition.size + len(values) ** 3 / 10, share)
+        with part(share, share):
+            play = _play(_games(problem, tables, values))
+        after = _evaluate(tables, problem.discount, play)
         changes.append(float(abs(after - values).max()))
         values = after
-        tick(_share(changes))
-    play = _play(np.round(_games(problem, tables, values), DIGITS))
-    (one, q1, gap1), (two, q2, gap2) = (_weighed(problem, play, seat) for seat in (0, 1))
+    with part(1.0, 1.0):
+        play = _play(np.round(_games(problem, tables, values), DIGITS))
+        (one, q1, gap1), (two, q2, gap2) = (_weighed(problem, play, seat) for seat in (0, 1))
     return Equilibrium(play, (one, two), (q1, q2), (gap1, gap2), tuple(changes[1:]))
 
 
 def _share(changes: list[float]) -> float:
     """How far the least change has come from the first to the one that ends it."""
+    if len(changes) == 1:
+        return 0.0
     left = max(min(changes), SETTLED) / SETTLED
     return float(1.0 - np.log(left) / max(np.log(changes[1] / SETTLED), 1.0))
 

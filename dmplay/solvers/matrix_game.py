@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dmplay.budget import ROUND, Budget
 from dmplay.chance import Reals
 from dmplay.solvers.value_iteration import SLACK
 
@@ -37,8 +38,10 @@ def undominated(payoffs: Reals) -> tuple[list[int], list[int]]:
 
     Mixed strategies dominate too, as far as `_never_best` finds them out.
     """
+    budget = Budget("dominance", "try fewer actions")
     rows, columns = list(range(payoffs.shape[0])), list(range(payoffs.shape[1]))
     while True:
+        budget.spend((len(rows) + len(columns)) * (ROUND + 4 * len(rows) * len(columns)))
         left = payoffs[np.ix_(rows, columns)]
         keep_rows = _surviving(left[:, :, 0])
         keep_columns = _surviving(left[:, :, 1].T)
@@ -77,11 +80,13 @@ def nash(payoffs: Reals) -> list[Profile]:
 
     Strictly dominated actions go first, which leaves the large games here small.
     """
+    budget = Budget("support enumeration", "try fewer actions, or search", 1e10)
     rows, columns = undominated(payoffs)
     found = []
     for size in range(1, min(len(rows), len(columns)) + 1):
         for mine in combinations(rows, size):
             for theirs in combinations(columns, size):
+                budget.spend(3 * ROUND + size**3)
                 profile = _supported(payoffs, list(mine), list(theirs))
                 if profile and (regrets(payoffs, profile) <= SLACK).all():
                     found.append(profile)
@@ -115,7 +120,10 @@ def _indifferent(values: Reals) -> Reals | None:
 def softmax_level(payoffs: Reals, precision: float, level: int) -> Profile:
     """Hierarchical softmax: level 0 uniform, level k the softmax response to k - 1."""
     profile = Profile(*(np.full(size, 1.0 / size) for size in payoffs.shape[:2]))
-    for _ in range(level):
+    budget = Budget("levels of reasoning", "try a lower level")
+    budget.expect(level * (ROUND + 2 * payoffs.size))
+    for done in range(level):
+        budget.spend(ROUND + 2 * payoffs.size, done / level)
         profile = Profile(*(_softmax(precision * v) for v in responses(payoffs, profile)))
     return profile
 

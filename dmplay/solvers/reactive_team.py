@@ -5,11 +5,11 @@ average from anywhere, while the other's rule stands (section 27.4). The gradien
 values of all states and how often, discounted, each is met; both follow the rules by sweeps.
 """
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
+from dmplay.budget import ROUND, Budget
 from dmplay.chance import Ints, Reals
 from dmplay.errors import BadParameter
 from dmplay.problems.collaborative_predator_prey import (
@@ -35,9 +35,7 @@ class Team(NamedTuple):
     value: float  # mean over all states, where the first sense too is of the state
 
 
-def team(
-    problem: CollaborativePredatorPrey, tick: Callable[[float], None] = lambda share: None
-) -> Team:
+def team(problem: CollaborativePredatorPrey) -> Team:
     """The best of the rules that the gradient comes by from random moves: the first, those that
     seemed best and the last; `discount` below 1.
     """
@@ -51,13 +49,13 @@ def team(
         for seat in (0, 1):
             walks = [hunt.walks(rule) for rule in rules]
             for _ in range(SWEEPS):
+                hunt.budget.spend(ROUND + 2 * hunt.sweep, (2 * turn + seat) / (2 * ROUNDS))
                 values, visits = hunt.before(values, *walks), hunt.after(visits, *walks)
             worth = hunt.worth(seat, values, visits, walks[1 - seat])
             rules[seat] *= np.exp(STEP * (worth - worth.max(axis=1, keepdims=True)))
             rules[seat] /= rules[seat].sum(axis=1, keepdims=True)
         if values.mean() > most:  # about what the rules before these earn
             most, tried[1:] = values.mean(), [rules.copy()]
-        tick((turn + 1) / ROUNDS)
     return max((_measured(hunt, one) for one in [*tried, rules]), key=lambda team: team.value)
 
 
@@ -92,6 +90,8 @@ class _Hunt:
 
     def __init__(self, problem: CollaborativePredatorPrey) -> None:
         size = len(problem.hexes)
+        self.budget = Budget("a reactive team", "try a smaller map or discount", 1e11)
+        self.sweep = 4.0 * size**4  # operations of one
         states = problem.enumerated()
         self.discount = problem.discount
         self.ends = problem.walks  # [6, i, i']
@@ -143,7 +143,10 @@ class _Hunt:
         """What a team with these rules earns, on average from anywhere."""
         values: Reals = np.zeros(self.rewards.shape)
         walks = [self.walks(rule) for rule in rules]
-        for _ in range(int(np.ceil(np.log(TINY) / np.log(max(self.discount, TINY))))):
+        sweeps = int(np.ceil(np.log(TINY) / np.log(max(self.discount, TINY))))
+        self.budget.expect(sweeps * (ROUND + self.sweep))
+        for _ in range(sweeps):
+            self.budget.spend(ROUND + self.sweep)
             values = self.before(values, *walks)
         return float(values.mean())
 

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dmplay.budget import ROUND, Budget
 from dmplay.chance import Reals
 from dmplay.core import Problem
 
@@ -44,9 +45,11 @@ class Regulator(NamedTuple):
 
 def regulator(system: Linear, state_cost: Reals, action_cost: float) -> Regulator:
     """The regulator of the cost s' Q s + r a^2 a turn."""
+    budget = Budget("the Riccati equation", "try a longer turn or a dearer push", 1e10)
     a, b = system
     cost, sweeps, residual = state_cost, 0, np.inf
     while residual > SETTLED and sweeps < MOST_SWEEPS and np.abs(cost).max() <= HOPELESS:
+        budget.spend(ROUND, sweeps / MOST_SWEEPS)
         feedback = (b.T @ cost @ a) / (action_cost + b.T @ cost @ b)
         swept = state_cost + a.T @ cost @ (a - b @ feedback)
         residual = float(np.abs(swept - cost).max() / np.abs(swept).max())

@@ -5,14 +5,20 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dmplay.budget import ROUND, Budget
 from dmplay.chance import Finite, Ints, Reals
 from dmplay.core import Problem, exact, reached
-from dmplay.errors import BadParameter
-from dmplay.solvers.value_iteration import SLACK, greedy
+from dmplay.solvers.value_iteration import greedy, slack
 from dmplay.tabular import joint_actions
 
-MOST = 20_000_000  # outcomes listed
+BYTES = 16  # of an outcome that is listed
+MOST = 20_000_000  # of them
 ROUNDS, SWEEPS = 10, 20  # of modified policy iteration, before the exact one
+
+
+def planning() -> Budget:
+    """What listing the outcomes of a problem, or planning with them, may cost."""
+    return Budget("planning", "try fewer states or agents, or search", 2e10, BYTES * MOST)
 
 
 class Listed(NamedTuple):
@@ -34,16 +40,18 @@ def size(problem: Problem) -> int:
 
 def listed(problem: Problem) -> Listed:
     """The outcomes of a finite problem, joint actions row-major."""
-    if size(problem) > MOST:
-        raise BadParameter(f"got a problem of {size(problem)} outcomes, expected at most {MOST}")
-    states = problem.enumerated()
-    p, after, rewards = [], [], []
-    for a in joint_actions(problem):
+    budget = planning()
+    budget.hold(BYTES * size(problem))
+    states, choices = problem.enumerated(), joint_actions(problem)
+    shape = (len(states), len(choices))
+    each = size(problem) // (shape[0] * shape[1])
+    model = Listed(np.empty((*shape, each)), np.empty((*shape, each), np.int64), np.empty(shape))
+    for place, a in enumerate(choices):
+        budget.spend(ROUND + 20 * size(problem) / len(choices), place / len(choices))
         weight, outcome = exact(problem, states, np.tile(a, (len(states), 1)))
-        p.append(weight)
-        after.append(reached(problem, outcome))
-        rewards.append((weight * outcome.rewards[:, :, 0]).sum(axis=1))
-    return Listed(np.stack(p, axis=1), np.stack(after, axis=1), np.stack(rewards, axis=1))
+        model.p[:, place], model.after[:, place] = weight, reached(problem, outcome)
+        model.rewards[:, place] = (weight * outcome.rewards[:, :, 0]).sum(axis=1)
+    return model
 
 
 def action_values(model: Listed, discount: float, values: Reals) -> Reals:
@@ -56,6 +64,9 @@ def action_values(model: Listed, discount: float, values: Reals) -> Reals:
 def evaluate(model: Listed, discount: float, policy: Reals) -> Reals:
     """U `[S]` of the stochastic joint policy `[S, A]`; `discount` below 1."""
     size = len(model.rewards)
+    budget = planning()
+    budget.hold(24.0 * size**2)
+    budget.spend(ROUND + 10 * model.p.size + size**3 / 10)
     state, action = np.nonzero(policy)
     weight = policy[state, action, None] * model.p[state, action]
     cell = state[:, None] * size + model.after[state, action]
@@ -66,27 +77,31 @@ def evaluate(model: Listed, discount: float, policy: Reals) -> Reals:
 
 def optimal(model: Listed, discount: float) -> Reals:
     """Q* `[S, A]` of one planner who sees the state, by policy iteration."""
-    choice = _promising(model, discount)
+    budget = planning()
+    choice = _promising(model, discount, budget)
     while True:
+        budget.spend(ROUND + 20 * model.p.size)
         values = evaluate(model, discount, np.eye(model.rewards.shape[1])[choice])
         q = action_values(model, discount, values)
-        better = q.max(axis=1) > values + SLACK
+        better = q.max(axis=1) > values + slack(values)
         if not better.any():
             return q
         choice = np.where(better, greedy(q), choice)
 
 
-def _promising(model: Listed, discount: float) -> Ints:
+def _promising(model: Listed, discount: float, budget: Budget) -> Ints:
     """A first policy `[S]` that is seldom far from the best, by sweeps instead of linear solves."""
     state = np.arange(len(model.rewards))
     values: Reals = np.zeros(len(state))
     choice = np.full(len(state), -1)
     for _ in range(ROUNDS):
+        budget.spend(ROUND + 15 * model.p.size)
         before, q = choice, action_values(model, discount, values)
         choice, values = greedy(q), q.max(axis=1)
         if (choice == before).all():
             break
         p, after, rewards = (part[state, choice] for part in model)
         for _ in range(SWEEPS):
+            budget.spend(ROUND + 10 * p.size)
             values = rewards + discount * np.einsum("sk,sk->s", p, values[after])
     return choice

@@ -11,11 +11,13 @@ from functools import cached_property
 
 import numpy as np
 
+from dmplay.budget import ROUND, Budget
 from dmplay.chance import Array, Bools, Ints, Reals, anyone
 from dmplay.core import Problem
 
 WAVE = 20  # simulations of a row at a time
 MOST_SEEN = 200  # states that nodes tell apart; of more, none
+WORK = 1e10
 ENTRIES = 4_000_000  # of the table of children, which bounds the rows searched together
 
 
@@ -59,13 +61,25 @@ class Tree:
         """How many uniforms one row consumes."""
         return self.simulations * self.depth * self._each
 
+    def budget(self, rows: int) -> Budget:
+        """What a search of so many rows may cost; refuses one that would be too much."""
+        budget = Budget("search", "try fewer simulations, or a smaller depth", WORK)
+        table = (self.simulations + 1) * len(self.actions) * (2 + self.seen)
+        budget.hold(8.0 * rows * (table + 2 * self.draws))
+        budget.expect(-(-self.simulations // WAVE) * self.depth * self._turn(rows))
+        return budget
+
+    def _turn(self, rows: int) -> float:
+        """What one turn of one wave takes."""
+        return 10 * ROUND + 1000.0 * rows * min(self.simulations, WAVE)
+
     def values(self, roots: Array, u: Reals) -> Reals:
         """The mean return `[B, A]` of each action; -inf where it was never tried.
 
         `roots` `[B, simulations, ...]` are the states that simulations start from, and `u`
         `[B, draws]`.
         """
-        grown = _Grown(self, len(roots))
+        grown = _Grown(self, len(roots), self.budget(len(roots)))
         told = u.reshape(len(roots), self.simulations, self.depth, self._each)
         for first in range(0, self.simulations, WAVE):
             now = slice(first, min(first + WAVE, self.simulations))
@@ -85,8 +99,10 @@ class Tree:
 class _Grown:
     """The trees of a batch, one a row, as they grow."""
 
-    def __init__(self, tree: Tree, rows: int) -> None:
+    def __init__(self, tree: Tree, rows: int, budget: Budget) -> None:
         self.tree = tree
+        self.budget = budget
+        self.turn = tree._turn(rows)
         self.nodes = tree.simulations + 1  # of one row: a simulation adds at most one
         many, actions = rows * self.nodes, len(tree.actions)
         self.visits = np.zeros((many, actions))
@@ -108,6 +124,7 @@ class _Grown:
         path: list[tuple[Ints, Ints, Ints]] = []  # the lanes inside, their nodes and actions
         rewards: Reals = np.zeros((tree.depth, len(s)))
         for turn in range(tree.depth):
+            self.budget.spend(self.turn)
             legal = problem.legal(s)
             joint = self._at_random(legal, told[:, turn, :agents])
             on = np.flatnonzero(inside)

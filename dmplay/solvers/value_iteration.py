@@ -2,12 +2,14 @@
 
 import numpy as np
 
+from dmplay.budget import ROUND, Budget
 from dmplay.chance import Bools, Ints, Reals
 from dmplay.tabular import Tables
 
 MOST = 10_000  # sweeps where nothing is discounted
 STILL = 1e-12  # a change that ends them
 SLACK = 1e-9  # values this close are equal: the last bits differ between processors
+ROUNDING = 1e-13  # of the greatest value: what rounding may leave of it
 
 
 def action_values(tables: Tables, discount: float, values: Reals) -> Reals:
@@ -17,8 +19,10 @@ def action_values(tables: Tables, discount: float, values: Reals) -> Reals:
 
 def sweep(tables: Tables, discount: float, sweeps: int) -> Reals:
     """U_k `[S]` after k synchronous sweeps from U_0 = 0: k rewards are summed."""
+    budget = _budget()
     values = np.zeros(len(tables.transition))
-    for _ in range(sweeps):
+    for done in range(sweeps):
+        budget.spend(ROUND / 2 + tables.transition.size, done / sweeps)
         values = action_values(tables, discount, values).max(axis=1)
     return values
 
@@ -30,20 +34,34 @@ def optimal(tables: Tables, discount: float) -> Reals:
     """
     if discount == 1.0:
         return action_values(tables, discount, _settled(tables))
+    budget = _budget()
+    states, many, _ = tables.transition.shape
     policy = best(action_values(tables, discount, np.zeros(len(tables.transition))))
     while True:
+        budget.spend(4 * ROUND + states**2 * (4 * many + states / 10))
         values = evaluate(tables, discount, policy / policy.sum(axis=1, keepdims=True))
         q = action_values(tables, discount, values)
-        better = q.max(axis=1) > values + SLACK
+        better = q.max(axis=1) > values + slack(values)
         if not better.any():
             return q
         policy = np.where(better[:, None], best(q), policy)
 
 
+def _budget() -> Budget:
+    return Budget("value iteration", "try fewer states, or search", 1e10)
+
+
+def slack(values: Reals, least: float = SLACK) -> float:
+    """What values of this size may differ by and be equal."""
+    return max(least, ROUNDING * float(np.abs(values).max()))
+
+
 def _settled(tables: Tables) -> Reals:
     """Undiscounted values `[S]`, swept until they are still, or often enough."""
+    budget = _budget()
     values = np.zeros(len(tables.transition))
-    for _ in range(MOST):
+    for done in range(MOST):
+        budget.spend(ROUND + tables.transition.size, done / MOST)
         before, values = values, action_values(tables, 1.0, values).max(axis=1)
         if abs(values - before).max() < STILL:
             break

@@ -4,11 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dmplay.budget import ROUND, Budget
 from dmplay.chance import Reals
-from dmplay.errors import BadParameter
 
 ZERO = 1e-10  # of a tableau whose entries are about 1
-MOST_PIVOTS = 10_000
 
 
 class Solved(NamedTuple):
@@ -49,7 +48,9 @@ def _mix(weights: Reals) -> Reals:
 
 def _optimise(tableau: Reals, basis: Reals) -> None:
     """Pivots until no weight is worth raising; the lowest index first, which cannot cycle."""
-    for _ in range(MOST_PIVOTS):
+    budget = Budget("a matrix game", "try fewer actions")
+    while True:
+        budget.spend(ROUND + 3 * tableau.size)
         worthwhile = np.flatnonzero(tableau[-1, :-1] < -ZERO)
         if not len(worthwhile):
             return
@@ -62,4 +63,3 @@ def _optimise(tableau: Reals, basis: Reals) -> None:
         others = np.arange(len(tableau)) != row
         tableau[others] -= np.outer(tableau[others, column], tableau[row])
         basis[row] = column
-    raise BadParameter(f"got a matrix game of {basis.size} rows that {MOST_PIVOTS} pivots leave")
