@@ -487,9 +487,8 @@ def _joint(chances: tuple[Finite, ...], rows: int) -> tuple[Reals, tuple[Array, 
     """Probabilities `[B, K]` of all joint events, and these events, each `[B * K]`."""
     each = [np.broadcast_to(p, (rows, p.shape[1])) for p in (c.probabilities() for c in chances)]
     many = math.prod(p.shape[1] for p in each)
-    budget = Budget(f"listing {rows * many} outcomes one by one", "try a smaller problem")
-    budget.hold(8.0 * rows * many * (2 + len(each)))
-    budget.spend(rows * many * (2 + len(each)))
+    what = f"listing {rows * many} outcomes one by one"
+    Budget(what, "try a smaller problem").hold(8.0 * rows * many * (2 + len(each)))
     combined = np.indices([p.shape[1] for p in each]).reshape(len(each), many)
     probabilities = np.ones((rows, many))
     events = []

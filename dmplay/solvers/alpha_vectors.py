@@ -17,7 +17,7 @@ from dmplay.solvers.value_iteration import slack
 from dmplay.tabular import Tables
 
 ROUNDS = 200  # of policy iteration; those here need a handful
-WORK = 1.5e9  # operations
+WORK = 6e9  # operations
 MOST = 300  # plans of a controller
 HELD = 2500  # bytes that a pair of plans takes, times the states squared, once it is enveloped
 

@@ -106,7 +106,7 @@ class BoundedSearch:
         """Counts what looking one turn ahead from so many beliefs takes."""
         numbers = float(beliefs * self._joint[0].size)
         budget.hold(8.0 * numbers * (len(self._joint) + 4))
-        budget.spend(ROUND * 2 + 10 * numbers * (len(self._joint) + 4), share)
+        budget.spend(ROUND * 10 + 100 * numbers * (len(self._joint) + 4), share)
 
     def _level(self, b: Reals, left: int, *, everything: bool) -> tuple[_Level, Reals]:
         """One level of the search, and the beliefs of the next one."""

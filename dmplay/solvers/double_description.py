@@ -55,7 +55,7 @@ def _edges(cone: Cone, inside: Ints, outside: Ints, budget: Budget) -> tuple[Int
     rays, borders = cone.tight.shape
     pairs = float(len(inside) * len(outside))
     budget.hold(pairs * (16 + 2 * borders))
-    budget.spend(ROUND + pairs * (4 + borders))
+    budget.spend(4 * ROUND + pairs * (4 + borders))
     i, j = np.repeat(inside, len(outside)), np.tile(outside, len(inside))
     common = cone.tight[i] & cone.tight[j]
     enough = common.sum(axis=1) >= cone.rays.shape[1] - 2

@@ -42,7 +42,7 @@ def envelope(vectors: Reals, budget: Budget | None = None) -> Envelope:
         beliefs, values = cone.rays[low, :states], cone.rays[low, states]
         size = len(rising) * len(beliefs)
         budget.hold(16.0 * size)
-        budget.spend(ROUND + (4 + states) * size)
+        budget.spend(5 * ROUND + (4 + states) * size)
         gain = (vectors[rising] @ beliefs.T - values).max(axis=1)
         above = gain > SLACK
         if not above.any():

@@ -40,7 +40,9 @@ def equilibrium(problem: Problem) -> Equilibrium:
     changes = [np.inf]
     while changes[-1] > SETTLED and len(changes) <= MOST_ROUNDS:
         share = _share(changes)
-        budget.spend(ROUND + 4 * tables.transition.size + len(values) ** 3 / 10, share)
+        budget.spend(
+            4 * tables.transition.size + len(values) * (10 * ROUND + len(values) ** 2 / 10), share
+        )
         with part(share, share):
             play = _play(_games(problem, tables, values))
         after = _evaluate(tables, problem.discount, play)

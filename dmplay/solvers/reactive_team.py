@@ -90,8 +90,8 @@ class _Hunt:
 
     def __init__(self, problem: CollaborativePredatorPrey) -> None:
         size = len(problem.hexes)
-        self.budget = Budget("a reactive team", "try a smaller map or discount", 1e11)
-        self.sweep = 4.0 * size**4  # operations of one
+        self.budget = Budget("a reactive team", "try a smaller map or discount", 2e10)
+        self.sweep = 20.0 * size**4  # operations of one
         states = problem.enumerated()
         self.discount = problem.discount
         self.ends = problem.walks  # [6, i, i']

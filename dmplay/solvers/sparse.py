@@ -1,6 +1,7 @@
 """Values of finite problems whose dense tables would be too large: outcomes listed, not summed."""
 
 import math
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ from dmplay.core import Problem, exact, reached
 from dmplay.solvers.value_iteration import greedy, slack
 from dmplay.tabular import joint_actions
 
+BLOCK = 2**15  # outcomes listed in one go, few enough to be told of each
 BYTES = 16  # of an outcome that is listed
 MOST = 20_000_000  # of them
 ROUNDS, SWEEPS = 10, 20  # of modified policy iteration, before the exact one
@@ -46,11 +48,14 @@ def listed(problem: Problem) -> Listed:
     shape = (len(states), len(choices))
     each = size(problem) // (shape[0] * shape[1])
     model = Listed(np.empty((*shape, each)), np.empty((*shape, each), np.int64), np.empty(shape))
-    for place, a in enumerate(choices):
-        budget.spend(ROUND + 20 * size(problem) / len(choices), place / len(choices))
-        weight, outcome = exact(problem, states, np.tile(a, (len(states), 1)))
-        model.p[:, place], model.after[:, place] = weight, reached(problem, outcome)
-        model.rewards[:, place] = (weight * outcome.rewards[:, :, 0]).sum(axis=1)
+    blocks = range(0, len(states), max(BLOCK // each, 1))
+    for place, first in product(range(len(choices)), blocks):
+        here = slice(first, first + blocks.step)
+        some = states[here]
+        budget.spend(5 * ROUND + 700.0 * len(some) * each, place / len(choices))
+        weight, outcome = exact(problem, some, np.tile(choices[place], (len(some), 1)))
+        model.p[here, place], model.after[here, place] = weight, reached(problem, outcome)
+        model.rewards[here, place] = (weight * outcome.rewards[:, :, 0]).sum(axis=1)
     return model
 
 
