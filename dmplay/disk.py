@@ -20,16 +20,23 @@ def user_folder(env: Mapping[str, str], variable: str, *names: str) -> Path:
         return Path(os.devnull, "no home", "dmplay")
 
 
+LARGEST = 64 * 2**20  # bytes of a file that is read
+
+
 def stream(path: Path) -> bool:
     """Whether a path is a device that is written as it stands."""
     return str(path) in WRITTEN
 
 
 def content(path: Path) -> bytes:
-    """What stands in a file; raises OSError for what may have no end."""
+    """What stands in a file; raises OSError for what may have no end, or is too large."""
     if str(path) not in READ:
         _bounded(path)
-    return path.read_bytes()
+    with path.open("rb") as file:
+        read = file.read(LARGEST + 1)
+    if len(read) > LARGEST:
+        raise OSError(errno.EFBIG, f"larger than {LARGEST // 2**20} MB")
+    return read
 
 
 def _bounded(path: Path) -> None:

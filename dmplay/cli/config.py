@@ -21,7 +21,7 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-from dmplay.disk import user_folder
+from dmplay import disk
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.finding.names import problem_names
 
@@ -55,7 +55,7 @@ def entrusted(option: str, where: str) -> None:
 
 def paths(env: Mapping[str, str]) -> tuple[Path, Path]:
     """Where the user's file is, by the base directory specification, and the project's, here."""
-    return user_folder(env, "XDG_CONFIG_HOME", ".config") / "config.toml", Path(PROJECT)
+    return disk.user_folder(env, "XDG_CONFIG_HOME", ".config") / "config.toml", Path(PROJECT)
 
 
 @cache
@@ -86,7 +86,7 @@ def read(path: Path, *, own: bool) -> File:
 
     name = str(path)
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        content = tomllib.loads(disk.content(path).decode())
     except OSError as error:
         raise BadParameter(f"{name}: {error.strerror}") from None
     except (ValueError, RecursionError) as error:  # not TOML, or not UTF-8

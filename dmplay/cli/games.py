@@ -63,6 +63,7 @@ def resume(
     trust: options.Trust = False,
     quiet: options.Quiet = False,
     keys: options.Keys = None,
+    turns: options.Unattended = None,
     *,
     wishes: Wishes,
 ) -> object:
@@ -77,7 +78,7 @@ def resume(
     from dmplay.game.request import Resumption
 
     file = file or saves.latest_unfinished()
-    wanted = Resumption(file, trust, options.wanted_keys(keys), here(wishes).asks)
+    wanted = Resumption(file, trust, options.wanted_keys(keys), here(wishes).asks, turns)
     return Sitting(wanted, wishes, quiet)
 
 

@@ -125,6 +125,9 @@ Episode = Annotated[
 Turns = Annotated[
     int | None, typer.Option("--turns", metavar="N", help="the game ends after so many")
 ]
+Unattended = Annotated[
+    int | None, typer.Option("--turns", metavar="N", help="agents alone may play so many")
+]
 Record = Annotated[
     Path | None, typer.Option("--record", "-o", metavar="FILE", help="write a transcript")
 ]

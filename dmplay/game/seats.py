@@ -5,6 +5,7 @@ from pathlib import Path
 
 from dmplay.core import Policy, Problem
 from dmplay.dice import Dice
+from dmplay.disk import content
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.finding import agents, problems
 from dmplay.finding.outside import is_outside
@@ -45,7 +46,7 @@ def _script(problem: Problem, seat: int, rest: str) -> tuple[float, ...]:
     """Actions from `a,b,c`, or from a file with one action or several to a line."""
     if _is_file(rest):
         try:
-            rows = Path(rest).read_text(encoding="utf-8").splitlines()
+            rows = content(Path(rest)).decode().splitlines()
         except (OSError, UnicodeDecodeError) as error:
             raise BadParameter(f"{rest}: {error}") from None
         words = [

@@ -26,7 +26,7 @@ from dmplay.transcript.format import Frame, turn_limit
 from dmplay.transcript.header import Header
 from dmplay.transcript.reading import Transcript, left
 from dmplay.transcript.recorder import Recorder
-from dmplay.transcript.replay import replay
+from dmplay.transcript.replay import replay, unattended
 from dmplay.transcript.seal import Luck, going_on, luck, marked, opened, sealed
 
 LARGEST_SEED = 2**63 - 1
@@ -128,6 +128,7 @@ def resumed(wanted: Resumption, shown: Collection[Luck] = ()) -> Game:
             )
     seats, policies = sitting(found.problem, transcript.header.seats, trusted=wanted.trusted)
     _answered(found.problem, seats, asks=wanted.asks)
+    unattended(transcript, seats, wanted.turns)
     session = replay(transcript, found.problem, policies)
     if session.over and transcript.end:
         raise BadParameter(f"{path}: the game is over ({session.ending}); nothing to resume")
@@ -158,6 +159,7 @@ def branched(wanted: Branching, shown: Collection[Luck] = ()) -> Game:
     header = going_on(replace(transcript.header, seats=names), found.problem, transcript.path)
     if luck(found.name, header.dice) not in shown:
         opened(transcript, found.problem, peek=wanted.peek)
+    unattended(transcript, seats, wanted.turns)
     limit = turn_limit(found.problem, seats, header.turns)
     session = Session(found.problem, header.dice, policies, limit=limit, opening=past.opening)
     recorder = Recorder.create(

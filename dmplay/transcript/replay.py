@@ -1,15 +1,16 @@
 """Playing a transcript again from its inputs: actions, draws, undos and rerolls."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
 from dmplay.chance import Reals
 from dmplay.core import Policy, Problem
 from dmplay.errors import BadTranscript, DmplayError
+from dmplay.rollouts import MOST_TURNS
 from dmplay.session import Session, Source
-from dmplay.transcript.format import turn_limit
+from dmplay.transcript.format import PERSON, turn_limit
 from dmplay.transcript.reading import Block, Entry, Transcript
 
 
@@ -58,6 +59,16 @@ def replay(
     for block in transcript.blocks[1:]:
         feed(transcript, block, session)
     return session
+
+
+def unattended(transcript: Transcript, seats: Collection[str], asked: int | None = None) -> None:
+    """Refuses more turns of agents alone than the file holds, unless so many are asked for."""
+    turns = transcript.header.turns or 0
+    if PERSON in seats or turns <= max(MOST_TURNS, len(transcript.blocks), asked or 0):
+        return
+    line = transcript.header_block.entries["turns"].line
+    what = f"turns: got {turns}, expected at most {MOST_TURNS} where no person plays"
+    raise transcript.fault(line, f"{what}; if you want them: dmplay resume FILE --turns {turns}")
 
 
 def draws_of(transcript: Transcript, block: Block, count: int) -> Reals:

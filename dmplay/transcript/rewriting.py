@@ -7,7 +7,7 @@ from dmplay.session import Session
 from dmplay.transcript.format import NATURAL, Frame, checksum, closing, lines, text, turn_facts
 from dmplay.transcript.header import header_facts
 from dmplay.transcript.reading import Block, Transcript
-from dmplay.transcript.replay import actions_of, feed, start
+from dmplay.transcript.replay import actions_of, feed, start, unattended
 
 
 def rewritten(
@@ -64,6 +64,8 @@ def _turn(session: Session, block: Block, frame: Frame | None) -> str:
 
 def _further(transcript: Transcript, session: Session, frame: Frame | None) -> Iterator[str]:
     """The turns that agents alone play on, where the game came to its end of itself."""
+    if all(session.followers) and transcript.reason in NATURAL:
+        unattended(transcript, ())
     framed = frame if transcript.blocks[-1].frame else None
     while transcript.reason in NATURAL and all(session.followers) and not session.over:
         session.advance()

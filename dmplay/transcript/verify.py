@@ -5,7 +5,7 @@ from itertools import zip_longest
 
 from dmplay.core import Policy, Problem
 from dmplay.dice import NATURE, Dice
-from dmplay.errors import BadParameter, BadPolicy, BadTranscript
+from dmplay.errors import BadParameter, BadPolicy, BadTranscript, TooMuch
 from dmplay.session import Session
 from dmplay.transcript.format import Frame, end_facts, turn_facts
 from dmplay.transcript.header import header_facts
@@ -33,7 +33,7 @@ def verify(
         check.game(problem, policies)
     except BadTranscript as error:
         report.findings.append(fault(error, "inputs"))
-    except BadParameter as error:  # of a drawing
+    except (BadParameter, TooMuch) as error:  # of a drawing
         line = transcript.header_block.line
         report.findings.append(Finding("frame", transcript.path, line, "frame", str(error)))
     return report
@@ -100,7 +100,7 @@ class _Check:
         where = f"turn {block['turn']}"
         try:
             choices = session.choices()
-        except BadPolicy as error:
+        except (BadPolicy, TooMuch) as error:
             raise self.transcript.fault(block.line, str(error)) from None
         for seat, (action, chosen) in enumerate(zip(told, choices, strict=True)):
             if chosen is not None and chosen != action:

@@ -2,14 +2,14 @@
 
 from rich.text import Span, Text
 
-from dmplay.errors import BadParameter
+from dmplay.budget import Budget
 
 ASCII = str.maketrans(
     dict(zip("─│┄━┷╋╱╲┌┐└┘├┤┬┴┼", "-|-=^#/\\+++++++++", strict=True))
     | dict(zip("←→↑↓◆●○∘·•✓✗×…▒█", "<>^v+*oo.*vxx~:#", strict=True))
     | dict(zip("▁▂▃▄▅▆▇▏▎▍▌▋▊▉", "_.:-=+*       ", strict=True))
 )
-FARTHEST = 10_000  # column or row
+MOST = 3e6  # cells of a drawing
 DIAGONALS = {"↗": "NE", "↖": "NW", "↙": "SW", "↘": "SE"}
 
 
@@ -18,15 +18,17 @@ class Canvas:
 
     def __init__(self) -> None:
         self._rows: list[tuple[list[str], list[str]]] = []  # glyphs, and the style of each
+        self._budget = Budget("a drawing", "try a smaller map", MOST)
 
     def put(self, x: int, y: int, text: str, style: str = "") -> None:
-        """Writes text from column x of row y on; raises BadParameter far out."""
-        if max(x, y) > FARTHEST:
-            raise BadParameter(f"a drawing of more than {FARTHEST} columns or rows")
-        while len(self._rows) <= y:
-            self._rows.append(([], []))
-        glyphs, styles = self._rows[y]
+        """Writes text from column x of row y on; raises TooMuch far out."""
         end = x + len(text)
+        if y >= len(self._rows):
+            self._budget.spend(y - len(self._rows))
+            self._rows.extend(([], []) for _ in range(y + 1 - len(self._rows)))
+        glyphs, styles = self._rows[y]
+        if end > len(glyphs):
+            self._budget.spend(end - len(glyphs))
         glyphs.extend(" " * (end - len(glyphs)))
         styles.extend([""] * (end - len(styles)))
         glyphs[x:end] = text

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 import dmplay
+from dmplay.budget import watched
 from dmplay.solutions import played, teams
 from dmplay.solutions.every import solution
 from tests.support.blocks import TIGER
@@ -138,7 +139,8 @@ def test_what_has_no_exact_solution_is_simulated_and_says_so() -> None:
 @every_problem
 def test_a_solution_tells_how_far_it_is_and_never_goes_back(name: str) -> None:
     shares: list[float] = []
-    found = solution(small(name), shares.append)
+    with watched(shares.append):
+        found = solution(small(name))
     assert found.rows
     assert all(row.keys() == found.rows[0].keys() for row in found.rows)
     assert shares == sorted(shares)
