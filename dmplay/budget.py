@@ -5,7 +5,7 @@ and spends work as it goes. Whoever waits for the result may watch, and stop it.
 """
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 
@@ -32,7 +32,6 @@ class Budget:
     work: float = WORK
     memory: float = MEMORY
     spent: float = 0.0
-    done: float = 0.0  # the share that was told
 
     def spend(self, work: float, share: float | None = None) -> None:
         """Counts work that is about to be done; tells who watches of the share that is.
@@ -41,9 +40,7 @@ class Budget:
         """
         watch = _watching.get()
         if watch:
-            now = self.spent / self.work if share is None else share
-            self.done = max(self.done, min(now, 1.0))
-            watch(self.done)
+            watch(min(self.spent / self.work if share is None else share, 1.0))
         self.expect(work)
         self.spent += work
 
@@ -61,8 +58,15 @@ class Budget:
 
 @contextmanager
 def watched(watch: Watch) -> Iterator[None]:
-    """Has each budget spent meanwhile in this thread tell how far it is."""
-    before = _watching.set(watch)
+    """Has each budget spent meanwhile in this thread tell how far it is, never less than before."""
+    told = 0.0
+
+    def onwards(share: float) -> None:
+        nonlocal told
+        told = max(told, share)
+        watch(told)
+
+    before = _watching.set(onwards)
     try:
         yield
     finally:
@@ -70,8 +74,8 @@ def watched(watch: Watch) -> Iterator[None]:
 
 
 @contextmanager
-def part(low: float, high: float) -> Iterator[None]:
-    """Has what is spent meanwhile tell of this part of the work, from share to share."""
+def between(low: float, high: float) -> Iterator[None]:
+    """Has what is spent meanwhile be told as the work from one share to another."""
     watch = _watching.get()
     if watch is None:
         yield
@@ -79,3 +83,8 @@ def part(low: float, high: float) -> Iterator[None]:
     whole = watch
     with watched(lambda share: whole(low + (high - low) * share)):
         yield
+
+
+def part(number: int, many: int) -> AbstractContextManager[None]:
+    """Has what is spent meanwhile be told as one of so many equal parts of the work."""
+    return between(number / many, (number + 1) / many)

@@ -241,7 +241,8 @@ def _check(value: object, one: Field[Any]) -> None:
     low, high, above = (one.metadata[key] for key in ("low", "high", "above"))
     if not (low <= number <= high) or (above and number == low):
         got = f"{number:g}" if abs(number) <= FARTHEST else "a number beyond all bounds"
-        span = f"{'above' if above else 'at least'} {low:g} and at most {high:g}"
+        most = f" and at most {high:g}" if high < LARGEST or number > high else ""
+        span = f"{'above' if above else 'at least'} {low:g}{most}"
         raise BadParameter(f"{one.name}: got {got}, expected a number {span}")
 
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import Budget, part
+from dmplay.budget import Budget, between
 from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import DECIMALS, Memory, Policy, Problem, asked, own
 from dmplay.dice import NATURE, uniforms
@@ -72,7 +72,7 @@ def rollout(  # noqa: PLR0913 - each is the caller's to choose
         where = [f"turn {turn}, {agent}" for agent in problem.agents]
         each = zip(where, policies, memories, strict=True)
         choosers = [partial(asked, at, policy.choose, memory) for at, policy, memory in each]
-        with part(share, share):
+        with between(share, share):
             actions = _chosen(problem, choosers, state, luck)
         outcome = problem.step(state, actions, draw(NATURE, turn, problem.draws.step)[row])
         memories = [

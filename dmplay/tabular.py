@@ -171,7 +171,7 @@ def tabulate(problem: Problem) -> Tables:
         observation[..., 0] += observation.sum(axis=2) == 0
         observation /= observation.sum(axis=2, keepdims=True)
         for first in range(0, len(p), many):  # state by state, which bounds the memory
-            budget.spend(ROUND + 4 * observation.size, first / len(p))
+            budget.spend(ROUND + 4 * observation.size)
             joint = np.zeros_like(observation)
             here = slice(first, first + many)
             np.add.at(joint, (row[:many], after[here], seen[here]), p[here])

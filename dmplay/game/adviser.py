@@ -6,7 +6,7 @@ from math import floor, isfinite, log10, prod
 from typing import TypeVar
 
 from dmplay.core import Policy
-from dmplay.errors import BadPolicy
+from dmplay.errors import BadPolicy, TooMuch
 from dmplay.finding import agents
 from dmplay.session import Follower, Session
 from dmplay.views.style import Overlay
@@ -70,7 +70,7 @@ class Adviser:
         assert self._follower
         try:
             return ask(self._follower)
-        except BadPolicy:
+        except (BadPolicy, TooMuch):
             problem = self.session.problem
             self._found = "search", agents.agent(problem, self.seat, "search")
             self._follower = Follower(self.session, self.seat, self._found[1])

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import part
+from dmplay.budget import between
 from dmplay.chance import Ints, Reals
 from dmplay.core import Policy, Problem
 from dmplay.finding.agents import agent, roster
@@ -30,7 +30,7 @@ def games(
     parts = []
     for first in range(0, episodes, AT_A_TIME):
         many = min(AT_A_TIME, episodes - first)
-        with part(first / episodes, (first + many) / episodes):
+        with between(first / episodes, (first + many) / episodes):
             played = rollout(
                 problem, policies, episodes=many, seed=SEED, first=first, turns=turns
             )  # fmt: skip

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay import belief
-from dmplay.budget import part
+from dmplay.budget import between, part
 from dmplay.chance import Reals
 from dmplay.core import Problem
 from dmplay.finding import agents
@@ -33,9 +33,9 @@ def care(problem: MulticaregiverCryingBaby) -> Solution:
     """Joint plans of one turn and more, beside one planner for both and one who sees the baby."""
     b, tables = belief.prior(problem), tabulate(problem)
     team = tables._replace(rewards=tables.rewards.sum(axis=2, keepdims=True))
-    with part(0.0, 0.5):
+    with part(0, 2):
         found = joint_plans.stages(problem, LONGEST)
-    with part(0.5, 1.0):
+    with part(1, 2):
         heard = alpha_vectors.stages(team, problem.discount, LONGEST)
     rows: list[Row] = []
     for turns, (stage, planner) in enumerate(zip(found, heard, strict=True), 1):
@@ -66,7 +66,7 @@ def _endless(problem: Problem, team: Tables, b: Reals) -> str:
 
 def hunt(problem: Problem) -> Solution:
     """What teams earn from anywhere, the one first that sees all and whom none exceeds."""
-    with part(0.0, 0.2):
+    with between(0.0, 0.2):
         model = sparse.listed(problem)
         q = sparse.optimal(model, problem.discount)
     random = sparse.evaluate(model, problem.discount, np.full(q.shape, 1 / q.shape[1]))
@@ -75,14 +75,14 @@ def hunt(problem: Problem) -> Solution:
         Team("random", float(random.mean()), "exact"),
     ]
     if isinstance(problem, CollaborativePredatorPrey) and problem.predators == 2:
-        with part(0.2, 0.3):
+        with between(0.2, 0.3):
             value = reactive_team.team(problem).value
         teams.append(Team("reactive", value, "exact, if the first state is sensed too"))
     known = [name for name in SIMULATED if name in agents.roster(problem).agents]
     for place, name in enumerate(known):
         seated = [agents.agent(problem, seat, name) for seat in range(len(problem.agents))]
         share = 0.7 / len(known)
-        with part(0.3 + share * place, 0.3 + share * (place + 1)):
+        with between(0.3 + share * place, 0.3 + share * (place + 1)):
             sample = games(problem, seated, episodes=GAMES, turns=TURNS).returns[:, 0]
         error = sample.std(ddof=1) / np.sqrt(GAMES)
         teams.append(Team(name, float(sample.mean()), f"{GAMES} games, +- {error:.2g}"))

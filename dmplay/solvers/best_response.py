@@ -38,7 +38,7 @@ def faced(problem: Problem, seat: int, play: Sequence[Reals]) -> Listed:
     budget.hold(OUTCOME * own * each_turn)
     p, after, rewards = [], [], []
     for action in range(own):
-        budget.spend(30.0 * each_turn, action / own)
+        budget.spend(30.0 * each_turn)
         a[:, seat] = action
         each, outcome = exact(problem, s, a)
         weighted = each * weight

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import ROUND, Budget, part
+from dmplay.budget import ROUND, Budget, between
 from dmplay.chance import Reals
 from dmplay.core import Problem
 from dmplay.errors import BadParameter
@@ -43,12 +43,12 @@ def equilibrium(problem: Problem) -> Equilibrium:
         budget.spend(
             4 * tables.transition.size + len(values) * (10 * ROUND + len(values) ** 2 / 10), share
         )
-        with part(share, share):
+        with between(share, share):
             play = _play(_games(problem, tables, values))
         after = _evaluate(tables, problem.discount, play)
         changes.append(float(abs(after - values).max()))
         values = after
-    with part(1.0, 1.0):
+    with between(1.0, 1.0):
         play = _play(np.round(_games(problem, tables, values), DIGITS))
         (one, q1, gap1), (two, q2, gap2) = (_weighed(problem, play, seat) for seat in (0, 1))
     return Equilibrium(play, (one, two), (q1, q2), (gap1, gap2), tuple(changes[1:]))

@@ -21,8 +21,8 @@ def sweep(tables: Tables, discount: float, sweeps: int) -> Reals:
     """U_k `[S]` after k synchronous sweeps from U_0 = 0: k rewards are summed."""
     budget = _budget()
     values = np.zeros(len(tables.transition))
-    for done in range(sweeps):
-        budget.spend(ROUND / 2 + tables.transition.size, done / sweeps)
+    for _ in range(sweeps):
+        budget.spend(ROUND / 2 + tables.transition.size)
         values = action_values(tables, discount, values).max(axis=1)
     return values
 
@@ -60,8 +60,8 @@ def _settled(tables: Tables) -> Reals:
     """Undiscounted values `[S]`, swept until they are still, or often enough."""
     budget = _budget()
     values = np.zeros(len(tables.transition))
-    for done in range(MOST):
-        budget.spend(ROUND + tables.transition.size, done / MOST)
+    for _ in range(MOST):
+        budget.spend(ROUND + tables.transition.size)
         before, values = values, action_values(tables, 1.0, values).max(axis=1)
         if abs(values - before).max() < STILL:
             break

@@ -10,7 +10,7 @@ import dmplay
 from dmplay import Interval, Labels, Outcome, Tables, Tabular
 from dmplay.chance import Array, Categorical, Chance
 from dmplay.dice import Dice
-from dmplay.errors import BadParameter, BadPolicy
+from dmplay.errors import BadParameter, TooMuch
 from dmplay.finding.agents import roster
 from dmplay.game.game import Game
 from dmplay.game.seats import HUMAN
@@ -140,7 +140,7 @@ def test_a_hint_is_searched_where_plans_are_too_many(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(alpha_vectors, "WORK", 1000)
     played = game(Four(discount=1.0))
     assert played.adviser.hint().startswith("hint (search): ")
-    with pytest.raises(BadPolicy, match="plans are too many; search needs none"):
+    with pytest.raises(TooMuch, match="there are too many plans; search needs none"):
         dmplay.agent(Four(discount=1.0), 0, "plan").values((np.full((1, 4), 0.25),))
 
 

@@ -92,7 +92,7 @@ def test_the_nearest_strategy_to_one_is_itself() -> None:
 
 
 def test_softmax_refuses_negative_numbers() -> None:
-    with pytest.raises(BadParameter, match="precision -1"):
+    with pytest.raises(BadParameter, match="precision: got -1, expected a number at least 0"):
         dmplay.agent(PRISONERS, 0, "softmax:precision=-1")
 
 

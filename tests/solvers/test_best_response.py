@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.errors import BadParameter
+from dmplay.errors import TooMuch
 from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.solvers import best_response, sparse, value_iteration
 from dmplay.tabular import Tables, tabulate
@@ -38,5 +38,5 @@ def test_against_fixed_moves_only_these_are_listed() -> None:
 def test_a_game_too_large_to_list_is_refused(predators: int) -> None:
     hunt = PredatorPrey(predators=predators)
     many = [np.full((12 ** (predators + 1), 6), 1 / 6)] * (predators + 1)
-    with pytest.raises(BadParameter, match="outcomes, expected at most"):
+    with pytest.raises(TooMuch, match=r"^a best response: .* MB, more than 512; try fewer states"):
         best_response.faced(hunt, 0, many)

@@ -9,7 +9,7 @@ import pytest
 import dmplay
 from dmplay.chance import Reals
 from dmplay.core import Exact
-from dmplay.errors import BadParameter
+from dmplay.errors import TooMuch
 from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
 from dmplay.solvers import alpha_vectors, joint_plans
 from dmplay.tabular import Tables, tabulate
@@ -76,5 +76,5 @@ def test_a_plan_that_another_is_nowhere_below_is_dropped() -> None:
 
 
 def test_too_many_plans_to_compare_are_refused() -> None:
-    with pytest.raises(BadParameter, match="pairs of plans, expected at most"):
+    with pytest.raises(TooMuch, match=r"^pairs of plans: .* MB, more than 153; try fewer turns$"):
         joint_plans.stages(CARE, 5)
