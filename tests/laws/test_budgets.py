@@ -1,0 +1,185 @@
+"""Every solver works under a budget: who watches hears of it as it goes, and can stop it."""
+
+import contextlib
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay import solvers
+from dmplay.budget import Stopped, watched
+from dmplay.policies.mountain_car import GRID
+from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
+from dmplay.problems.simple_regulator import SimpleRegulator
+from dmplay.solvers import (
+    alpha_vectors,
+    belief_grid,
+    best_response,
+    bounded_search,
+    collision_grid,
+    double_description,
+    envelope,
+    expectimax_2048,
+    grid_iteration,
+    joint_plans,
+    linear_regulator,
+    markov_game,
+    matrix_game,
+    reactive_team,
+    riccati,
+    sparse,
+    uct,
+    value_iteration,
+    zero_sum,
+)
+from dmplay.tabular import Tables, tabulate
+from tests.support.cases import load
+
+TABLES = {"boards_2048", "worth_2048"}  # found once, of a size that no parameter changes
+TRIANGLE = "predator-prey:triangle"
+PAYOFFS = np.random.default_rng(1).normal(size=(4, 4, 2))
+
+
+@cache
+def baby() -> Tables:
+    return tabulate(load("crying-baby"))
+
+
+def hexes() -> Tables:
+    return tabulate(load("hexworld"))
+
+
+def cornered() -> None:
+    """Two cuts of the corner of a space."""
+    cone = double_description.simplicial(np.eye(4))
+    for normal in np.random.default_rng(1).normal(size=(9, 4)):
+        cone = double_description.cut(cone, normal)
+
+
+def exactly() -> None:
+    catch = tabulate(load("catch"))
+    bounded_search.BoundedSearch(catch, 0.9, 2).action_values(np.full((1, 4), 0.25), 4)
+
+
+def answered() -> None:
+    hunt = load(TRIANGLE)
+    best_response.faced(hunt, 0, [np.full((9, 6), 1 / 6)] * 2)
+
+
+def pursued() -> None:
+    hunt = load("collaborative-predator-prey:triangle")
+    assert isinstance(hunt, CollaborativePredatorPrey)
+    reactive_team.team(hunt)
+
+
+def searched() -> None:
+    tree = uct.Tree(load("hexworld"), 0, 40, 3, 1.0)
+    tree.values(np.zeros((1, 40), np.int64), np.full((1, tree.draws), 0.5))
+
+
+def regulated() -> None:
+    regulator = load("simple-regulator")
+    assert isinstance(regulator, SimpleRegulator)
+    linear_regulator.finite(regulator, linear_regulator.OPTIMAL, 5)
+
+
+def balanced() -> None:
+    system = riccati.linearised(load("cart-pole"), 0, 1, 4)
+    riccati.regulator(system, np.eye(4), 1.0)
+
+
+def planned() -> None:
+    model = sparse.listed(load("collaborative-predator-prey:triangle"))
+    sparse.optimal(model, 0.9)
+
+
+SOLVED: dict[str, Callable[[], object]] = {
+    "alpha_vectors": lambda: alpha_vectors.infinite(baby(), 0.9),
+    "belief_grid": lambda: [belief_grid.BeliefGrid(3, 4).points for _ in range(2)],
+    "best_response": answered,
+    "bounded_search": exactly,
+    "collision_grid": lambda: collision_grid.optimal.__wrapped__(load("collision-avoidance")),
+    "double_description": cornered,
+    "envelope": lambda: envelope.envelope(PAYOFFS[:, :, 0]),
+    "expectimax_2048": lambda: expectimax_2048.action_values(np.ones((1, 4, 4), np.uint8), 0.8, 4),
+    "grid_iteration": lambda: grid_iteration.optimal(load("mountain-car"), GRID),
+    "joint_plans": lambda: joint_plans.stages(load("multicaregiver-crying-baby"), 2),
+    "linear_regulator": regulated,
+    "markov_game": lambda: markov_game.equilibrium(load(TRIANGLE)),
+    "matrix_game": lambda: matrix_game.nash(PAYOFFS),
+    "reactive_team": pursued,
+    "riccati": balanced,
+    "sparse": planned,
+    "uct": searched,
+    "value_iteration": lambda: value_iteration.sweep(hexes(), 1.0, 5),
+    "zero_sum": lambda: zero_sum.solved(PAYOFFS[:, :, 0]),
+}
+
+
+def test_every_solver_has_a_case_here() -> None:
+    assert solvers.__file__
+    modules = {path.stem for path in Path(solvers.__file__).parent.glob("[a-z]*.py")}
+    assert modules == {*SOLVED} | TABLES
+
+
+@pytest.mark.parametrize("solver", SOLVED)
+def test_who_watches_a_solver_can_stop_it_at_once(solver: str) -> None:
+    heard = []
+
+    def watch(share: float) -> None:
+        heard.append(share)
+        if len(heard) == 2:
+            raise Stopped
+
+    with watched(watch), pytest.raises(Stopped):
+        SOLVED[solver]()
+    assert len(heard) == 2
+    assert 0.0 <= heard[0] <= heard[1] <= 1.0
+
+
+def stopped_at(call: int) -> Callable[[float], None]:
+    """A watch that stops what it hears of so often."""
+    left = [call]
+
+    def watch(share: float) -> None:
+        left[0] -= 1
+        if not left[0]:
+            raise Stopped
+
+    return watch
+
+
+AT_CALLS = (1, 2, 5, 9)
+
+
+@pytest.mark.parametrize("call", AT_CALLS)
+def test_a_search_that_was_stopped_finds_the_same_when_it_is_asked_again(call: int) -> None:
+    catch = tabulate(load("catch"))
+    fresh, search = (bounded_search.BoundedSearch(catch, 0.9, 2) for _ in range(2))
+    b = np.full((1, 4), 0.25)
+    with watched(stopped_at(call)), pytest.raises(Stopped):
+        search.action_values(b, 6)
+    np.testing.assert_array_equal(search.action_values(b, 6), fresh.action_values(b, 6))
+
+
+@pytest.mark.parametrize("call", AT_CALLS)
+@pytest.mark.parametrize("name", ["crying-baby", "hexworld", "machine-replacement"])
+def test_an_agent_that_was_stopped_knows_the_same_when_it_is_asked_again(
+    name: str, call: int
+) -> None:
+    problem = dmplay.load(name)
+    fresh, agent = (dmplay.agent(problem, 0, "optimal") for _ in range(2))
+    memory = agent.begin(problem.first_sight(problem.start(np.full((1, 1), 0.3))))
+    with contextlib.suppress(Stopped), watched(stopped_at(call)):
+        agent.values(memory)
+    np.testing.assert_array_equal(agent.values(memory), fresh.values(memory))
+
+
+def test_a_choice_is_stopped_within_a_turn_of_a_rollout() -> None:
+    problem = load("hexworld")
+    agents = [dmplay.agent(problem, 0, "random")]
+    with watched(stopped_at(3)), pytest.raises(Stopped):
+        dmplay.rollout(problem, agents, episodes=5)

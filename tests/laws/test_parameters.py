@@ -1,0 +1,112 @@
+"""Whatever a parameter is given ends in one line of our own, or in a game that can be played."""
+
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay.budget import watched
+from dmplay.core import Problem
+from dmplay.dice import Dice
+from dmplay.errors import DmplayError
+from dmplay.finding import agents, problems
+from dmplay.game.adviser import Adviser
+from dmplay.session import Session
+from tests.support.cases import CASES, every_problem, random_play, small
+from tests.support.seats import FOREIGN
+
+ABSURD = ("1e400", "-1", "nan", f"1{'0' * 30}", f"1{'0' * 400}", "", "word", "[]", "[1]", "{}")
+KINDS: tuple[object, ...] = (None, "word", [], [[0]], {}, True, float("nan"), 10**400, object())
+CALLS = 3000  # that who watches hears of: some seconds at the very most
+
+pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")  # of numbers beyond all bounds
+
+
+class TooLong(Exception):
+    """A computation that nobody would wait for."""
+
+
+def quickly(made: Any) -> None:
+    """Does it, and fails where who watches hears of it too often."""
+    heard = 0
+
+    def watch(share: float) -> None:
+        nonlocal heard
+        heard += 1
+        if heard > CALLS:
+            raise TooLong
+
+    told = "played"
+    try:
+        with watched(watch):
+            made()
+    except DmplayError as error:
+        told = str(error)
+    assert told
+    assert "\n" not in told
+
+
+def played(problem: Problem) -> None:
+    """Two turns of a game, and what the adviser would do in each seat."""
+    session = Session(problem, Dice(7, 0), random_play(problem))
+    session.advance()
+    session.view(0)
+    if not session.over:
+        session.advance()
+
+
+def seated(problem: Problem, seat: int, name: str) -> None:
+    """One choice of an agent."""
+    made = agents.agent(problem, seat, name)
+    s = problem.start(np.full((1, problem.draws.start), 0.3))
+    memory = made.begin(problem.first_sight(s))
+    legal = problem.legal(s)
+    made.choose(memory, None if legal is None else legal[:, seat], np.full((1, made.draws), 0.5))
+
+
+@every_problem
+def test_a_problem_takes_no_parameter_that_it_cannot_be_played_with(name: str) -> None:
+    for parameter in problems.parameters(small(name)):
+        for value in ABSURD:
+            quickly(lambda given={parameter: value}: played(dmplay.load(name, **given)))
+
+
+@every_problem
+def test_a_problem_refuses_another_kind_of_parameter(name: str) -> None:
+    made = type(small(name))
+    for one in fields(made):
+        for value in KINDS:
+            quickly(lambda given={one.name: value}: played(made(**given)))
+
+
+@every_problem
+def test_an_agent_takes_no_parameter_that_it_cannot_play_with(name: str) -> None:
+    problem = small(name)
+    for agent, make in agents.roster(problem).agents.items():
+        if agent in FOREIGN:
+            continue
+        for parameter in agents.settings(make):
+            for value in ABSURD:
+                quickly(lambda who=f"{agent}:{parameter}={value}": seated(problem, 0, who))
+
+
+@pytest.mark.usefixtures("coarse")
+@every_problem
+@pytest.mark.parametrize("discount", [0.0, 0.99999999, 1.0])
+def test_a_hint_is_had_at_any_discount_or_one_line_says_why_not(name: str, discount: float) -> None:
+    problem = replace(small(name), discount=discount)
+    session = Session(problem, Dice(7, 0))
+    quickly(lambda: Adviser(session, 0).hint())
+
+
+def test_every_number_has_bounds() -> None:
+    for name in CASES:
+        problem = small(name)
+        parts: list[Any] = [type(problem), *agents.roster(problem).agents.values()]
+        for made in parts:
+            for one in fields(made):
+                if isinstance(one.default, int | float):
+                    assert one.metadata["low"] > -1e9, (made, one.name)
+                    assert one.metadata["high"] < 1e9, (made, one.name)
