@@ -16,6 +16,7 @@ from dmplay.errors import BadParameter, BadPolicy, IllegalAction, UnknownName
 
 DECIMALS = 9  # of a real-valued action, so that its text is the number
 GRID = 21  # actions that stand for an interval
+LISTED = 384 * 2**20  # bytes of all states of a problem, or of what may come of them
 LARGEST = 1e6  # a parameter that says no bounds of its own, either way
 
 T = TypeVar("T")
@@ -461,7 +462,7 @@ def possible(problem: Problem, s: Array, a: Array) -> tuple[Ints, Reals, Outcome
 def listing(problem: Problem, numbers: float) -> None:
     """Refuses a list of so many numbers of a problem's states, before it is made."""
     what = f"{type(problem).__name__}: a list of its states"
-    Budget(what, "try a smaller problem").hold(8.0 * numbers)
+    Budget(what, "try a smaller problem", memory=LISTED).hold(24.0 * numbers)
 
 
 def reached(problem: Problem, outcome: Outcome) -> Ints:
@@ -489,7 +490,8 @@ def _joint(chances: tuple[Finite, ...], rows: int) -> tuple[Reals, tuple[Array, 
     each = [np.broadcast_to(p, (rows, p.shape[1])) for p in (c.probabilities() for c in chances)]
     many = math.prod(p.shape[1] for p in each)
     what = f"listing {rows * many} outcomes one by one"
-    Budget(what, "try a smaller problem").hold(8.0 * rows * many * (2 + len(each)))
+    budget = Budget(what, "try a smaller problem", memory=LISTED)
+    budget.hold(8.0 * rows * many * (4 + 3 * len(each)))
     combined = np.indices([p.shape[1] for p in each]).reshape(len(each), many)
     probabilities = np.ones((rows, many))
     events = []

@@ -26,7 +26,7 @@ from dmplay.transcript.format import Frame, turn_limit
 from dmplay.transcript.header import Header
 from dmplay.transcript.reading import Transcript, left
 from dmplay.transcript.recorder import Recorder
-from dmplay.transcript.replay import replay, unattended
+from dmplay.transcript.replay import check_seats, replay, unattended
 from dmplay.transcript.seal import Luck, going_on, luck, marked, opened, sealed
 
 LARGEST_SEED = 2**63 - 1
@@ -120,6 +120,7 @@ def resumed(wanted: Resumption, shown: Collection[Luck] = ()) -> Game:
     path, transcript = wanted.path, readable(wanted.path, left)
     found = loaded(transcript, trusted=wanted.trusted)
     hands(found.problem, wanted.keys)
+    check_seats(transcript, found.problem)
     for who in transcript.header.seats.values():
         kind = who.partition(":")[0]
         if kind in ("script", "replay"):

@@ -17,9 +17,9 @@ from dmplay.solvers.value_iteration import slack
 from dmplay.tabular import Tables
 
 ROUNDS = 200  # of policy iteration; those here need a handful
-WORK = 6e9  # operations
+WORK = 2e10  # operations
 MOST = 300  # plans of a controller
-HELD = 2500  # bytes that a pair of plans takes, times the states squared, once it is enveloped
+HELD = 3600  # bytes that a pair of plans takes, times the states squared, once it is enveloped
 
 
 class Plans(NamedTuple):

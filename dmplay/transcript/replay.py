@@ -19,14 +19,20 @@ def start(
 ) -> Session:
     """The session of a transcript before its first turn, with the recorded opening."""
     header = transcript.header
-    if list(header.seats) != list(problem.agents):
-        entry = transcript.header_block.entries["seats"]
-        got, expected = ", ".join(header.seats), ", ".join(problem.agents)
-        raise transcript.fault(entry.line, f"seats: got {got}, expected {expected}")
+    check_seats(transcript, problem)
     begun = transcript.blocks[:1]  # none where the file is torn before it
     opening = draws_of(transcript, begun[0], problem.draws.start) if begun else None
     limit = turn_limit(problem, header.seats.values(), header.turns)
     return Session(problem, source, policies, limit=limit, opening=opening)
+
+
+def check_seats(transcript: Transcript, problem: Problem) -> None:
+    """Refuses seats that are not those of the problem."""
+    seats = transcript.header.seats
+    if list(seats) != list(problem.agents):
+        entry = transcript.header_block.entries["seats"]
+        got, expected = ", ".join(seats), ", ".join(problem.agents)
+        raise transcript.fault(entry.line, f"seats: got {got}, expected {expected}")
 
 
 def feed(transcript: Transcript, block: Block, session: Session) -> None:
