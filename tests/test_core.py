@@ -98,9 +98,7 @@ def test_outcomes_that_are_too_many_are_not_listed() -> None:
             return (Pick(np.full(len(s), 5_000), 5_000),) * 2
 
     game: Problem = Dizzy()
-    with pytest.raises(
-        TooMuch, match=r"^listing 25000000 outcomes one by one: 1,907 MB, more than"
-    ):
+    with pytest.raises(TooMuch, match=r"^listing 25000000 outcomes one by one: 1,907 MB"):
         exact(game, np.zeros(1, int), np.zeros((1, 2), int))
 
 

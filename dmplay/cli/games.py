@@ -78,7 +78,7 @@ def resume(
     from dmplay.game.request import Resumption
 
     file = file or saves.latest_unfinished()
-    wanted = Resumption(file, trust, options.wanted_keys(keys), here(wishes).asks, turns)
+    wanted = Resumption(file, trust, options.wanted_keys(keys), here(wishes).asks, turns=turns)
     return Sitting(wanted, wishes, quiet)
 
 

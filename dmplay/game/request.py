@@ -73,7 +73,7 @@ class Resumption:
     trusted: bool = False
     keys: Keys = AS_DRAWN
     asks: bool = True
-    turns: int | None = None  # that agents alone may play, of more than nobody would ask for
+    turns: int | None = field(default=None, kw_only=True)  # that agents alone may play
 
 
 @dataclass(frozen=True)

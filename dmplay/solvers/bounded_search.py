@@ -79,6 +79,8 @@ class BoundedSearch:
     def bounds(self, turns: int) -> Bounds:
         """The bounds with so many rewards to come, at least `EXACT`."""
         budget = _budget()
+        missing = max(turns + 1 - EXACT - len(self._stages), 0)
+        budget.expect(missing * self._work(len(self.grid.points)))
         while len(self._stages) + EXACT <= turns:
             self._foreseen(len(self.grid.points), budget)
             self._stages.append(self._before(self._stages[-1]))
@@ -103,10 +105,14 @@ class BoundedSearch:
         return np.round(q, DECIMALS)
 
     def _foreseen(self, beliefs: int, budget: Budget, share: float | None = None) -> None:
-        """Counts what looking one turn ahead from so many beliefs takes."""
+        """Counts a look one turn ahead from so many beliefs."""
         numbers = float(beliefs * self._joint[0].size)
         budget.hold(8.0 * numbers * (len(self._joint) + 4))
-        budget.spend(ROUND * 10 + 100 * numbers * (len(self._joint) + 4), share)
+        budget.spend(self._work(beliefs), share)
+
+    def _work(self, beliefs: int) -> float:
+        """What looking one turn ahead from so many beliefs takes."""
+        return ROUND * 10 + 100.0 * float(beliefs * self._joint[0].size * (len(self._joint) + 4))
 
     def _level(self, b: Reals, left: int, *, everything: bool) -> tuple[_Level, Reals]:
         """One level of the search, and the beliefs of the next one."""

@@ -20,6 +20,7 @@ from dmplay.solvers import alpha_vectors
 from tests.support.blocks import TIGER
 from tests.support.brought import Counted, Key
 from tests.support.programs import run
+from tests.support.quick import quickly
 from tests.support.screens import seated
 
 TOLD: dict[str, type[Tabular]] = {}
@@ -142,6 +143,30 @@ def test_a_hint_is_searched_where_plans_are_too_many(monkeypatch: pytest.MonkeyP
     assert played.adviser.hint().startswith("hint (search): ")
     with pytest.raises(TooMuch, match="there are too many plans; search needs none"):
         dmplay.agent(Four(discount=1.0), 0, "plan").values((np.full((1, 4), 0.25),))
+
+
+@dataclass(frozen=True)
+class Arms(Tabular):
+    """Three arms in a state that stays: each stage has far more plans than the one before."""
+
+    discount: float = 0.95
+    horizon = 20
+    actions = (Labels(("a", "b", "c")),)
+    observations = (Labels(("pays", "does not")),)
+    names = ("p", "q", "r")
+    likely = np.array([[0.8, 0.5, 0.2], [0.2, 0.8, 0.5], [0.5, 0.2, 0.8]])
+    tables = Tables(
+        np.stack([np.eye(3)] * 3, axis=1),
+        likely[:, :, None],
+        np.stack([likely.T, 1.0 - likely.T], axis=2),
+    )
+
+
+def test_a_hint_of_too_many_plans_is_soon_that_of_a_search() -> None:
+    hint = quickly(game(Arms(discount=1.0)).adviser.hint)
+    assert hint.startswith("hint (search): ")
+    with pytest.raises(TooMuch, match="^alpha vectors: 641 MB, more than 512; there are too many"):
+        dmplay.agent(Arms(), 0, "plan").values((np.full((1, 3), 1 / 3),))
 
 
 def test_the_tiger_is_listened_to_until_a_door_is_worth_it() -> None:

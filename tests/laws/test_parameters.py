@@ -1,13 +1,14 @@
 """Whatever a parameter is given ends in one line of our own, or in a game that can be played."""
 
+from collections.abc import Callable
 from dataclasses import fields, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 
 import dmplay
-from dmplay.budget import watched
 from dmplay.core import Problem
 from dmplay.dice import Dice
 from dmplay.errors import DmplayError
@@ -15,33 +16,20 @@ from dmplay.finding import agents, problems
 from dmplay.game.adviser import Adviser
 from dmplay.session import Session
 from tests.support.cases import CASES, every_problem, random_play, small
+from tests.support.quick import quickly
 from tests.support.seats import FOREIGN
 
 ABSURD = ("1e400", "-1", "nan", f"1{'0' * 30}", f"1{'0' * 400}", "", "word", "[]", "[1]", "{}")
 KINDS: tuple[object, ...] = (None, "word", [], [[0]], {}, True, float("nan"), 10**400, object())
-CALLS = 3000  # that who watches hears of: some seconds at the very most
 
 pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")  # of numbers beyond all bounds
 
 
-class TooLong(Exception):
-    """A computation that nobody would wait for."""
-
-
-def quickly(made: Any) -> None:
-    """Does it, and fails where who watches hears of it too often."""
-    heard = 0
-
-    def watch(share: float) -> None:
-        nonlocal heard
-        heard += 1
-        if heard > CALLS:
-            raise TooLong
-
-    told = "played"
+def ends(done: Callable[[], object]) -> None:
+    """Does it, or is told in one line why not."""
+    told = "done"
     try:
-        with watched(watch):
-            made()
+        quickly(done)
     except DmplayError as error:
         told = str(error)
     assert told
@@ -57,6 +45,14 @@ def played(problem: Problem) -> None:
         session.advance()
 
 
+def loaded(name: str, given: dict[str, Any]) -> None:
+    played(dmplay.load(name, **given))
+
+
+def constructed(made: type[Problem], given: dict[str, Any]) -> None:
+    played(made(**given))
+
+
 def seated(problem: Problem, seat: int, name: str) -> None:
     """One choice of an agent."""
     made = agents.agent(problem, seat, name)
@@ -70,7 +66,7 @@ def seated(problem: Problem, seat: int, name: str) -> None:
 def test_a_problem_takes_no_parameter_that_it_cannot_be_played_with(name: str) -> None:
     for parameter in problems.parameters(small(name)):
         for value in ABSURD:
-            quickly(lambda given={parameter: value}: played(dmplay.load(name, **given)))
+            ends(partial(loaded, name, {parameter: value}))
 
 
 @every_problem
@@ -78,7 +74,7 @@ def test_a_problem_refuses_another_kind_of_parameter(name: str) -> None:
     made = type(small(name))
     for one in fields(made):
         for value in KINDS:
-            quickly(lambda given={one.name: value}: played(made(**given)))
+            ends(partial(constructed, made, {one.name: value}))
 
 
 @every_problem
@@ -89,7 +85,7 @@ def test_an_agent_takes_no_parameter_that_it_cannot_play_with(name: str) -> None
             continue
         for parameter in agents.settings(make):
             for value in ABSURD:
-                quickly(lambda who=f"{agent}:{parameter}={value}": seated(problem, 0, who))
+                ends(partial(seated, problem, 0, f"{agent}:{parameter}={value}"))
 
 
 @pytest.mark.usefixtures("coarse")
@@ -98,7 +94,7 @@ def test_an_agent_takes_no_parameter_that_it_cannot_play_with(name: str) -> None
 def test_a_hint_is_had_at_any_discount_or_one_line_says_why_not(name: str, discount: float) -> None:
     problem = replace(small(name), discount=discount)
     session = Session(problem, Dice(7, 0))
-    quickly(lambda: Adviser(session, 0).hint())
+    ends(Adviser(session, 0).hint)
 
 
 def test_every_number_has_bounds() -> None:

@@ -72,7 +72,7 @@ def test_an_unending_game_without_discount_has_no_optimum() -> None:
 
 
 def test_no_turn_cannot_be_planned() -> None:
-    with pytest.raises(BadParameter, match="horizon: got 0, expected at least 1"):
+    with pytest.raises(BadParameter, match="horizon: got 0, expected a number at least 1"):
         dmplay.agent(BABY, 0, "plan:horizon=0")
 
 

@@ -163,7 +163,8 @@ def test_a_joint_plan_goes_on_beside_a_partner_who_surprises() -> None:
 
 def test_a_joint_plan_is_of_one_to_four_turns() -> None:
     for horizon in (0, 5):
-        with pytest.raises(BadParameter, match=f"got {horizon}, expected 1 to 4"):
+        told = f"got {horizon}, expected a number at least 1 and at most 4"
+        with pytest.raises(BadParameter, match=told):
             dmplay.agent(CARE, 0, f"joint-plan:horizon={horizon}")
 
 

@@ -448,8 +448,15 @@ def test_a_drawing_too_large_to_be_drawn_is_a_finding(tmp_path: Path) -> None:
         turns=1,
         settings=["hexes=[[0,0],[1,0]]", "rewards=[]"],
     )
-    altered(path, "[[0, 0], [1, 0]]", "[[0, 0], [50000000, 0]]")
-    assert any("a drawing of more than 10000 columns" in one for one in findings(path))
+    far = [[-1000, 0], *([1000, r] for r in range(300))]
+    altered(path, "[[0, 0], [1, 0]]", json.dumps(far))
+    assert any(
+        "a drawing: more than 3e+06 operations; try a smaller map" in one for one in findings(path)
+    )
+    altered(path, json.dumps(far), "[[0, 0], [50000000, 0]]")
+    assert any(
+        "hexes: got [50000000, 0], expected numbers within 1000" in one for one in findings(path)
+    )
 
 
 def test_bytes_that_are_not_utf_8_are_told_with_line_and_column() -> None:
