@@ -6,7 +6,7 @@ from typing import TypeVar
 from dmplay.budget import watched
 
 T = TypeVar("T")
-CALLS = 3000  # some seconds at the very most
+CALLS = 10_000  # some seconds at the very most
 
 
 class TooLong(Exception):
