@@ -13,7 +13,7 @@ class Format(NamedTuple):
 FORMATS = {
     "svg": Format("a picture of the screen", still=True),
     "film": Format("an animated picture"),
-    "html": Format("a page with the screen", still=True),
+    "html": Format("a page with every turn, to step through", still=True),
     "cast": Format("a recording, asciicast v2"),
     "text": Format("every screen as text"),
     "csv": Format("a row a turn"),

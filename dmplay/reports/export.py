@@ -13,12 +13,14 @@ from dmplay.disk import apart
 from dmplay.errors import BadParameter
 from dmplay.game.formats import FORMATS
 from dmplay.game.playback import Playback
-from dmplay.reports.drawing import console, kept, picture
 from dmplay.reports.drawing import film as pictures
+from dmplay.reports.drawing import kept, picture
+from dmplay.reports.page import page
 from dmplay.screen.frame import Room, Shown, compose
 from dmplay.styles import ansi
 from dmplay.transcript.format import end_facts, turn_facts
 from dmplay.transcript.header import header_facts
+from dmplay.views.style import Look
 
 ROOM = Room(80, 24)
 SHORT_ROOM_ROWS = 18
@@ -57,10 +59,8 @@ def film(game: Playback, turn: int | None, room: Room) -> str:
 
 
 def html(game: Playback, turn: int | None, room: Room) -> str:
-    """A page with the screen after a turn."""
-    drawn = console(room.width)
-    drawn.print(_last(game, turn, room), soft_wrap=True)
-    return drawn.export_html(inline_styles=True)
+    """A page of its own with every turn, open at one."""
+    return page(game, turn, Look(room.width, room.height, room.ascii, large=True))
 
 
 def cast(game: Playback, turn: int | None, room: Room) -> str:
