@@ -26,6 +26,7 @@ class Account:
         self.session = session
         self.people = people
         self.reveal = reveal
+        self.dice = True  # whether draws may be told
         self._style = style_of(session.problem)
         self._hidden: tuple[object, list[dict[str, object]]] = (None, [])
 
@@ -57,8 +58,13 @@ class Account:
         seat of the view may know.
         """
         if not self.people or self.reveal:
-            return turn_facts(self.session)
+            return self.turn()
         return facts.public(self.session, view)
+
+    def turn(self) -> dict[str, object]:
+        """All of the last turn, but for its draws where nobody may know the dice."""
+        told = turn_facts(self.session)
+        return {key: value for key, value in told.items() if self.dice or key != "draws"}
 
     def result(self) -> str:
         """How it ended: reason, turns, return and total of each seat."""

@@ -8,6 +8,7 @@ from dmplay.game.game import Game
 from dmplay.game.keyboard import Keyboard
 from dmplay.game.keymap import AS_DRAWN
 from dmplay.game.saves import readable
+from dmplay.game.seats import people
 from dmplay.session import Session
 from dmplay.transcript.replay import feed, start
 from dmplay.transcript.seal import opened
@@ -35,6 +36,10 @@ class Playback(Game):
             feed(self.transcript, block, session)
         return session
 
+    def _sit(self, session: Session) -> None:
+        super()._sit(session)
+        self.account.dice = self.shows_seed
+
     def unattended(self) -> bool:
         """Shows the next turn or event; False at the end of the file."""
         blocks = self._blocks[self._place : self._place + 2]
@@ -50,6 +55,12 @@ class Playback(Game):
     def reveal(self) -> bool:
         """Nothing is hidden."""
         return True
+
+    @property
+    def shows_seed(self) -> bool:
+        """Whether it is no secret: of a game that people still play it may be one."""
+        known = self.transcript.end is not None or self.transcript.header.peeked
+        return known or not people(self.seats)
 
     @property
     def source(self) -> Path | None:

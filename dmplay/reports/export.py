@@ -18,12 +18,13 @@ from dmplay.reports.drawing import kept, picture
 from dmplay.reports.page import page
 from dmplay.screen.frame import Room, Shown, compose
 from dmplay.styles import ansi
-from dmplay.transcript.format import end_facts, turn_facts
+from dmplay.transcript.format import end_facts
 from dmplay.transcript.header import header_facts
 from dmplay.views.style import Look
 
 ROOM = Room(80, 24)
 SHORT_ROOM_ROWS = 18
+DICE = ("seed", "episode")
 
 
 def screens(game: Playback, room: Room) -> Iterator[Text]:
@@ -108,16 +109,17 @@ def rows_of_turns(game: Playback, turn: int | None, room: Room) -> str:
 def data(game: Playback, turn: int | None, room: Room) -> str:
     """The whole game as one JSON object."""
     turns = list(_facts(game))
-    facts = header_facts(game.transcript.header)
+    told = header_facts(game.transcript.header).items()
+    facts = {key: value for key, value in told if game.shows_seed or key not in DICE}
     return json.dumps(facts | {"turns": turns, "end": end_facts(game.session)}, indent=1) + "\n"
 
 
 def _facts(game: Playback) -> Iterator[dict[str, object]]:
-    yield turn_facts(game.session)
+    yield game.account.turn()
     for before in game.run():
         more = len(game.session.turns) - before
         event = {1: {}, 0: {"event": "reroll"}}.get(more, {"event": "undo"})
-        yield turn_facts(game.session) | event
+        yield game.account.turn() | event
 
 
 WRITERS: dict[str, Callable[[Playback, int | None, Room], str]] = {

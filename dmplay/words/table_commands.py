@@ -94,7 +94,8 @@ def branch(table: Table, argument: str) -> str:
     if source is None:
         raise BadParameter("branch: no transcript is written; --record FILE writes one")
     at = argument or str(turns)
-    table.ask(["branch", str(source), "--at", at, "-o", str(table.free(source))])
+    trust = [] if problems.stem(game.problem) else ["--trust"]  # what is played was trusted
+    table.ask(["branch", str(source), "--at", at, "-o", str(table.free(source)), *trust])
     return f"on from turn {at}. {table.began()}"
 
 

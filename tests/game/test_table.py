@@ -160,22 +160,6 @@ def test_a_kept_game_in_which_nothing_was_done_makes_room(
 
 
 @pytest.mark.parametrize(
-    "command", ["transcript", "save", "export --csv", "seed", "new", "restart", "values"]
-)
-def test_commands_of_the_table_tell_nothing_hidden(command: str, tmp_path: Path) -> None:
-    told = []
-    for opening in (5, 6):  # hungry, sated
-        unknown = {"seed": opening, "seed_known": False, "record": tmp_path / "g.dmt"}
-        game = table(tmp_path, problem="crying-baby", **unknown)
-        try:
-            told.append(typed(game, command))
-        except BadParameter as error:
-            told.append(str(error))
-        (tmp_path / "g.dmt").unlink()
-    assert told[0] == told[1]
-
-
-@pytest.mark.parametrize(
     ("line", "message"),
     [
         ("load", "no unfinished game"),

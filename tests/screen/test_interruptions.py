@@ -116,16 +116,6 @@ def test_two_who_hear_different_things_have_a_curtain_in_the_shell(tmp_path: Pat
         assert terminal.left_clean()
 
 
-def test_a_hidden_line_is_drawn_as_an_empty_one(tmp_path: Path) -> None:
-    with Terminal("shell", folder=tmp_path) as terminal:
-        terminal.ready().press("play rock-paper-scissors --vs human\r", "t0 agent1]>").calm()
-        before = terminal.text, terminal.screen.cursor.x
-        terminal.press("paper").calm()
-        assert (terminal.text, terminal.screen.cursor.x) == before
-        terminal.press("\r", "agent2]>").press("rock\r", "t1 agent1]>").calm().press(CTRL_D)
-        assert terminal.ended() == 0
-
-
 def test_who_leaves_the_screen_for_the_shell_is_shown_nothing_of_the_next(tmp_path: Path) -> None:
     with Terminal("shell", folder=tmp_path) as terminal:
         play = "play multicaregiver-crying-baby --vs human --seed 3"

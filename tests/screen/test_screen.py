@@ -397,12 +397,6 @@ def test_a_game_that_is_over_takes_no_more_actions() -> None:
     assert "no hint: the game is over" in shown.last
 
 
-def test_the_second_of_two_people_does_not_see_the_first_choice() -> None:
-    first, second = (play(game("prisoners-dilemma"), key) for key in "cd")
-    assert first.frames == second.frames
-    assert first.written == second.written
-
-
 def test_a_hidden_entry_shows_nothing_of_its_length_its_letters_or_what_is_wrong_with_it() -> None:
     first, second = (
         play(game("rock-paper-scissors"), ":", word, "enter") for word in ("rok", "scisors")

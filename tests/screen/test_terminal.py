@@ -80,22 +80,6 @@ def test_a_crying_baby_is_cared_for_by_letters_and_its_state_shown_at_the_end(
     assert told == ["feed", "sing", "ignore"]
 
 
-def test_two_people_choose_and_the_first_choice_stays_hidden_until_both_are_in(
-    tmp_path: Path,
-) -> None:
-    seen = []
-    for first in "cd":
-        words = ("prisoners-dilemma", "--vs", "human", "--seed", "7", "-o", f"{first}.dmt")
-        with Terminal(*words, folder=tmp_path) as terminal:
-            terminal.ready().press(first, "agent2 chooses").calm()
-            seen.append(terminal.text)
-            told = {"c": "agent1 chose cooperate", "d": "agent1 chose defect"}[first]
-            terminal.press("d", f"turn 1. {told}. agent2 chose defect.")
-            assert terminal.press("q").ended() == 0
-        verified(tmp_path / f"{first}.dmt")
-    assert seen[0] == seen[1]
-
-
 def test_a_first_choice_of_two_can_be_taken_back(tmp_path: Path) -> None:
     words = ("prisoners-dilemma", "--vs", "human", "--seed", "7", "-o", "game.dmt")
     with Terminal(*words, folder=tmp_path) as terminal:

@@ -72,3 +72,33 @@ class Heap(Counted):
 
     def legal(self, s: Array) -> Bools:
         return np.stack([np.ones(len(s), bool), s != 1], axis=1)[:, None]
+
+
+@dataclass(frozen=True)
+class Vault(Tabular):
+    """The tiger behind locked doors: who has taken the key may open one, and it is used up."""
+
+    horizon = 9
+    actions = (Labels(("listen", "take", "left", "right")),)
+    observations = (Labels(("heard left", "heard right")),)
+    names = ("left locked", "right locked", "left unlocked", "right unlocked")
+    start_belief = np.array([0.5, 0.5, 0.0, 0.0])
+    tables = Tables(
+        np.stack(
+            [
+                np.eye(4),
+                np.eye(4)[[2, 3, 2, 3]],
+                *2 * [np.vstack([np.eye(4)[:2], *2 * [[0.5, 0.5, 0.0, 0.0]]])],
+            ],
+            axis=1,
+        ),
+        np.array([[-1, -1, 0, 0], [-1, -1, 0, 0], [-1, -1, -9, 1], [-1, -1, 1, -9]], float)[
+            :, :, None
+        ],
+        np.stack([np.array([[0.85, 0.15], [0.15, 0.85]] * 2)] + [np.full((4, 2), 0.5)] * 3),
+    )
+
+    def legal(self, s: Array) -> Bools:
+        """Which only tells whether the key was taken."""
+        doors = s >= 2
+        return np.stack([np.ones(len(s), bool), ~doors, doors, doors], axis=1)[:, None]

@@ -1,0 +1,17 @@
+"""Where the games of these tests are played."""
+
+from pathlib import Path
+
+import pytest
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder to play in, where the clock stands and fresh dice are always the same."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setenv("LINES", "24")
+    monkeypatch.setattr("time.strftime", lambda form: "20300102-030405")
+    monkeypatch.setattr("os.urandom", bytes)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
