@@ -52,7 +52,7 @@ class Thought:
                 self._act()
             except BaseException as fault:
                 self._fault = fault
-        self._over.set()
+            self._over.set()
         if self._told:
             with suppress(RuntimeError):  # of who waits no more
                 self._told()
@@ -94,7 +94,8 @@ class Thought:
     def cancel(self, patience: float = PATIENCE) -> None:
         """Stops it, or leaves it alone; where the game acts, its next thought is not begun."""
         self._cancelled = True
-        self.left = not self.ends(patience) and self._hold.acquire(blocking=False)
+        held = not self.ends(patience) and self._hold.acquire(blocking=False)
+        self.left = held and not self.over
 
     def aside(self, about: About, compute: Callable[[], T]) -> T:
         """Computes what changes nothing of the game, and lets go of it meanwhile."""
