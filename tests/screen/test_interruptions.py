@@ -96,7 +96,7 @@ def test_a_game_stops_at_once_while_a_command_is_typed_which_goes_on(
     with Terminal(command=bash, folder=tmp_path, env={"PS1": "ready> "}) as terminal:
         terminal.until("ready>")
         terminal.press(f"{sys.executable} -m dmplay hexworld --seed 7 -o game.dmt\r")
-        terminal.until("q quit").calm()
+        terminal.until("q quit").press("h", "turn 1 ").calm()
         terminal.press(":").press("hint", ":hint").calm()
         if outside:
             os.kill(os.tcgetpgrp(terminal.child.child_fd), signal.SIGTSTP)
@@ -117,15 +117,15 @@ def test_a_game_that_was_stopped_unasked_takes_the_terminal_again(
     with Terminal(command=bash, folder=tmp_path, env={"PS1": "ready> "}) as terminal:
         terminal.until("ready>")
         terminal.press(f"{sys.executable} -m dmplay hexworld --seed 7 -o game.dmt\r")
-        terminal.until("q quit").calm()
+        terminal.until("q quit").press("h", "turn 1 ").calm()
         if typing:
             terminal.press(":").press("hint", ":hint").calm()
         os.kill(os.tcgetpgrp(terminal.child.child_fd), signal.SIGSTOP)
         terminal.until("Stopped").calm().press("stty sane; clear\r", "ready>").calm()
-        terminal.press("fg\r", ":hint" if typing else "turn 0 ").calm()
+        terminal.press("fg\r", ":hint" if typing else "turn 1 ").calm()
         if typing:
             terminal.press(ENTER, "hint (optimal)").calm()
-        terminal.press("h", "turn 1 ").press("q", "transcript: game.dmt").calm()
+        terminal.press("h", "turn 2 ").press("q", "transcript: game.dmt").calm()
         terminal.press("echo code=$?\r", "code=0").press("exit\r")
         assert terminal.ended() == 0
     verified(tmp_path / "game.dmt")

@@ -1,16 +1,23 @@
 """What takes long is thought beside the screen: shown, cancelled, and left, the game unharmed."""
 
+import io
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import pytest
 
+from dmplay.chance import Array, Chance
 from dmplay.dice import Dice
 from dmplay.finding import problems
 from dmplay.game.game import Game
 from dmplay.game.seats import HUMAN
+from dmplay.game.table import Table
 from dmplay.screen.meanwhile import Heed, heed
 from dmplay.session import Session
-from dmplay.thought import About
+from dmplay.terminal import Terminal
+from dmplay.thought import About, Cancelled, think
+from dmplay.words.plain import Sentences, by_lines
+from tests.support.brought import Heap
 from tests.support.screens import Played, play, press, seated
 from tests.support.thinkers import RELEASED, Deep, Vast
 
@@ -135,6 +142,37 @@ def test_a_game_that_is_over_is_shown_while_it_is_looked_back_at() -> None:
 def test_what_is_over_before_it_is_cancelled_is_looked_back_at() -> None:
     RELEASED.set()
     assert "review: " in played(heap(), "1", "1").last
+
+
+@dataclass(frozen=True)
+class Interrupted(Heap):
+    """A heap of which somebody who thinks gets a Ctrl-C."""
+
+    def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
+        if len(s) > 1:
+            raise KeyboardInterrupt
+        return super().chance(s, a)
+
+
+@pytest.mark.parametrize("asks", ["hint", "values", "policy"])
+def test_ctrl_c_while_a_hint_is_thought_of_stays_in_the_game_in_lines(
+    asks: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = Table(seated("heap", Session(Interrupted(), Dice(5), limit=2), [HUMAN]))
+    plain = Terminal(False, "--plain", True, False, False)
+    by_lines(table, plain, io.StringIO(f"{asks}\none\nquit\n"), Sentences(plain))
+    told = capsys.readouterr().out.split("\n")
+    assert told[2] == "action> cancelled."
+    assert told[3].startswith("action> turn 1. ")
+
+
+def test_ctrl_c_while_an_agent_thinks_ends_the_game_in_lines() -> None:
+    def interrupted() -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt) as caught:
+        think(MOVE, interrupted)
+    assert not isinstance(caught.value, Cancelled)
 
 
 MOVE, LOOK = About("optimal is thinking", move=True), About("thinking of a hint")
