@@ -329,6 +329,12 @@ class Screen:
             if found:
                 self.log.append(review.summary(found))
 
+    def ponder(self, about: About, far: str) -> None:
+        """Tells what is thought of, and how far it is where things may move."""
+        told = f"{about.told} ... {far if self.terminal.motion else ''}"
+        cure = "Ctrl-C cancels"
+        self.thinking = f"{told}{cure}" if len(told + cure) < self._room.width else told
+
     def leave_alone(self) -> None:
         """Goes on without what was cancelled and does not stop."""
         self.game.leave_alone()

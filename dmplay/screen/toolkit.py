@@ -219,8 +219,7 @@ class Stage:
         """Paints the game with what is thought of; None where it acts."""
         with thought.resting() as about:
             if about:
-                far = thought.far if self.screen.terminal.motion else ""
-                self.screen.thinking = f"{about.told} ... {far}Ctrl-C cancels"
+                self.screen.ponder(about, thought.far)
                 self.screen.paint(self.painter)
         return about
 

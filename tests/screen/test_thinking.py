@@ -1,7 +1,7 @@
 """What takes long is thought beside the screen: shown, cancelled, and left, the game unharmed."""
 
 import io
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import pytest
@@ -19,9 +19,9 @@ from dmplay.thought import About, Cancelled, think
 from dmplay.words.plain import Sentences, by_lines
 from tests.support.brought import Heap
 from tests.support.screens import Played, play, press, seated
-from tests.support.thinkers import RELEASED, Deep, Vast
+from tests.support.thinkers import BEGUN, RELEASED, Deep, Vast
 
-PAUSE = ("", "")  # frames
+SHARE = "share"
 DILEMMA = problems.resolve("prisoners-dilemma", {}).problem
 
 
@@ -29,6 +29,7 @@ DILEMMA = problems.resolve("prisoners-dilemma", {}).problem
 def _released() -> Iterator[None]:
     """Nobody thinks on after a test."""
     RELEASED.clear()
+    BEGUN.clear()
     yield
     RELEASED.set()
 
@@ -46,12 +47,20 @@ def heap() -> Game:
 
 def played(game: Game, *keys: str, motion: bool = True) -> Played:
     """Keys, each after a frame, and what is not there at once is a thought."""
-    return press(game, keys, (80, 24), moment=0.0, motion=motion)
+    return press(game, waited(keys), (80, 24), moment=0.0, motion=motion)
+
+
+def waited(keys: Sequence[str]) -> Iterator[str]:
+    """Keys, with frames between until the share is shown where a key is to wait for it."""
+    for key in keys:
+        while key == SHARE and not BEGUN.is_set():
+            yield ""
+        yield "" if key == SHARE else key
 
 
 def test_an_agent_that_thinks_is_named_with_the_share_that_is_done() -> None:
     game = against(Deep())
-    frames = played(game, "c", *PAUSE, "c-c").frames
+    frames = played(game, "c", SHARE, "c-c").frames
     shown = next(frame for frame in frames if "42%" in frame)
     assert " deep is thinking ... 42%. Ctrl-C cancels\n" in shown
     assert "turn 0/4" in shown
@@ -97,7 +106,7 @@ def test_an_agent_that_does_not_stop_is_left_alone_and_never_moves_for_it() -> N
 
 def test_agents_that_play_by_themselves_are_stopped_while_they_think() -> None:
     game = against(Deep(), Deep())
-    shown = played(game, "P", *PAUSE, "P", "z")
+    shown = played(game, "P", SHARE, "P", "z")
     assert any("deep is thinking ... 42%" in frame for frame in shown.frames)
     assert "z: no such key" in shown.last
     assert game.session.turns == []
@@ -105,7 +114,7 @@ def test_agents_that_play_by_themselves_are_stopped_while_they_think() -> None:
 
 def test_a_hint_is_cancelled_by_an_action_which_is_played() -> None:
     game = heap()
-    shown = played(game, "tab", *PAUSE, "tab", "1")
+    shown = played(game, "tab", SHARE, "tab", "1")
     assert any("thinking of a hint ... 25%. Ctrl-C cancels" in frame for frame in shown.frames)
     assert "turn 1/2" in shown.last
     assert len(game.session.turns) == 1
@@ -126,7 +135,7 @@ def test_a_command_can_be_typed_in_place_of_a_hint() -> None:
 
 
 def test_a_hint_asked_for_in_words_is_cancelled_as_well() -> None:
-    shown = played(heap(), ":", "hint enter", *PAUSE, "c-c")
+    shown = played(heap(), ":", "hint enter", SHARE, "c-c")
     assert any("thinking of a hint ... 25%" in frame for frame in shown.frames)
     assert "\n cancelled\n" in shown.last
 

@@ -11,6 +11,7 @@ from dmplay.core import Memory, Percept
 from tests.support.brought import Heap
 
 RELEASED = Event()  # set, who would think for ever answers
+BEGUN = Event()  # set, somebody has told the share that is done
 
 
 def ponder(share: float) -> None:
@@ -18,6 +19,7 @@ def ponder(share: float) -> None:
     budget = Budget("thought", "none", work=np.inf)
     while not RELEASED.wait(0.001):
         budget.spend(1.0, share)
+        BEGUN.set()
 
 
 class Deep:
