@@ -57,19 +57,6 @@ class Budget:
 
 
 @contextmanager
-def part(number: int, many: int) -> Iterator[None]:
-    """Has whoever watches be told the share of the whole while one of so many parts is done."""
-    watch = _watching.get()
-    if watch is None:
-        yield
-        return
-    told = watch
-    told(number / many)
-    with watched(lambda share: told((number + share) / many)):
-        yield
-
-
-@contextmanager
 def watched(watch: Watch) -> Iterator[None]:
     """Has each budget spent meanwhile in this thread tell how far it is, never less than before."""
     told = 0.0

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import part
+from dmplay.budget import Budget, part
 from dmplay.chance import Reals
 from dmplay.disk import write as write_file
 from dmplay.errors import BadParameter
@@ -54,7 +54,9 @@ def moves(session: Session, who: Sequence[int], seats: Sequence[str] = ()) -> It
         found = agents.adviser(problem, seat, session.limit, seats)
         if found and problem.actions[seat].labels:
             advisers[seat] = Follower(past, seat, found[1])
+    budget = Budget("the review", "a shorter game")
     for number, turn in enumerate(session.turns, 1):
+        budget.spend(1.0, (number - 1) / len(session.turns))
         for seat, adviser in advisers.items():
             with part(number - 1, len(session.turns)):
                 values = adviser.values()
