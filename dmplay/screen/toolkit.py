@@ -29,6 +29,7 @@ from dmplay.words.commands import Leave
 ESCAPE_WAIT = 0.05  # seconds until a lone Esc counts
 BEAT = 0.1  # seconds after which a thought is looked at again
 HASTE = 0.1  # seconds that who leaves waits for a thought to stop
+AWAY = ("c-c", "c-d")  # keys that leave whatever the game does
 NAMES: dict[str, str] = {  # the library's names of keys, as the views name them
     " ": "space",
     Keys.ControlH: "backspace", Keys.ControlUnderscore: "backspace", Keys.ControlI: "tab",
@@ -199,6 +200,10 @@ class Stage:
         while not (thought.over or thought.left):
             thinks = self._show(thought)
             if not thinks:  # nobody may come between what the game does
+                for key, event in self._come():
+                    if key in AWAY:
+                        await event()
+                    self._put(event, key)
                 await asyncio.sleep(BEAT)
                 continue
             about = thinks
@@ -226,10 +231,13 @@ class Stage:
     def _drop(self) -> None:
         """Drops the keys that were typed while an agent thought, but for those that leave."""
         self._read()
-        for _ in range(self._events.qsize()):
-            key, event = self._events.get_nowait()
+        for key, event in self._come():
             if not key or key in LEAVES:
                 self._put(event, key)
+
+    def _come(self) -> list[tuple[str, Event]]:
+        """Takes the events that came so far."""
+        return [self._events.get_nowait() for _ in range(self._events.qsize())]
 
     async def _nothing(self) -> None:
         pass

@@ -143,3 +143,20 @@ def test_ctrl_c_in_the_shell_stops_an_agent_that_thinks_and_the_shell_goes_on(
         terminal.press(CTRL_C, "interrupted.").until("t0]>").calm().press(CTRL_D)
         assert terminal.ended() == 0
     assert reason(folder) == "quit"
+
+
+def test_a_problem_that_never_says_what_happens_is_left(folder: Path) -> None:
+    (folder / "stuck.py").write_text(
+        "from dataclasses import dataclass\n\n"
+        "from dmplay.problems.hexworld import HexWorld\n\n\n"
+        "@dataclass(frozen=True)\n"
+        "class Stuck(HexWorld):\n"
+        "    def move(self, s, a, events):\n"
+        "        while True:\n"
+        "            pass\n"
+    )
+    words = ("./stuck.py:Stuck", "--seed", "7", "-o", "game.dmt")
+    with Terminal(*words, folder=folder) as terminal:
+        terminal.ready().press("1").calm().press(CTRL_C)
+        assert terminal.ended() == 130
+        assert terminal.left_clean()
