@@ -186,6 +186,14 @@ class Session:
         """What each policy does now; None for a seat played from outside."""
         return [None if follower is None else follower.choose() for follower in self.followers]
 
+    def decided(self, actions: Sequence[float | None] = ()) -> list[float | None]:
+        """The given actions, and those that the policies choose now for the rest."""
+        given = list(actions) or [None] * len(self.problem.agents)
+        return [
+            follower.choose() if action is None and follower else action
+            for action, follower in zip(given, self.followers, strict=True)
+        ]
+
     def advance(self, actions: Sequence[float | None] = (), draws: Reals | None = None) -> Turn:
         """Plays one turn: the given actions, and those of the policies for the rest.
 
@@ -193,12 +201,8 @@ class Session:
         """
         if self.over:
             raise EpisodeOver(f"turn {len(self.turns) + 1}: the game is over ({self.ending})")
-        given = list(actions) or [None] * len(self.problem.agents)
-        asked = [
-            follower.choose() if action is None and follower else action
-            for action, follower in zip(given, self.followers, strict=True)
-        ]
-        joint = np.array([self.check(seat, action) for seat, action in enumerate(asked)])
+        decided = enumerate(self.decided(actions))
+        joint = np.array([self.check(seat, action) for seat, action in decided])
         number = len(self.turns) + 1
         if draws is None:
             reroll = self.rerolls.get(number, 0)

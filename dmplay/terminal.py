@@ -2,7 +2,9 @@
 
 import contextlib
 import os
+import select
 import shutil
+import signal
 import sys
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple, TextIO
@@ -125,6 +127,28 @@ def silent(stdin: TextIO) -> Iterator[None]:
     finally:
         with contextlib.suppress(termios.error):  # the terminal itself may be gone
             termios.tcsetattr(fd, termios.TCSANOW, before)
+
+
+def line(prompt: str, stdin: TextIO) -> str:
+    """The next line, '' at the end; of a terminal, no signal is lost that comes before it is read.
+
+    A signal between the prompt and the read would wait for the line: so both are waited for.
+    """
+    sys.stdout.write(prompt)
+    sys.stdout.flush()
+    if not hasattr(select, "poll") or not stdin.isatty():
+        return stdin.readline()
+    come, signalled = os.pipe()
+    os.set_blocking(signalled, False)
+    before = signal.set_wakeup_fd(signalled)
+    try:
+        while stdin.fileno() not in select.select([stdin.fileno(), come], [], [])[0]:
+            os.read(come, 1)
+    finally:
+        signal.set_wakeup_fd(before)
+        os.close(come)
+        os.close(signalled)
+    return stdin.readline()
 
 
 def clean(text: str) -> str:

@@ -12,10 +12,10 @@ import pytest
 HERE = Path(__file__).parent
 HOUSE = HERE.parent / "dmplay"
 FLOORS = (
-    "errors", "disk", "budget", "chance", "core", "dice", "describe", "hexes", "matrix_game",
-    "tabular", "belief", "session", "rollouts", "problems", "solvers", "policies", "transcript",
-    "finding", "terminal", "signals", "styles", "views", "figures", "solutions", "game", "words",
-    "screen", "reports", "prompt", "front", "cli", "pytest_plugin", "__main__",
+    "errors", "disk", "budget", "thought", "chance", "core", "dice", "describe", "hexes",
+    "matrix_game", "tabular", "belief", "session", "rollouts", "problems", "solvers", "policies",
+    "transcript", "finding", "terminal", "signals", "styles", "views", "figures", "solutions",
+    "game", "words", "screen", "reports", "prompt", "front", "cli", "pytest_plugin", "__main__",
 )  # fmt: skip
 SCREENS = {"rich", "typer", "prompt_toolkit"}
 ALLOWED = {  # what a floor may load beside the standard library and numpy

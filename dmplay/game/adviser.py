@@ -2,9 +2,10 @@
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from math import floor, isfinite, log10, prod
+from math import floor, isfinite, log10
 from typing import TypeVar
 
+from dmplay.chance import Reals
 from dmplay.core import Policy
 from dmplay.errors import BadPolicy, TooMuch
 from dmplay.finding import agents
@@ -14,7 +15,6 @@ from dmplay.views.style import Overlay
 T = TypeVar("T")
 MOST = 10  # actions whose values are told
 LEAST, FINEST = 2, 6  # decimals of values
-LARGE = 50_000  # states times joint actions that take longer than a moment to solve
 
 
 def decimals(values: Sequence[float]) -> int:
@@ -51,14 +51,6 @@ class Adviser:
     def _follower(self) -> Follower | None:
         return Follower(self.session, self.seat, self._found[1]) if self._found else None
 
-    @property
-    def slow(self) -> bool:
-        """Whether its first answer is still to come, and takes longer than a moment."""
-        problem = self.session.problem
-        states = problem.states if isinstance(problem.states, int) else 1
-        actions = [many or 1 for many in problem.action_counts]
-        return "_follower" not in vars(self) and states * prod(actions) > LARGE
-
     def silent(self) -> str:
         """Why nobody gives advice here; '' where somebody does."""
         if self.session.over:
@@ -72,8 +64,9 @@ class Adviser:
             return ask(self._follower)
         except (BadPolicy, TooMuch):
             problem = self.session.problem
-            self._found = "search", agents.agent(problem, self.seat, "search")
-            self._follower = Follower(self.session, self.seat, self._found[1])
+            search = agents.agent(problem, self.seat, "search")
+            self._found = "search", search
+            self._follower = Follower(self.session, self.seat, search)
             return ask(self._follower)
 
     def hint(self) -> str:
@@ -105,10 +98,24 @@ class Adviser:
 
     def overlay(self, kind: str) -> Overlay | None:
         """Values, policy or states of every state, where the adviser knows them."""
+        values = self._everywhere if kind else None
+        return None if values is None else Overlay(kind, values)
+
+    @property
+    def ready(self) -> bool:
+        """Whether overlays cost nothing any more."""
+        return "_everywhere" in vars(self)
+
+    def prepare(self) -> None:
+        """Values every state, for overlays."""
+        _ = self._everywhere
+
+    @cached_property
+    def _everywhere(self) -> Reals | None:
+        """The value of every action in every state."""
         problem = self.session.problem
         finite = isinstance(problem.states, int) and problem.states > 1
-        if not kind or not finite or problem.observations or self._follower is None:
+        if not finite or problem.observations or self._follower is None:
             return None
         policy = self._follower.policy
-        values = policy.values(policy.begin(problem.enumerated()))
-        return None if values is None else Overlay(kind, values)
+        return policy.values(policy.begin(problem.enumerated()))

@@ -1,6 +1,6 @@
 """A game that people play: a session, who sits where, and its transcript."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import cast
 
@@ -14,11 +14,15 @@ from dmplay.game.adviser import Adviser
 from dmplay.game.keyboard import Keyboard
 from dmplay.game.request import Request
 from dmplay.policies.script import EndOfScript
-from dmplay.session import Session, View
+from dmplay.session import Follower, Session, View
 from dmplay.signals import whole
+from dmplay.terminal import clean
+from dmplay.thought import About, think
 from dmplay.transcript.recorder import Recorder
 from dmplay.transcript.seal import LEFT, secret
 from dmplay.views.style import Look, fit, style_of
+
+NOTHING: Mapping[int, float] = {}
 
 
 class Game:
@@ -41,6 +45,8 @@ class Game:
         self.asked = asked  # None for a recording
         self.style = style_of(session.problem)
         self.notes = ""  # for the end of the transcript
+        agents = {clean(who): None for seat, who in enumerate(seats) if seat not in self.people}
+        self._agents = " and ".join(agents) + (" are" if len(agents) > 1 else " is") + " thinking"
         self._chosen: dict[int, float] = {}
         self._undone: list[list[float]] = []
         self._sit(session)
@@ -156,22 +162,41 @@ class Game:
         if waiting is None:
             raise BadParameter("no person plays here")
         self.session.check(waiting, action)
-        self._chosen[waiting] = action
-        return self.waiting is None and self.advance()
+        chosen = {**self._chosen, waiting: action}
+        if len(chosen) == len(self.people):
+            return self.advance(chosen)
+        self._chosen = chosen
+        return False
 
-    def advance(self) -> bool:
-        """Plays a turn with the choices that are in."""
-        chosen, self._chosen = self._chosen, {}
-        actions = [chosen.get(seat) for seat in range(len(self.seats))]
+    def advance(self, chosen: Mapping[int, float] = NOTHING) -> bool:
+        """Plays a turn of these choices and the agents'; none is kept of one that is not played."""
+        try:
+            actions = self._decided([chosen.get(seat) for seat in range(len(self.seats))])
+        except EndOfScript:
+            self.session.end("quit")
+            return False
+        finally:
+            self._chosen = {}
         with whole():
-            try:
-                self.session.advance(actions)
-            except EndOfScript:
-                self.session.end("quit")
-                return False
+            self.session.advance(actions)
             self._undone.clear()
             self._record()
         return True
+
+    def _decided(self, actions: Sequence[float | None]) -> Sequence[float | None]:
+        """The choices of people, and of the agents, who may think for long."""
+        if len(self.people) == len(self.seats):
+            return actions
+        return think(About(self._agents, move=True), lambda: self.session.decided(actions))
+
+    def leave_alone(self) -> None:
+        """Has agents and advisers think anew: one of them may still be thinking."""
+        session = self.session
+        session.followers = [
+            follower and Follower(session, follower.seat, follower.policy)
+            for follower in session.followers
+        ]
+        self._advisers, self._chosen = {}, {}
 
     def unattended(self) -> bool:
         """Plays a turn of a game without people; False once it is over."""

@@ -1,6 +1,5 @@
 """Looking back at a person's moves: what each action was worth, the best, and the regret."""
 
-import time
 from collections.abc import Iterator, Sequence
 from json import dumps
 from pathlib import Path
@@ -8,17 +7,21 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dmplay.budget import Budget, part
 from dmplay.chance import Reals
 from dmplay.disk import write as write_file
 from dmplay.errors import BadParameter
 from dmplay.finding import agents
 from dmplay.game.adviser import decimals, fixed
+from dmplay.game.game import Game
 from dmplay.game.seats import people
 from dmplay.session import Follower, Session
 from dmplay.solvers.value_iteration import best
+from dmplay.thought import About, think
 from dmplay.transcript.report import marks
 
 MARK = "# review "
+LOOKING = About("looking back at your moves")
 
 
 class Move(NamedTuple):
@@ -51,9 +54,12 @@ def moves(session: Session, who: Sequence[int], seats: Sequence[str] = ()) -> It
         found = agents.adviser(problem, seat, session.limit, seats)
         if found and problem.actions[seat].labels:
             advisers[seat] = Follower(past, seat, found[1])
+    budget = Budget("the review", "a shorter game")
     for number, turn in enumerate(session.turns, 1):
+        budget.spend(1.0, (number - 1) / len(session.turns))
         for seat, adviser in advisers.items():
-            values = adviser.values()
+            with part(number - 1, len(session.turns)):
+                values = adviser.values()
             if values is not None:
                 yield _move(past, seat, number, int(turn.actions[seat]), values)
         past.advance(list(turn.actions), turn.draws)
@@ -83,17 +89,9 @@ def summary(made: list[Move]) -> str:
     return told if right == len(made) else f"{told}, most in turn {worst.turn}"
 
 
-def in_time(
-    session: Session, who: Sequence[int], seats: Sequence[str], seconds: float
-) -> list[Move] | None:
-    """The whole review if it can be had within so many seconds; else None."""
-    until = time.monotonic() + seconds
-    done = []
-    for move in moves(session, who, seats):
-        done.append(move)
-        if time.monotonic() > until:
-            return None
-    return done
+def of(game: Game) -> list[Move]:
+    """The moves of a game's people."""
+    return think(LOOKING, lambda: [*moves(game.session, game.people, game.seats)])
 
 
 def reviewed(path: Path, *, write: bool, json: bool, trusted: bool, peek: bool = False) -> str:

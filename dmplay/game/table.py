@@ -13,6 +13,7 @@ from dmplay.game.errand import Program
 from dmplay.game.game import Game
 from dmplay.game.request import Request
 from dmplay.game.start import begin, new
+from dmplay.thought import About, think
 from dmplay.transcript.recorder import Recorder
 from dmplay.transcript.seal import Luck, luck
 
@@ -123,7 +124,8 @@ class Table:
         """
         if self._program is None:
             raise BadParameter(f"{words[0]}: only the command line knows it")
-        errand = self._program(words)
+        program = self._program
+        errand = think(About(f"working on {words[0]}"), lambda: program(words))
         if isinstance(errand, str):
             return Page(errand)
         self.put(begin(errand.at_a_table, self._shown))

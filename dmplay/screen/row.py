@@ -1,5 +1,7 @@
 """The command row of the play screen, with history and completion, as prompt-toolkit edits it."""
 
+from collections.abc import Callable
+
 from prompt_toolkit.application import Application
 from prompt_toolkit.buffer import Buffer
 from prompt_toolkit.completion import FuzzyCompleter
@@ -62,8 +64,10 @@ class _Inside(Vt100_Output):
         """Not yet."""
 
 
-async def ask(screen: Screen, painter: Painter, input_: Input, history: History) -> str | None:
-    """The line that was typed; None where Esc closed the row. Raises Leave on Ctrl-C."""
+def opened(
+    screen: Screen, painter: Painter, input_: Input, history: History, stop: Callable[[], None]
+) -> Application[str | None]:
+    """Comes to the line that is typed; None where Esc closes the row. Raises Leave on Ctrl-C."""
     secret = screen.table.secret  # nobody reads another's choice, nor finds it later
     line = Buffer(
         completer=FuzzyCompleter(Candidates(screen.table), WORD=True),
@@ -78,7 +82,7 @@ async def ask(screen: Screen, painter: Painter, input_: Input, history: History)
     color = screen.terminal.theme != "mono"
     app: Application[str | None] = Application(
         layout=_layout(screen, painter, line, hidden=secret),
-        key_bindings=_bindings(line),
+        key_bindings=_bindings(line, stop),
         style=STYLE,
         full_screen=True,
         color_depth=ColorDepth.DEPTH_4_BIT if color else ColorDepth.DEPTH_1_BIT,
@@ -87,7 +91,7 @@ async def ask(screen: Screen, painter: Painter, input_: Input, history: History)
         output=_Inside(painter.stream, size, enable_cpr=False),
     )
     app.ttimeoutlen = app.timeoutlen = ESCAPE_WAIT
-    return await app.run_async(handle_sigint=False)
+    return app
 
 
 def _layout(screen: Screen, painter: Painter, line: Buffer, *, hidden: bool) -> Layout:
@@ -111,8 +115,12 @@ def _layout(screen: Screen, painter: Painter, line: Buffer, *, hidden: bool) -> 
     return Layout(FloatContainer(HSplit(rows), [menu]), focused_element=typed)
 
 
-def _bindings(line: Buffer) -> KeyBindings:
+def _bindings(line: Buffer, stop: Callable[[], None]) -> KeyBindings:
     bindings = KeyBindings()
+
+    @bindings.add("c-z")
+    def _stop(event: KeyPressEvent) -> None:
+        stop()
 
     @bindings.add("enter")
     def _enter(event: KeyPressEvent) -> None:

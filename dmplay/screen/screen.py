@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from rich.text import Text
 
+from dmplay.budget import Stopped
 from dmplay.errors import DmplayError
 from dmplay.game.answer import Page
 from dmplay.game.game import Game
@@ -18,20 +19,22 @@ from dmplay.screen.frame import KEYS_SHOWN, Room, Shown
 from dmplay.screen.modes import Event, Mode, Modes
 from dmplay.screen.painter import Painter, Place
 from dmplay.terminal import Terminal
+from dmplay.thought import About, think
 from dmplay.words.commands import COMMANDS, Leave, own_parts, typed, veiled
 
-REVIEW_TIME = 0.3  # seconds that a review may take before the last frame
 FASTER = 1.5  # the speed times this
 SLOWEST, FASTEST = 0.1, 50.0  # turns a second
 MORE = ("space", "down", "pagedown", "enter")
 MANY = 20  # turns that nobody wants to lose by one key
-PONDERED = ("tab", "V")  # keys whose answer is an agent's
 OVERLAYS = ("", "values", "policy", "states")
 ADVICE = ("values", "policy")  # of them
+VALUING = About("valuing every state")
 
 
 class Screen:
     """The state of the play screen beside the game's own."""
+
+    moment = 0.1  # seconds after which what the game does is shown as thinking
 
     def __init__(
         self, table: Table, terminal: Terminal, speed: float = 2.0, rate: float | None = None
@@ -43,6 +46,7 @@ class Screen:
         self.rate = rate  # turns a second in real time; None where each turn waits for a key
         self.modes = Modes()
         self.message = ""
+        self.thinking = ""  # what is computed now, in place of the message
         self.overlay = 0
         self._advised: tuple[object, ...] = ()  # where an overlay was counted last
         self.page: list[str] = []  # an answer of several lines
@@ -92,9 +96,10 @@ class Screen:
     def shown(self) -> Shown:
         """What the screen adds to the game."""
         curtain = self.game.problem.agents[self.game.watcher] if self.table.curtained else ""
-        kind = "" if self.game.unaided else OVERLAYS[self.overlay]
+        drawn = self.game.adviser.ready and not self.game.unaided
+        kind = OVERLAYS[self.overlay] if drawn else ""
         page = self.page if self.modes.shows is Mode.PAGE else ()
-        return Shown(self.message, kind, page, self.part, curtain, self.keys_until)
+        return Shown(self.thinking or self.message, kind, page, self.part, curtain, self.keys_until)
 
     @property
     def log(self) -> list[str]:
@@ -106,12 +111,6 @@ class Screen:
         return frame.upper(self.game, room, self.shown, self.log)
 
     # Keys
-
-    def ponders(self, key: str) -> bool:
-        """Whether a key asks for what takes longer than a moment; its message says so."""
-        told = key in PONDERED and not self.table.curtained and self.game.adviser.slow
-        self.message = "one moment ..." if told else self.message
-        return told
 
     def press(self, key: str) -> None:
         """Does what a key says; raises Leave."""
@@ -230,6 +229,7 @@ class Screen:
     def next_overlay(self) -> None:
         """Goes on to what else the board can show, at last nothing; says so if it never can."""
         self.game.may_help("overlay")
+        think(VALUING, self.game.adviser.prepare)
         before, self.overlay = self.overlay, 0
         bare = self.upper(self._room).plain
         for number in range(before + 1, len(OVERLAYS)):
@@ -278,12 +278,15 @@ class Screen:
 
     @contextlib.contextmanager
     def caught(self) -> Iterator[None]:
-        """Turns an error into a message, and logs what happened before it."""
+        """Turns an error into a message, and logs what happened before it; readies the overlay."""
         try:
             yield
-        except DmplayError as error:
+            if self.overlay:
+                think(VALUING, self.game.adviser.prepare)
+        except (DmplayError, Stopped) as error:
             self.note()
-            self.message = str(error)
+            self.overlay = self.overlay if self.game.adviser.ready else 0
+            self.message = str(error) or "cancelled"
 
     def say(self, words: str) -> None:
         """Shows an answer: in its row, or as a page that any key closes; logs what it tells of."""
@@ -307,16 +310,35 @@ class Screen:
         elif self._log.catch_up(told) and self.message == self.log[-1]:
             self.message = ""
         if self.game.session.over and self.game.people and not self.reviewed:
-            from dmplay.game import review  # not needed before
-
             self.reviewed = True
-            game = self.game
-            found = review.in_time(game.session, game.people, game.seats, REVIEW_TIME)
-            if found:
-                self.log.append(review.summary(found))
+            self._review()
         recorder = self.game.recorder
         if recorder and recorder.fault:
             self.message = f"cannot write {recorder.path}: {recorder.fault.strerror}"
+
+    def _review(self) -> None:
+        """Logs what the moves of people were worth, unless nobody waits for it."""
+        from dmplay.game import review  # not needed before
+
+        with contextlib.suppress(Stopped):
+            try:
+                found = review.of(self.game)
+            except DmplayError as error:
+                self.log.append(f"review: {error}")
+                return
+            if found:
+                self.log.append(review.summary(found))
+
+    def ponder(self, about: About, far: str) -> None:
+        """Tells what is thought of, and how far it is where things may move."""
+        told = f"{about.told} ... {far if self.terminal.motion else ''}"
+        cure = "Ctrl-C cancels"
+        self.thinking = f"{told}{cure}" if len(told + cure) < self._room.width else told
+
+    def leave_alone(self) -> None:
+        """Goes on without what was cancelled and does not stop."""
+        self.game.leave_alone()
+        self.message = "cancelled, but it does not stop: it slows dmplay down until you leave"
 
 
 def _player(plain: str) -> Place | None:

@@ -1,4 +1,8 @@
-"""The play screen at work: keys read by prompt-toolkit, the clock, signals, the command row."""
+"""The play screen at work: keys read by prompt-toolkit, the clock, signals, the command row.
+
+Events come one after the other. What an event has the game do is a thought: where it takes longer
+than a moment, the events that come meanwhile are told apart by `meanwhile`.
+"""
 
 import asyncio
 import contextlib
@@ -7,19 +11,25 @@ import signal
 from collections.abc import Awaitable, Callable, Iterator
 from functools import partial
 
+from prompt_toolkit.application import Application
 from prompt_toolkit.history import InMemoryHistory
 from prompt_toolkit.input import Input, create_input
 from prompt_toolkit.input.typeahead import get_typeahead, store_typeahead
 from prompt_toolkit.key_binding import KeyPress
 from prompt_toolkit.keys import Keys
 
+from dmplay.screen.meanwhile import LEAVES, Heed, heed
 from dmplay.screen.modes import Mode
 from dmplay.screen.painter import Painter
 from dmplay.screen.screen import Screen
 from dmplay.signals import ENDS, GONE, INTERRUPTED
+from dmplay.thought import PATIENCE, About, Thought
 from dmplay.words.commands import Leave
 
 ESCAPE_WAIT = 0.05  # seconds until a lone Esc counts
+BEAT = 0.1  # seconds after which a thought is looked at again
+HASTE = 0.1  # seconds that who leaves waits for a thought to stop
+AWAY = ("c-c", "c-d")  # keys that leave whatever the game does
 NAMES: dict[str, str] = {  # the library's names of keys, as the views name them
     " ": "space",
     Keys.ControlH: "backspace", Keys.ControlUnderscore: "backspace", Keys.ControlI: "tab",
@@ -49,11 +59,13 @@ class Stage:
         self.painter = painter
         self.input = input_
         self.code = 0  # of a signal that ends the game
-        self._events: asyncio.Queue[Event] = asyncio.Queue()
+        self._events: asyncio.Queue[tuple[str, Event]] = asyncio.Queue()  # with their keys
+        self._thought: Thought | None = None  # that takes longer than a moment
+        self._row: Application[str | None] | None = None  # while a command is typed
         self._history = InMemoryHistory()
         self._escape: asyncio.TimerHandle | None = None
         self._keys: dict[str, Event] = {
-            Keys.ControlZ: self._suspend, Keys.ControlL: self._repaint,
+            Keys.ControlZ: self._stop, Keys.ControlL: self._repaint,
             Keys.ControlC: partial(self._leave, INTERRUPTED),
             Keys.ControlD: partial(self._leave, 0),
         }  # fmt: skip
@@ -66,9 +78,11 @@ class Stage:
             try:
                 while True:
                     self.screen.paint(self.painter)
-                    await (await self._events.get())()
+                    _, event = await self._events.get()
+                    await event()
                     while not self._events.empty():  # a burst of keys has one frame
-                        await self._events.get_nowait()()
+                        _, event = self._events.get_nowait()
+                        await event()
             except Leave as leave:
                 return leave.code
             finally:
@@ -80,7 +94,7 @@ class Stage:
     def _read(self) -> None:
         self._take(self.input.read_keys())
         if self.input.closed:
-            self._events.put_nowait(partial(self._leave, GONE))
+            self._put(partial(self._leave, GONE))
         loop = asyncio.get_running_loop()
         self._wait_no_more()
         self._escape = loop.call_later(ESCAPE_WAIT, lambda: self._take(self.input.flush_keys()))
@@ -90,14 +104,19 @@ class Stage:
         if self._escape:
             self._escape.cancel()
 
+    def _put(self, event: Event, key: str = "") -> None:
+        self._events.put_nowait((key, event))
+
     def _take(self, presses: list[KeyPress]) -> None:
         for place, press in enumerate(presses):
-            if press.key == ":":
-                self._events.put_nowait(partial(self._command, presses[place + 1 :]))
+            name = NAMES.get(press.key, press.key)
+            key = str(getattr(name, "value", name))
+            if key == ":":
+                self._put(partial(self._command, presses[place + 1 :]), key)
                 return
             if press.key not in DEAF:
-                event = self._keys.get(press.key, partial(self._press, press.key))
-                self._events.put_nowait(event)
+                event = self._keys.get(press.key, partial(self._press, key))
+                self._put(event, "" if event in (self._stop, self._repaint) else key)
 
     def _clocks(self) -> Iterator[Awaitable[None]]:
         screen = self.screen
@@ -118,7 +137,7 @@ class Stage:
             due = max(due + 1 / rate(), loop.time())
             await asyncio.sleep(due - loop.time())
             if running() and self._events.empty():
-                self._events.put_nowait(partial(self._beat, beat))
+                self._put(partial(self._beat, beat))
 
     @contextlib.contextmanager
     def _signals(self) -> Iterator[None]:
@@ -134,12 +153,13 @@ class Stage:
 
         for number, code in ends.items():
             loop.add_signal_handler(number, end, code)
-        for number, event in ((signal.SIGWINCH, self._repaint), (signal.SIGTSTP, self._suspend)):
-            loop.add_signal_handler(number, self._events.put_nowait, event)
+        loop.add_signal_handler(signal.SIGWINCH, self._put, self._repaint)
+        loop.add_signal_handler(signal.SIGTSTP, self._suspend)
+        loop.add_signal_handler(signal.SIGCONT, self._go_on)
         try:
             yield
         finally:
-            for number in (signal.SIGWINCH, signal.SIGTSTP):
+            for number in (signal.SIGWINCH, signal.SIGTSTP, signal.SIGCONT):
                 loop.remove_signal_handler(number)
             for number, handler in before.items():
                 loop.remove_signal_handler(number)
@@ -148,14 +168,79 @@ class Stage:
     # What they do
 
     async def _press(self, key: str) -> None:
-        name = NAMES.get(key, key)
-        pressed = str(getattr(name, "value", name))
-        if self.screen.ponders(pressed):
-            self.screen.paint(self.painter)
-        self.screen.press(pressed)
+        await self._act(partial(self.screen.press, key), key)
 
     async def _beat(self, beat: Callable[[], None]) -> None:
-        beat()
+        if not self._thought:
+            await self._act(beat)
+
+    async def _act(self, act: Callable[[], None], key: str = "") -> None:
+        """Has the game do what a key says; what takes longer than a moment is shown as thinking."""
+        thought, then = Thought(act), None
+        if not thought.ends(self.screen.moment):
+            self._thought = thought
+            try:
+                then = await self._wait(thought, key)
+            except BaseException:  # of leaving
+                thought.cancel(HASTE)
+                raise
+            finally:
+                self._thought, self.screen.thinking = None, ""
+        if thought.left:
+            self.screen.leave_alone()
+        else:
+            thought.finish()
+        if then:
+            await then()
+
+    async def _wait(self, thought: Thought, asked: str) -> Event | None:
+        """Shows what is thought of, up to its end; what is to happen after it."""
+        loop, about, then = asyncio.get_running_loop(), None, None
+        thought.then(partial(loop.call_soon_threadsafe, self._put, self._nothing))
+        while not (thought.over or thought.left):
+            thinks = self._show(thought)
+            if not thinks:  # nobody may come between what the game does
+                for key, event in self._come():
+                    if key in AWAY:
+                        await event()
+                    self._put(event, key)
+                await asyncio.sleep(BEAT)
+                continue
+            about = thinks
+            tick = loop.call_later(BEAT, self._put, self._nothing)
+            key, event = await self._events.get()
+            tick.cancel()
+            told = heed(key, about, asked) if key else None
+            if told is None:
+                await event()
+            elif told is not Heed.DROPPED:
+                then = event if told is Heed.ACTS else None
+                thought.cancel(HASTE if key in LEAVES else PATIENCE)
+        if about and about.move:
+            self._drop()
+        return then
+
+    def _show(self, thought: Thought) -> About | None:
+        """Paints the game with what is thought of; None where it acts."""
+        with thought.resting() as about:
+            if about:
+                self.screen.ponder(about, thought.far)
+                self.screen.paint(self.painter)
+        return about
+
+    def _drop(self) -> None:
+        """Drops the keys that were typed while an agent thought, but for those that leave."""
+        self._read()
+        for key, event in self._come():
+            if not key or key in LEAVES:
+                self._put(event, key)
+
+    def _come(self) -> list[tuple[str, Event]]:
+        """Takes the events that came so far."""
+        return [self._events.get_nowait() for _ in range(self._events.qsize())]
+
+    async def _nothing(self) -> None:
+        pass
 
     async def _leave(self, code: int) -> None:
         raise Leave(code)
@@ -171,20 +256,37 @@ class Stage:
 
         self._wait_no_more()
         store_typeahead(self.input, ahead)
-        with self.input.detach():
-            typed = await row.ask(self.screen, self.painter, self.input, self._history)
+        self._row = row.opened(self.screen, self.painter, self.input, self._history, self._suspend)
+        try:
+            with self.input.detach():
+                typed = await self._row.run_async(handle_sigint=False)
+        finally:
+            self._row = None
         self.painter.forget()
-        if typed is not None:
-            self.screen.type(typed)
         self._take(get_typeahead(self.input))
+        if typed is not None:
+            await self._act(partial(self.screen.type, typed))
 
-    async def _suspend(self) -> None:
+    async def _stop(self) -> None:
+        self._suspend()
+
+    def _suspend(self) -> None:
         """Stops as other programs do on Ctrl-Z, the terminal as it was meanwhile."""
         loop = asyncio.get_running_loop()
         self.painter.leave()
         loop.remove_signal_handler(signal.SIGTSTP)
         with self.input.cooked_mode():
             os.kill(0, signal.SIGTSTP)
-        loop.add_signal_handler(signal.SIGTSTP, self._events.put_nowait, self._suspend)
+        loop.add_signal_handler(signal.SIGTSTP, self._suspend)
+        self._go_on()
+
+    def _go_on(self) -> None:
+        """Takes the terminal again, however the program was stopped."""
+        self.input.raw_mode().__enter__()  # up to the end: who entered first leaves
         self.painter.enter()
         self.painter.listen()
+        if self._row:
+            self._row.output.hide_cursor()  # as it is: the next frame shows it
+            self._row.renderer.clear()
+            self._row.invalidate()
+        self._put(self._repaint)

@@ -11,9 +11,11 @@ from dmplay.finding.typed import whole
 from dmplay.game.adviser import Adviser
 from dmplay.game.answer import answer
 from dmplay.game.game import Game
+from dmplay.thought import About, think
 from dmplay.transcript.format import lines
 
 LIKELIEST = 8  # states that the belief is told of
+HINT = About("thinking of a hint")
 
 
 def count(argument: str, command: str, default: int = 1) -> int:
@@ -122,8 +124,9 @@ def state(game: Game, argument: str) -> str:
 def _advised(game: Game, command: str, ask: Callable[[Adviser], str]) -> str:
     """What the adviser answers, which is counted; or why there is nothing to say."""
     game.may_help(command)
-    why = game.adviser.silent()
-    told = "" if why else ask(game.adviser)
+    adviser = game.adviser
+    why = think(HINT, adviser.silent)
+    told = "" if why else think(HINT, lambda: ask(adviser))
     if told:
         game.helped()
     return told or f"no {command}: {why or 'the adviser knows none'}"
@@ -150,7 +153,7 @@ def review(game: Game, argument: str) -> str:
 
     if not game.session.over or not game.people:
         raise BadParameter("review: it values the moves of people, once the game is over")
-    found = list(reviewing.moves(game.session, game.people, game.seats))
+    found = reviewing.of(game)
     game.notes = "".join(reviewing.notes(found))
     return answer(reviewing.lines(found))
 

@@ -12,6 +12,8 @@ from dmplay.game.answer import Page
 from dmplay.game.game import Game
 from dmplay.game.table import Table
 from dmplay.terminal import Terminal, clean, wipe
+from dmplay.terminal import line as typed_line
+from dmplay.thought import Cancelled
 from dmplay.transcript.format import end_facts
 from dmplay.words.commands import Leave, own_parts, parts, typed
 
@@ -126,6 +128,10 @@ def by_lines(table: Table, terminal: Terminal, stdin: TextIO, reporter: Reporter
                     table.end("illegal")
                     raise BadParameter(f"line {number}: {error}") from None
                 reporter.words(f"error: {error}")
+            except Cancelled:
+                if not terminal.typed:
+                    raise
+                reporter.words("cancelled.")
     else:
         _watch(table.game, reporter)
     table.end()
@@ -185,9 +191,7 @@ def _lines(
             except EOFError:
                 return
         else:
-            sys.stdout.write(prompt)
-            sys.stdout.flush()
-            line = stdin.readline()
+            line = typed_line(prompt, stdin)
         shown = line.partition("#")[0].strip()
         if prompt and not terminal.typed:
             sys.stdout.write(clean(shown) + "\n")

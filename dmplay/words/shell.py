@@ -11,6 +11,8 @@ from dmplay.game.game import Game
 from dmplay.game.table import Table
 from dmplay.styles import ansi
 from dmplay.terminal import Terminal, clean, wipe
+from dmplay.terminal import line as typed_line
+from dmplay.thought import Cancelled
 from dmplay.views.style import Look
 from dmplay.words.commands import Leave, own_parts, parts, typed
 from dmplay.words.plain import handed_over
@@ -121,6 +123,16 @@ def script(shell: Shell, lines: Iterable[str], what: str = "line", *, echo: bool
             raise BadParameter(f"{what} {number}: {error}") from None
 
 
+def _typed(shell: Shell) -> str:
+    """The next line, which nobody else may see where another is to choose too."""
+    if shell.table.secret:
+        return getpass.getpass(shell.prompt)
+    line = typed_line(shell.prompt, sys.stdin)
+    if not line:
+        raise EOFError
+    return line
+
+
 def ask(shell: Shell) -> None:
     """Asks for lines where nothing can be drawn, until the input ends or the player leaves."""
     warned = False
@@ -130,11 +142,13 @@ def ask(shell: Shell) -> None:
                 if not warned:
                     wipe()
                 shell.change_places()
-            line = getpass.getpass(shell.prompt) if shell.table.secret else input(shell.prompt)
+            line = _typed(shell)
             warned = False
             shell.do(line)
         except Leave:
             return
+        except Cancelled:
+            print("cancelled.", flush=True)
         except EOFError:
             print()
             return

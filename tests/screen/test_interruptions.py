@@ -88,6 +88,49 @@ def test_a_stopped_game_gives_the_terminal_back_and_fg_goes_on(
     verified(tmp_path / "game.dmt")
 
 
+@pytest.mark.parametrize("outside", [False, True])
+def test_a_game_stops_at_once_while_a_command_is_typed_which_goes_on(
+    outside: bool, tmp_path: Path
+) -> None:
+    bash = ("bash", "--norc", "--noprofile", "-i")
+    with Terminal(command=bash, folder=tmp_path, env={"PS1": "ready> "}) as terminal:
+        terminal.until("ready>")
+        terminal.press(f"{sys.executable} -m dmplay hexworld --seed 7 -o game.dmt\r")
+        terminal.until("q quit").press("h", "turn 1 ").calm()
+        terminal.press(":").press("hint", ":hint").calm()
+        if outside:
+            os.kill(os.tcgetpgrp(terminal.child.child_fd), signal.SIGTSTP)
+        else:
+            terminal.press(CTRL_Z)
+        terminal.until("Stopped").calm().press("fg\r", ":hint").calm()
+        assert terminal.raw.rfind(b"\x1b[?25h") > terminal.raw.rfind(b"\x1b[?25l")
+        terminal.press(ENTER, "hint (optimal)").press("q", "transcript: game.dmt").calm()
+        terminal.press("echo code=$?\r", "code=0").press("exit\r")
+        assert terminal.ended() == 0
+
+
+@pytest.mark.parametrize("typing", [False, True])
+def test_a_game_that_was_stopped_unasked_takes_the_terminal_again(
+    typing: bool, tmp_path: Path
+) -> None:
+    bash = ("bash", "--norc", "--noprofile", "-i")
+    with Terminal(command=bash, folder=tmp_path, env={"PS1": "ready> "}) as terminal:
+        terminal.until("ready>")
+        terminal.press(f"{sys.executable} -m dmplay hexworld --seed 7 -o game.dmt\r")
+        terminal.until("q quit").press("h", "turn 1 ").calm()
+        if typing:
+            terminal.press(":").press("hint", ":hint").calm()
+        os.kill(os.tcgetpgrp(terminal.child.child_fd), signal.SIGSTOP)
+        terminal.until("Stopped").calm().press("stty sane; clear\r", "ready>").calm()
+        terminal.press("fg\r", ":hint" if typing else "turn 1 ").calm()
+        if typing:
+            terminal.press(ENTER, "hint (optimal)").calm()
+        terminal.press("h", "turn 2 ").press("q", "transcript: game.dmt").calm()
+        terminal.press("echo code=$?\r", "code=0").press("exit\r")
+        assert terminal.ended() == 0
+    verified(tmp_path / "game.dmt")
+
+
 def test_two_who_hear_different_things_take_turns_before_a_plain_terminal(tmp_path: Path) -> None:
     words = ("multicaregiver-crying-baby", "--vs", "human", "--seed", "3", "--plain")
     with Terminal(*words, folder=tmp_path) as terminal:

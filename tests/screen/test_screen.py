@@ -163,14 +163,6 @@ def test_a_turn_under_other_dice_is_in_the_log() -> None:
     ]
 
 
-@pytest.mark.slow
-def test_a_hint_that_takes_its_time_says_so_the_first_time() -> None:
-    shown = play(game("collaborative-predator-prey"), "tab", "tab")
-    assert "one moment" in shown.frames[1]
-    assert "hint (qmdp): " in shown.frames[2]
-    assert "one moment" not in shown.last
-
-
 @pytest.mark.parametrize("key", ["backspace", "c-_"])
 def test_undo_and_redo_have_keys(key: str) -> None:
     played = game("hexworld")

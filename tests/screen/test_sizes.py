@@ -1,5 +1,6 @@
 """Terminals of every size, without motion, without colours, and dumb ones."""
 
+import random
 import re
 import signal
 from pathlib import Path
@@ -10,6 +11,7 @@ from tests.support.programs import run
 from tests.support.terminals import (
     ENTER,
     PLAYED,
+    TAB,
     Terminal,
     colours,
 )
@@ -28,6 +30,32 @@ def test_the_screen_follows_every_size(tmp_path: Path) -> None:
         terminal.press("h", "turn 2 ")
         assert terminal.press("q").ended() == 0
         assert "Traceback" not in terminal.printed
+
+
+@pytest.mark.parametrize("typing", [False, True])
+def test_five_hundred_sizes_in_a_row_leave_the_screen_as_the_last_one_is(
+    typing: bool, tmp_path: Path
+) -> None:
+    dice = random.Random(500)
+    with Terminal("hexworld", "--seed", "7", folder=tmp_path) as terminal:
+        terminal.ready()
+        if typing:
+            terminal.press(":").press("hint", ":hint")
+        for _ in range(500):
+            terminal.resize(dice.randint(1, 200), dice.randint(1, 60)).read(0)
+        terminal.resize(80, 24).calm()
+        if typing:
+            assert ":hint" in terminal.text
+            terminal.press(ENTER, "hint (optimal)").calm()
+        before = terminal.text
+        with Terminal("hexworld", "--seed", "7", folder=tmp_path) as other:
+            other.ready()
+            if typing:
+                other.press(TAB, "hint (optimal)")
+            assert other.calm().text == before
+            assert other.press("q").ended() == 0
+        assert terminal.press("q").ended() == 0
+        assert terminal.left_clean()
 
 
 def test_the_board_above_the_command_row_follows_every_size(tmp_path: Path) -> None:

@@ -135,8 +135,10 @@ class Easel(Painter):
 class Watched(Screen):
     """A screen that is looked at after each frame, and then given its next key."""
 
-    def __init__(self, played: Game, keys: Iterable[str], pipe: PipeInput, paper: Paper) -> None:
-        super().__init__(Table(played), Terminal(True, "", True, True, False))
+    def __init__(
+        self, played: Game, keys: Iterable[str], pipe: PipeInput, paper: Paper, *, motion: bool
+    ) -> None:
+        super().__init__(Table(played), Terminal(True, "", True, True, False, motion=motion))
         self.keys = iter(keys)
         self.pipe = pipe
         self.paper = paper
@@ -172,11 +174,21 @@ def play(played: Game, *keys: str, size: tuple[int, int] = (80, 24)) -> Played:
     return press(played, keys, size)
 
 
-def press(played: Game, keys: Iterable[str], size: tuple[int, int] = (80, 24)) -> Played:
-    """Presses keys that may depend on how the game stands."""
+def press(
+    played: Game,
+    keys: Iterable[str],
+    size: tuple[int, int] = (80, 24),
+    *,
+    moment: float = 60.0,
+    motion: bool = True,
+) -> Played:
+    """Presses keys that may depend on how the game stands; nothing quick is shown as thinking,
+    however slow the machine, unless `moment` says so.
+    """
     paper = Paper()
     easel = Easel(paper, *size)
     with create_pipe_input() as pipe:
-        screen = Watched(played, keys, pipe, paper)
+        screen = Watched(played, keys, pipe, paper, motion=motion)
+        screen.moment = moment
         code = toolkit.run(screen, easel, pipe)
     return Played(screen.frames, paper.getvalue(), code)
