@@ -10,6 +10,7 @@ from dmplay.errors import BadParameter
 
 READ, WRITTEN = ("/dev/stdin", "/dev/null"), ("/dev/stdout", "/dev/null", "/dev/full")
 OWN, ALL = 0o600, 0o666  # who may read and write a file, as far as the umask lets them
+DRAFT = ".dmplay-"  # how the name begins of what is not whole yet
 
 
 def user_folder(env: Mapping[str, str], variable: str, *names: str) -> Path:
@@ -106,21 +107,32 @@ def write(path: Path, text: str, *, force: bool = False, private: bool = False) 
 
 def _written(path: Path, text: str, mode: int) -> None:
     """Writes beside the file, and then puts the whole in its place."""
-    spare = path.with_name(f".dmplay-{os.getpid()}.tmp")
+    _sweep(path.parent)
+    spare = path.with_name(f"{DRAFT}{os.urandom(8).hex()}.tmp")
     handle, name = _draft(spare, mode)
+    named = name == str(spare)
     try:
         with open(handle, "w", encoding="utf-8", newline="\n") as file:
+            played(handle)  # locks it: no other write takes it for one that was left
             file.write(text)
             file.flush()
             there = path.exists()
             if there:
                 os.chmod(name, path.stat().st_mode & 0o777)
-            if name != str(spare):  # a link refuses what has come to be there
+            if not named:  # a link refuses what has come to be there
                 os.link(name, spare if there else path, src_dir_fd=handle)
-        if spare.exists():
+        if named or there:
             os.replace(spare, path)
     finally:
         spare.unlink(missing_ok=True)
+
+
+def _sweep(place: Path) -> None:
+    """Removes the drafts that killed writes left in a folder."""
+    with contextlib.suppress(OSError):
+        for left in place.glob(f"{DRAFT}*.tmp"):
+            if not in_play(left):
+                left.unlink(missing_ok=True)
 
 
 def _draft(spare: Path, mode: int) -> tuple[int, str]:

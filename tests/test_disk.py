@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.disk import content, write
+from dmplay.disk import content, played, write
 from dmplay.errors import BadParameter
 from tests.support.games import recorded
 from tests.support.programs import run
@@ -161,6 +161,19 @@ def test_where_a_draft_needs_a_name_it_is_gone_after_it(
     write(path, "two", force=True)
     assert [*tmp_path.iterdir()] == [path]
     assert (content(path), path.stat().st_mode & 0o777) == (b"two", 0o640)
+
+
+def test_the_draft_of_a_killed_write_is_gone_with_the_next(tmp_path: Path) -> None:
+    for name in (f".dmplay-{os.getpid()}.tmp", ".dmplay-1.tmp", ".dmplay-2.tmp"):
+        (tmp_path / name).write_text("half a li")
+    old = tmp_path / "old"
+    old.write_text("one")
+    with (tmp_path / ".dmplay-2.tmp").open() as another:
+        assert not played(another.fileno())  # as a write that is under way
+        write(old, "two", force=True)
+        write(tmp_path / "new", "two")
+    assert {path.name for path in tmp_path.iterdir()} == {".dmplay-2.tmp", "old", "new"}
+    assert old.read_text() == "two"
 
 
 def test_what_a_kill_left_empty_is_in_nobodys_way(place: Path) -> None:

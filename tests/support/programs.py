@@ -9,7 +9,7 @@ import resource
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from subprocess import CompletedProcess
 
@@ -27,7 +27,13 @@ LOADED = (
 root()  # is made before there are copies
 COPIES = multiprocessing.get_context("forkserver")
 COPIES.set_forkserver_preload(["__main__", __name__, *LOADED])
+Around = Callable[[Callable[[], None]], None]
 Program = multiprocessing.context.ForkServerProcess
+
+
+def alone(program: Callable[[], None]) -> None:
+    """Runs a program with nothing around it."""
+    program()
 
 
 def run(folder: Path, *words: str, stdin: str | None = "", **env: str) -> CompletedProcess[str]:
@@ -35,10 +41,22 @@ def run(folder: Path, *words: str, stdin: str | None = "", **env: str) -> Comple
     return _run(words, folder, stdin, clean_environment(folder, **env))
 
 
+def within(
+    around: Around, folder: Path, *words: str, stdin: str | None = ""
+) -> CompletedProcess[str]:
+    """The same, with this around the program."""
+    return _run(words, folder, stdin, clean_environment(folder), around)
+
+
 def homeless(*words: str, stdin: str = "") -> CompletedProcess[str]:
     """Runs dmplay as a user without a name or a home."""
-    here = Path("/")
-    return _run(words, here, stdin, clean_environment(here, HOME="", XDG_STATE_HOME=""), NOBODY)
+    world = clean_environment(Path("/"), HOME="", XDG_STATE_HOME="")
+    return _run(words, Path("/"), stdin, world, _nameless)
+
+
+def _nameless(program: Callable[[], None]) -> None:
+    os.setreuid(NOBODY, -1)  # what it may read stays
+    program()
 
 
 def _run(
@@ -46,22 +64,26 @@ def _run(
     folder: Path,
     stdin: str | None,
     world: Mapping[str, str],
-    user: int | None = None,
+    around: Around = alone,
 ) -> CompletedProcess[str]:
     with tempfile.TemporaryDirectory() as place:
         streams = [Path(place, name) for name in ("stdin", "stdout", "stderr")]
         streams[0].write_text(stdin or "", encoding="utf-8")
         if stdin is None:
             streams[0] = Path(os.devnull)
-        code = ended(_started(words, folder, world, streams, user))
+        code = ended(_started(words, folder, world, streams, around))
         return CompletedProcess(words, code, *(each.read_text() for each in streams[1:]))
 
 
 def started(
-    folder: Path, *words: str, streams: Sequence[Path] = (Path(os.devnull),) * 3, **env: str
+    folder: Path,
+    *words: str,
+    streams: Sequence[Path] = (Path(os.devnull),) * 3,
+    around: Around = alone,
+    **env: str,
 ) -> Program:
     """Starts dmplay in a folder with its own state, between these files."""
-    return _started(words, folder, clean_environment(folder, **env), streams)
+    return _started(words, folder, clean_environment(folder, **env), streams, around)
 
 
 def _started(*what: object) -> Program:
@@ -124,7 +146,7 @@ def _play(
     folder: Path,
     world: Mapping[str, str],
     streams: Sequence[Path],
-    user: int | None = None,
+    around: Around,
 ) -> None:
     """Is the program, in this folder and environment, between these streams."""
     mind_signals()
@@ -133,15 +155,13 @@ def _play(
     os.environ.update(world)
     for number, path in enumerate(streams):
         os.dup2(os.open(path, os.O_RDWR | os.O_CREAT), number)
-    if user is not None:
-        os.setreuid(user, -1)  # what it may read stays
     encoding = os.environ.get("PYTHONIOENCODING")
     sys.stdin, sys.stdout, sys.stderr = (
         os.fdopen(number, mode, encoding=encoding) for number, mode in enumerate("rww")
     )
     sys.argv = ["dmplay", *words]
     try:
-        main()
+        around(main)
     except Exception as error:
         sys.excepthook(type(error), error, error.__traceback__)
         sys.exit(1)

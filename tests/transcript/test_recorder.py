@@ -2,6 +2,7 @@
 
 import os
 import resource
+import subprocess
 import sys
 from pathlib import Path
 
@@ -10,9 +11,11 @@ import pytest
 import dmplay
 from dmplay.disk import played
 from dmplay.errors import BadParameter
+from dmplay.game.checking import check
 from dmplay.transcript.header import Header
 from dmplay.transcript.reading import read
 from dmplay.transcript.recorder import Recorder
+from tests.support.terminals import DMPLAY, clean_environment
 
 HEADER = Header(problem="crying-baby", seats={"agent": "human"}, seed=7)
 FEED, SING = 0, 1
@@ -92,3 +95,35 @@ def test_header_and_opening_are_one_write(tmp_path: Path) -> None:
     turn(writing, FEED)
     writing.end()
     assert [block["turn"] for block in read(path).blocks] == [0, 1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("2048", "--agent", "corner"),
+        ("hexworld", "--agent", "optimal"),
+        ("hexworld", "--agent", "random", "--set", "rewards=[]", "--turns", "50"),
+        ("crying-baby", "--agent", "feed-when-crying", "--turns", "50"),
+        ("prisoners-dilemma", "--agent", "random", "--vs", "grim", "--turns", "50"),
+    ],
+    ids=" ".join,
+)
+def test_the_same_seed_gives_the_same_bytes_in_every_process(
+    words: tuple[str, ...], tmp_path: Path
+) -> None:
+    worlds = (
+        {"PYTHONHASHSEED": "1", "LC_ALL": "C", "LANG": "C", "OPENBLAS_NUM_THREADS": "1"},
+        {"PYTHONHASHSEED": "2", "LC_ALL": "C.UTF-8", "OPENBLAS_NUM_THREADS": "2"},
+        {"PYTHONHASHSEED": "3", "LANG": "de_DE.UTF-8", "TZ": "Asia/Tokyo", "COLUMNS": "40"},
+    )
+    files = []
+    for number, world in enumerate(worlds):
+        subprocess.run(
+            [*DMPLAY, *words, "--seed", "7", "--frames", "--quiet", "-o", f"{number}.dmt"],
+            env=clean_environment(tmp_path, **world), cwd=tmp_path, check=True,
+        )  # fmt: skip
+        files.append((tmp_path / f"{number}.dmt").read_bytes())
+    assert files[0] == files[1] == files[2]
+    report = check(tmp_path / "0.dmt")
+    assert report.ok, str(report)

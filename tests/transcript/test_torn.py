@@ -1,4 +1,4 @@
-"""A transcript that is torn before its first turn: said to be so, and begun anew by resume."""
+"""A torn transcript: cut by resume; before its first turn, said to be so and begun anew."""
 
 from pathlib import Path
 
@@ -24,6 +24,13 @@ def whole(tmp_path: Path) -> str:
     header, opening = text.split("\n\n")[:2]
     (tmp_path / "h.dmt").write_text(f"{header}\n\n{opening[:9]}")
     return text
+
+
+def go_on(path: Path) -> None:
+    """Resumes a game without people, and plays it to its end."""
+    game = resumed(Resumption(path))
+    list(game.run())
+    game.finish()
 
 
 @pytest.mark.parametrize(
@@ -56,9 +63,15 @@ def test_resume_begins_the_game_it_names(tail: str, whole: str, tmp_path: Path) 
     path = tmp_path / "h.dmt"
     header = whole.partition("\n\n")[0]
     path.write_text(f"{header}\n\n{tail}")
-    game = resumed(Resumption(path))
-    list(game.run())
-    game.finish()
+    go_on(path)
+    assert path.read_text() == whole
+
+
+@pytest.mark.parametrize("cut", [1, 17, 64, 65, 66, 90, 200])
+def test_a_torn_tail_is_cut_and_the_turn_played_again(cut: int, whole: str, tmp_path: Path) -> None:
+    path = tmp_path / "h.dmt"
+    path.write_text(whole[:-cut])
+    go_on(path)
     assert path.read_text() == whole
 
 
