@@ -20,7 +20,10 @@ def main() -> None:
         code = PIPE_CODE
     except OSError as error:
         code = _refused(error)
-    _let_go()
+    try:
+        _let_go()
+    except KeyboardInterrupt:
+        code = INTERRUPT_CODE
     sys.exit(code)
 
 
@@ -75,18 +78,22 @@ def _unexpected(
     kind: type[BaseException], error: BaseException, trace: TracebackType | None
 ) -> None:
     """One line for a fault of dmplay itself, and the file that tells the rest."""
+    import contextlib
     import tempfile
     import traceback
 
     told = "".join(traceback.format_exception(kind, error, trace))
-    with tempfile.NamedTemporaryFile(
-        "w", prefix="dmplay-", suffix=".log", delete=False, encoding="utf-8"
-    ) as log:
+    where = "no log can be written"
+    with (
+        contextlib.suppress(OSError),
+        tempfile.NamedTemporaryFile(
+            "w", prefix="dmplay-", suffix=".log", delete=False, encoding="utf-8"
+        ) as log,
+    ):
         log.write(told)
-    print(
-        f"error: unexpected {kind.__name__}; {log.name} tells where, --debug shows it",
-        file=sys.stderr,
-    )
+        log.flush()
+        where = f"{log.name} tells where"
+    print(f"error: unexpected {kind.__name__}; {where}, --debug shows it", file=sys.stderr)
 
 
 if __name__ == "__main__":

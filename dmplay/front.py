@@ -66,10 +66,15 @@ def _closing(table: Table, *, quiet: bool = False) -> Iterator[None]:
     """Ends the game, and tells where it is kept, however its player leaves."""
     try:
         with leaving():
-            yield
-    except (KeyboardInterrupt, BrokenPipeError, SystemExit):
-        table.end("interrupted")
-        raise
+            try:
+                yield
+            except (
+                KeyboardInterrupt,
+                OSError,
+                SystemExit,
+            ):  # or the terminal is gone
+                table.end("interrupted")
+                raise
     finally:
         if not quiet:
             epilogue(table)

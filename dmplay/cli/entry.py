@@ -19,6 +19,7 @@ NAMED = "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION"  # has typer take a shell
 SCRIPTS = ("--install-completion", "--show-completion")
 OPEN = {"=": "VALUE", ":": "VALUE", "/": "..."}  # endings after which a word goes on
 USAGE_CODE = 2
+UNREAD = 1  # typer's code where nobody reads the help
 
 
 def run() -> int:
@@ -38,7 +39,9 @@ def run() -> int:
     try:
         try:
             errand = root()(standalone_mode=False, prog_name="dmplay")
-        except SystemExit:  # typer's, where nobody reads the help
+        except SystemExit as left:
+            if left.code != UNREAD:
+                raise  # a signal's
             raise BrokenPipeError from None
         if isinstance(errand, int):  # of help
             return errand

@@ -1,5 +1,6 @@
 """Verifying files and folders of transcripts, and rewriting them."""
 
+import os
 from collections.abc import Iterator, Sequence
 from json import dumps
 from pathlib import Path
@@ -24,7 +25,7 @@ def files(paths: Sequence[Path]) -> Iterator[Path]:
     """The transcripts that these paths name, folders searched to the bottom, in order."""
     for path in (standard(path, INPUT) for path in paths):
         if path.is_dir():
-            found = sorted(path.rglob(f"*{SUFFIX}"))
+            found = _found(path)
             if not found:
                 raise BadParameter(f"{path}: no {SUFFIX} file in this folder")
             yield from found
@@ -32,6 +33,18 @@ def files(paths: Sequence[Path]) -> Iterator[Path]:
             yield path
         else:
             raise BadParameter(f"{path}: no such file or folder")
+
+
+def _found(folder: Path) -> list[Path]:
+    """The transcripts below a folder, and the folders there that cannot be searched."""
+    unread: list[OSError] = []
+    found = [
+        Path(place, name)
+        for place, folders, names in os.walk(folder, onerror=unread.append)
+        for name in (*folders, *names)
+        if name.endswith(SUFFIX)
+    ]
+    return sorted({*found, *(Path(error.filename) for error in unread)})
 
 
 def loaded(transcript: Transcript, *, trusted: bool) -> problems.Loaded:

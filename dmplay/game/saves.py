@@ -47,6 +47,15 @@ def new(problem: str) -> Path | None:
     if not ready(place):
         return None
     _clear(place)
+    try:
+        return _free(place, problem)
+    except OSError as error:
+        _not_kept(f"{place}: {error.strerror}")
+        return None
+
+
+def _free(place: Path, problem: str) -> Path:
+    """A new empty file."""
     stem = f"{time.strftime('%Y%m%d-%H%M%S')}-{problem.replace(':', '-').replace('/', '-')}"
     for number in count():
         path = place / f"{stem}{f'-{number}' if number else ''}.dmt"
@@ -92,9 +101,13 @@ def ready(place: Path) -> bool:
     except OSError as error:
         homeless = place.is_relative_to(os.devnull)
         why = "no home; set HOME" if homeless else f"{place}: {error.strerror}"
-        print(f"warning: this game is not kept: {why}", file=sys.stderr)
+        _not_kept(why)
         return False
     return True
+
+
+def _not_kept(why: str) -> None:
+    print(f"warning: this game is not kept: {why}", file=sys.stderr)
 
 
 def history() -> Path | None:
@@ -121,7 +134,7 @@ def keeps(path: Path) -> bool:
 
 def dropped(recorder: Recorder) -> bool:
     """Removes a kept game in which nothing was done; whether it was one."""
-    if not keeps(recorder.path) or _has_turns(recorder.path):
+    if not keeps(recorder.path) or recorder.fault or _has_turns(recorder.path):
         return False
     recorder.path.unlink(missing_ok=True)
     return True

@@ -4,11 +4,12 @@ import os
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from dmplay.core import Problem
 from dmplay.describe import counted
 from dmplay.dice import Dice
-from dmplay.disk import apart
+from dmplay.disk import apart, write
 from dmplay.errors import BadParameter
 from dmplay.finding import agents, problems
 from dmplay.game import saves
@@ -204,18 +205,26 @@ def _retell(told: Session, turns: int, session: Session, recorder: Recorder) -> 
 
 
 def retold(game: Game, path: Path) -> None:
-    """Writes a game of which no transcript is kept, as far as it came."""
+    """Writes a game of which no whole transcript is kept, as far as it came."""
     asked, played = game.asked, game.session
     assert asked
     found = problems.resolve(asked.name, asked.configured())
     dice = Dice(game.seed, asked.episode)
     session = Session(found.problem, dice, limit=played.limit, opening=played.opening)
-    recorder = Recorder.create(path, header(found, game.seats, dice, asked), session)
-    _retell(played, len(played.turns), session, recorder)
-    if played.over:
-        session.end(played.ending or "")
-        recorder.end()
-    recorder.close()
+    with TemporaryDirectory() as place:
+        draft = Path(place, path.name)
+        framing = frame if asked.frames else None
+        recorder = Recorder.create(
+            draft, header(found, game.seats, dice, asked), session, frame=framing
+        )
+        _retell(played, len(played.turns), session, recorder)
+        if played.over:
+            session.end(played.ending or "")
+            recorder.end()
+        recorder.close()
+        if recorder.fault:
+            raise BadParameter(f"cannot write {draft}: {recorder.fault.strerror}")
+        write(path, draft.read_text(encoding="utf-8"))
 
 
 def _framing(transcript: Transcript) -> Frame | None:

@@ -114,6 +114,11 @@ class Recorder:
         self.close()
 
     @property
+    def kept(self) -> bool:
+        """Whether its file has all that was played, to be read again."""
+        return self.fault is None and not disk.stream(self.path)
+
+    @property
     def open(self) -> bool:
         """Whether there is more to come."""
         return self._file >= 0

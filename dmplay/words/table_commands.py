@@ -76,7 +76,7 @@ def save(table: Table, argument: str) -> str:
     name = words_of(argument)[0]
     if recorder and game.strict and game.sealed:
         raise BadParameter(f"save: this game is strict, and has no copies; it is {recorder.path}")
-    if recorder:
+    if recorder and recorder.kept:
         copied(recorder, Path(name))
     else:
         retold(game, Path(name))

@@ -5,7 +5,7 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -77,9 +77,10 @@ def drawn(dice: Random, scale: Scale) -> Moment:
 
 @dataclass
 class Fuse:
-    """Kills its own process before the n-th call that reaches for a file, the same every time."""
+    """Signals its own process before the n-th call that reaches for a file, the same every time."""
 
     length: int = NEVER
+    signals: Sequence[int] = (signal.SIGKILL,)  # one for each call from this one on
     tally: Path | None = None  # where it writes how many calls there were
     calls: int = 0
 
@@ -96,8 +97,8 @@ class Fuse:
     def _burn(self, frame: FrameType, event: str, called: object) -> None:
         if event == "c_call" and isinstance(called, BuiltinMethodType) and _reaches(called):
             self.calls += 1
-            if self.calls == self.length:
-                os.kill(os.getpid(), signal.SIGKILL)
+            if 0 <= self.calls - self.length < len(self.signals):
+                os.kill(os.getpid(), self.signals[self.calls - self.length])
 
 
 def _reaches(called: BuiltinMethodType) -> bool:

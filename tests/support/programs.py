@@ -3,6 +3,7 @@
 The process begins as a copy of one that has loaded the program, which is most of a start's work.
 """
 
+import ctypes
 import multiprocessing
 import os
 import resource
@@ -10,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from subprocess import CompletedProcess
 
@@ -52,6 +54,30 @@ def homeless(*words: str, stdin: str = "") -> CompletedProcess[str]:
     """Runs dmplay as a user without a name or a home."""
     world = clean_environment(Path("/"), HOME="", XDG_STATE_HOME="")
     return _run(words, Path("/"), stdin, world, _nameless)
+
+
+def unprivileged(program: Callable[[], None]) -> None:
+    """Runs a program that permissions bind, whoever runs the tests."""
+    give_up_privileges()
+    program()
+
+
+def give_up_privileges() -> None:
+    """Leaves this process what its user may do, and root no more than others."""
+    version, nothing = 0x20080522, (ctypes.c_uint32 * 6)()
+    header = (ctypes.c_uint32 * 2)(version, 0)
+    assert ctypes.CDLL(None).capset(header, nothing) == 0
+
+
+@dataclass(frozen=True)
+class Small:
+    """Runs a program on a disk that holds files of so many bytes."""
+
+    size: int
+
+    def __call__(self, program: Callable[[], None]) -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (self.size, self.size))
+        program()
 
 
 def _nameless(program: Callable[[], None]) -> None:
