@@ -1,23 +1,17 @@
 """The program at the ends of pipes, on full disks, and where only ASCII is read."""
 
 import json
-import os
-import pty
 import re
-import subprocess
 from pathlib import Path
 
 import pytest
 
-from dmplay.game.checking import check
 from tests.support.games import altered, recorded, values, verified
 from tests.support.programs import fresh, run, shell
 from tests.support.terminals import (
-    DMPLAY,
     PLAYED,
     TAB,
     Terminal,
-    clean_environment,
 )
 
 pytestmark = pytest.mark.slow
@@ -80,21 +74,6 @@ def test_an_output_that_is_full_is_one_line_and_code_1(line: str, tmp_path: Path
     )
     assert "Traceback" not in done.stderr
     assert "Exception ignored" not in done.stderr
-
-
-@pytest.mark.parametrize("line", ["hexworld", "hexworld --plain", "shell"])
-def test_a_terminal_that_is_gone_ends_the_game_with_129_and_leaves_no_log(
-    line: str, tmp_path: Path
-) -> None:
-    ours, its = pty.openpty()
-    env = clean_environment(tmp_path, TMPDIR=str(tmp_path))
-    words = [*DMPLAY, *line.split()]
-    with subprocess.Popen(words, stdin=its, stdout=its, stderr=its, env=env) as game:
-        os.close(its)
-        os.read(ours, 1)  # it has begun
-        os.close(ours)
-        assert game.wait(30) == 129
-    assert not list(tmp_path.glob("*.log"))
 
 
 def test_an_unknown_word_in_a_pipe_ends_with_2_and_names_its_line(tmp_path: Path) -> None:
@@ -184,41 +163,3 @@ def test_plain_output_draws_nothing(problem: str, tmp_path: Path) -> None:
     assert not DRAWN.search(done.stdout)
     assert "\x1b" not in done.stdout
     assert "\r" not in done.stdout
-
-
-def test_a_full_disk_is_told_once_and_the_game_goes_on(tmp_path: Path) -> None:
-    typed = "w\n" * 5 + "quit\n"
-    done = run(tmp_path, "hexworld", "--seed", "7", "-o", "/dev/full", stdin=typed)
-    assert done.returncode == 1
-    assert "over: quit after 5 turns" in done.stdout
-    assert done.stderr == "error: cannot write /dev/full: No space left on device\n"
-
-
-def test_a_disk_that_fills_holds_whole_turns_that_verify_and_resume(tmp_path: Path) -> None:
-    typed = "w\n" * 9 + "quit\n"
-    words = ("hexworld", "--seed", "7", "-o")
-    done = fresh(*words, "small.dmt", typed=typed, folder=tmp_path, disk=SIZE_LIMIT)
-    assert done.returncode == 1
-    assert re.fullmatch(r"error: cannot write small\.dmt: [\w ]+\n", done.stderr)
-    assert check(tmp_path / "small.dmt").unfinished
-    turns = int(values(tmp_path / "small.dmt", "turn")[-1])
-    assert 1 < turns < 9
-    again = run(tmp_path, "resume", "small.dmt", stdin="w\n" * (9 - turns) + "quit\n")
-    assert again.returncode == 0
-    run(tmp_path, *words, "whole.dmt", stdin=typed)
-    assert (tmp_path / "small.dmt").read_bytes() == (tmp_path / "whole.dmt").read_bytes()
-
-
-def test_the_screen_tells_of_a_full_disk_and_plays_on(tmp_path: Path) -> None:
-    with Terminal("hexworld", "--seed", "7", "-o", "/dev/full", folder=tmp_path) as terminal:
-        terminal.ready().press("h", "cannot write /dev/full").press("h", "turn 2 ").press("q")
-        assert terminal.ended() == 1
-        assert "error: cannot write /dev/full: No space left on device" in terminal.text
-
-
-def test_a_state_folder_that_cannot_be_written_is_one_warning(tmp_path: Path) -> None:
-    (tmp_path / "state").write_text("a file where the folder should be")
-    done = run(tmp_path, "hexworld", "--seed", "7", stdin="w\nquit\n")
-    assert done.returncode == 0
-    assert done.stderr.startswith("warning: this game is not kept: ")
-    assert len(done.stderr.splitlines()) == 1

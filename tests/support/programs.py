@@ -76,6 +76,7 @@ class Small:
     size: int
 
     def __call__(self, program: Callable[[], None]) -> None:
+        sys.dont_write_bytecode = True  # which would be cut, and read ever after
         resource.setrlimit(resource.RLIMIT_FSIZE, (self.size, self.size))
         program()
 
@@ -136,6 +137,10 @@ def fresh(
 ) -> CompletedProcess[str]:
     """The program from its very start: in another language, or where a disk is small."""
 
+    world = clean_environment(folder, **env)
+    if disk is not None:
+        world["PYTHONDONTWRITEBYTECODE"] = "1"  # it would be cut, and read ever after
+
     def small() -> None:
         if disk is not None:
             resource.setrlimit(resource.RLIMIT_FSIZE, (disk, disk))
@@ -145,7 +150,7 @@ def fresh(
         input=typed,
         capture_output=True,
         text=True,
-        env=clean_environment(folder, **env),
+        env=world,
         cwd=folder,
         timeout=PATIENCE,
         check=False,
