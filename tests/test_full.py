@@ -135,10 +135,10 @@ def test_a_game_whose_output_is_its_file_is_saved_too(tmp_path: Path) -> None:
 
 
 def test_a_fault_whose_log_does_not_fit_is_one_line(tmp_path: Path) -> None:
-    bad = tmp_path / "bad.py"
-    bad.write_text("raise SystemError\n")
-    done = fresh("info", "./bad.py", folder=tmp_path, disk=0)
-    assert done.stderr.count("\n") == 1
+    (tmp_path / "broken.py").write_text("raise ZeroDivisionError\n")
+    done = fresh("./broken.py:Game", folder=tmp_path, disk=0)
+    told = "error: unexpected ZeroDivisionError; no log can be written, --debug shows it\n"
+    assert (done.returncode, done.stderr) == (1, told)
 
 
 # Folders that cannot be written, or read

@@ -224,7 +224,8 @@ def retold(game: Game, path: Path) -> None:
         recorder.close()
         if recorder.fault:
             raise BadParameter(f"cannot write {draft}: {recorder.fault.strerror}")
-        write(path, draft.read_text(encoding="utf-8"))
+        private = found.problem.hidden and not played.over
+        write(path, draft.read_text(encoding="utf-8"), private=private)
 
 
 def _framing(transcript: Transcript) -> Frame | None:
