@@ -8,6 +8,7 @@ from pathlib import Path
 
 from dmplay.errors import BadParameter
 
+GIVEN = Path("/dev/fd")  # what the caller has opened, as a shell does for <(...)
 READ, WRITTEN = ("/dev/stdin", "/dev/null"), ("/dev/stdout", "/dev/null", "/dev/full")
 OWN, ALL = 0o600, 0o666  # who may read and write a file, as far as the umask lets them
 DRAFT = ".dmplay-"  # how the name begins of what is not whole yet
@@ -31,7 +32,7 @@ def stream(path: Path) -> bool:
 
 def content(path: Path) -> bytes:
     """What stands in a file; raises OSError for what may have no end, or is too large."""
-    if str(path) not in READ:
+    if str(path) not in READ and path.parent != GIVEN:
         _bounded(path)
     with path.open("rb") as file:
         read = file.read(LARGEST + 1)

@@ -18,12 +18,28 @@ CERTAIN = 1e-9  # probabilities this close are equal
 DEPENDS = "observations depend on the state before: put what is seen into the state, or use search"
 
 
-class Tables(NamedTuple):
-    """A finite problem as arrays; A counts joint actions and O joint observations, row-major."""
-
+class _Arrays(NamedTuple):
     transition: Reals  # [S, A, S']
     rewards: Reals  # [S, A, n], expected
-    observation: Reals | None = None  # [A, S', O]; None where every agent sees the state
+    observation: Reals | None  # [A, S', O]; None where every agent sees the state
+
+
+class Tables(_Arrays):
+    """A finite problem as arrays; A counts joint actions and O joint observations, row-major.
+
+    Nobody writes into them: a game and its policies read the same.
+    """
+
+    __slots__ = ()
+
+    def __new__(
+        cls, transition: Reals, rewards: Reals, observation: Reals | None = None
+    ) -> "Tables":
+        """Takes the arrays as they are, for reading alone."""
+        for array in (transition, rewards, observation):
+            if array is not None:
+                array.setflags(write=False)
+        return super().__new__(cls, transition, rewards, observation)
 
     @property
     def seen(self) -> Reals:

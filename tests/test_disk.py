@@ -1,6 +1,7 @@
 """Files: nothing is overwritten unasked, through links or not; what has no end is not read."""
 
 import os
+import re
 import resource
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import pytest
 from dmplay.disk import content, played, write
 from dmplay.errors import BadParameter
 from tests.support.games import recorded
-from tests.support.programs import run
+from tests.support.programs import run, shell
 
 PICTURES = (("export", "g.dmt", "--csv", "-o"), ("figure", "F.2", "-o"))
 
@@ -107,6 +108,15 @@ def test_what_is_no_file_is_refused_by_name(words: tuple[str, ...], place: Path)
     told = (done.stderr + done.stdout).splitlines()[0]
     assert "a FIFO, a socket or a device, not a file" in told
     assert any(word in told for word in words[1:])
+
+
+@pytest.mark.slow
+def test_what_a_shell_opens_for_it_is_read(place: Path) -> None:
+    done = shell("dmplay verify <(cat g.dmt)", place)
+    assert re.fullmatch(r"ok /dev/fd/\d+ \(3 turns\)\n1 verified\n", done.stdout)
+    done = shell("dmplay verify --update <(cat g.dmt)", place)
+    assert re.fullmatch(r"error: --update: /dev/fd/\d+ cannot be rewritten\n", done.stderr)
+    assert done.returncode == 2
 
 
 def test_verify_tells_of_every_file_it_cannot_read_and_goes_on(place: Path) -> None:

@@ -2,6 +2,7 @@
 
 import os
 import pty
+import select
 import signal
 import subprocess
 import sys
@@ -77,7 +78,7 @@ def test_a_signal_at_any_moment_leaves_a_whole_game_with_its_ending(
     front: str, tmp_path: Path
 ) -> None:
     turns = set()
-    for moment, number in zip(range(2, calls(tmp_path, front), 4), cycle((TERM, INT, HUP))):
+    for moment, number in zip(range(2, calls(tmp_path, front), 6), cycle((TERM, INT, HUP))):
         code, played, ended = left(tmp_path, front, moment, number)
         assert code in (128 + number, -number), (moment, number)  # its own before we listen
         assert ended or played <= (front == "resume"), (moment, number)  # before it is at the table
@@ -89,7 +90,7 @@ def test_a_signal_at_any_moment_leaves_a_whole_game_with_its_ending(
 def test_a_second_signal_does_not_cut_the_ending_short(
     pair: tuple[int, int], tmp_path: Path
 ) -> None:
-    for moment in range(16, calls(tmp_path, "plain") - 5, 3):
+    for moment in range(16, calls(tmp_path, "plain") - 5, 4):
         _, _, ended = left(tmp_path, "plain", moment, *pair)
         assert ended, moment
 
@@ -111,7 +112,7 @@ def test_a_signal_while_something_is_solved_gives_the_cursor_back(
         assert terminal.text.strip() == ""
 
 
-@pytest.mark.parametrize("number", [TERM, HUP, INT])
+@pytest.mark.parametrize("number", [HUP, INT])
 @pytest.mark.parametrize(
     ("line", "seen"),
     [
@@ -165,6 +166,7 @@ def _until(terminal: int, seen: str) -> None:
     """Reads until this is printed."""
     printed = ""
     while seen not in printed:
+        assert select.select([terminal], [], [], PATIENCE)[0], f"never saw {seen!r}: {printed}"
         printed += os.read(terminal, 1 << 16).decode(errors="replace")
 
 

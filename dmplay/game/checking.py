@@ -6,7 +6,7 @@ from json import dumps
 from pathlib import Path
 
 from dmplay.describe import one_line
-from dmplay.disk import write
+from dmplay.disk import GIVEN, write
 from dmplay.errors import BadParameter, BadTranscript, DmplayError
 from dmplay.finding import problems
 from dmplay.game.account import frame
@@ -102,8 +102,10 @@ def update(path: Path, *, trusted: bool = False) -> str:
 
 def updates(paths: Sequence[Path], *, trusted: bool) -> tuple[list[str], list[str]]:
     """Rewrites files: what changed in each that differed, and why others were not rewritten."""
-    if INPUT in paths:
-        raise BadParameter("--update: the standard input cannot be rewritten")
+    for path in paths:
+        if path == INPUT or path.parent == GIVEN:
+            what = "the standard input" if path == INPUT else path
+            raise BadParameter(f"--update: {what} cannot be rewritten")
     diffs, refused = [], []
     for path in paths:
         try:

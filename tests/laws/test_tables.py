@@ -5,7 +5,7 @@ import pytest
 
 from dmplay.chance import Array, Bools
 from dmplay.core import Problem, exact
-from dmplay.tabular import tabulate
+from dmplay.tabular import Tabular, tabulate
 from tests.support.brought import Heap, Key
 from tests.support.cases import anything, every_problem, load
 from tests.support.pools import WALK, lists, pool
@@ -96,3 +96,11 @@ def test_a_belief_is_carried_as_the_listed_outcomes_say(name: str) -> None:
     everyone: list[int | None] = [int(a) for a in found.a[0]]
     told = problem.carry(belief, everyone, [None] * agents)
     np.testing.assert_allclose(told.sum(), 1, atol=1e-12)
+
+
+def test_nobody_writes_into_the_tables_of_a_game() -> None:
+    for name in ("machine-replacement", "catch", "crying-baby"):
+        problem = load(name)
+        assert isinstance(problem, Tabular)
+        for array in problem.tables:
+            assert array is None or not array.flags.writeable
