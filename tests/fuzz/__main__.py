@@ -15,7 +15,6 @@ from collections import Counter, defaultdict
 import dmplay
 from tests.fuzz import facts
 from tests.fuzz.crew import results, shared
-from tests.fuzz.judging import Fault
 from tests.fuzz.kinds import KINDS, Kind, case, count
 from tests.fuzz.trial import Result, tried
 

@@ -85,11 +85,14 @@ RESULTS = (
     "(Normal(0.0, -1.0),)", "(Span(1.0, np.nan),)", "(7,)", "Labels(())", "a[0].item().missing",
 )  # fmt: skip
 TEXTS = ("None", "7", "''", "'\\x1b[2J'", "'a\\nb'", "s", "missing", "'\\u202e'", "'x' * 9000")
+NAMES = ("()", "('a',)", "('a', 'a', 'b')", "None", "('', '\\x1b')", "7")
 COUNTS = ("None", "0", "-1", "1", "2", "10**9", "10**400", "1.5", "np.inf", "'4'", "()", "True")
 WRONG = {  # what else may be said in the place of each
     **dict.fromkeys(("transition", "rewards", "seen", "belief"), ARRAYS),
     **dict.fromkeys(("actions", "observations"), LABELS),
-    **dict.fromkeys(("agents", "names"), ("()", "('a',)", "('a', 'a', 'b')", "None", "('', '\\x1b')", "7")),
+    **dict.fromkeys(
+        ("agents", "names"), ("()", "('a',)", "('a', 'a', 'b')", "None", "('', '\\x1b')", "7")
+    ),
     **dict.fromkeys(("horizon", "states", "discount"), COUNTS),
     **dict.fromkeys(("opening", "place"), tuple(one.replace("len(s)", "rows") for one in RESULTS)),
     **dict.fromkeys(("chance", "moved", "paid", "sight", "terminal", "legal"), RESULTS),

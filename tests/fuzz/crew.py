@@ -1,4 +1,4 @@
-"""Workers that try cases beside one another: each is fresh after some hundred, and after a fault."""
+"""Workers that try cases beside one another: a fresh one after some hundred or a fault."""
 
 import multiprocessing
 import os

@@ -1,13 +1,13 @@
 """Transcripts in which one fact was changed for another value, and all else was made to fit it."""
 
 import json
-import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from copy import deepcopy
 from functools import cache
 from random import Random
 from typing import NamedTuple
 
+from dmplay.transcript.format import EVENTS, TURN
 from tests.fuzz.case import GAME, Case
 from tests.fuzz.corpus import transcripts
 from tests.fuzz.mutations import summed
@@ -16,8 +16,7 @@ from tests.fuzz.program import dmplay
 TOLERANCE = 1e-6  # of the scale, within which real numbers are the same fact
 ONLY_TOLD = ("human", "script")  # whose actions only the file can tell
 FREE = ("quit", "interrupted", "illegal", "forfeit")  # reasons that only the file can tell
-FACTS = re.compile(r"^(turn|actions|draws|state|observations|rewards|belief|end|undo|reroll): (.*)$")
-SEEDED = re.compile(r"^seed: (.*)$")
+FACTS = (*TURN, *EVENTS, "end")
 SOME = 2  # draws of a game in whose turns, and not only before them, something is drawn
 Path = tuple[str | int, ...]
 
@@ -71,22 +70,24 @@ def _places(rows: list[str]) -> Iterator[Place]:
     seats = next(json.loads(row[7:]) for row in rows if row.startswith("seats: "))
     draws = sum(row.startswith("draws: ") for row in rows)
     for line, row in enumerate(rows):
-        found = FACTS.match(row)
-        if draws and SEEDED.match(row):  # one at which nobody draws is any other too
+        key, _, told = row.partition(": ")
+        if draws and key == "seed":  # where nobody draws, any other is as good
             yield Place(line, ())
-        if draws < SOME and row.startswith("reroll: "):
+        if key not in FACTS or (key == "reroll" and draws < SOME):
             continue
-        for path in _paths(json.loads(found[2])) if found else ():
-            free = found[1] == "actions" and path and seats[path[0]] in ONLY_TOLD
-            if not free and (found[1] != "end" or path not in ((), ("sha256",))):
+        for path in _paths(json.loads(told)):
+            free = key == "actions" and path and seats[path[0]] in ONLY_TOLD
+            if not free and (key != "end" or path not in ((), ("sha256",))):
                 yield Place(line, path)
 
 
 def _paths(value: object) -> Iterator[Path]:
     """The way to a value and to all that are inside of it."""
     yield ()
-    inside = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
-    for key, one in inside:
+    inside: Mapping[str | int, object] = {}
+    if isinstance(value, dict | list):
+        inside = value if isinstance(value, dict) else dict(enumerate(value))
+    for key, one in inside.items():
         yield from ((key, *path) for path in _paths(one))
 
 
@@ -117,9 +118,9 @@ def _other(random: Random, value: object) -> object:
     if isinstance(value, list):
         return random.choice(([*value, 0], value[1:], value[::-1], [*value[1:], *value[:1]]))
     assert isinstance(value, dict)
-    items = list(value.items())
-    names = [*value][1:] + [*value][:1]
-    return random.choice((dict(items[1:]), dict(zip(names, value.values(), strict=True)), {**value, "x": 0}))
+    names = [*value]
+    moved = dict(zip([*names[1:], *names[:1]], value.values(), strict=True))
+    return random.choice(({key: value[key] for key in names[1:]}, moved, {**value, "x": 0}))
 
 
 def _reworded(random: Random, text: str) -> str:

@@ -8,7 +8,7 @@ from dmplay.game.formats import FORMATS
 from tests.fuzz import brought, facts, lines, options
 from tests.fuzz.case import GAME, Case, Program
 from tests.fuzz.corpus import of_people, transcripts
-from tests.fuzz.mutations import spoilt
+from tests.fuzz.mutations import named, spoilt
 from tests.fuzz.program import dmplay, reads
 from tests.fuzz.screens import screen
 
@@ -39,7 +39,7 @@ def resume(random: Random) -> Case:
     """A spoilt transcript without its end, gone on with."""
     raw = random.choice(of_people())
     left = raw[: raw.rfind(b"\n\nend: ") + 2] if random.random() < 0.9 else raw
-    typed = lines.lines(random, lines.problem(random))
+    typed = lines.lines(random, named(raw))
     return Case(("resume", GAME), {GAME: spoilt(random, left)}, typed=typed)
 
 
@@ -58,8 +58,10 @@ def review(random: Random) -> Case:
 def branch(random: Random) -> Case:
     """A spoilt transcript, played on from some turn."""
     turn = random.choice(("0", "1", "2", "3", "9", "-1", "x"))
-    typed = lines.lines(random, lines.problem(random))
-    return Case(("branch", GAME, "--at", turn, "-o", "b.dmt"), read(random).files, typed=typed)
+    raw = random.choice(transcripts())
+    typed = lines.lines(random, named(raw))
+    words = ("branch", GAME, "--at", turn, "-o", "other.dmt")
+    return Case(words, {GAME: spoilt(random, raw)}, typed=typed)
 
 
 def export(random: Random) -> Case:

@@ -22,7 +22,7 @@ AGENTS = (
 
 
 def spoilt(random: Random, raw: bytes) -> bytes:
-    """A transcript after one mutation or several; often its checksum is that of what stands there."""
+    """A transcript after one mutation or several; often with the right checksum."""
     for _ in range(random.choice((1, 1, 1, 2, 4))):
         raw = random.choice(MUTATIONS)(random, raw)
     return summed(raw) if random.random() < 0.6 else raw
@@ -89,11 +89,11 @@ MARK = "\ue000 this value"
 
 def _replaced(random: Random, holder: dict[str, object] | list[object], key: str | int) -> str:
     """Puts a mark in the place of a value, or of one inside of it; what is to stand there."""
-    value = holder[key]  # type: ignore[index, call-overload] # of a list or a dictionary
+    value = holder[key]  # type: ignore[index] # of a list or a dictionary
     if isinstance(value, dict | list) and value and random.random() < 0.8:
         inside = random.choice(list(value) if isinstance(value, dict) else range(len(value)))
         return _replaced(random, value, inside)
-    holder[key] = MARK  # type: ignore[index, call-overload]
+    holder[key] = MARK  # type: ignore[index]
     return random.choice((absurd.value(random), near(random, value)))
 
 
@@ -105,7 +105,8 @@ def near(random: Random, value: object) -> str:
         step = random.choice((1, -1, 0.1, 1e-3, 1e-9, 1e6))
         return json.dumps(value + step)
     if isinstance(value, str):
-        return json.dumps(random.choice((f"{value}x", value[1:], value.upper(), f"{value} ", "(0,0)")))
+        words = (f"{value}x", value[1:], value.upper(), f"{value} ", "(0,0)")
+        return json.dumps(random.choice(words))
     if isinstance(value, list | tuple):
         value = [*value]
         return json.dumps(random.choice(([*value, 0], value[1:], value[::-1], value * 3)))
@@ -120,7 +121,7 @@ def header_changed(random: Random, raw: bytes) -> bytes:
     rows = [row for row in above.split(b"\n") if not row.startswith(key + b":")]
     order = [name.encode() for name in KEYS]
     rows.append(line)
-    rows.sort(key=lambda row: order.index(row.partition(b":")[0]) if row.partition(b":")[0] in order else 0)
+    rows.sort(key=lambda row: next((n for n, key in enumerate(order) if row.startswith(key)), 0))
     return b"\n".join(rows) + empty + rest
 
 
@@ -129,7 +130,7 @@ def _problem(random: Random, raw: bytes) -> bytes:
     return f"problem: {json.dumps(random.choice(names))}".encode()
 
 
-def _named(raw: bytes) -> str:
+def named(raw: bytes) -> str:
     """The problem of a transcript, where it names one that there is."""
     found = re.search(rb'^problem: "([a-z0-9:-]+)"$', raw, re.MULTILINE)
     name = found[1].decode() if found else ""
@@ -137,18 +138,18 @@ def _named(raw: bytes) -> str:
 
 
 def _set(random: Random, raw: bytes) -> bytes:
-    known = problems.parameters(problems.load(_named(raw)))
+    known = problems.parameters(problems.load(named(raw)))
     key = random.choice((*known, *known, "other"))
     value = random.choice((absurd.value(random), near(random, known.get(key, 1))))
     return f"set: {{{json.dumps(key)}: {value}}}".encode(errors="surrogatepass")
 
 
 def _seats(random: Random, raw: bytes) -> bytes:
-    agents = problems.load(_named(raw)).agents
+    agents = problems.load(named(raw)).agents
     who = (*AGENTS, absurd.word(random))
     seats = {name: random.choice(who) for name in agents}
     if random.random() < 0.2:
-        seats[absurd.word(random)] = "human"
+        seats[absurd.word(random)] = random.choice(who)
     return f"seats: {json.dumps(seats)}".encode()
 
 
@@ -163,7 +164,9 @@ def blocks_changed(random: Random, raw: bytes) -> bytes:
     at = random.randrange(len(blocks))
     block = blocks.pop(at)
     other = random.choice(random.choice(transcripts()).split(b"\n\n"))
-    event = f"{random.choice(('undo', 'reroll'))}: {random.choice(('1', '2', absurd.value(random)))}"
+    event = (
+        f"{random.choice(('undo', 'reroll'))}: {random.choice(('1', '2', absurd.value(random)))}"
+    )
     put = random.choice(([], [block] * 2, [block] * 50, [other], [block, event.encode()]))
     to = random.choice((at, random.randrange(len(blocks) + 1)))
     blocks[to:to] = put

@@ -48,7 +48,7 @@ def agent(random: Random) -> Case:
     given = [_setting(random, known) for _ in range(random.choice((0, 1, 1, 2)) if known else 0)]
     who = f"{base}:{','.join(given)}" if given else base
     if random.random() < 0.2:
-        who = absurd.word(random) + who
+        who = absurd.argument(random) + who
     return _played(random, name, "--agent", who)
 
 
@@ -56,16 +56,16 @@ def words(random: Random) -> Case:
     """Any words of the command line."""
     said = [random.choice(COMMANDS) if random.random() < 0.8 else problem(random)]
     for _ in range(random.randint(0, 4)):
-        kind = random.random()
-        odd = absurd.word(random).replace("\0", "")
-        said.append(random.choice(OPTIONS) if kind < 0.4 else odd if kind < 0.7 else problem(random))
+        odd = absurd.argument(random)
+        said.append(random.choice((random.choice(OPTIONS), odd, problem(random))))
     return Case(tuple(said), typed=lines(random, problem(random)))
 
 
 def settings(random: Random) -> Case:
     """A folder's file of settings, and a command in it."""
-    rows = [f"{random.choice(SETTINGS)} = {random.choice(TOML)}" for _ in range(random.randint(1, 3))]
-    text = "\n".join(rows).encode()
+    many = random.randint(1, 3)
+    rows = [f"{random.choice(SETTINGS)} = {random.choice(TOML)}\n" for _ in range(many)]
+    text = "".join(rows).encode()
     if random.random() < 0.2:
         at = random.randrange(len(text) + 1)
         text = text[:at] + absurd.raw(random) + text[at:]
@@ -76,9 +76,9 @@ def settings(random: Random) -> Case:
     variables = {}
     if random.random() < 0.3:
         variable = random.choice(("COLOR", "WIDTH", "KEYS", "SET", "PLAY_TURNS", "SPEED", "THEME"))
-        variables[f"DMPLAY_{variable}"] = absurd.word(random).replace("\0", "")
+        variables[f"DMPLAY_{variable}"] = absurd.argument(random)
     if random.random() < 0.1:
-        variables["COLUMNS"] = absurd.word(random).replace("\0", "")
+        variables["COLUMNS"] = absurd.argument(random)
     where = random.choice(("dmplay.toml", "config/dmplay/config.toml"))
     return Case(said, {where: text}, typed="e\nquit\n", variables=variables)
 
@@ -89,7 +89,7 @@ def _played(random: Random, name: str, *more: str) -> Case:
 
 
 def _setting(random: Random, known: dict[str, object]) -> str:
-    key = random.choice((*known, *known, *known, absurd.word(random)))
-    odd = random.choice((absurd.value(random), absurd.word(random)))
+    key = random.choice((*known, *known, *known, absurd.argument(random)))
+    odd = random.choice((absurd.value(random).replace("\0", ""), absurd.argument(random)))
     value = random.choice((odd, near(random, known.get(key, 1)), json.dumps(known.get(key, 1))))
     return f"{key}={value}" if random.random() < 0.95 else key

@@ -84,7 +84,7 @@ def laid_out(case: Case) -> Iterator[None]:
         here = clean_environment(Path(folder), XDG_CONFIG_HOME=f"{folder}/config", COLUMNS="80")
         before = dict(os.environ)
         try:
-            _surrounded(here | case.variables)
+            _surrounded({**here, **case.variables})
             yield
         finally:
             _surrounded(before)
