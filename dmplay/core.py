@@ -468,7 +468,11 @@ def listing(problem: Problem, numbers: float) -> None:
 def reached(problem: Problem, outcome: Outcome) -> Ints:
     """The indices `[B, K]` of the next states that `exact` lists."""
     rows, many, *state = outcome.state.shape
-    return problem.index(outcome.state.reshape(rows * many, *state)).reshape(rows, many)
+    after = problem.index(outcome.state.reshape(rows * many, *state)).reshape(rows, many)
+    count = len(problem.enumerated()) if after.size else 0
+    if after.size and not 0 <= after.min() <= after.max() < count:
+        raise BadParameter(f"a turn leads to states {after.min()} to {after.max()} of {count}")
+    return after
 
 
 def exact_start(problem: Problem) -> tuple[Reals, Array]:

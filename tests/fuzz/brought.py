@@ -99,10 +99,11 @@ WRONG = {  # what else may be said in the place of each
     "notation": TEXTS,
 }
 SYNTAX = ("import missing_module\n", "def f(:\n", "raise RuntimeError('x')\n", "\x00", "\xff", "")
+SHORT = ("--turns", "3", "--seed", "1")
 COMMANDS = (
-    (NAME, "--agent", "random", "--seed", "1"), (NAME, "--agent", "random", "-o", GAME, "--frames"),
-    (NAME, "--seed", "1"), ("info", NAME), ("agents", NAME), ("solve", NAME), ("list",),
-    (NAME, "--agent", "optimal", "--seed", "1"), (NAME, "--agent", "plan", "--seed", "1"),
+    (NAME, *SHORT, "--agent", "random"), ("info", NAME),
+    (NAME, *SHORT), (NAME, *SHORT, "--agent", "optimal"), (NAME, *SHORT, "--agent", "plan"),
+    (NAME, *SHORT, "--agent", "random", "-o", GAME, "--frames"), ("agents", NAME), ("solve", NAME),
 )  # fmt: skip
 TYPED = "a\nhint\nvalues\nlook\nbelief\nb\nundo\nlegal\nquit\n"
 

@@ -8,6 +8,7 @@ from tests.fuzz import absurd
 from tests.fuzz.case import Case
 from tests.fuzz.lines import lines, problem
 from tests.fuzz.mutations import AGENTS, near
+from tests.support.seats import FOREIGN
 
 LONG = ("solve",)
 OPTIONS = (
@@ -42,7 +43,8 @@ def parameter(random: Random) -> Case:
 def agent(random: Random) -> Case:
     """A game with another agent: `--agent`."""
     name = problem(random)
-    roster = agents.roster(problems.load(name)).agents
+    every = agents.roster(problems.load(name)).agents
+    roster = {base: make for base, make in every.items() if base not in FOREIGN}
     base = random.choice((*roster, *AGENTS))
     known = agents.settings(roster[base]) if base in roster else {}
     given = [_setting(random, known) for _ in range(random.choice((0, 1, 1, 2)) if known else 0)]
