@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from dmplay.chance import Array, Categorical, Chance, Normal, Pick, Span, sample
-from dmplay.core import Continuous, Interval, Labels, Outcome, Problem
+from dmplay.core import Continuous, Interval, Labels, Outcome, Problem, placed
 from dmplay.errors import BadParameter
 from dmplay.tabular import Tabular
 
@@ -73,6 +73,9 @@ def _turn(problem: Problem) -> Facts:
     yield _chances(opening), f"opening: got {opening!r}, expected what can be drawn, or ()"
     s = problem.place(ROWS, _events(opening))
     yield _rows(s), f"place: got {s!r}, expected an array, a state for each of {ROWS} rows"
+    holds = not isinstance(problem.states, int) or problem.index(s).dtype.kind in "iu"
+    yield holds, f"place: got {s!r}, expected whole numbers, where states are counted"
+    placed(problem, s)
     over, legal = problem.terminal(s), problem.legal(s)
     holds = _rows(over) and over.dtype == bool and over.ndim == 1
     yield holds, f"terminal: got {over!r}, expected true or false for each of {ROWS} rows"
@@ -99,7 +102,8 @@ def _outcome(problem: Problem, s: Array, outcome: Outcome) -> Facts:
     yield holds, f"move: got the states {moved!r}, expected them of shape {s.shape}, as from place"
     yield from _reals("move: rewards", rewards, (ROWS, len(problem.agents)))
     if not problem.hidden:
-        yield _shaped(seen, s.shape), f"move: got {seen!r} to be seen, expected the new states"
+        holds = _shaped(seen, s.shape) and bool((seen == moved).all())
+        yield holds, f"move: got {seen!r} to be seen, expected the new states"
         return
     holds = _shaped(seen, (ROWS, len(problem.agents))) and seen.dtype.kind == "i"
     yield holds, f"move: got the observations {seen!r}, expected whole numbers for each row, agent"

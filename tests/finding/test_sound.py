@@ -79,6 +79,8 @@ PAID, SEEN = np.zeros((2, 1)), np.zeros(2, int)
         ("states", 10**400, "states: got 1"),
         ("opening", lambda self, rows: None, "opening: got None"),
         ("place", lambda self, rows, events: 7, "place: got 7, expected an array"),
+        ("place", lambda self, rows, events: np.full(rows, 0.5), "expected whole numbers"),
+        ("place", lambda self, rows, events: np.full(rows, 9), "got states 9 to 9, expected 0"),
         ("terminal", lambda self, s: s, "terminal: got array"),
         ("legal", lambda self, s: np.zeros((2, 1, 2), bool), "one action at least"),
         ("notation", lambda self, s: "a\nb", r"notation: got 'a\nb', expected a line"),
@@ -128,7 +130,7 @@ def test_a_problem_is_looked_at_with_the_parameters_that_are_set(tmp_path: Path)
 
 def test_a_state_that_is_none_of_a_problems_is_told_where_all_are_listed() -> None:
     far = changed(Heap, "move", _moved(np.full(2, 9), PAID, np.full(2, 9)))
-    with pytest.raises(BadParameter, match="leads to states 9 to 9 of 5"):
+    with pytest.raises(BadParameter, match="got states 9 to 9, expected 0 to 4"):
         far.carry(np.eye(5)[4], [0], [])
 
 

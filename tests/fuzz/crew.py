@@ -3,6 +3,7 @@
 import multiprocessing
 import os
 import time
+import warnings
 from collections.abc import Iterator, Sequence
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import ForkProcess
@@ -47,12 +48,10 @@ class Worker:
         self.task = self.task._replace(numbers=rest)
         return found
 
-    def hangs(self) -> bool:
-        """Whether nothing was heard of it for too long; then it is ended."""
-        late = time.monotonic() - self.since > PATIENCE
-        if late:
+    def hurry(self, patience: float) -> None:
+        """Ends it where nothing was heard of it for so many seconds."""
+        if time.monotonic() - self.since > patience:
             self._process.kill()
-        return late
 
     def gone(self) -> None:
         """Waits for its end."""
@@ -61,18 +60,19 @@ class Worker:
 
     def _lost(self, how: str) -> Result:
         number = self.task.numbers[0]
+        self._process.join()
         code = self._process.exitcode
         return Result(self.task.kind.name, number, how, (Fault(how, f"exit code {code}"),))
 
 
-def results(tasks: Sequence[Task], workers: int) -> Iterator[Result]:
+def results(tasks: Sequence[Task], workers: int, patience: float = PATIENCE) -> Iterator[Result]:
     """What becomes of all cases, in whatever order they are done."""
     left, busy = list(reversed(tasks)), dict[Connection, Worker]()
     while left or busy:
         while left and len(busy) < workers:
             worker = Worker(left.pop())
             busy[worker.told] = worker
-        for told in wait([*busy], timeout=1.0):
+        for told in wait([*busy], timeout=patience / 2):
             assert isinstance(told, Connection)
             worker = busy[told]
             found = worker.result()
@@ -83,7 +83,7 @@ def results(tasks: Sequence[Task], workers: int) -> Iterator[Result]:
                 if worker.task.numbers:
                     left.append(worker.task)
         for worker in busy.values():
-            worker.hangs()
+            worker.hurry(patience)
 
 
 def shared(kind: Kind, seed: int, count: int) -> Iterator[Task]:
@@ -95,6 +95,7 @@ def shared(kind: Kind, seed: int, count: int) -> Iterator[Task]:
 def _work(task: Task, told: Connection) -> None:
     """Is a worker, without a terminal: tries cases until one has a fault."""
     os.setsid()
+    warnings.simplefilter("default")  # as the program has them
     for number in task.numbers:
         found = tried(task.kind, task.seed, number)
         told.send(found)

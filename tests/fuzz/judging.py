@@ -7,6 +7,7 @@ from typing import NamedTuple
 from tests.fuzz.case import Case, Told
 
 FRAME = re.compile(r'File "[^"]*/(dmplay/[^"]+", line \d+), ')
+UNEXPECTED = re.compile(r"^error: unexpected \w+; \S+\.log tells where", re.MULTILINE)
 ENDINGS = {"exit 0", "exit 1", "exit 2", "exit 3", "exit 130", "read", "refused", "left", "played"}
 
 
@@ -20,6 +21,9 @@ class Fault(NamedTuple):
 
 def traceback(case: Case, told: Told) -> str:
     """An exception that nobody turned into a line."""
+    unexpected = UNEXPECTED.search(told.shown)
+    if unexpected:
+        return unexpected[0]
     if not told.trace:
         return "" if told.ending in ENDINGS else told.ending
     return f"{told.ending} in {place(told.trace)}"
@@ -44,7 +48,9 @@ def _new_lines(case: Case, told: Told) -> Iterator[str]:
     """What was written into files and stood in none before."""
     old = {line for raw in case.files.values() for line in raw.split(b"\n")}
     for raw in told.files.values():
-        yield from (line.decode(errors="replace") for line in raw.split(b"\n") if line not in old)
+        yield from (
+            line.decode(errors="surrogateescape") for line in raw.split(b"\n") if line not in old
+        )
 
 
 def verified(case: Case, told: Told) -> str:
