@@ -3,10 +3,9 @@
 from functools import cache
 from pathlib import Path
 
-from dmplay.finding import problems
 from tests.fuzz.case import GAME, Case
 from tests.fuzz.program import dmplay
-from tests.support.cases import CASES
+from tests.support.cases import CASES, load
 
 GOLDENS = Path(__file__).parent.parent.parent / "transcripts"
 SHORT = 3000  # characters of a golden that is mutated
@@ -34,7 +33,7 @@ def of_people() -> tuple[bytes, ...]:
 
 def actions(name: str) -> list[str]:
     """What can be typed as an action of a problem's first seat."""
-    known = problems.load(name).actions[0]
+    known = load(name).actions[0]
     return list(known.labels) or ["0", "0.5", "-1"]
 
 
@@ -49,6 +48,6 @@ def _of_people(name: str, seed: int) -> bytes:
 
 def _played(name: str, seed: int, *words: str, typed: str = "") -> bytes:
     """A game of three turns."""
-    others = ["--vs", "random"] * (len(problems.load(name).agents) > 1)
+    others = ["--vs", "random"] * (len(load(name).agents) > 1)
     told = ["--seed", str(seed), "--turns", "3", "-o", GAME, "--quiet"]
     return dmplay(Case((name, *told, *words, *others), typed=typed)).files[GAME]

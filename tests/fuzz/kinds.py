@@ -13,6 +13,7 @@ from tests.fuzz.program import dmplay, reads
 from tests.fuzz.screens import screen
 
 SIZES = ((80, 24), (80, 24), (40, 12), (120, 40), (20, 5), (1, 1), (50, 14), (300, 2))
+SELDOM = (0, 0, 1, 1, 2)  # mutations of what is gone on with
 
 
 class Kind(NamedTuple):
@@ -40,7 +41,7 @@ def resume(random: Random) -> Case:
     raw = random.choice(of_people())
     left = raw[: raw.rfind(b"\n\nend: ") + 2] if random.random() < 0.9 else raw
     typed = lines.lines(random, named(raw))
-    return Case(("resume", GAME), {GAME: spoilt(random, left)}, typed=typed)
+    return Case(("resume", GAME), {GAME: spoilt(random, left, SELDOM)}, typed=typed)
 
 
 def replay(random: Random) -> Case:
@@ -61,7 +62,7 @@ def branch(random: Random) -> Case:
     raw = random.choice(transcripts())
     typed = lines.lines(random, named(raw))
     words = ("branch", GAME, "--at", turn, "-o", "other.dmt")
-    return Case(words, {GAME: spoilt(random, raw)}, typed=typed)
+    return Case(words, {GAME: spoilt(random, raw, SELDOM)}, typed=typed)
 
 
 def export(random: Random) -> Case:
@@ -95,7 +96,7 @@ def drawn(random: Random) -> Case:
 
 
 KINDS = (
-    Kind("read", 24, read, reads),
+    Kind("read", 23, read, reads),
     Kind("verify", 20, verify),
     Kind("fact", 16, facts.changed),
     Kind("resume", 5, resume),
@@ -109,6 +110,7 @@ KINDS = (
     Kind("set", 3, options.parameter),
     Kind("agent", 2, options.agent),
     Kind("words", 1, options.words),
+    Kind("complete", 1, options.completed),
     Kind("settings", 1, options.settings),
     Kind("own", 2, brought.brought),
 )

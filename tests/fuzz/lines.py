@@ -6,7 +6,7 @@ from dmplay.finding.topics import topics
 from dmplay.words.commands import COMMANDS
 from tests.fuzz import absurd
 from tests.fuzz.corpus import PONDEROUS, actions
-from tests.support.cases import CASES
+from tests.support.cases import CASES, load
 
 FILES = (
     "game.dmt", "other.dmt", "nowhere.dmt", "game.txt", "-", ".", "", "no/where", "/dev/null",
@@ -47,7 +47,8 @@ def lines(random: Random, name: str) -> str:
 def begun(random: Random, name: str) -> tuple[str, ...]:
     """The words of a game of few turns in which a person plays."""
     words = [name, "--turns", random.choice("123"), "--seed", str(random.randrange(99))]
-    words += ["--vs", random.choice(("random", "human"))] * (random.random() < 0.5)
+    if len(load(name).agents) > 1:
+        words += ["--vs", random.choice(("random", "human"))]
     more = [one for one in ("--strict", "--reveal", "--frames", "--json") if random.random() < 0.1]
     return (*words, *more)
 

@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from random import Random
 
 from dmplay.finding import problems
@@ -21,9 +21,9 @@ AGENTS = (
 )  # fmt: skip
 
 
-def spoilt(random: Random, raw: bytes) -> bytes:
-    """A transcript after one mutation or several; often with the right checksum."""
-    for _ in range(random.choice((1, 1, 1, 2, 4))):
+def spoilt(random: Random, raw: bytes, many: Sequence[int] = (1, 1, 1, 2, 4)) -> bytes:
+    """A transcript after so many mutations; often with the right checksum."""
+    for _ in range(random.choice(many)):
         raw = random.choice(MUTATIONS)(random, raw)
     return summed(raw) if random.random() < 0.6 else raw
 

@@ -63,6 +63,19 @@ def words(random: Random) -> Case:
     return Case(tuple(said), typed=lines(random, problem(random)))
 
 
+def completed(random: Random) -> Case:
+    """The same words, of which a shell asks what can follow."""
+    said = " ".join(("dmplay", *words(random).words))
+    variables = {
+        "_DMPLAY_COMPLETE": f"complete_{random.choice(('bash', 'zsh', 'fish', 'powershell'))}",
+        "COMP_WORDS": said,
+        "COMP_CWORD": random.choice(("1", "2", "3", absurd.argument(random))),
+        "_TYPER_COMPLETE_ARGS": said,
+        "_TYPER_COMPLETE_WORD_TO_COMPLETE": absurd.argument(random),
+    }
+    return Case(variables=variables)
+
+
 def settings(random: Random) -> Case:
     """A folder's file of settings, and a command in it."""
     many = random.randint(1, 3)

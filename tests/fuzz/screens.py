@@ -4,6 +4,9 @@ import io
 import re
 import traceback
 
+from prompt_toolkit.completion import CompleteEvent
+from prompt_toolkit.document import Document
+
 from dmplay.cli.errands import understood
 from dmplay.errors import DmplayError
 from dmplay.game.errand import Sitting
@@ -13,6 +16,7 @@ from dmplay.screen.painter import Painter
 from dmplay.screen.screen import Screen
 from dmplay.terminal import Terminal
 from dmplay.words.commands import Leave
+from dmplay.words.completion.candidates import Candidates
 from tests.fuzz.case import Case, Told
 from tests.fuzz.program import laid_out
 
@@ -60,7 +64,7 @@ def _played(case: Case, canvas: Canvas) -> str:
     try:
         for key in case.keys:
             shown.paint(canvas)
-            _pressed(shown, key)
+            _pressed(shown, key, canvas)
         shown.paint(canvas)
     except Leave:
         return "left"
@@ -69,8 +73,11 @@ def _played(case: Case, canvas: Canvas) -> str:
     return "played"
 
 
-def _pressed(shown: Screen, key: str) -> None:
-    if key.startswith(COMMAND):
-        shown.type(key.removeprefix(COMMAND))
-    else:
+def _pressed(shown: Screen, key: str, canvas: Canvas) -> None:
+    if not key.startswith(COMMAND):
         shown.press(key)
+        return
+    line = key.removeprefix(COMMAND)
+    found = Candidates(shown.table).get_completions(Document(line), CompleteEvent())
+    canvas.paper.write("\n".join(one.display_text for one in found))
+    shown.type(line)
