@@ -86,8 +86,8 @@ def test_a_case_is_the_same_each_time(kind: Kind) -> None:
 
 
 def test_a_case_ends_the_same_however_many_workers_there_are() -> None:
-    tasks = [Task(kind, 1, range(5, 7)) for kind in KINDS]
-    assert sorted(results(tasks, 1)) == sorted(results(tasks, 3))
+    tasks = [Task(kind, 1, range(5, 6)) for kind in KINDS]
+    assert sorted(results(tasks, 1)) == sorted(results(tasks, 2))
 
 
 def test_the_shares_are_those_of_a_hundred() -> None:
