@@ -10,7 +10,6 @@ from tests.fuzz.lines import lines, problem
 from tests.fuzz.mutations import AGENTS, near
 from tests.support.seats import FOREIGN
 
-LONG = ("solve",)
 OPTIONS = (
     "--seed", "--episode", "--turns", "--variant", "--vs", "--seat", "--rate", "--speed", "--width",
     "--keys", "--theme", "--color", "-o", "--record", "--json", "--strict", "--quiet", "--plain",
