@@ -10,7 +10,10 @@ from typing import Any
 
 from dmplay.errors import BadParameter, UnknownName
 
-INSTALLED = (str(Path(__file__).parent.parent), *map(sysconfig.get_path, ("stdlib", "purelib")))
+INSTALLED = (
+    str(Path(__file__).parent.parent),
+    *map(sysconfig.get_path, ("stdlib", "purelib", "platlib")),
+)
 
 
 def is_outside(name: str) -> bool:
