@@ -102,8 +102,8 @@ def _outcome(problem: Problem, s: Array, outcome: Outcome) -> Facts:
     yield holds, f"move: got the states {moved!r}, expected them of shape {s.shape}, as from place"
     yield from _reals("move: rewards", rewards, (ROWS, len(problem.agents)))
     if not problem.hidden:
-        holds = _shaped(seen, s.shape) and bool((seen == moved).all())
-        yield holds, f"move: got {seen!r} to be seen, expected the new states"
+        holds = _shaped(seen, s.shape) and seen.dtype == moved.dtype and (seen == moved).all()
+        yield bool(holds), f"move: got {seen!r} to be seen, expected the new states"
         return
     holds = _shaped(seen, (ROWS, len(problem.agents))) and seen.dtype.kind == "i"
     yield holds, f"move: got the observations {seen!r}, expected whole numbers for each row, agent"

@@ -88,6 +88,7 @@ PAID, SEEN = np.zeros((2, 1)), np.zeros(2, int)
         ("move", _moved(np.zeros(3, int), PAID, SEEN), "move: got the states array([0, 0, 0])"),
         ("move", _moved(SEEN, PAID + np.inf, SEEN), "move: rewards: expected numbers, none inf"),
         ("move", _moved(SEEN, PAID[0], SEEN), "move: rewards: got shape (1,)"),
+        ("move", _moved(SEEN, PAID, SEEN > 0), "move: got array([False, False]) to be seen"),
         ("move", _moved(SEEN, PAID, 7), "move: got 7 to be seen, expected the new states"),
     ],
 )
