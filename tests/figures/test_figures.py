@@ -32,7 +32,7 @@ def test_a_figure_that_is_not_there_is_told() -> None:
 
 def test_blanks_name_no_figure() -> None:
     with pytest.raises(UnknownName, match="unknown figure ' '"):
-        figure(" ")
+        every.figure(" ")
 
 
 @pytest.mark.parametrize("name", list(every.figures()))
