@@ -10,6 +10,8 @@ from tests.fuzz.lines import lines, problem
 from tests.fuzz.mutations import AGENTS, near
 from tests.support.seats import FOREIGN
 
+PONDEROUS = {"equilibrium"}  # agents that, as they are, take longer than a case
+UNBUDGETED = {"search", "optimal"}  # agents that keep their parameters, to be bounded yet
 OPTIONS = (
     "--seed", "--episode", "--turns", "--variant", "--vs", "--seat", "--rate", "--speed", "--width",
     "--keys", "--theme", "--color", "-o", "--record", "--json", "--strict", "--quiet", "--plain",
@@ -43,9 +45,9 @@ def agent(random: Random) -> Case:
     """A game with another agent: `--agent`."""
     name = problem(random)
     every = agents.roster(problems.load(name)).agents
-    roster = {base: make for base, make in every.items() if base not in FOREIGN}
+    roster = {base: make for base, make in every.items() if base not in FOREIGN | PONDEROUS}
     base = random.choice((*roster, *AGENTS))
-    known = agents.settings(roster[base]) if base in roster else {}
+    known = agents.settings(roster[base]) if base in roster.keys() - UNBUDGETED else {}
     given = [_setting(random, known) for _ in range(random.choice((0, 1, 1, 2)) if known else 0)]
     who = f"{base}:{','.join(given)}" if given else base
     if random.random() < 0.2:
