@@ -9,7 +9,7 @@ from tests.support.cases import CASES, load
 
 GOLDENS = Path(__file__).parent.parent.parent / "transcripts"
 SHORT = 3000  # characters of a golden that is mutated
-# Whose advice takes longer than a case may: nobody asks for any. To be emptied.
+# Whose advice takes about as long as a case may: nobody asks for any there.
 PONDEROUS = ("collaborative-predator-prey", "collaborative-predator-prey:sighted")
 SLOW = (b"collaborative-predator-prey", b'"equilibrium"')  # long to verify, however short
 

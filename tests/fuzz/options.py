@@ -11,7 +11,6 @@ from tests.fuzz.mutations import AGENTS, near
 from tests.support.seats import FOREIGN
 
 PONDEROUS = {"equilibrium"}  # agents that, as they are, take longer than a case
-UNBUDGETED = {"search", "optimal"}  # agents that keep their parameters, to be bounded yet
 OPTIONS = (
     "--seed", "--episode", "--turns", "--variant", "--vs", "--seat", "--rate", "--speed", "--width",
     "--keys", "--theme", "--color", "-o", "--record", "--json", "--strict", "--quiet", "--plain",
@@ -47,7 +46,7 @@ def agent(random: Random) -> Case:
     every = agents.roster(problems.load(name)).agents
     roster = {base: make for base, make in every.items() if base not in FOREIGN | PONDEROUS}
     base = random.choice((*roster, *AGENTS))
-    known = agents.settings(roster[base]) if base in roster.keys() - UNBUDGETED else {}
+    known = agents.settings(roster[base]) if base in roster else {}
     given = [_setting(random, known) for _ in range(random.choice((0, 1, 1, 2)) if known else 0)]
     who = f"{base}:{','.join(given)}" if given else base
     if random.random() < 0.2:
