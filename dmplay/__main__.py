@@ -36,7 +36,8 @@ def _run() -> int:
         return 0
     if "--debug" in sys.argv:
         sys.argv.remove("--debug")
-    elif not os.environ.get("DMPLAY_DEBUG"):
+        os.environ["DMPLAY_DEBUG"] = "1"
+    if not os.environ.get("DMPLAY_DEBUG"):
         sys.excepthook = _unexpected
     from dmplay.cli.entry import run
 

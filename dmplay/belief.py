@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.chance import Reals
-from dmplay.core import Problem, exact_start
+from dmplay.core import Problem, exact_start, placed
 from dmplay.errors import ImpossibleObservation
 
 
@@ -31,7 +31,7 @@ def prior(problem: Problem) -> Reals:
     """The belief `[S]` before the first turn: the distribution of the start state."""
     p, states = exact_start(problem)
     size = len(problem.enumerated())
-    return np.bincount(problem.index(states), p, minlength=size).astype(float)
+    return np.bincount(placed(problem, states), p, minlength=size).astype(float)
 
 
 def update(

@@ -468,7 +468,16 @@ def listing(problem: Problem, numbers: float) -> None:
 def reached(problem: Problem, outcome: Outcome) -> Ints:
     """The indices `[B, K]` of the next states that `exact` lists."""
     rows, many, *state = outcome.state.shape
-    return problem.index(outcome.state.reshape(rows * many, *state)).reshape(rows, many)
+    return placed(problem, outcome.state.reshape(rows * many, *state)).reshape(rows, many)
+
+
+def placed(problem: Problem, s: Array) -> Ints:
+    """The place `[B]` of each state in `enumerated`; refuses what is no state of the problem."""
+    places, count = problem.index(s), problem.states
+    if isinstance(count, int) and len(s) and not 0 <= places.min() <= places.max() < count:
+        got = f"{places.min()} to {places.max()}"
+        raise BadParameter(f"got states {got}, expected 0 to {count - 1}, as many as there are")
+    return places
 
 
 def exact_start(problem: Problem) -> tuple[Reals, Array]:

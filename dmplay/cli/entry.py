@@ -55,6 +55,15 @@ def run() -> int:
         return USAGE_CODE
     except typer.Abort:  # Ctrl-C
         raise KeyboardInterrupt from None
+    except Exception as error:  # of code that is not ours: a problem or an agent that was brought
+        from dmplay.finding.outside import blamed
+        from dmplay.terminal import clean
+
+        told = "" if os.environ.get("DMPLAY_DEBUG") else blamed(error)
+        if not told:
+            raise
+        print(f"error: {clean(told)}; --debug shows all", file=sys.stderr)
+        return USAGE_CODE
 
 
 def _complete() -> int:

@@ -96,6 +96,8 @@ def _check(option: Any, value: object, where: str) -> None:
         except typer.BadParameter as error:
             message = error.message.rstrip(".")
             raise BadParameter(f"{where}: {message[:1].lower()}{message[1:]}") from None
+        except OverflowError:  # of more digits than a number can have
+            raise BadParameter(f"{where}: expected {kind}, which is not as large") from None
 
 
 def in_force(root: Any) -> Iterator[InForce]:

@@ -27,7 +27,8 @@ def _order(name: str) -> tuple[str, int]:
 def figure(name: str) -> Figure:
     """The figure of this name, `F.10`, `f10` or `figure F.10`."""
     known = figures()
+    wanted = "".join(name.split()[-1:])  # of blanks, nothing
     for key, found in known.items():
-        if key.replace(".", "").lower() == name.rsplit(maxsplit=1)[-1].replace(".", "").lower():
+        if key.replace(".", "").lower() == wanted.replace(".", "").lower():
             return found
     raise UnknownName("figure", name, known)

@@ -16,6 +16,7 @@ from dmplay.core import Problem
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.finding.names import problem_names, stem_of
 from dmplay.finding.outside import attribute, is_outside
+from dmplay.finding.sound import sound
 from dmplay.finding.typed import typed
 
 GROUP = "dmplay.problems"
@@ -52,6 +53,8 @@ def resolve(name: str, given: Mapping[str, object], *, trusted: bool = True) -> 
     else:
         plain = _brought(name) if is_outside(name) else _installed(base, variant)
     problem = configured(plain, given)
+    if base not in problem_names():
+        sound(name, problem)
     usual = parameters(plain)
     changed = {key: one for key, one in parameters(problem).items() if one != usual[key]}
     return Loaded(name, problem, changed)
@@ -119,9 +122,6 @@ def _brought(name: str) -> Problem:
     made = found() if isinstance(found, type) else found
     if not isinstance(made, Problem):
         raise BadParameter(f"{name}: got {type(made).__name__}, expected a dmplay Problem")
-    if len(made.actions) != len(made.agents):
-        sets, agents = len(made.actions), len(made.agents)
-        raise BadParameter(f"{name}: got {sets} action sets for {agents} agents, one each")
     return made
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from dmplay import belief
 from dmplay.chance import Array, Bools, Ints, Reals
-from dmplay.core import Memory, Percept, possible
+from dmplay.core import Memory, Percept, placed, possible
 from dmplay.errors import ImpossibleObservation
 from dmplay.policies.kinds import Seated
 
@@ -83,7 +83,7 @@ class Believing(Seated, ABC):
         flow: dict[int, list[tuple[Ints, Reals]]] = {}
         for joint in joints:
             source, p, outcome = possible(problem, states, np.tile(joint, (size, 1)))
-            cell, weight = source * size + problem.index(outcome.state), p / len(joints)
+            cell, weight = source * size + placed(problem, outcome.state), p / len(joints)
             seen = outcome.observations[:, self.seat]
             for kind in range(kinds):
                 happens = seen == kind

@@ -195,6 +195,8 @@ class _Check:
         for key, got in end_facts(session).items():
             if not _close(told.get(key), got):
                 self._found("facts", entry.line, "end", key, told.get(key), got)
+            elif got is None:  # neither the file nor the game says why it ended
+                self._found("facts", entry.line, "end", f"no {key}")
         if told.keys() - end_facts(session).keys() != {"sha256"}:
             self._found("facts", entry.line, "end", "keys", sorted(told), "... and sha256")
         if self.report.ok:

@@ -300,18 +300,46 @@ def test_info_and_list_are_data_too(tmp_path: Path) -> None:
         assert "Source: appendix F" in about["about"]
 
 
+NO_AGENT = """\
+class Agent:
+    draws = None
+
+    def __init__(self, problem, seat):
+        self.begin = self.update = self.choose = print
+"""
+
+
 def test_a_fault_of_our_own_is_one_line_and_a_file(tmp_path: Path) -> None:
-    (tmp_path / "broken.py").write_text("raise ZeroDivisionError('inside')\n")
+    words = ("hexworld", "--agent", "./broken.py:Agent", "--seed", "1")
+    (tmp_path / "broken.py").write_text(NO_AGENT)
     done = subprocess.run(
-        [*DMPLAY, "./broken.py:Game"], capture_output=True, text=True, check=False, cwd=tmp_path,
+        [*DMPLAY, *words], capture_output=True, text=True, check=False, cwd=tmp_path,
         env=clean_environment(tmp_path, TMPDIR=str(tmp_path)),
     )  # fmt: skip
     assert done.returncode == 1
-    assert done.stderr.startswith("error: unexpected ZeroDivisionError; ")
+    assert done.stderr.startswith("error: unexpected TypeError; ")
     (log,) = tmp_path.glob("dmplay-*.log")
-    assert "inside" in log.read_text()
-    shown = run(tmp_path, "./broken.py:Game", "--debug")
+    assert "dice.py" in log.read_text()
+    shown = run(tmp_path, *words, "--debug")
     assert "Traceback" in shown.stderr
+
+
+@pytest.mark.parametrize(
+    ("code", "told"),
+    [
+        ("raise ZeroDivisionError('inside')\n", "broken.py:1: ZeroDivisionError: inside"),
+        ("import dmplay\nimport nothing_such\n", "broken.py:2: ModuleNotFoundError: No module"),
+        ("Game = 1\ndef f(:\n", "broken.py:2: invalid syntax"),
+    ],
+)
+def test_a_fault_of_what_is_brought_is_told_with_its_line(
+    tmp_path: Path, code: str, told: str
+) -> None:
+    (tmp_path / "broken.py").write_text(code)
+    done = run(tmp_path, "./broken.py:Game")
+    assert done.returncode == 2
+    assert told in done.stderr
+    assert done.stderr.count("\n") == 1
 
 
 def test_two_who_hear_different_things_are_each_told_their_own(tmp_path: Path) -> None:

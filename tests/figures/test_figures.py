@@ -30,6 +30,11 @@ def test_a_figure_that_is_not_there_is_told() -> None:
         every.figure("F.3")
 
 
+def test_blanks_name_no_figure() -> None:
+    with pytest.raises(UnknownName, match="unknown figure ' '"):
+        every.figure(" ")
+
+
 @pytest.mark.parametrize("name", list(every.figures()))
 def test_a_figure_has_allowed_glyphs_an_ascii_form_and_a_picture(name: str) -> None:
     title, draw = every.figure(name)

@@ -504,6 +504,13 @@ def test_seats_of_another_problem_are_told(tmp_path: Path) -> None:
     assert "seats: got agent, expected agent1, agent2" in str(check(path))
 
 
+def test_a_game_with_seats_of_another_problem_is_not_gone_on_with(tmp_path: Path) -> None:
+    path = tmp_path / "t.dmt"
+    path.write_text(HEADER.replace("hexworld", "prisoners-dilemma") + "\nturn: 0\n\n")
+    with pytest.raises(BadTranscript, match="seats: got agent, expected agent1, agent2"):
+        resumed(Resumption(path))
+
+
 def test_what_a_file_names_is_not_imported_without_trust(tmp_path: Path) -> None:
     (tmp_path / "evil.py").write_text("raise SystemExit('imported')")
     path = tmp_path / "t.dmt"
@@ -524,6 +531,11 @@ def test_missing_and_extra_facts_are_told(file: Path) -> None:
 def test_a_wrong_end_is_told(file: Path) -> None:
     altered(file, '"reason": "quit"', '"reason": "terminal"')
     assert findings(file)[0] == "game.dmt:22: end: reason: expected terminal, got null"
+
+
+def test_an_end_without_a_reason_is_told(file: Path) -> None:
+    altered(file, '"reason": "quit"', '"reason": null')
+    assert findings(file)[0] == "game.dmt:22: end: no reason"
 
 
 def test_a_turn_limit_that_the_header_does_not_set_is_told_by_the_end(file: Path) -> None:

@@ -1,0 +1,144 @@
+"""What somebody brings is looked at before it is played, and what is wrong is said at once."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dmplay import Labels, Outcome, Tables
+from dmplay.chance import Array, Categorical, Chance, Normal, Pick, Span
+from dmplay.core import Problem
+from dmplay.errors import BadParameter
+from dmplay.finding.outside import blamed
+from dmplay.finding.problems import resolve
+from dmplay.finding.sound import sound
+from tests.support.brought import Heap, Key
+
+RIGHT = Key.tables
+HALF = np.full((3, 3, 3), 0.5)
+SUMS = "transition: got probabilities that sum to"
+
+
+def told(problem: Problem) -> str:
+    """What is wrong with a problem; '' where nothing is."""
+    try:
+        sound("own", problem)
+    except BadParameter as error:
+        return str(error)
+    return ""
+
+
+def changed(kind: type[Problem], name: str, value: object) -> Problem:
+    """A problem in which something else is said."""
+    made: Problem = type("Changed", (kind,), {name: value})()
+    return made
+
+
+def test_nothing_is_wrong_with_what_is_right() -> None:
+    assert told(Key()) == told(Heap()) == ""
+
+
+def test_a_discount_is_a_share() -> None:
+    assert told(Key(discount=1.5)) == "own: discount: got 1.5, expected a number from 0 to 1"
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "what"),
+    [
+        ("agents", ("a", "a"), "agents: got ('a', 'a'), expected names, each another"),
+        ("agents", ("a", "b"), "got 1 action sets for 2 agents, one each"),
+        ("actions", 7, "actions: got 7, expected (Labels(...),)"),
+        ("actions", (Labels(("a", "a")),), "actions: got ('a', 'a'), expected Labels of names"),
+        ("actions", (Labels(("a", "\x1b[2J")),), r"actions: got ('a', '\x1b[2J')"),
+        ("observations", (Labels(()),), "observations: got ((),), expected Labels"),
+        ("names", ("one", "one"), "names: got ('one', 'one'), expected names, each another"),
+        ("horizon", 0, "horizon: got 0, expected a number of turns, or None"),
+        ("start_belief", np.array([0.5, 0.6, 0.0]), "start_belief: got probabilities that sum to"),
+        ("tables", Tables(HALF, RIGHT.rewards), f"{SUMS} 1.5, not 1"),
+        ("tables", Tables(0.9 * RIGHT.transition, RIGHT.rewards), f"{SUMS} 0.9, not 1"),
+        ("tables", Tables(2 * HALF - HALF * 3, RIGHT.rewards), "expected no negative probability"),
+        ("tables", Tables(HALF[:2], RIGHT.rewards), "got shape (2, 3, 3), expected an array of"),
+        ("tables", Tables(RIGHT.transition, RIGHT.rewards * np.nan), "rewards: expected numbers"),
+        ("tables", Tables(RIGHT.transition, RIGHT.rewards, HALF), "observation: expected None"),
+    ],
+)
+def test_facts_and_arrays_that_cannot_be_are_told(name: str, value: object, what: str) -> None:
+    assert what in told(changed(Key, name, value))
+
+
+def _moved(state: object, rewards: object, seen: object) -> object:
+    return lambda self, s, a, events: Outcome(state, rewards, seen)  # type: ignore[arg-type]
+
+
+PAID, SEEN = np.zeros((2, 1)), np.zeros(2, int)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "what"),
+    [
+        ("states", 10**400, "states: got 1"),
+        ("opening", lambda self, rows: None, "opening: got None"),
+        ("place", lambda self, rows, events: 7, "place: got 7, expected an array"),
+        ("place", lambda self, rows, events: np.full(rows, 0.5), "expected whole numbers"),
+        ("place", lambda self, rows, events: np.full(rows, 9), "got states 9 to 9, expected 0"),
+        ("terminal", lambda self, s: s, "terminal: got array"),
+        ("legal", lambda self, s: np.zeros((2, 1, 2), bool), "one action at least"),
+        ("notation", lambda self, s: "a\nb", r"notation: got 'a\nb', expected a line"),
+        ("move", lambda self, s, a, events: None, "move: got None, expected Outcome"),
+        ("move", _moved(np.zeros(3, int), PAID, SEEN), "move: got the states array([0, 0, 0])"),
+        ("move", _moved(SEEN, PAID + np.inf, SEEN), "move: rewards: expected numbers, none inf"),
+        ("move", _moved(SEEN, PAID[0], SEEN), "move: rewards: got shape (1,)"),
+        ("move", _moved(SEEN, PAID, SEEN > 0), "move: got array([False, False]) to be seen"),
+        ("move", _moved(SEEN, PAID, 7), "move: got 7 to be seen, expected the new states"),
+    ],
+)
+def test_a_first_turn_that_cannot_be_is_told(name: str, value: object, what: str) -> None:
+    assert what in told(changed(Heap, name, value))
+
+
+@pytest.mark.parametrize("seen", [np.zeros((2, 1)), np.full((2, 1), 2), np.full((2, 1), -1)])
+def test_observations_are_numbers_of_labels(seen: Array) -> None:
+    hidden = type("Hidden", (Heap,), {"observations": (Labels(("x", "y")),)})
+    assert "move: got the observations" in told(changed(hidden, "move", _moved(SEEN, PAID, seen)))
+
+
+@pytest.mark.parametrize(
+    "chance",
+    [
+        Categorical(np.array([[0.5, 0.2]])),
+        Categorical(np.full((1, 1), np.nan)),
+        Pick(np.zeros(2, int), 2),
+        Span(np.zeros(2), np.full(2, np.inf)),
+        Normal(np.full(2, np.nan), np.ones(2)),
+        7,
+    ],
+)
+def test_what_nature_cannot_draw_is_told(chance: Chance) -> None:
+    odd = changed(Heap, "chance", lambda self, s, a: (chance,))
+    assert told(odd).startswith("own: chance: got (")
+
+
+def test_a_problem_is_looked_at_with_the_parameters_that_are_set(tmp_path: Path) -> None:
+    file = tmp_path / "own.py"
+    file.write_text("from tests.support.brought import Heap as Own\n")
+    assert resolve(f"{file}:Own", {"discount": "0.5"}).problem.discount == 0.5
+    file.write_text(
+        "from tests.support.brought import Heap\nOwn = type('O', (Heap,), {'states': 0})"
+    )
+    with pytest.raises(BadParameter, match=r"own.py:Own: states: got 0, expected how many"):
+        resolve(f"{file}:Own", {})
+
+
+def test_a_state_that_is_none_of_a_problems_is_told_where_all_are_listed() -> None:
+    far = changed(Heap, "move", _moved(np.full(2, 9), PAID, np.full(2, 9)))
+    with pytest.raises(BadParameter, match="got states 9 to 9, expected 0 to 4"):
+        far.carry(np.eye(5)[4], [0], [])
+
+
+def test_an_error_is_blamed_on_code_that_is_not_ours() -> None:
+    with pytest.raises(IndexError) as caught:
+        np.zeros(1)[7]
+    told = blamed(caught.value)
+    assert told.startswith("tests/finding/test_sound.py:")
+    assert told.endswith(": IndexError: index 7 is out of bounds for axis 0 with size 1")
+    assert blamed(ValueError()) == ""
