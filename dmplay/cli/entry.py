@@ -37,17 +37,7 @@ def run() -> int:
         os.environ[NAMED] = "1"
         root.cache_clear()  # it is read when the commands are made
     try:
-        try:
-            errand = root()(standalone_mode=False, prog_name="dmplay")
-        except SystemExit as left:
-            if left.code != UNREAD:
-                raise  # a signal's
-            raise BrokenPipeError from None
-        if isinstance(errand, int):  # of help
-            return errand
-        from dmplay.cli.errands import do
-
-        return do(errand)
+        return _done()
     except (DmplayError, USAGE) as error:
         from dmplay.terminal import clean
 
@@ -64,6 +54,21 @@ def run() -> int:
             raise
         print(f"error: {clean(told)}; --debug shows all", file=sys.stderr)
         return USAGE_CODE
+
+
+def _done() -> int:
+    """Does what the words say; the exit code."""
+    try:
+        errand = root()(standalone_mode=False, prog_name="dmplay")
+    except SystemExit as left:
+        if left.code != UNREAD:
+            raise  # a signal's
+        raise BrokenPipeError from None
+    if isinstance(errand, int):  # of help
+        return errand
+    from dmplay.cli.errands import do
+
+    return do(errand)
 
 
 def _complete() -> int:
