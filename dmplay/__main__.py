@@ -1,16 +1,19 @@
 """The way in: answers --version at once, everything else through the command line."""
 
+import gc
 import io
 import os
 import sys
 from types import TracebackType
 
 RUNTIME_CODE, GONE_CODE, INTERRUPT_CODE, PIPE_CODE = 1, 129, 130, 141
+SELDOM = 20_000, 20, 20  # a game keeps what it makes: to look for garbage finds none
 
 
 def main() -> None:
     """Runs dmplay; the exit code is 0, 1, 2, 3, or 128 and a signal."""
     _open_streams()
+    gc.set_threshold(*SELDOM)
     try:
         code = _run()
         sys.stdout.flush()

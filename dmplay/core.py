@@ -180,12 +180,16 @@ class Policy(Protocol):
 
 def own(array: Array) -> Array:
     """A copy that shares nothing with the game, and that nobody writes into."""
-    copied: Array = array.copy()
-    copied.setflags(write=False)
-    return copied
+    return locked(array.copy())
 
 
-def asked(where: str, answer: Callable[..., T], *given: object) -> T:
+def locked(array: Array) -> Array:
+    """An array that was just made, into which nobody writes from now on."""
+    array.setflags(write=False)
+    return array
+
+
+def asked(where: object, answer: Callable[..., T], *given: object) -> T:
     """What a policy's method answers; raises BadPolicy where it writes into what it is given."""
     try:
         return answer(*given)
@@ -277,7 +281,7 @@ class Problem(ABC):
         """The observation set of each agent; () where every agent sees the state."""
         return ()
 
-    @property
+    @cached_property
     def hidden(self) -> bool:
         """Whether agents see less than the state."""
         return bool(self.observations)

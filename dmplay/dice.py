@@ -1,12 +1,22 @@
 """Uniform draws by seed: the only place where a random generator lives."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.random.bit_generator import ISeedSequence
+from numpy.typing import NDArray
 
-from dmplay.chance import Reals
+from dmplay.chance import Ints, Reals
 
 NATURE = 0  # the stream of nature; seat i draws from stream 1 + i
+SHORT, FEW, MANY = 256, 16, 512  # turns of a short game; whose dice are thrown together
+NONE = np.zeros((0, 0))
+
+Words = NDArray[np.uint32]
+Seed = NDArray[np.uint64]
+WORD, POOL = 32, 4  # bits of a word, words of a pool
+MIXING, TELLING = (0x43B0D7E5, 0x931E8875), (0x8B51F9DD, 0x58F38DED)  # first multiplier, factor
+LEFT, RIGHT = np.array([[0xCA01F9DD], [0x4973F715]], np.uint32)  # factors of two words mixed
 
 
 def uniforms(  # noqa: PLR0913 - the address of a draw has this many parts
@@ -18,26 +28,87 @@ def uniforms(  # noqa: PLR0913 - the address of a draw has this many parts
     """
     if rows * count == 0:
         return np.zeros((rows, count))
-    bits = np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(stream, turn, reroll)))
-    if first:
-        bits.advance(first * count)
-    raw = bits.random_raw(rows * count)
-    cut: Reals = np.floor((raw >> 11) * 2.0**-53 * 1e9) / 1e9
-    return cut.reshape(rows, count)
+    seeds = np.random.SeedSequence(seed, spawn_key=(stream, turn, reroll))
+    return _cut(_raw(seeds, first * count, rows * count)).reshape(rows, count)
+
+
+def _raw(seeds: ISeedSequence, before: int, many: int) -> Seed:
+    """So many outputs of the generator of these seeds, after those before them."""
+    bits = np.random.PCG64(seeds)  # type: ignore[arg-type] # it takes any ISeedSequence
+    if before:
+        bits.advance(before)
+    return bits.random_raw(many)
+
+
+def _cut(raw: Seed) -> Reals:
+    cut: Reals = np.floor((raw >> np.uint64(11)) * 2.0**-53 * 1e9) / 1e9
+    return cut
 
 
 @dataclass(frozen=True)
 class Dice:
-    """The dice of one episode of a seed."""
+    """The dice of one episode of a seed; those of many turns are thrown when one is asked for."""
 
     seed: int
     episode: int = 0
+    _thrown: dict[tuple[int, int], tuple[int, Reals]] = field(
+        default_factory=dict, repr=False, compare=False
+    )  # by stream and count, the latest turns
 
     def draw(self, stream: int, turn: int, reroll: int, count: int) -> Reals:
         """Uniforms `[1, count]`."""
-        return uniforms(
-            self.seed, stream, turn, reroll=reroll, first=self.episode, rows=1, count=count
-        )
+        if reroll or not 0 < count <= MANY:
+            return uniforms(
+                self.seed, stream, turn, reroll=reroll, first=self.episode, rows=1, count=count
+            )
+        begin, thrown = self._thrown.get((stream, count), (turn, NONE))
+        place = turn - begin
+        if not 0 <= place < len(thrown):
+            many = FEW if turn < SHORT else MANY
+            place = turn % many
+            seeds = _seeds(self.seed, stream, np.arange(turn - place, turn - place + many))
+            raw = [_raw(_Seeds(one), self.episode * count, count) for one in seeds]
+            thrown = _cut(np.array(raw))
+            self._thrown[stream, count] = turn - place, thrown
+        return thrown[place : place + 1].copy()
+
+
+class _Seeds(ISeedSequence):
+    """What a SeedSequence generates, found before."""
+
+    def __init__(self, words: Seed) -> None:
+        self._words = words
+
+    def generate_state(self, n_words: int, dtype: object = np.uint32) -> Seed:
+        """The four words that PCG64 asks for."""
+        return self._words
+
+
+def _seeds(seed: int, stream: int, turns: Ints) -> Seed:
+    """The seeds `[T, 4]` that SeedSequence generates for each of these turns.
+
+    What it does to seed and stream is the same for all turns; turn and reroll are then mixed in
+    by its arithmetic, which NumPy promises not to change, for all turns at once.
+    """
+    pool = np.random.SeedSequence(seed, spawn_key=(stream,)).pool[:, None]
+    mixed = POOL * (max(POOL, -(-seed.bit_length() // WORD)) + 1)  # hashes so far
+    for word in (turns.astype(np.uint32), np.zeros(1, np.uint32)):
+        pool = _folded(LEFT * pool - RIGHT * _hashed(word, MIXING, mixed, POOL))
+        mixed += POOL
+    told = _hashed(np.tile(pool, (2, 1)), TELLING, 0, 2 * POOL).astype(np.uint64)
+    return np.ascontiguousarray((told[::2] | told[1::2] << np.uint64(WORD)).T)
+
+
+def _hashed(words: Words, constants: tuple[int, int], before: int, many: int) -> Words:
+    """So many hashes `[many, T]` of words, after those before them: each has its multiplier."""
+    first, factor = constants
+    powers = (pow(factor, before + n, 1 << WORD) for n in range(many + 1))
+    by = np.array([first * power % (1 << WORD) for power in powers], np.uint32)[:, None]
+    return _folded((words ^ by[:-1]) * by[1:])
+
+
+def _folded(words: Words) -> Words:
+    return words ^ (words >> np.uint32(WORD // 2))
 
 
 def spread(u: Reals, count: int) -> Reals:

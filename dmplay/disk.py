@@ -3,7 +3,7 @@
 import contextlib
 import errno
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from dmplay.errors import BadParameter
@@ -89,14 +89,15 @@ def apart(path: Path, source: str | Path) -> None:
         raise BadParameter(f"{path}: it is the transcript that is read")
 
 
-def write(path: Path, text: str, *, force: bool = False, private: bool = False) -> None:
+def write(path: Path, text: Iterable[str], *, force: bool = False, private: bool = False) -> None:
     """Writes a file in one step: a reader sees nothing, the old file or the whole new one.
 
     A new one that is private nobody else may read.
     """
     try:
         if stream(path):
-            path.write_text(text, encoding="utf-8", newline="\n")
+            with path.open("w", encoding="utf-8", newline="\n") as file:
+                file.writelines(text)
         else:
             claim(path, force=force)
             _written(path, text, OWN if private else ALL)
@@ -106,7 +107,7 @@ def write(path: Path, text: str, *, force: bool = False, private: bool = False) 
         raise BadParameter(f"cannot write {path}: {error.strerror}") from None
 
 
-def _written(path: Path, text: str, mode: int) -> None:
+def _written(path: Path, text: Iterable[str], mode: int) -> None:
     """Writes beside the file, and then puts the whole in its place."""
     _sweep(path.parent)
     spare = path.with_name(f"{DRAFT}{os.urandom(8).hex()}.tmp")
@@ -115,7 +116,7 @@ def _written(path: Path, text: str, mode: int) -> None:
     try:
         with open(handle, "w", encoding="utf-8", newline="\n") as file:
             played(handle)  # locks it: no other write takes it for one that was left
-            file.write(text)
+            file.writelines(text)
             file.flush()
             there = path.exists()
             if there:

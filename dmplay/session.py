@@ -2,19 +2,21 @@
 
 import math
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from operator import add
 from typing import Generic, NamedTuple, Protocol, TypeVar, overload
 
 import numpy as np
 
 from dmplay import belief as beliefs
 from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Continuous, Memory, Outcome, Percept, Policy, Problem, asked, own
+from dmplay.core import Continuous, Memory, Outcome, Percept, Policy, Problem, asked, locked, own
 from dmplay.dice import NATURE
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
 
 LARGEST_BELIEF = 4096  # states that a view shows a belief over, where it is quick to have
+PART = 256  # turns of a part of what a seat was told
 LONGEST_LIST = 64  # states; a longer belief, written as a list, is no use to a reader
 
 T = TypeVar("T")
@@ -38,10 +40,35 @@ class Turn(NamedTuple):
     rewards: Reals  # [n]
 
 
-class Past(Sequence[T]):
-    """What a seat was told so far, of a list that may grow: as long as it is now."""
+class Telling(Generic[T]):
+    """What a seat was told, in parts: what is taken back leaves the parts before it as they are."""
 
-    def __init__(self, told: Sequence[T]) -> None:
+    def __init__(self, parts: Sequence[list[T]] = ()) -> None:
+        self._parts = [*parts]
+
+    def __len__(self) -> int:
+        return PART * (len(self._parts) - 1) + len(self._parts[-1]) if self._parts else 0
+
+    def __getitem__(self, place: int) -> T:
+        return self._parts[place // PART][place % PART]
+
+    def append(self, one: T) -> None:
+        """Adds what came last."""
+        if len(self) % PART == 0:
+            self._parts.append([])
+        self._parts[-1].append(one)
+
+    def until(self, end: int) -> "Telling[T]":
+        """The first so many, or all: other lists where more is to come."""
+        end = min(end, len(self))
+        whole = self._parts[: end // PART]
+        return Telling([*whole, self._parts[end // PART][: end % PART]] if end % PART else whole)
+
+
+class Past(Sequence[T]):
+    """What a seat was told so far, of what may grow: as long as it is now."""
+
+    def __init__(self, told: Telling[T]) -> None:
         self._told = told
         self._places = range(len(told))
 
@@ -61,11 +88,21 @@ class Past(Sequence[T]):
 class _Told(NamedTuple):
     """All that one seat was told, in lists of its own: nothing leads from them to the game."""
 
-    observations: list[Array]  # one more than turns
-    actions: list[float]
-    joint: list[Array]
-    rewards: list[float]
-    beliefs: list[Reals]  # one more than turns, where there are any
+    observations: Telling[Array]  # one more than turns
+    actions: Telling[float]
+    joint: Telling[Array]
+    rewards: Telling[float]
+    beliefs: Telling[Reals]  # one more than turns, where there are any
+
+    def until(self, turns: int) -> "_Told":
+        """What it was told up to a turn."""
+        return _Told(
+            self.observations.until(turns + 1),
+            self.actions.until(turns),
+            self.joint.until(turns),
+            self.rewards.until(turns),
+            self.beliefs.until(turns + 1),
+        )
 
 
 @dataclass(frozen=True)
@@ -112,6 +149,14 @@ def believed(problem: Problem) -> float:
     return problem.states
 
 
+class _Known(NamedTuple):
+    """What was asked of the present state: front ends ask often."""
+
+    state: Array | None
+    legal: Bools | None  # [n, A]
+    terminal: bool
+
+
 class Session:
     """One game; a seat without a policy is played from outside, through `advance`."""
 
@@ -134,9 +179,9 @@ class Session:
         self.rerolls: dict[int, int] = {}  # turn -> how often its dice were thrown anew
         self.help: Counter[str] = Counter()  # agent -> how often whoever plays it was given advice
         self._ended: str | None = None
-        self._known: tuple[Array | None, bool] = (None, False)
+        self._known = _Known(None, None, terminal=False)
         self._beliefs: list[Reals] = []  # [n, S] before each turn and after the last
-        self._sums: list[tuple[Reals, float]] = []  # returns and totals [2, n], next weight
+        self._sums: list[tuple[float, ...]] = []  # the next weight, returns [n], totals [n]
         self._told: dict[int, _Told] = {}  # by seat, for its views
         self.followers = [
             None if policy is None else Follower(self, seat, policy)
@@ -153,19 +198,21 @@ class Session:
         """Why the game is over: terminal, horizon, turn limit, or what `end` was told; or None."""
         if self._ended:
             return self._ended
-        if self._terminal():
+        if self._now().terminal:
             return "terminal"
         if self.limit is not None and len(self.turns) >= self.limit:
             return "horizon" if self.limit == self.problem.horizon else "turn limit"
         return None
 
-    def _terminal(self) -> bool:
-        """Whether the present state is terminal, asked once a state: front ends ask often."""
-        state, known = self._known
-        if state is not self.state:
-            known = bool(self.problem.terminal(self.state[None])[0])
-            self._known = (self.state, known)
-        return known
+    def _now(self) -> _Known:
+        """What is known of the present state, asked once a state."""
+        state = self.state
+        if self._known.state is not state:
+            row = state[None]
+            legal = self.problem.legal(row)
+            terminal = bool(self.problem.terminal(row)[0])
+            self._known = _Known(state, None if legal is None else legal[0], terminal)
+        return self._known
 
     @property
     def over(self) -> bool:
@@ -179,8 +226,8 @@ class Session:
 
     def legal(self, seat: int) -> Bools | None:
         """The actions `[A]` open to a seat; None for all."""
-        legal = self.problem.legal(self.state[None])
-        return None if legal is None else own(legal[0, seat])
+        legal = self._now().legal
+        return None if legal is None else own(legal[seat])
 
     def choices(self) -> list[float | None]:
         """What each policy does now; None for a seat played from outside."""
@@ -208,8 +255,9 @@ class Session:
             reroll = self.rerolls.get(number, 0)
             draws = self.source.draw(NATURE, number, reroll, self.problem.draws.step)[0]
         outcome = self.problem.step(self.state[None], joint[None], draws[None])
-        happened = outcome.state[0], outcome.observations[0], outcome.rewards[0] + 0.0
-        turn = Turn(*map(own, (joint, draws, *happened)))
+        state = own(outcome.state[0])
+        seen = own(outcome.observations[0]) if self.problem.hidden else state
+        turn = Turn(locked(joint), own(draws), state, seen, locked(outcome.rewards[0] + 0.0))
         self.turns.append(turn)
         return turn
 
@@ -239,17 +287,8 @@ class Session:
         del self.turns[-turns:]
         for known in (self._beliefs, self._sums):
             del known[len(self.turns) + 1 :]
-        left = len(self.turns)
-        self._told = {  # in other lists: a view stays what it was
-            seat: _Told(
-                told.observations[: left + 1],
-                told.actions[:left],
-                told.joint[:left],
-                told.rewards[:left],
-                told.beliefs[: left + 1],
-            )
-            for seat, told in self._told.items()
-        }
+        left = len(self.turns)  # a view stays what it was
+        self._told = {seat: told.until(left) for seat, told in self._told.items()}
         for follower in self.followers:
             if follower:
                 follower.forget()
@@ -275,8 +314,9 @@ class Session:
 
     def percept(self, seat: int, turn: int) -> Percept:
         """What a turn (from 1) taught a seat, as a batch of one row."""
-        actions, _, state, observations, rewards = (part[None] for part in self.turns[turn - 1])
-        return self.problem.percept(seat, actions, Outcome(state, rewards, observations))
+        actions, _, state, observations, rewards = self.turns[turn - 1]
+        outcome = Outcome(state[None], rewards[None], observations[None])
+        return self.problem.percept(seat, actions[None], outcome)
 
     @property
     def believes(self) -> bool:
@@ -301,17 +341,21 @@ class Session:
 
     def _told_to(self, seat: int) -> _Told:
         """What a seat was told, up to the last turn; rewards only where they may be known."""
-        told = self._told.setdefault(seat, _Told([own(self.observation(seat, 0))], [], [], [], []))
+        if seat not in self._told:
+            self._told[seat] = _Told(*(Telling() for _ in _Told._fields))
+            self._told[seat].observations.append(own(self.observation(seat, 0)))
+        told = self._told[seat]
         for turn in self.turns[len(told.actions) :]:
             told.observations.append(own(self._seen(seat, turn)))
             told.actions.append(float(turn.actions[seat].item()))
             if not self.problem.hidden:
                 told.joint.append(turn.actions)
         if self.problem.rewards_observed or self.over:
-            rewards = self.turns[len(told.rewards) :]
-            told.rewards.extend(float(turn.rewards[seat].item()) for turn in rewards)
+            for turn in self.turns[len(told.rewards) :]:
+                told.rewards.append(float(turn.rewards[seat].item()))
         if self.believes:
-            told.beliefs.extend(own(each[seat]) for each in self.beliefs()[len(told.beliefs) :])
+            for each in self.beliefs()[len(told.beliefs) :]:
+                told.beliefs.append(own(each[seat]))
         return told
 
     def view(self, seat: int) -> View[Problem]:
@@ -333,23 +377,22 @@ class Session:
 
     def returns(self) -> Reals:
         """The discounted sum of rewards of each agent `[n]`."""
-        returns: Reals = self._summed()[0]
-        return returns
+        return np.array(self._summed()[1 : 1 + len(self.followers)])
 
     def totals(self) -> Reals:
         """The plain sum of rewards of each agent `[n]`."""
-        totals: Reals = self._summed()[1]
-        return totals
+        return np.array(self._summed()[1 + len(self.followers) :])
 
-    def _summed(self) -> Reals:
+    def _summed(self) -> tuple[float, ...]:
         """Both sums, each turn added once, in order."""
         if not self._sums:
-            self._sums.append((np.zeros((2, len(self.problem.agents))), 1.0))
+            self._sums.append((1.0, *[0.0] * (2 * len(self.followers))))
         for turn in self.turns[len(self._sums) - 1 :]:
-            sums, weight = self._sums[-1]
-            sums = sums + [[weight], [1.0]] * turn.rewards
-            self._sums.append((sums, weight * self.problem.discount))
-        return self._sums[-1][0]
+            weight, *sums = self._sums[-1]
+            rewards: list[float] = turn.rewards.tolist()
+            added = [*(weight * reward for reward in rewards), *rewards]
+            self._sums.append((weight * self.problem.discount, *map(add, sums, added)))
+        return self._sums[-1]
 
 
 class Follower:
@@ -358,6 +401,10 @@ class Follower:
     def __init__(self, session: Session, seat: int, policy: Policy) -> None:
         self.session, self.seat, self.policy = session, seat, policy
         self._memories: list[Memory] = []
+
+    def __str__(self) -> str:
+        """The turn and the seat that it is to choose for."""
+        return f"turn {len(self.session.turns) + 1}, {self.session.problem.agents[self.seat]}"
 
     def forget(self) -> None:
         """Drops what turns taken back had taught."""
@@ -368,10 +415,10 @@ class Follower:
         self.forget()
         if not self._memories:
             seen = own(self.session.observation(self.seat, 0)[None])
-            self._memories.append(self._ask(self.policy.begin, seen))
+            self._memories.append(asked(self, self.policy.begin, seen))
         for turn in range(len(self._memories), len(self.session.turns) + 1):
             percept = self.session.percept(self.seat, turn)
-            self._memories.append(self._ask(self.policy.update, self._memories[-1], percept))
+            self._memories.append(asked(self, self.policy.update, self._memories[-1], percept))
         return self._memories[-1]
 
     def choose(self) -> float:
@@ -382,22 +429,13 @@ class Follower:
         u = session.source.draw(1 + self.seat, turn, 0, self.policy.draws)
         legal = session.legal(self.seat)
         able = None if legal is None else own(legal[None])
-        chosen = self._ask(self.policy.choose, self.memory(), able, u)
+        chosen = asked(self, self.policy.choose, self.memory(), able, u)
         if np.shape(chosen) != (1,):
             name = type(self.policy).__name__
-            raise BadPolicy(
-                f"{self._where}: {name} chose {chosen!r}, expected an array of one action"
-            )
+            raise BadPolicy(f"{self}: {name} chose {chosen!r}, expected an array of one action")
         return float(chosen[0])
 
     def values(self) -> Reals | None:
         """The value of each action `[A]` now, where the policy knows it."""
-        values = self._ask(self.policy.values, self.memory())
+        values = asked(self, self.policy.values, self.memory())
         return None if values is None else values[0]
-
-    @property
-    def _where(self) -> str:
-        return f"turn {len(self.session.turns) + 1}, {self.session.problem.agents[self.seat]}"
-
-    def _ask(self, answer: Callable[..., T], *given: object) -> T:
-        return asked(self._where, answer, *given)

@@ -3,6 +3,7 @@
 import os
 import re
 import resource
+import tracemalloc
 from pathlib import Path
 
 import pytest
@@ -191,3 +192,15 @@ def test_what_a_kill_left_empty_is_in_nobodys_way(place: Path) -> None:
     done = run(place, "hexworld", "--seed", "7", "-o", "h.dmt", stdin="e\nsave s.dmt\nquit\n")
     assert done.returncode == 0, done.stderr
     assert "turn: 1\n" in (place / "s.dmt").read_text()
+
+
+def test_what_is_written_part_by_part_is_never_held_as_a_whole(tmp_path: Path) -> None:
+    part, many = "x" * 10_000, 500
+    tracemalloc.start()
+    try:
+        write(tmp_path / "new", (part for _ in range(many)))
+        most = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert (tmp_path / "new").stat().st_size == many * len(part)
+    assert most < 50 * len(part)

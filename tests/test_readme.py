@@ -26,7 +26,7 @@ def test_what_the_readme_says_is_what_happens(
 def test_a_film_of_the_readme_is_that_of_the_transcript_beside_it(picture: str) -> None:
     kept = ROOT / picture
     game = Playback(kept.with_suffix(".dmt"))
-    assert kept.read_text(encoding="utf-8") == film(game, None, ROOM)
+    assert kept.read_text(encoding="utf-8") == "".join(film(game, None, ROOM))
 
 
 def test_the_readme_shows_a_map_a_board_and_a_belief_in_play() -> None:

@@ -1,5 +1,6 @@
 """The game as a state machine: turns, undo, rerolls, endings, and what a seat may know."""
 
+import tracemalloc
 from collections.abc import Iterator
 from typing import Any, ClassVar
 
@@ -14,7 +15,7 @@ from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
 from dmplay.game.account import Account
 from dmplay.policies.script import Script
 from dmplay.rollouts import rollout
-from dmplay.session import Follower, Turn
+from dmplay.session import PART, Follower, Turn
 from tests.support.brought import Key
 from tests.support.games import Scripted, session
 from tests.support.seats import Rescaling
@@ -335,3 +336,42 @@ def test_telling_of_a_turn_reads_as_many_turns_however_many_were_played() -> Non
         account.said(game.view(0))
         reads.append(turns.many - before)
     assert max(reads[2:]) <= max(reads[:3])
+
+
+def told_game(turns: int) -> dmplay.Session:
+    game = dmplay.Session(dmplay.load("hexworld", rewards=[]), Dice(1))
+    for number in range(turns):
+        game.advance([number % 6])
+    game.view(0)
+    return game
+
+
+@pytest.mark.parametrize("turns", [PART - 1, PART, PART + 1, 2 * PART])
+@pytest.mark.parametrize("taken", [1, PART])
+def test_what_a_seat_was_told_of_a_long_game_is_told_again_after_an_undo(
+    turns: int, taken: int
+) -> None:
+    game = told_game(turns)
+    view = game.view(0)
+    was = [*view.actions]
+    taken = min(taken, turns)
+    game.undo(taken)
+    assert [*game.view(0).actions] == was[:-taken]
+    for _ in range(3):
+        game.advance([5])
+    assert [*game.view(0).actions] == [*was[:-taken], 5, 5, 5]
+    assert len(game.view(0).observations) == turns - taken + 4
+    assert [*view.actions] == was
+
+
+def test_an_undo_copies_as_little_late_in_a_game_as_early() -> None:
+    copied = []
+    for turns in (10 + PART, 10 + 13 * PART):
+        game = told_game(turns)
+        tracemalloc.start()
+        try:
+            game.undo()
+            copied.append(tracemalloc.get_traced_memory()[1])
+        finally:
+            tracemalloc.stop()
+    assert copied[1] < 1.5 * copied[0]

@@ -92,7 +92,7 @@ def update(path: Path, *, trusted: bool = False) -> str:
     after = rewritten(transcript, problem, policies, frame)
     if after == before:
         return ""
-    write(path.resolve(), after, force=True)
+    write(path.resolve(), [after], force=True)
     name = one_line(str(path))
     rows = difflib.unified_diff(
         before.splitlines(), after.splitlines(), name, f"{name} (rewritten)", lineterm="", n=1

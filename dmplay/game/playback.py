@@ -52,6 +52,11 @@ class Playback(Game):
         return True
 
     @property
+    def whole(self) -> bool:
+        """Whether all of it was shown."""
+        return self._place >= len(self._blocks)
+
+    @property
     def reveal(self) -> bool:
         """Nothing is hidden."""
         return True

@@ -106,7 +106,7 @@ def reviewed(path: Path, *, write: bool, json: bool, trusted: bool, peek: bool =
     if write:
         rows = path.read_text(encoding="utf-8").splitlines(keepends=True)
         kept = [row for row in rows if not row.startswith(MARK)]
-        write_file(path.resolve(), "".join([*kept, *notes(found)]), force=True)
+        write_file(path.resolve(), [*kept, *notes(found)], force=True)
     helped, peeked = dict(game.session.help), game.transcript.header.peeked
     told = [{"peeked": peeked, "help": helped}] if peeked or helped else []
     if json:

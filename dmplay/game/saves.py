@@ -124,7 +124,7 @@ def copied(recorder: Recorder, path: Path) -> None:
     if recorder.session.over and recorder.open:
         content += "\n".join([*closing(recorder.session, checksum(content)), ""])
     unfinished = recorder.open and not recorder.session.over
-    disk.write(path, content, private=unfinished and recorder.session.problem.hidden)
+    disk.write(path, [content], private=unfinished and recorder.session.problem.hidden)
 
 
 def keeps(path: Path) -> bool:

@@ -225,7 +225,7 @@ def retold(game: Game, path: Path) -> None:
         if recorder.fault:
             raise BadParameter(f"cannot write {draft}: {recorder.fault.strerror}")
         private = found.problem.hidden and not played.over
-        write(path, draft.read_text(encoding="utf-8"), private=private)
+        write(path, [draft.read_text(encoding="utf-8")], private=private)
 
 
 def _framing(transcript: Transcript) -> Frame | None:

@@ -93,7 +93,7 @@ class HexWorld(Problem):
         """One look-up: the three slips of every hex and action are known."""
         found = s * 18 + a[:, 0] * 3 + events[0]
         moved = self._after[found]
-        return Outcome(moved, self._pay[found], moved)
+        return Outcome(moved, self._pay.take(found, axis=0), moved)
 
     def terminal(self, s: Array) -> Bools:
         """The last state."""

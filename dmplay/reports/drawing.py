@@ -2,7 +2,7 @@
 
 import io
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from rich._export_format import CONSOLE_SVG_FORMAT
@@ -65,10 +65,10 @@ def shown(text: Text, terminal: Terminal) -> str:
     return ansi(able, terminal.theme) if terminal.color else able.plain
 
 
-def kept(path: Path | None, content: str, *, force: bool) -> str:
-    """Writes to a file and leaves nothing to be told; without one, what is to be told."""
+def kept(path: Path | None, content: Iterable[str], *, force: bool) -> str:
+    """Writes to a file, part by part, and leaves nothing to be told; without one, what is to be."""
     if path is None or str(path) == "-":
-        return content.removesuffix("\n")
+        return "".join(content).removesuffix("\n")
     write(path, content, force=force)
     return ""
 
@@ -81,4 +81,4 @@ def named() -> str:
 def drawn(name: str, output: Path | None, *, svg: bool, force: bool = False) -> Text | str:
     """A figure; as a picture where that or a file is asked for."""
     title, draw = figure(name)
-    return kept(output, picture(draw(), title), force=force) if svg or output else draw()
+    return kept(output, [picture(draw(), title)], force=force) if svg or output else draw()

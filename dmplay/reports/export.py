@@ -3,7 +3,7 @@
 import csv
 import io
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from rich.text import Text
@@ -25,46 +25,49 @@ from dmplay.views.style import Look
 ROOM = Room(80, 24)
 SHORT_ROOM_ROWS = 18
 DICE = ("seed", "episode")
+CLEAR = "\x1b[H\x1b[2J"
 
 
 def screens(game: Playback, room: Room) -> Iterator[Text]:
     """The screen before the first turn and after every turn or event."""
+    return (compose(game, room, Shown(), log) for log in _told(game))
+
+
+def _told(game: Playback) -> Iterator[list[str]]:
+    """What was told before the first turn and after every turn or event."""
     log: list[str] = []
-    yield compose(game, room, Shown(), log)
+    yield log
     for before in game.run():
         log.append(game.account.change(game.view(), before))
-        yield compose(game, room, Shown(), log)
+        yield log
 
 
 def _last(game: Playback, turn: int | None, room: Room) -> Text:
     """The screen after a turn, or after the last."""
-    shown = Text("")
-    for shown in screens(game, room._replace(height=SHORT_ROOM_ROWS)):
-        if len(game.session.turns) == turn:
-            return shown
-    if turn is not None:
-        turns = counted(len(game.session.turns), "turn")
-        raise BadParameter(f"--at: got {turn}, the game has {turns}")
-    return shown
+    for log in _told(game):
+        if len(game.session.turns) == turn or (turn is None and game.whole):
+            return compose(game, room._replace(height=SHORT_ROOM_ROWS), Shown(), log)
+    turns = counted(len(game.session.turns), "turn")
+    raise BadParameter(f"--at: got {turn}, the game has {turns}")
 
 
-def svg(game: Playback, turn: int | None, room: Room) -> str:
+def svg(game: Playback, turn: int | None, room: Room) -> Iterator[str]:
     """A picture of the screen after a turn."""
-    return picture(_last(game, turn, room), f"dmplay {game.name}", width=room.width)
+    yield picture(_last(game, turn, room), f"dmplay {game.name}", width=room.width)
 
 
-def film(game: Playback, turn: int | None, room: Room) -> str:
+def film(game: Playback, turn: int | None, room: Room) -> Iterator[str]:
     """The screen turn by turn, as an animated picture."""
     shown = [*screens(game, room._replace(height=SHORT_ROOM_ROWS))]
-    return pictures(shown, f"dmplay {game.name}", room.width)
+    yield pictures(shown, f"dmplay {game.name}", room.width)
 
 
-def html(game: Playback, turn: int | None, room: Room) -> str:
+def html(game: Playback, turn: int | None, room: Room) -> Iterator[str]:
     """A page of its own with every turn, open at one."""
-    return page(game, turn, Look(room.width, room.height, room.ascii, large=True))
+    yield page(game, turn, Look(room.width, room.height, room.ascii, large=True))
 
 
-def cast(game: Playback, turn: int | None, room: Room) -> str:
+def cast(game: Playback, turn: int | None, room: Room) -> Iterator[str]:
     """A screen recording, asciicast version 2, a second a turn."""
     head = {
         "version": 2,
@@ -72,46 +75,59 @@ def cast(game: Playback, turn: int | None, room: Room) -> str:
         "height": room.height,
         "title": f"dmplay {game.name}",
     }
-    rows = [json.dumps(head)]
+    yield f"{json.dumps(head)}\n"
     for second, shown in enumerate(screens(game, room)):
         drawn = ansi(shown, "default").replace("\n", "\r\n")  # as to a terminal in raw mode
-        rows.append(json.dumps([float(second), "o", f"\x1b[H\x1b[2J{drawn}"]))
-    return "\n".join([*rows, ""])
+        yield f"{json.dumps([float(second), 'o', f'{CLEAR}{drawn}'])}\n"
 
 
-def text(game: Playback, turn: int | None, room: Room) -> str:
+def text(game: Playback, turn: int | None, room: Room) -> Iterator[str]:
     """Every turn in words, with the board under it."""
-    parts = []
     for shown in screens(game, room._replace(height=SHORT_ROOM_ROWS)):
         rows = [row.rstrip() for row in shown.plain.split("\n")]
-        parts.append("\n".join(rows).rstrip())
-    return "\n\n".join([*parts, ""])
+        yield "\n".join(rows).rstrip() + "\n\n"
 
 
-def rows_of_turns(game: Playback, turn: int | None, room: Room) -> str:
+def rows_of_turns(game: Playback, turn: int | None, room: Room) -> Iterator[str]:
     """A row a turn as comma-separated values, a column a fact and seat."""
-    rows = []
+    columns: dict[str, None] = {}
+    rows: list[tuple[object, ...]] = []  # each as long as there were columns then
     for facts in _facts(game):
-        row: dict[str, object] = {}
-        for key, value in facts.items():
-            parts = value if isinstance(value, dict) else {"": value}
-            for name, one in parts.items():
-                row[f"{key} {name}".strip()] = json.dumps(one) if isinstance(one, list) else one
-        rows.append(row)
+        row = dict(_columns(facts))
+        columns |= dict.fromkeys(row)
+        rows.append(tuple(map(row.get, columns)))
     out = io.StringIO()
-    columns = list(dict.fromkeys(column for row in rows for column in row))
-    writer = csv.DictWriter(out, columns, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return out.getvalue()
+    writer = csv.writer(out, lineterminator="\n")
+    for told in [tuple(columns), *rows]:
+        writer.writerow([*told, *[None] * (len(columns) - len(told))])
+        yield out.getvalue()
+        out.seek(0)
+        out.truncate()
 
 
-def data(game: Playback, turn: int | None, room: Room) -> str:
+def _columns(facts: Mapping[str, object]) -> Iterator[tuple[str, object]]:
+    """What a turn has in each column."""
+    for key, value in facts.items():
+        for name, one in value.items() if isinstance(value, dict) else [("", value)]:
+            yield f"{key} {name}".strip(), json.dumps(one) if isinstance(one, list) else one
+
+
+def data(game: Playback, turn: int | None, room: Room) -> Iterator[str]:
     """The whole game as one JSON object."""
-    turns = list(_facts(game))
     told = header_facts(game.transcript.header).items()
     facts = {key: value for key, value in told if game.shows_seed or key not in DICE}
-    return json.dumps(facts | {"turns": turns, "end": end_facts(game.session)}, indent=1) + "\n"
+    shell = json.dumps(facts | {"turns": []}, indent=1)  # the list, not the limit
+    before, after = shell.removesuffix("\n}").split('\n "turns": []')
+    yield f'{before}\n "turns": ['
+    for number, one in enumerate(_facts(game)):
+        yield ("," if number else "") + _deeper(f"\n{json.dumps(one, indent=1)}", 2)
+    end = _deeper(json.dumps(end_facts(game.session), indent=1), 1)
+    yield f'\n ]{after},\n "end": {end}\n}}\n'
+
+
+def _deeper(told: str, by: int) -> str:
+    """JSON as it stands inside of other JSON."""
+    return told.replace("\n", "\n" + " " * by)
 
 
 def _facts(game: Playback) -> Iterator[dict[str, object]]:
@@ -122,7 +138,7 @@ def _facts(game: Playback) -> Iterator[dict[str, object]]:
         yield game.account.turn() | event
 
 
-WRITERS: dict[str, Callable[[Playback, int | None, Room], str]] = {
+WRITERS: dict[str, Callable[[Playback, int | None, Room], Iterator[str]]] = {
     "svg": svg, "film": film, "html": html, "cast": cast, "text": text, "csv": rows_of_turns,
     "json": data,
 }  # fmt: skip

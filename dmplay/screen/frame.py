@@ -235,7 +235,7 @@ def _body(game: Game, room: Room, shown: Shown, log: list[str], body: int) -> li
 
 def _log(game: Game, room: Room, long: list[str], log: list[str], rows: int) -> list[Text]:
     """The last events, wrapped; after the game, what was hidden; a message too long for its row."""
-    lines = [*log, *map(sentence, game.account.debrief())]
+    lines = [*log[-rows or len(log) :], *map(sentence, game.account.debrief())]
     if game.session.over:
         lines.append(f"over: {game.account.result()}")
     lines += map(clean, long)
@@ -258,16 +258,16 @@ def _cut(lines: list[Text], rows: int, room: Room) -> list[Text]:
 
 def _page(lines: Sequence[str], room: Room) -> list[Text]:
     """Lines of text, wrapped."""
-    out: list[Text] = []
+    out: list[str] = []
     for line in lines:
-        words = Text(" ")
+        words = " "
         for word in _pieces(line, max(room.width - 4, 1)):  # blanks stand around it
-            if len(words.plain) + len(word) + 1 > room.width and words.plain.strip():
+            if len(words) + len(word) + 1 > room.width and words.strip():
                 out.append(words)
-                words = Text("   ")
-            words.append(word + " ")
+                words = "   "
+            words += word + " "
         out.append(words)
-    return out
+    return [Text(row) for row in out]
 
 
 def _pieces(line: str, most: int) -> list[str]:

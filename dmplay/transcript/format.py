@@ -23,10 +23,10 @@ Lines that begin with `# ` are notes: anybody may add them, nothing checks them.
 
 import hashlib
 import json
+import math
 import re
 from collections.abc import Callable, Collection, Mapping
-
-import numpy as np
+from typing import NamedTuple
 
 from dmplay.chance import Array
 from dmplay.core import Problem
@@ -41,8 +41,10 @@ CHOSEN = ("quit", "interrupted", "illegal", "forfeit")
 JSON = json.JSONEncoder(ensure_ascii=False)
 BACK = ("undo", "reroll")  # what takes turns back
 EVENTS = (*BACK, "help")
+MOST_KNOWN = 4096  # lines that are remembered, to be read or written again
 
 Frame = Callable[[Session], str]
+Numbers = float | list["Numbers"]
 
 
 def turn_limit(problem: Problem, seats: Collection[str], turns: int | None) -> int | None:
@@ -54,72 +56,97 @@ def turn_limit(problem: Problem, seats: Collection[str], turns: int | None) -> i
 
 def number(value: float) -> float:
     """A real number as a fact: whole if it is, else cut to ten significant digits."""
+    if value % 1 == 0 and abs(value) < 10**DIGITS:
+        return int(value)
     short = float(f"{value:.{DIGITS}g}")
     return int(short) if short.is_integer() and abs(short) < 10**DIGITS else short
 
 
-def _numbers(values: Array) -> object:
-    if values.ndim == 0:
-        return number(values.item())
-    return [_numbers(value) for value in values]
+def _numbers(values: Numbers) -> object:
+    return [*map(_numbers, values)] if isinstance(values, list) else number(values)
 
 
 def _by_seat(problem: Problem, values: Array) -> dict[str, object]:
-    return {name: _numbers(value) for name, value in zip(problem.agents, values, strict=True)}
+    told = zip(problem.agents, values.tolist(), strict=True)
+    return {agent: _numbers(value) for agent, value in told}
 
 
-def _actions(session: Session) -> object:
-    if not session.turns:
-        return None
-    problem = session.problem
-    did = zip(problem.agents, problem.actions, session.turns[-1].actions, strict=True)
+class Fact(NamedTuple):
+    """A line of a turn: what it tells of, where there is anything to tell, and how it tells it."""
+
+    of: Callable[[Session], Array | None]
+    told: Callable[[Problem, Array], object]
+
+
+def _actions(problem: Problem, done: Array) -> object:
+    did = zip(problem.agents, problem.actions, done.tolist(), strict=True)
     return {agent: known.fact(action) for agent, known, action in did}
 
 
-def _draws(session: Session) -> object:
+def _draws(session: Session) -> Array | None:
     draws = session.turns[-1].draws if session.turns else session.opening
-    return draws.tolist() or None
+    return draws if len(draws) else None
 
 
-def _state(session: Session) -> object:
-    if session.problem.states == 1:
-        return None
-    real = np.issubdtype(session.state.dtype, np.floating)
-    return _numbers(session.state) if real else session.problem.notation(session.state)
+def _state(problem: Problem, state: Array) -> object:
+    return _numbers(state.tolist()) if state.dtype.kind == "f" else problem.notation(state)
 
 
-def _observations(session: Session) -> object:
-    problem = session.problem
-    if not session.turns or not problem.hidden:
-        return None
-    seen = zip(problem.agents, problem.observations, session.turns[-1].observations, strict=True)
+def _observations(problem: Problem, observed: Array) -> object:
+    seen = zip(problem.agents, problem.observations, observed, strict=True)
     return {agent: labels[o] for agent, labels, o in seen}
 
 
-def _rewards(session: Session) -> object:
-    return _by_seat(session.problem, session.turns[-1].rewards) if session.turns else None
+def _belief(session: Session) -> Array | None:
+    return session.beliefs()[-1] if believed(session.problem) <= LONGEST_LIST else None
 
 
-def _belief(session: Session) -> object:
-    short = believed(session.problem) <= LONGEST_LIST
-    return _by_seat(session.problem, session.beliefs()[-1]) if short else None
-
-
-TURN: Mapping[str, Callable[[Session], object]] = {  # the lines of a turn, in order
-    "turn": lambda session: len(session.turns),
-    "actions": _actions,
-    "draws": _draws,
-    "state": _state,
-    "observations": _observations,
-    "rewards": _rewards,
-    "belief": _belief,
+FACTS: Mapping[str, Fact] = {  # the lines of a turn after its number, in order
+    "actions": Fact(lambda game: game.turns[-1].actions if game.turns else None, _actions),
+    "draws": Fact(_draws, lambda _, draws: draws.tolist()),
+    "state": Fact(lambda game: game.state if game.problem.states != 1 else None, _state),
+    "observations": Fact(
+        lambda game: game.turns[-1].observations if game.turns and game.problem.hidden else None,
+        _observations,
+    ),
+    "rewards": Fact(lambda game: game.turns[-1].rewards if game.turns else None, _by_seat),
+    "belief": Fact(_belief, _by_seat),
 }
+TURN = ("turn", *FACTS)
 
 
 def turn_facts(session: Session) -> dict[str, object]:
     """The lines of the last turn, or of the opening."""
-    facts = {key: told(session) for key, told in TURN.items()}
-    return {key: value for key, value in facts.items() if value is not None}
+    every = [(key, fact.told, fact.of(session)) for key, fact in FACTS.items()]
+    problem = session.problem
+    facts = {key: told(problem, array) for key, told, array in every if array is not None}
+    return {"turn": len(session.turns), **facts}
+
+
+class Writer:
+    """Writes the turns of a session; most facts come again, and are not put into words anew."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._known: dict[tuple[str, str, bytes], str] = {}
+
+    def turn(self) -> list[str]:
+        """The lines of the last turn, or of the opening, as `turn_facts` has them."""
+        session, rows = self._session, [f"turn: {len(self._session.turns)}"]
+        for key, fact in FACTS.items():
+            array = fact.of(session)
+            if array is not None:
+                rows.append(self._row(key, fact, array))
+        return rows
+
+    def _row(self, key: str, fact: Fact, array: Array) -> str:
+        same = (key, array.dtype.char, array.tobytes())
+        row = self._known.get(same)
+        if row is None:
+            row = f"{key}: {written(fact.told(self._session.problem, array))}"
+            if len(self._known) < MOST_KNOWN:
+                self._known[same] = row
+        return row
 
 
 def end_facts(session: Session) -> dict[str, object]:
@@ -138,10 +165,25 @@ def closing(session: Session, digest: str) -> list[str]:
     return lines({"end": end_facts(session) | {"sha256": digest}})
 
 
-def lines(facts: Mapping[str, object], frame: str = "") -> list[str]:
+def lines(facts: Mapping[str, object]) -> list[str]:
     """The lines of a block, without the empty one that ends it."""
-    keyed = [f"{key}: {JSON.encode(value)}" for key, value in facts.items()]
-    return keyed + [f"| {line}".rstrip() for line in frame.split("\n") if frame]
+    return [f"{key}: {written(value)}" for key, value in facts.items()]
+
+
+def framed(rows: list[str], frame: str) -> list[str]:
+    """The lines of a block with its frame under them."""
+    return rows + [f"| {line}".rstrip() for line in frame.split("\n") if frame]
+
+
+def written(value: object) -> str:
+    """A fact as JSON writes it; most are so short that to set up an encoder would cost more."""
+    if isinstance(value, dict):
+        return "{" + ", ".join([f"{JSON.encode(k)}: {written(v)}" for k, v in value.items()]) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join([*map(written, value)]) + "]"
+    if type(value) is int or (type(value) is float and math.isfinite(value)):
+        return repr(value)
+    return JSON.encode(value)
 
 
 def text(block: list[str]) -> str:
@@ -150,8 +192,13 @@ def text(block: list[str]) -> str:
 
 
 def checksum(content: str) -> str:
-    """SHA-256 of every line but the notes, the first 16 hexadecimal digits."""
-    return hashlib.sha256(without_notes(content).encode()).hexdigest()[:16]
+    """SHA-256 of every line but the notes, in short."""
+    return short(hashlib.sha256(without_notes(content).encode()))
+
+
+def short(digest: "hashlib._Hash") -> str:
+    """A checksum as the end line has it: the first 16 hexadecimal digits."""
+    return digest.hexdigest()[:16]
 
 
 def without_notes(content: str) -> str:

@@ -20,10 +20,10 @@ def keyed(row: str, path: str, line: int) -> tuple[str, object]:
         expected = "expected 'key: value', '| frame', '# note' or nothing"
         raise BadTranscript(path, line, 1, expected)
     at = found.end()
-    if SURROGATE.search(row):
+    if "\\" in row and SURROGATE.search(row):
         raise BadTranscript(path, line, None, "half a character")
     try:
-        value = JSON.decode(row[at:])
+        value = _value(row, at)
         if row.count("[") + row.count("{") > DEEPEST:
             _shallow(value, DEEPEST)
         return sys.intern(found[1]), value
@@ -33,6 +33,15 @@ def keyed(row: str, path: str, line: int) -> tuple[str, object]:
         raise BadTranscript(path, line, at + 1, "nested too deeply") from None
     except ValueError as error:
         raise BadTranscript(path, line, at + 1, str(error)) from None
+
+
+def _value(row: str, at: int) -> object:
+    """The JSON value from this column to the end of the line."""
+    try:
+        value, end = JSON.raw_decode(row, at)
+    except ValueError:
+        end = at
+    return value if end == len(row) else JSON.decode(row[at:])  # blanks around it, or a fault
 
 
 def _no_constant(name: str) -> float:

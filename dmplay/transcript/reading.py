@@ -1,21 +1,22 @@
 """Reading a transcript: strict about form, with the line and column of the first fault."""
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+import sys
+from collections.abc import Iterator
 from dataclasses import MISSING, dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from dmplay import disk
 from dmplay.errors import BadTranscript, UnknownName
-from dmplay.transcript.format import BACK, CHOSEN, EVENTS, TURN, lines, text
+from dmplay.transcript.format import BACK, CHOSEN, EVENTS, MOST_KNOWN, TURN, text
 from dmplay.transcript.header import FORMAT, LINES, VERSION, Header, Kind
 from dmplay.transcript.keyed import keyed
 
 LONGEST_LINE = 1_000_000
 
 HEADER = ("dmplay", *(line.key for line in LINES))
-BLOCKS = {keys[0]: keys for keys in (HEADER, tuple(TURN), *((e,) for e in EVENTS), ("end",))}
+BLOCKS = {keys[0]: keys for keys in (HEADER, TURN, *((e,) for e in EVENTS), ("end",))}
 END = re.compile(r"(#.*\n)*end: .*\n(#.*\n)*\Z")
 NOTES = re.compile(r"(#.*\n)+\Z")
 
@@ -27,22 +28,45 @@ class Entry(NamedTuple):
     value: object
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Block:
-    """The lines between two empty ones."""
+    """The lines between two empty ones: a hundred thousand of them are few bytes each."""
 
     line: int
-    kind: str  # dmplay (the header), turn, undo, reroll or end
-    entries: dict[str, Entry]
-    frame: Sequence[Entry]
-    notes: Sequence[tuple[int, str]]  # how many lines of the block stand before it, and its text
+    keys: tuple[str, ...]  # shared by all blocks that have the same
+    values: tuple[object, ...]
+    frame: tuple[str, ...]
+    notes: tuple[tuple[int, str], ...]  # how many lines of the block stand before it, and its text
+
+    @property
+    def kind(self) -> str:
+        """What it is: dmplay (the header), turn, undo, reroll or end."""
+        return self.keys[0]
 
     def __getitem__(self, key: str) -> object:
-        return self.entries[key].value
+        return self.values[self.keys.index(key)]
 
-    def anew(self, facts: Mapping[str, object], frame: str = "") -> str:
-        """The text of this block with these facts and frame."""
-        return text(self.noted(lines(facts, frame)))
+    def get(self, key: str, default: object = None) -> object:
+        """A value, or what is meant where there is none."""
+        return self[key] if key in self.keys else default
+
+    def at(self, place: int) -> int:
+        """The line of the file on which this line of the block stands."""
+        between = sum(0 < before <= place for before, _ in self.notes)
+        return self.line + place + between
+
+    def line_of(self, key: str) -> int:
+        """The line of a value; the block's first where there is none."""
+        return self.at(self.keys.index(key)) if key in self.keys else self.line
+
+    @property
+    def entries(self) -> dict[str, Entry]:
+        """All values with their lines."""
+        return {key: Entry(self.line_of(key), self[key]) for key in self.keys}
+
+    def anew(self, rows: list[str]) -> str:
+        """The text of this block with these lines."""
+        return text(self.noted(rows))
 
     def noted(self, rows: list[str]) -> list[str]:
         """New lines of this block with its notes in their places."""
@@ -141,47 +165,81 @@ def _split(content: str, path: str) -> tuple[str, str, str]:
 
 
 def _blocks(content: str, path: str, first: int) -> Iterator[Block]:
-    """The blocks of some whole lines, the first of which has this number."""
-    entries: dict[str, Entry] = {}
-    frame: list[Entry] = []
+    """The blocks of some whole lines, the first of which has this number.
+
+    Most lines of a game come again and again: these are read once, and their values shared.
+    """
+    known: dict[str, tuple[str, object]] = {}
+    shapes: dict[tuple[str, ...], tuple[str, ...]] = {}
+    entries: dict[str, object] = {}
+    frame: list[str] = []
     notes: list[tuple[int, str]] = []
-    for line, row in enumerate(content.split("\n"), first):
-        if len(row) > LONGEST_LINE:
-            fault = "a line of over a million characters"
-            raise BadTranscript(path, line, LONGEST_LINE + 1, fault)
-        if row == "#" or row.startswith("# "):
-            notes.append((len(entries) + len(frame), row))
-        elif row.startswith("|"):
-            frame.append(Entry(line, row[2:]))
-        elif row:
-            key, value = keyed(row, path, line)
+    begun = first
+    for line, row in enumerate(_rows(content), first):
+        found = known.get(row)
+        if found is None and row and not _beside(row, line, path, len(entries), frame, notes):
+            found = keyed(row, path, line)
+            if len(known) < MOST_KNOWN:
+                known[row] = found
+        if found:
+            key, value = found
             if key in entries:
                 raise BadTranscript(path, line, 1, f"{key} stands twice in this block")
             if frame:
                 raise BadTranscript(path, line, 1, f"{key} after the frame")
-            entries[key] = Entry(line, value)
-        elif frame and not entries:
+            begun = begun if entries else line
+            entries[key] = value
+        elif not row and frame and not entries:
             raise BadTranscript(path, line, None, "a frame without a turn")
-        elif entries:
-            yield _block(path, entries, frame, notes)
-            entries, frame, notes = {}, [], []
+        elif not row and entries:
+            keys = tuple(entries)
+            block = Block(begun, keys, tuple(entries.values()), tuple(frame), tuple(notes))
+            if keys not in shapes:
+                shapes[keys] = _ordered(block, path)
+            block.keys = shapes[keys]
+            yield block
+            entries.clear()
+            frame.clear()
+            notes.clear()
 
 
-def _block(
-    path: str, entries: dict[str, Entry], frame: list[Entry], notes: list[tuple[int, str]]
-) -> Block:
-    """A block, whose keys must be its kind's, in order."""
-    kind = next(iter(entries))
-    at = entries[kind].line
-    if kind not in BLOCKS:
-        raise BadTranscript(path, at, 1, str(UnknownName("block", kind, BLOCKS)))
-    order = BLOCKS[kind]
-    for key, entry in entries.items():
+def _rows(content: str) -> Iterator[str]:
+    """The lines, of which not all are held at once."""
+    at = 0
+    while (end := content.find("\n", at + LONGEST_LINE)) >= 0:
+        yield from content[at:end].split("\n")
+        at = end + 1
+    yield from content[at:].split("\n")
+
+
+def _beside(  # noqa: PLR0913, PLR0917 - a line, and where it goes
+    row: str, line: int, path: str, before: int, frame: list[str], notes: list[tuple[int, str]]
+) -> bool:
+    """Whether a line is one of a frame, or a note; it is kept as such."""
+    if len(row) > LONGEST_LINE:
+        fault = "a line of over a million characters"
+        raise BadTranscript(path, line, LONGEST_LINE + 1, fault)
+    if row == "#" or row.startswith("# "):
+        notes.append((before + len(frame), row))
+    elif row.startswith("|"):
+        frame.append(sys.intern(row[2:]))
+    else:
+        return False
+    return True
+
+
+def _ordered(block: Block, path: str) -> tuple[str, ...]:
+    """The keys of a block, which must be its kind's, in order."""
+    if block.kind not in BLOCKS:
+        raise BadTranscript(path, block.line, 1, str(UnknownName("block", block.kind, BLOCKS)))
+    order = BLOCKS[block.kind]
+    for key, entry in block.entries.items():
         if key not in order:
             raise BadTranscript(path, entry.line, 1, str(UnknownName("key", key, order)))
-    if list(entries) != [key for key in order if key in entries]:
-        raise BadTranscript(path, at, None, f"keys out of order, expected {', '.join(order)}")
-    return Block(at, kind, entries, tuple(frame), tuple(notes))
+    if list(block.keys) != [key for key in order if key in block.keys]:
+        expected = f"keys out of order, expected {', '.join(order)}"
+        raise BadTranscript(path, block.line, None, expected)
+    return block.keys
 
 
 def _header(block: Block, path: str) -> Header:

@@ -9,7 +9,16 @@ from pathlib import Path
 from dmplay import disk
 from dmplay.errors import BadParameter
 from dmplay.session import Session
-from dmplay.transcript.format import Frame, closing, lines, text, turn_facts, without_notes
+from dmplay.transcript.format import (
+    Frame,
+    Writer,
+    closing,
+    framed,
+    lines,
+    short,
+    text,
+    without_notes,
+)
 from dmplay.transcript.header import Header, header_facts
 from dmplay.transcript.seal import LEFT
 
@@ -28,6 +37,7 @@ class Recorder:
         self.path = path
         self.session = session
         self.frame = frame
+        self._writer = Writer(session)
         self.fault: OSError | None = None
         self._pending = ""
         self._digest = hashlib.sha256()
@@ -98,7 +108,7 @@ class Recorder:
     def turn(self, header: str = "") -> None:
         """Writes the last turn; the opening, with the header before it, in one."""
         frame = self.frame(self.session) if self.frame else ""
-        self._write(header + text(lines(turn_facts(self.session), frame)))
+        self._write(header + text(framed(self._writer.turn(), frame)))
 
     def event(self, key: str, value: object) -> None:
         """Writes an undo of so many turns, the number of a reroll, or who was helped how often."""
@@ -108,7 +118,7 @@ class Recorder:
         """Writes the end line, and notes, and closes the file; a second end is none."""
         if self._file < 0:
             return
-        self._write("\n".join([*closing(self.session, self._digest.hexdigest()[:16]), notes]))
+        self._write("\n".join([*closing(self.session, short(self._digest)), notes]))
         own = self.private or self.session.ending in LEFT
         self._allow(disk.OWN if own else disk.by_umask())
         self.close()

@@ -11,7 +11,7 @@ from dmplay.errors import BadTranscript, DmplayError
 from dmplay.rollouts import MOST_TURNS
 from dmplay.session import Session, Source
 from dmplay.transcript.format import PERSON, turn_limit
-from dmplay.transcript.reading import Block, Entry, Transcript
+from dmplay.transcript.reading import Block, Transcript
 
 
 def start(
@@ -35,14 +35,19 @@ def check_seats(transcript: Transcript, problem: Problem) -> None:
         raise transcript.fault(entry.line, f"seats: got {got}, expected {expected}")
 
 
-def feed(transcript: Transcript, block: Block, session: Session) -> None:
-    """Feeds one block's inputs to the session; raises BadTranscript where they cannot be."""
+def feed(
+    transcript: Transcript, block: Block, session: Session, actions: Sequence[float] = ()
+) -> None:
+    """Feeds one block's inputs to the session; raises BadTranscript where they cannot be.
+
+    The actions of a turn are read from the block, unless that was done before.
+    """
     try:
         if block.kind == "turn":
             expected = len(session.turns) + 1
             if block["turn"] != expected:
                 raise transcript.fault(block.line, f"got turn {block['turn']}, expected {expected}")
-            actions = actions_of(transcript, block, session.problem)
+            actions = actions or actions_of(transcript, block, session.problem)
             session.advance(actions, draws_of(transcript, block, session.problem.draws.step))
         elif block.kind == "help":
             session.help.update(_help(transcript, block, session.problem))
@@ -79,32 +84,34 @@ def unattended(transcript: Transcript, seats: Collection[str], asked: int | None
 
 def draws_of(transcript: Transcript, block: Block, count: int) -> Reals:
     """The draws `[count]` of a block."""
-    entry = block.entries.get("draws", Entry(block.line, []))
-    values = entry.value
+    values = block.get("draws", [])
     if not isinstance(values, list) or not all(
         type(u) in (int, float) and 0.0 <= u < 1.0 for u in values
     ):
-        raise transcript.fault(entry.line, "draws: expected numbers from 0 to below 1")
+        line = block.line_of("draws")
+        raise transcript.fault(line, "draws: expected numbers from 0 to below 1")
     if len(values) != count:
-        raise transcript.fault(entry.line, f"draws: got {len(values)}, expected {count}")
+        line = block.line_of("draws")
+        raise transcript.fault(line, f"draws: got {len(values)}, expected {count}")
     return np.array(values, float)
 
 
 def actions_of(transcript: Transcript, block: Block, problem: Problem) -> list[float]:
     """The action of each agent in a turn."""
-    entry = block.entries.get("actions", Entry(block.line, None))
-    told = entry.value
+    told = block.get("actions")
     if not isinstance(told, dict) or list(told) != list(problem.agents):
         expected = f"expected one for each of {', '.join(problem.agents)}"
-        raise transcript.fault(entry.line, f"actions: {expected}")
+        raise transcript.fault(block.line_of("actions"), f"actions: {expected}")
     actions = []
     for seat, (agent, value) in enumerate(told.items()):
         if type(value) not in problem.actions[seat].written:
-            raise transcript.fault(entry.line, f"actions: {agent}: got {json.dumps(value)}")
+            what = f"actions: {agent}: got {json.dumps(value)}"
+            raise transcript.fault(block.line_of("actions"), what)
         try:
             actions.append(problem.action(seat, str(value)))
         except DmplayError as error:
-            raise transcript.fault(entry.line, f"actions: {agent}: {error}") from None
+            what = f"actions: {agent}: {error}"
+            raise transcript.fault(block.line_of("actions"), what) from None
     return actions
 
 

@@ -4,7 +4,16 @@ from collections.abc import Iterator, Sequence
 
 from dmplay.core import Policy, Problem
 from dmplay.session import Session
-from dmplay.transcript.format import NATURAL, Frame, checksum, closing, lines, text, turn_facts
+from dmplay.transcript.format import (
+    NATURAL,
+    Frame,
+    checksum,
+    closing,
+    framed,
+    lines,
+    text,
+    turn_facts,
+)
 from dmplay.transcript.header import header_facts
 from dmplay.transcript.reading import Block, Transcript
 from dmplay.transcript.replay import actions_of, feed, start, unattended
@@ -22,19 +31,20 @@ def rewritten(
     """
     session = _anew(transcript, problem, policies)
     opening, *blocks = transcript.blocks
-    parts = [transcript.header_block.anew(header_facts(transcript.header))]
+    parts = [transcript.header_block.anew(lines(header_facts(transcript.header)))]
     parts.append(_turn(session, opening, frame))
     parts += [_again(transcript, block, session, frame) for block in blocks]
     if transcript.end is None:
         return "".join(parts)
     parts += _further(transcript, session, frame)
     session.end(transcript.chosen or "quit")
-    return ended("".join(parts), transcript.end, session)
+    content = "".join(parts)
+    return content + ended(transcript.end, session, checksum(content))
 
 
-def ended(content: str, end: Block, session: Session) -> str:
-    """The content with its end line, the notes of the old one in their places."""
-    return content + "\n".join([*end.noted(closing(session, checksum(content))), ""])
+def ended(end: Block, session: Session, digest: str) -> str:
+    """The end line with this checksum, the notes of the old one in their places."""
+    return "\n".join([*end.noted(closing(session, digest)), ""])
 
 
 def _anew(transcript: Transcript, problem: Problem, policies: Sequence[Policy | None]) -> Session:
@@ -47,7 +57,7 @@ def _again(transcript: Transcript, block: Block, session: Session, frame: Frame 
     """Plays a block, people as it says and agents as they choose now; '' after the game's end."""
     if block.kind != "turn":
         feed(transcript, block, session)
-        return block.anew({block.kind: block[block.kind]})
+        return block.anew(lines({block.kind: block[block.kind]}))
     if session.over:
         return ""
     told = actions_of(transcript, block, session.problem)
@@ -59,14 +69,14 @@ def _again(transcript: Transcript, block: Block, session: Session, frame: Frame 
 def _turn(session: Session, block: Block, frame: Frame | None) -> str:
     """The session's last turn, or its opening, in place of this block."""
     drawn = frame(session) if frame and block.frame else ""
-    return block.anew(turn_facts(session), drawn)
+    return block.anew(framed(lines(turn_facts(session)), drawn))
 
 
 def _further(transcript: Transcript, session: Session, frame: Frame | None) -> Iterator[str]:
     """The turns that agents alone play on, where the game came to its end of itself."""
     if all(session.followers) and transcript.reason in NATURAL:
         unattended(transcript, ())
-    framed = frame if transcript.blocks[-1].frame else None
+    draw = frame if transcript.blocks[-1].frame else None
     while transcript.reason in NATURAL and all(session.followers) and not session.over:
         session.advance()
-        yield text(lines(turn_facts(session), framed(session) if framed else ""))
+        yield text(framed(lines(turn_facts(session)), draw(session) if draw else ""))

@@ -68,7 +68,7 @@ def marked(transcript: Transcript) -> Transcript:
         summed = lines({"end": told | {"sha256": checksum(content)}})
         end = "\n".join([*transcript.end.noted(summed), ""])
     whole = content + end + transcript.torn
-    disk.write(Path(path).resolve(), whole, force=True)
+    disk.write(Path(path).resolve(), [whole], force=True)
     return parse(whole.encode(), path)
 
 

@@ -1,13 +1,23 @@
 """Verifying a transcript: do its facts follow from its inputs, and its inputs from its seed?"""
 
+import hashlib
 from collections.abc import Sequence
-from itertools import zip_longest
+from itertools import islice, zip_longest
 
 from dmplay.core import Policy, Problem
 from dmplay.dice import NATURE, Dice
 from dmplay.errors import BadParameter, BadPolicy, BadTranscript, TooMuch
 from dmplay.session import Session
-from dmplay.transcript.format import Frame, end_facts, turn_facts
+from dmplay.transcript.format import (
+    Frame,
+    Writer,
+    end_facts,
+    framed,
+    lines,
+    short,
+    turn_facts,
+    without_notes,
+)
 from dmplay.transcript.header import header_facts
 from dmplay.transcript.reading import Block, Entry, Transcript
 from dmplay.transcript.replay import actions_of, feed, start
@@ -44,13 +54,15 @@ REROLLS = 10  # numbers of a reroll that are tried where its draws are another's
 
 
 class _Check:
-    """One pass over a transcript, beside the canonical rewriting of what it has seen."""
+    """One pass over a transcript, beside what would be written of it today."""
 
     def __init__(self, transcript: Transcript, report: Report, frame: Frame | None) -> None:
         self.transcript = transcript
         self.report = report
         self.frame = frame
-        self.canonical: list[str] = []
+        self.place = 0  # up to which the file is as it would be written today
+        self.digest = hashlib.sha256()  # of what would be written
+        self.differs: str | None = None  # what would be written from there on
         self.event: Block | None = None  # the last undo or reroll
         self.drawn: list[bool] = []  # whether each block's draws are the seed's
 
@@ -62,21 +74,33 @@ class _Check:
         if self._limit_differs():
             return
         session = start(transcript, problem, dice, policies)
-        self.canonical.append(transcript.header_block.anew(header_facts(header)))
-        self._block(transcript.blocks[0], session, dice)
-        for block in transcript.blocks[1:]:
+        self._as_written(transcript.header_block, lines(header_facts(header)))
+        writer = Writer(session)
+        self._block(transcript.blocks[0], session, dice, writer)
+        for block in islice(transcript.blocks, 1, None):
             if block.kind == "turn":
-                self._agents(block, session)
-            feed(transcript, block, session)
-            if block.kind == "turn":
-                self._block(block, session, dice)
+                told = actions_of(transcript, block, problem)
+                self._agents(block, session, told)
+                feed(transcript, block, session, told)
+                self._block(block, session, dice, writer)
             else:
+                feed(transcript, block, session)
                 self.event = block
-                self.canonical.append(block.anew({block.kind: block[block.kind]}))
+                self._as_written(block, lines({block.kind: block[block.kind]}))
         self.report.turns, self.report.help = len(session.turns), dict(session.help)
         if len(self.drawn) > 1 and not any(self.drawn):
             self._blame_seed()
         self._end(session)
+
+    def _as_written(self, block: Block, rows: list[str]) -> bool:
+        """Whether a block stands in the file as it would be written today, with these lines."""
+        text = block.anew(rows)
+        self.digest.update((without_notes(text) if block.notes else text).encode())
+        if self.differs is None and not self.transcript.content.startswith(text, self.place):
+            self.differs = text
+        if self.differs is None:
+            self.place += len(text)
+        return self.differs is None
 
     def _found(self, level: str, line: int, where: str, what: str, *pair: object) -> None:
         self.report.findings.append(Finding(level, self.transcript.path, line, where, what, *pair))
@@ -88,16 +112,14 @@ class _Check:
         if not isinstance(told, dict) or told.get("reason") != "turn limit":
             return False
         entry = header.entries.get("turns")
-        last = self.transcript.blocks[-1].entries.get("turn", Entry(0, None))
-        if entry is None or entry.value == last.value or told.get("turns") != last.value:
+        last = self.transcript.blocks[-1].get("turn")
+        if entry is None or entry.value == last or told.get("turns") != last:
             return False
-        self._found("facts", entry.line, "header", "turns", entry.value, last.value)
+        self._found("facts", entry.line, "header", "turns", entry.value, last)
         return True
 
-    def _agents(self, block: Block, session: Session) -> None:
+    def _agents(self, block: Block, session: Session, told: Sequence[float]) -> None:
         """Asks the agents of this turn again."""
-        told = actions_of(self.transcript, block, session.problem)
-        where = f"turn {block['turn']}"
         try:
             choices = session.choices()
         except (BadPolicy, TooMuch) as error:
@@ -106,14 +128,18 @@ class _Check:
             if chosen is not None and chosen != action:
                 name = session.problem.agents[seat]
                 did, does = (session.problem.action_name(seat, x) for x in (action, chosen))
-                line = block.entries["actions"].line
-                self._found("inputs", line, f"{where}, {name}", "action", did, does)
+                line = block.line_of("actions")
+                where = f"turn {block['turn']}, {name}"
+                self._found("inputs", line, where, "action", did, does)
 
-    def _block(self, block: Block, session: Session, dice: Dice) -> None:
+    def _block(self, block: Block, session: Session, dice: Dice, writer: Writer) -> None:
         """Compares the facts, the frame and the draws of a turn or the opening."""
-        facts = turn_facts(session)
         turn = len(session.turns)
         self._luck(block, session, dice, turn)
+        frame = self.frame(session) if block.frame and self.frame else ""
+        if self._as_written(block, framed(writer.turn(), frame)):
+            return
+        facts = turn_facts(session)
         for key, got in facts.items():
             entry = block.entries.get(key)
             if entry is None:
@@ -123,12 +149,9 @@ class _Check:
         for key, entry in block.entries.items():
             if key not in facts:
                 self._found("facts", entry.line, f"turn {turn}", key, entry.value, "nothing")
-        frame = ""
         if block.frame and self.frame:
-            frame = self.frame(session)
             drawn = [row.rstrip() for row in frame.split("\n")]
             self._frame(block, turn, drawn)
-        self.canonical.append(block.anew(facts, frame))
 
     def _fact(self, entry: Entry, turn: int, key: str, got: object) -> None:
         """Compares one fact, seat by seat where it has seats."""
@@ -143,12 +166,11 @@ class _Check:
             self._found("facts", entry.line, f"turn {turn}", key, told, got)
 
     def _frame(self, block: Block, turn: int, drawn: list[str]) -> None:
-        for told, row in zip_longest(block.frame, drawn):
-            if told is None or told.value != row:
-                line = block.frame[-1].line if told is None else told.line
-                value = "no more lines" if told is None else told.value
-                shown = "no more lines" if row is None else row
-                self._found("frame", line, f"turn {turn}", "frame", value, shown)
+        for place, (told, row) in enumerate(zip_longest(block.frame, drawn)):
+            if told != row:
+                line = block.at(len(block.keys) + min(place, len(block.frame) - 1))
+                shown = ("no more lines" if one is None else one for one in (told, row))
+                self._found("frame", line, f"turn {turn}", "frame", *shown)
                 return
 
     def _luck(self, block: Block, session: Session, dice: Dice, turn: int) -> None:
@@ -158,16 +180,17 @@ class _Check:
             return
         thrown = session.rerolls.get(turn, 0)
         seeds = dice.draw(NATURE, turn, thrown, len(draws))[0]
-        self.drawn.append(bool((seeds == draws).all()))
+        self.drawn.append(seeds.tolist() == draws.tolist())
         if self.drawn[-1]:
             return
-        others = (dice.draw(NATURE, turn, n, len(draws))[0] for n in range(1, REROLLS))
-        meant = [n for n, other in enumerate(others, 1) if (other == draws).all()]
-        if thrown and meant and self.event and self.event.kind == "reroll":
-            self._found("inputs", self.event.line, f"turn {turn}", "reroll", thrown, meant[0])
-        else:
-            line = block.entries["draws"].line
-            self._found("inputs", line, f"turn {turn}", "draws", draws.tolist(), seeds.tolist())
+        event = self.event
+        if thrown and event and event.kind == "reroll":
+            for number in range(1, REROLLS):
+                if (dice.draw(NATURE, turn, number, len(draws))[0] == draws).all():
+                    self._found("inputs", event.line, f"turn {turn}", "reroll", thrown, number)
+                    return
+        line = block.line_of("draws")
+        self._found("inputs", line, f"turn {turn}", "draws", draws.tolist(), seeds.tolist())
 
     def _blame_seed(self) -> None:
         """Every draw differs: then it is the seed that is wrong, not each of them."""
@@ -204,13 +227,14 @@ class _Check:
 
     def _checksum(self, end: Block, session: Session) -> None:
         """Where all facts hold, the checksum still says whether a line was touched."""
-        transcript = self.transcript
-        told = transcript.content + transcript.last
-        written = ended("".join(self.canonical), end, session)
+        content = self.transcript.content
+        told = content[self.place :] + self.transcript.last
+        written = self.differs or ended(end, session, short(self.digest))
         if told == written:
             return
-        rows = enumerate(zip_longest(told.split("\n"), written.split("\n")), 1)
-        line, (row, right) = next(one for one in rows if one[1][0] != one[1][1])
+        rows = zip_longest(told.split("\n"), written.split("\n"))
+        first = content.count("\n", 0, self.place) + 1
+        line, (row, right) = next(one for one in enumerate(rows, first) if one[1][0] != one[1][1])
         self._found("checksum", line, "line", "text", row or "nothing", right or "nothing")
 
 

@@ -7,6 +7,7 @@
 """
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -74,13 +75,18 @@ def grids(
 
 def grid(hexes: Sequence[Hex], cell: Callable[[Hex, Size], Cell], size: Size) -> Text:
     """The map in one size."""
+    return _drawn(tuple((hex_, cell(hex_, size)) for hex_ in hexes), size).copy()
+
+
+@lru_cache(256)
+def _drawn(cells: tuple[tuple[Hex, Cell], ...], size: Size) -> Text:
+    """The map with these cells; a game shows few that differ, again and again."""
     canvas = Canvas()
-    left = min(2 * q + r for q, r in hexes)
-    top = max(r for _, r in hexes)
+    left = min(2 * q + r for (q, r), _ in cells)
+    top = max(r for (_, r), _ in cells)
     pitch = size.lines + size.slopes
-    for hex_ in sorted(hexes, key=lambda one: (-one[1], one[0])):
-        x, y = (2 * hex_[0] + hex_[1] - left) * size.width // 2, (top - hex_[1]) * pitch
-        content = cell(hex_, size)
+    for (q, r), content in sorted(cells, key=lambda one: (-one[0][1], one[0][0])):
+        x, y = (2 * q + r - left) * size.width // 2, (top - r) * pitch
         if size.lines:
             _frame(canvas, x, y, size)
             _fill(canvas, x + 1, y + size.slopes, content, size)

@@ -8,6 +8,7 @@
 
 import math
 from collections.abc import Iterator
+from operator import add
 from typing import NamedTuple
 
 from rich.text import Text
@@ -35,9 +36,9 @@ class Size(NamedTuple):
 SIZES = (Size(121, 12, 4), Size(61, 6, 2), Size(61, 3, 2), Size(39, 3, 1), Size(39, 1, 1))
 
 
-def _numbers(view: View[SimpleRegulator]) -> list[float]:
-    """The number before each turn, and now."""
-    return [float(state[0]) for state in view.observations]
+def _numbers(view: View[SimpleRegulator], last: int = 2) -> list[float]:
+    """The last numbers, up to now."""
+    return [float(state[0]) for state in view.observations[-last:]]
 
 
 def due(view: View[SimpleRegulator]) -> tuple[float, float]:
@@ -60,17 +61,16 @@ def reach(values: list[float]) -> float:
 
 def boards(view: View[SimpleRegulator], look: Look) -> Iterator[Text]:
     """The number line with the last turns above it, in five sizes; the line; the numbers."""
-    numbers = _numbers(view)
     for size in SIZES:
-        first = max(view.turn - size.turns, 0)
-        turns = range(first, view.turn)
-        aims = [numbers[turn] + view.actions[turn] for turn in turns]
-        scale = _scale(reach([*numbers[first:], *aims, due(view)[0]]), size.width)
+        turns = min(view.turn, size.turns)
+        numbers = _numbers(view, turns + 1)
+        aims = [*map(add, numbers, view.actions[view.turn - turns :])]
+        scale = _scale(reach([*numbers, *aims, due(view)[0]]), size.width)
         canvas = Canvas()
         for row in range(size.turns + size.bell):
             canvas.put(scale.column(0), row, "│", "dim")
-        for row, turn in enumerate(turns, size.turns - len(turns)):
-            _push(canvas, row, scale, numbers[turn], aims[turn - first])
+        for row, (before, aim) in enumerate(zip(numbers, aims, strict=False), size.turns - turns):
+            _push(canvas, row, scale, before, aim)
         _bell(canvas, size, scale, *due(view))
         _line(canvas, size.turns + size.bell, scale, numbers[-1])
         canvas.put(

@@ -3,6 +3,7 @@
 import json
 import os
 import pickle
+import tracemalloc
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,9 @@ from dmplay.errors import BadParameter, BadTranscript
 from dmplay.game.checking import check, update
 from dmplay.game.request import Branching, Request, Resumption
 from dmplay.game.start import branched, new, resumed
-from dmplay.transcript.format import number
+from dmplay.transcript import format as transcript_format
+from dmplay.transcript import reading
+from dmplay.transcript.format import number, written
 from dmplay.transcript.keyed import keyed
 from dmplay.transcript.reading import parse, read
 from dmplay.transcript.verify import verify
@@ -639,3 +642,61 @@ def test_an_agent_asked_again_that_writes_into_what_it_is_given_is_a_finding(
 def test_a_long_list_of_short_ones_is_not_deep() -> None:
     hexes = [[q, 0] for q in range(40)]
     assert keyed(f"set: {json.dumps({'hexes': hexes})}", "t", 1) == ("set", {"hexes": hexes})
+
+
+@settings(max_examples=30, derandomize=True, deadline=None)
+@given(
+    st.recursive(
+        st.text() | st.integers() | st.floats() | st.booleans() | st.none(),
+        lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner),
+        max_leaves=8,
+    )
+)
+def test_a_fact_is_written_as_json_writes_it(value: object) -> None:
+    assert written(value) == json.dumps(value, ensure_ascii=False)
+
+
+def test_a_game_of_more_lines_than_are_remembered_is_read_and_written_alike(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = recorded(tmp_path / "g.dmt", "crying-baby", "random", turns=9)
+    for module in (reading, transcript_format):
+        monkeypatch.setattr(module, "MOST_KNOWN", 2)
+    assert recorded(tmp_path / "h.dmt", "crying-baby", "random", turns=9) == text
+    assert check(tmp_path / "g.dmt").ok
+
+
+def test_lines_are_counted_however_long_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "game.dmt"
+    text = recorded(path, "hexworld", "random", turns=3)
+    notes = f"# {'x' * 600_000}\n" * 4
+    path.write_text(text.replace("\nturn: 2\n", f"\n{notes}turn: 2\n"))
+    assert check(path).ok
+    altered(path, "turn: 3\n", "trun: 3\n")
+    [found] = check(path).findings
+    line = 1 + path.read_text().split("\n").index("trun: 3")
+    assert (found.line, found.what[:20]) == (line, "1: unknown block 'tr")
+
+
+def test_draws_of_no_reroll_are_told_as_draws(tmp_path: Path) -> None:
+    path = tmp_path / "game.dmt"
+    game = new(Request("crying-baby", seed=7, record=path))
+    game.choose(0)
+    game.reroll()
+    game.finish()
+    assert game.recorder is not None
+    (drawn,) = game.session.turns[-1].draws.tolist()
+    altered(path, str(drawn), "0.5")
+    assert "turn 1: draws: expected [0.5]" in str(check(path))
+
+
+def test_a_turn_takes_few_bytes_once_it_is_read(tmp_path: Path) -> None:
+    path, turns = tmp_path / "game.dmt", 1000
+    recorded(path, "hexworld", "random", turns=turns, settings=["rewards=[]"])
+    tracemalloc.start()
+    try:
+        transcript = read(path)
+        held, _ = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert (held - len(transcript.content)) / turns < 700

@@ -1,0 +1,43 @@
+"""The draws of a seed: the same bits whether thrown turn by turn or many turns together."""
+
+import pytest
+
+from dmplay.dice import MANY, SHORT, Dice, uniforms
+
+LATE = 2**31
+
+
+@pytest.mark.parametrize("seed", [0, 3, 2**31, 2**32, 2**63 - 1, 2**127, 2**128, 2**200 + 7])
+@pytest.mark.parametrize("episode", [0, 1, 12_345_678])
+def test_the_dice_of_many_turns_are_those_of_each(seed: int, episode: int) -> None:
+    dice = Dice(seed, episode)
+    for stream in (0, 2):
+        for turn in (0, 1, SHORT - 1, SHORT, 99_999, 1, LATE):
+            for count in (0, 1, 3, MANY + 1):
+                drawn = dice.draw(stream, turn, 0, count)
+                alone = uniforms(seed, stream, turn, first=episode, rows=1, count=count)
+                assert drawn.tolist() == alone.tolist()
+
+
+def test_a_reroll_has_dice_of_its_own() -> None:
+    dice = Dice(7)
+    first, second = (dice.draw(0, 5, reroll, 2) for reroll in (0, 1))
+    assert second.tolist() == uniforms(7, 0, 5, reroll=1, rows=1, count=2).tolist()
+    assert (first != second).all()
+
+
+def test_who_writes_into_a_draw_changes_no_other() -> None:
+    dice = Dice(7)
+    was = dice.draw(0, 1, 0, 1).tolist()
+    drawn = dice.draw(0, 1, 0, 1)
+    assert drawn.base is None
+    drawn[:] = 0.5
+    assert dice.draw(0, 1, 0, 1).tolist() == was
+
+
+def test_dice_are_the_same_whatever_was_drawn() -> None:
+    used, fresh = Dice(7), Dice(7)
+    used.draw(0, 1, 0, 1)
+    assert used == fresh
+    assert hash(used) == hash(fresh)
+    assert repr(used) == "Dice(seed=7, episode=0)"
