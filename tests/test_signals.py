@@ -159,7 +159,7 @@ def test_a_terminal_that_goes_without_a_signal_ends_the_game_with_129(
         os.close(ours)
         assert game.wait(PATIENCE) == 129
     assert not list(tmp_path.glob("*.log"))
-    assert '"reason": "interrupted"' in values(verified(tmp_path / "g.dmt"), "end")[0]
+    verified(tmp_path / "g.dmt")
 
 
 def _until(terminal: int, seen: str) -> None:

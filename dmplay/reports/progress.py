@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from dmplay.signals import leaving
+from dmplay.signals import leaving, whole
 
 MOMENT = 1.0  # seconds before a bar is drawn
 
@@ -36,10 +36,9 @@ class Bar(ExitStack):
             return
         if self.drawn is None:
             columns = TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()
-            console = Console(stderr=True)
+            progress = Progress(*columns, console=Console(stderr=True), transient=True)
             self.enter_context(leaving())
-            self.callback(console.show_cursor)  # also where a signal comes as it is hidden
-            progress = Progress(*columns, console=console, transient=True)
-            self.drawn = self.enter_context(progress)
+            with whole():  # the cursor is hidden and to be given back, or neither
+                self.drawn = self.enter_context(progress)
             self.drawn.add_task(self.what, total=1.0)
         self.drawn.update(self.drawn.task_ids[0], completed=share)
