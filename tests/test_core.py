@@ -5,8 +5,9 @@ import pytest
 
 import dmplay
 from dmplay.chance import Array, Chance, Pick
-from dmplay.core import GRID, Interval, Problem, exact, exact_start, possible
+from dmplay.core import GRID, Interval, Problem, exact, exact_start, placed, possible
 from dmplay.errors import BadParameter, TooMuch, UnknownName
+from dmplay.problems.cart_pole import CartPole
 from dmplay.problems.rock_paper_scissors import RockPaperScissors
 
 
@@ -75,6 +76,19 @@ def test_only_a_finite_problem_lists_its_states() -> None:
     assert dmplay.load("crying-baby").enumerated().tolist() == [0, 1]
     with pytest.raises(BadParameter, match="CartPole has no finite list of states"):
         dmplay.load("cart-pole").enumerated()
+
+
+def test_a_flag_is_no_number_and_has_no_bounds() -> None:
+    with pytest.raises(BadParameter, match=r"^pole_mass_in_tau: got 1, expected true or false$"):
+        CartPole(pole_mass_in_tau=1)
+    assert dmplay.load("cart-pole", pole_mass_in_tau=True) == dmplay.load("cart-pole:gym")
+
+
+def test_what_is_no_state_of_the_problem_has_no_place_among_them() -> None:
+    walk = dmplay.load("hexworld")
+    assert placed(walk, np.array([0, 24])).tolist() == [0, 24]
+    with pytest.raises(BadParameter, match="got states 3 to 25, expected 0 to 24, as many as"):
+        placed(walk, np.array([25, 3]))
 
 
 def test_a_belief_is_carried_by_what_was_done_and_heard_as_far_as_it_is_known() -> None:
