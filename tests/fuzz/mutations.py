@@ -13,6 +13,7 @@ from tests.fuzz.corpus import transcripts
 from tests.support.cases import CASES
 
 Mutation = Callable[[Random, bytes], bytes]
+LARGE = 10**300  # a whole number about as large as a real one can be
 DIGEST = re.compile(r'"sha256": "[0-9a-f]{16}"')
 KEYS = ("dmplay", *(line.key for line in LINES), *TURN, "undo", "reroll", "end", "other")
 AGENTS = (
@@ -102,7 +103,8 @@ def near(random: Random, value: object) -> str:
     if isinstance(value, bool) or value is None:
         return json.dumps(not value)
     if isinstance(value, int | float):
-        step = random.choice((1, -1, 0.1, 1e-3, 1e-9, 1e6))
+        whole = isinstance(value, int) and abs(value) > LARGE
+        step = random.choice((1, -1) if whole else (1, -1, 0.1, 1e-3, 1e-9, 1e6))
         return json.dumps(value + step)
     if isinstance(value, str):
         words = (f"{value}x", value[1:], value.upper(), f"{value} ", "(0,0)")

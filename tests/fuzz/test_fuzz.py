@@ -102,6 +102,13 @@ def test_a_mutation_changes_what_it_is_given(mutation: Mutation) -> None:
     assert len({*changed}) > 15
 
 
+def test_a_value_of_many_digits_has_others_near() -> None:
+    assert {mutations.near(Random(number), 10**400) for number in range(9)} == {
+        str(10**400 + 1),
+        str(10**400 - 1),
+    }
+
+
 def test_a_checksum_is_that_of_what_stands_there() -> None:
     other = mutations.summed(GOOD.replace(b"turn: 1\n", b"turn: 7\n"))
     above = other.decode().partition("end: ")[0]
