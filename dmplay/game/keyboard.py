@@ -53,14 +53,6 @@ class Keyboard:
         written = len(labels) > len(DIGITS) or bool(self.nudges)
         return not labels or (written and labels[0].isdigit())
 
-    def number(self, seat: int, text: str) -> float:
-        """The action that a number is, where numbers are typed; never its place among others."""
-        try:
-            return self.problem.action(seat, text)
-        except UnknownName:
-            _check_bounds(self.problem, seat, text)
-            raise
-
     def legal(self, view: View[Problem]) -> list[tuple[str, str, bool]]:
         """Key, label and legality of each action; '' where numbers are typed, [] for reals."""
         labels = self.problem.actions[view.seat].labels

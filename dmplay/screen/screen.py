@@ -157,7 +157,7 @@ class Screen:
         """Writes or nudges a number, and plays it on Enter."""
         if key == "enter" and self.number.text:
             with veiled(self.table):
-                self.act(self.game.keyboard.number(self.game.watcher, self.number.taken()))
+                self.act(self.game.keyboard.read(self.game.watcher, self.number.taken()))
             return True
         if not self.number.press(self.game, key):
             return False
