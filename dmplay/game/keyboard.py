@@ -50,12 +50,13 @@ class Keyboard:
     def types_numbers(self, seat: int) -> bool:
         """Whether actions are typed as numbers, not pressed as keys."""
         labels = self.problem.actions[seat].labels
-        return not labels or (len(labels) > len(DIGITS) and labels[0].isdigit())
+        written = len(labels) > len(DIGITS) or bool(self.nudges)
+        return not labels or (written and labels[0].isdigit())
 
     def legal(self, view: View[Problem]) -> list[tuple[str, str, bool]]:
         """Key, label and legality of each action; '' where numbers are typed, [] for reals."""
         labels = self.problem.actions[view.seat].labels
-        digits = DIGITS if len(labels) <= len(DIGITS) else ""
+        digits = "" if self.types_numbers(view.seat) or len(labels) > len(DIGITS) else DIGITS
         keys = dict(zip(labels, digits, strict=False))
         keys |= {label: key for key, label in reversed([*self.of(view.seat).items()])}  # the first
         return [

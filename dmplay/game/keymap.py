@@ -51,7 +51,8 @@ def hands(problem: Problem, wanted: Keys) -> Hands:
         raise BadParameter(f"--keys: got {wanted.preset!r}, expected one of {', '.join(CLUSTERS)}")
     style, labels = style_of(problem), problem.actions[0].labels
     left: Mapping[str, str] = getattr(style, "LEFT", {})
-    first = _preset(wanted.preset, {**style.KEYS, **left}, labels)
+    typed = hasattr(style, "NUDGES")  # digits write a number
+    first = _preset(wanted.preset, {**style.KEYS, **left}, () if typed else labels)
     keys = {**first, **{key: label for key, label in style.KEYS.items() if key not in first}}
     where, own = "", dict[str, str]()
     for family in _families(problem):
@@ -70,7 +71,7 @@ def _families(problem: Problem) -> list[str]:
     return list(dict.fromkeys((family, name)))
 
 
-def _preset(preset: str, known: Mapping[str, str], labels: Labels) -> dict[str, str]:
+def _preset(preset: str, known: Mapping[str, str], labels: Sequence[str]) -> dict[str, str]:
     """The keys of a cluster, where they play every action; Space belongs to all of them."""
     if not preset or not labels:
         return {}

@@ -13,7 +13,7 @@ class Number:
         self.text = ""
 
     def press(self, game: Game, key: str) -> bool:
-        """Writes, nudges or takes back; False if the key does none of it."""
+        """Writes, nudges, takes back, or has nothing to play; False if the key does none of it."""
         keyboard = game.keyboard
         if key in keyboard.nudges:
             self.text = self._nudged(game, keyboard.nudges[key])
@@ -22,14 +22,14 @@ class Number:
         elif key == "backspace" and self.text:
             self.text = self.text[:-1]
         else:
-            return False
+            return key == "enter" and keyboard.types_numbers(game.watcher)
         return True
 
     def shown(self, game: Game) -> str:
         """The number; where another person must not read it, nothing but that it is one."""
         if len(game.people) > 1:
             return "a hidden number   Enter plays it"
-        return f"{self.text}   Enter plays it" if self.text else ""
+        return f"{self.text}   Enter plays it" if self.text else "no number is written yet"
 
     def taken(self) -> str:
         """What was written; nothing is from now on."""

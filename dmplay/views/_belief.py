@@ -20,10 +20,12 @@ def bar(share: float, width: int, plain: bool) -> str:
     return ("█" * whole + (EIGHTHS[rest] if rest else "")).ljust(width, "·")
 
 
-def bars(canvas: Canvas, y: int, names: Sequence[str], belief: Reals, look: Look) -> int:
+def bars(  # noqa: PLR0913 - a place on the canvas, and what goes there
+    canvas: Canvas, y: int, names: Sequence[str], belief: Reals, look: Look, *, most: int = 20
+) -> int:
     """Draws a bar a state from row y on, as wide as the room; returns the next row."""
     longest = max(map(len, names))
-    room = max(min(20, look.width - longest - 8), 1)
+    room = max(min(most, look.width - longest - 8), 1)
     for name, share in zip(names, belief, strict=True):
         canvas.put(0, y, name.ljust(longest))
         canvas.put(longest + 2, y, bar(float(share), room, look.ascii), "cyan")

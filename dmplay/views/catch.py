@@ -1,20 +1,26 @@
 """How catch looks: the curves of figure F.13, the belief over them, what each throw promises."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from rich.text import Text
 
 from dmplay.chance import Reals
 from dmplay.problems.catch import CAUGHT, DISTANCES, PROFICIENCIES, Catch
 from dmplay.session import View
-from dmplay.views._belief import bars, words
-from dmplay.views.canvas import Canvas
+from dmplay.views._advice import ALIKE, branches, losses, under
+from dmplay.views._belief import bar, bars, spark, words
+from dmplay.views.canvas import Canvas, short
 from dmplay.views.style import Look
 
-KEYS: dict[str, str] = {}  # a digit throws ten times as far, 0 a hundred
+KEYS: dict[str, str] = {}  # a distance is typed
 NUDGES = {"left": -10, "right": 10}  # metres; Enter throws
 NAMES = tuple(f"{proficiency} m" for proficiency in PROFICIENCIES)
 STUB, COLUMN, HIGH = 6, 4, 6  # of the plot: columns before it, a distance, rows from 1.0 to 0.0
+EDGE, CELL = 20, 4  # of the rows of heat: columns before them, of a distance
+HEAT = ("dim", "", "cyan", "bold cyan")  # the styles of a catch from never to always
+HEIGHTS = (6, 4, 2, 0)  # rows of the columns of what is paid
+LEGEND_OF_SKILL = "skill: metres of which half are caught; cells: percent caught"
+DOING = "throw {} m"
 LEGEND = ("p(caught) by", "proficiency:", "2 is 20 m,", "4 is 40 m ...")
 
 
@@ -30,6 +36,68 @@ def _promises(view: View[Catch]) -> Reals:
 
 
 def boards(view: View[Catch], look: Look) -> Iterator[Text]:
+    """The curves as rows of heat over columns of what is paid; plots and tables."""
+    for high in HEIGHTS if look.large else ():
+        yield _large(view, look, high)
+    best = [f"{distance:.0f} m" for distance in DISTANCES]
+    after = branches(view, look, NAMES, DOING)
+    yield from under(_drawings(view, look), [*losses(look, best), *after], look)
+
+
+def _large(view: View[Catch], look: Look, high: int) -> Text:
+    """Each proficiency's belief and curve in a row, columns of the pay to expect, the throws."""
+    canvas = Canvas()
+    canvas.put(0, 0, "skill believed throw", "dim")
+    _cells(canvas, 0, [f"{distance:.0f}" for distance in DISTANCES], "dim")
+    rows = zip(NAMES, view.belief, view.problem.catches, strict=True)
+    for y, (name, share, caught) in enumerate(rows, 1):
+        canvas.put(0, y, name)
+        canvas.put(5, y, bar(float(share), 8, look.ascii), "cyan")
+        canvas.put(14, y, f"{share:.3f}", "bold")
+        heat = spark([float(chance) for chance in caught], look.ascii)
+        for column, (glyph, chance) in enumerate(zip(heat, caught, strict=True)):
+            style = HEAT[min(int(chance * len(HEAT)), len(HEAT) - 1)]
+            canvas.put(EDGE + CELL * column + 1, y, f"{glyph}{100 * chance:2.0f}", style)
+    y = len(NAMES) + 2
+    promises = _promises(view)
+    y = _columns(canvas, y, promises / promises.max(), high=high, style="green", look=look)
+    canvas.put(0, y, "pays on average")
+    _cells(canvas, y, [f"{promise:.0f}" for promise in promises], "bold")
+    if look.regret is not None:
+        shares = look.regret / (look.regret.max() or 1.0)
+        y = _columns(canvas, y + 1, shares, high=1, style="yellow", look=look)
+        canvas.put(0, y, "loses (● is best)")
+        _cells(canvas, y, [_lost(lost) for lost in look.regret], "yellow")
+    rows_ = branches(view, look, NAMES, DOING) or [LEGEND_OF_SKILL]
+    _throws(view, canvas, y + 2, look)
+    for row, words_ in enumerate(rows_, y + 3 + bool(look.outlook)):
+        canvas.put(0, row, words_, "" if look.outlook else "dim")
+    return canvas.text()
+
+
+def _lost(lost: float) -> str:
+    """What is lost, in three columns; a dot where nothing is."""
+    return "●" if lost < ALIKE else short(lost, 3)
+
+
+def _cells(canvas: Canvas, y: int, cells: Sequence[str], style: str) -> None:
+    """A text a distance, at the right of its columns."""
+    for column, cell in enumerate(cells):
+        canvas.put(EDGE + CELL * column, y, cell.rjust(CELL), style)
+
+
+def _columns(  # noqa: PLR0913 - a place on the canvas, and what goes there
+    canvas: Canvas, y: int, shares: Reals, *, high: int, style: str, look: Look
+) -> int:
+    """A column a distance, so many rows high; the row after them."""
+    for row in range(high):
+        parts = [min(max(high * float(share) - (high - 1 - row), 0.0), 1.0) for share in shares]
+        blocks = zip(spark(parts, look.ascii), parts, strict=True)
+        _cells(canvas, y + row, [2 * glyph if part > 0.0 else "" for glyph, part in blocks], style)
+    return y + high
+
+
+def _drawings(view: View[Catch], look: Look) -> Iterator[Text]:
     """The plot with the belief beside it, or below; a table; the table with the belief in a row."""
     wide = STUB + COLUMN * len(DISTANCES)
     for beside in (True, False):
@@ -124,15 +192,12 @@ def goal(view: View[Catch]) -> list[str]:
 
 
 def panel(view: View[Catch]) -> list[tuple[str, str]]:
-    """The last throw, what it paid, and the throw that promises most."""
-    name, caught = _throw(view, view.turn - 1) if view.turn else ("-", False)
+    """What the last throw paid, the sum, and the discount."""
     rewards = view.rewards or ()
     return [
-        ("last", f"{name} m" if view.turn else "-"),
-        ("ball", ("caught" if caught else "dropped") if view.turn else "-"),
         ("reward", f"{rewards[-1]:g}" if rewards else "-"),
         ("total", f"{sum(rewards):g}"),
-        ("gamma", f"{view.problem.discount:.2f}"),
+        ("discount", f"{view.problem.discount:.2f}"),
     ]
 
 

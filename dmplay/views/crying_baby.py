@@ -4,40 +4,100 @@ from collections.abc import Iterator
 
 from rich.text import Text
 
-from dmplay.problems.crying_baby import CryingBaby
-from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
+from dmplay.problems._care import ACTIONS, Care
 from dmplay.session import View
 from dmplay.tabular import Tabular
+from dmplay.views._advice import branches, loss, losses, ranked, shown, under
 from dmplay.views._belief import bars, spark, truth, words
-from dmplay.views.canvas import Canvas, percent
+from dmplay.views._scale import plus
+from dmplay.views.canvas import Canvas
 from dmplay.views.generic import seen
 from dmplay.views.style import Look
 
 HISTORY = 20  # turns of it that are drawn
+WIDE, LOSS = 40, 10  # columns of a bar where there is room, and of one of a loss
 KEYS = {"f": "feed", "s": "sing", "i": "ignore"}
 
 
-def boards(view: View[Tabular], look: Look) -> Iterator[Text]:
-    """The last observation, the belief as bars, and how it moved."""
+def boards(view: View[Care], look: Look) -> Iterator[Text]:
+    """The last observation, the belief as bars, how it moved; what each action costs."""
+    if look.large:
+        yield _large(view, look)
+    after = branches(view, look, view.problem.names)
+    yield from under(_drawings(view, look), [*losses(look, shown(KEYS, look)), *after], look)
+
+
+def _drawings(view: View[Care], look: Look) -> Iterator[Text]:
+    """What was heard and the belief, with its history and without."""
     for history in (True, False):
         canvas = Canvas()
-        canvas.put(0, 0, "heard  ")
-        crying = seen(view) == "crying"
-        canvas.put(7, 0, seen(view), "bold yellow" if crying else "bold")
-        y = bars(canvas, 2, view.problem.names, view.belief, look)
+        y = _heard(view, canvas, look)
         if history:
-            title = f"history of {view.problem.names[-1]} "
-            room = max(min(HISTORY, look.width - len(title)), 1)
-            canvas.put(0, y, title, "dim")
-            worst = [float(b[-1]) for b in (view.beliefs or ())[-room:]]
-            shown = spark(worst, look.ascii).ljust(room, " " if look.ascii else "·")
-            canvas.put(len(title), y, shown, "cyan")
-            y += 1
+            y = _history(view, canvas, y, look)
         truth(canvas, y, view.problem.names, look)
         yield canvas.text()
 
 
-def goal(view: View[CryingBaby | MulticaregiverCryingBaby]) -> list[str]:
+def _heard(view: View[Care], canvas: Canvas, look: Look, most: int = 20) -> int:
+    """What was heard and the bars; the row after them."""
+    canvas.put(0, 0, "heard  ")
+    canvas.put(7, 0, seen(view), "bold yellow" if seen(view) == "crying" else "bold")
+    return bars(canvas, 2, view.problem.names, view.belief, look, most=most)
+
+
+def _history(view: View[Care], canvas: Canvas, y: int, look: Look) -> int:
+    """How the worst belief moved; the row after it."""
+    title = f"history of {view.problem.names[-1]} "
+    room = max(min(HISTORY, look.width - len(title)), 1)
+    canvas.put(0, y, title, "dim")
+    worst = [float(b[-1]) for b in (view.beliefs or ())[-room:]]
+    moved = spark(worst, look.ascii).ljust(room, " " if look.ascii else "·")
+    canvas.put(len(title), y, moved, "cyan")
+    return y + 1
+
+
+def _large(view: View[Care], look: Look) -> Text:
+    """Everything, with the reward to expect of each action, what it loses and what crying tells."""
+    canvas = Canvas()
+    y = _history(view, canvas, _heard(view, canvas, look, WIDE), look) + 1
+    _prospects(view, canvas, y, look)
+    y += len(KEYS) + 2
+    for row in branches(view, look, view.problem.names) or _cries(view):
+        canvas.put(0, y, row, "" if look.outlook else "dim")
+        y += 1
+    truth(canvas, y, view.problem.names, look)
+    return canvas.text()
+
+
+def _prospects(view: View[Care], canvas: Canvas, y: int, look: Look) -> None:
+    """The reward to expect of each action at once: of hunger under the belief, and of the effort.
+
+    The best first, with what each loses in the end, where that is told.
+    """
+    heads = "expected reward  hunger  effort     sum"
+    canvas.put(0, y, heads, "dim")
+    canvas.put(len(heads) + 2, y, "in the end" if look.regret is not None else "", "dim")
+    hunger = float(view.belief[-1]) * view.problem.hungry_reward
+    keys = shown(KEYS, look)
+    for row, action in enumerate(ranked(look, len(keys)), y + 1):
+        effort = view.problem.efforts[view.seat][action]
+        canvas.put(0, row, f"{keys[action]} {ACTIONS[action]}")
+        each = "".join(f"{plus(value, 2):>8}" for value in (hunger, effort, hunger + effort))
+        canvas.put(15, row, each)
+        canvas.put(len(heads) + 2, row, loss(look, action, LOSS), "yellow")
+
+
+def _cries(view: View[Care]) -> list[str]:
+    """How often each baby cries, sung to or not."""
+    problem = view.problem
+    return [
+        f"a hungry baby cries {problem.cries_hungry:.0%}, sung to {problem.cries_hungry_sung:.0%}",
+        f"a sated one {problem.cries_sated:.0%}, sung to {problem.cries_sated_sung:.0%}; "
+        f"unfed, {problem.becomes_hungry:.0%} get hungry",
+    ]
+
+
+def goal(view: View[Care]) -> list[str]:
     """What hunger and each effort cost this seat, and what crying tells."""
     problem = view.problem
     feeding, singing, _ = problem.efforts[view.seat]
@@ -46,31 +106,26 @@ def goal(view: View[CryingBaby | MulticaregiverCryingBaby]) -> list[str]:
         f"hunger costs {-problem.hungry_reward:g}",
         f"feeding {-feeding:g}",
         f"singing {-singing:g}",
-        f"{percent(problem.cries_hungry)} of the hungry cry"
-        + (f", {percent(problem.cries_sated)} of the sated" if problem.cries_sated else ""),
+        "only its crying tells",
     ]
 
 
 def panel(view: View[Tabular]) -> list[tuple[str, str]]:
-    """The last turn; the reward is hidden until the end, as it would betray the state."""
-    return [
-        ("last", view.last or "-"),
-        ("heard", seen(view)),
-        ("reward", f"{view.rewards[-1]:g}" if view.rewards else "hidden"),
-        ("gamma", f"{view.problem.discount:.2f}"),
-    ]
+    """What is not on the board; the reward is hidden until the end, as it betrays the state."""
+    reward = f"{view.rewards[-1]:g}" if view.rewards else "hidden"
+    return [("reward", reward), ("discount", f"{view.problem.discount:.2f}")]
 
 
-def told(view: View[Tabular]) -> str:
+def told(view: View[Care]) -> str:
     """What you did, what you heard, what to believe."""
     return f"{seen(view)}. chose {view.last}. {belief(view)}"
 
 
-def situation(view: View[Tabular]) -> str:
+def situation(view: View[Care]) -> str:
     """The last observation and the belief."""
     return f"heard {seen(view)}. {belief(view)}"
 
 
-def belief(view: View[Tabular]) -> str:
+def belief(view: View[Care]) -> str:
     """The belief in words."""
     return f"belief: {words(view.problem.names, view.belief)}."

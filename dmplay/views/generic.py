@@ -7,40 +7,56 @@ from rich.text import Text
 
 from dmplay.core import Problem
 from dmplay.session import View
+from dmplay.views._advice import branches, label, loss, losses, ranked, under
 from dmplay.views._belief import bars, words
 from dmplay.views.canvas import Canvas, signed
 from dmplay.views.style import Look
 
 TOLD = 3  # states that are told in words
+BAR = 20  # columns of a bar
 KEYS: dict[str, str] = {}
 
 
 def seen(view: View[Problem]) -> str:
     """What the seat saw last, by name."""
-    observation = view.observation
-    if not view.problem.hidden:
-        return view.problem.notation(observation)
-    label = int(observation)
-    return view.problem.observations[view.seat][label] if label >= 0 else "nothing yet"
+    return label(view.problem, view.seat, view.observation)
 
 
 def boards(view: View[Problem], look: Look) -> Iterator[Text]:
     """The observation, the belief where there is one, and the actions with their digits."""
-    for full in (True, False):
-        canvas = Canvas()
-        what = "seen" if view.problem.hidden else "state"
-        canvas.put(0, 0, f"{what}  {seen(view)}"[: max(look.width, 1)], "bold")
-        y = 2
-        if view.beliefs is not None and full:
-            y = bars(canvas, y, _names(view), view.belief, look) + 1
-        actions = view.problem.actions[view.seat]
-        if not actions.labels:
-            canvas.put(0, y, actions.words())
-        for number, label in enumerate(actions.labels if full else (), 1):
-            legal = view.legal is None or view.legal[number - 1]
-            canvas.put(0, y, f"{number} {label}" if legal else f"[{number} {label}]")
-            y += 1
-        yield canvas.text()
+    labels = view.problem.actions[view.seat].labels
+    after = branches(view, look, _names(view) if view.beliefs is not None else [])
+    full, small = _seen(view, look), _seen(view, look)
+    y = 2
+    if view.beliefs is not None:
+        most = 2 * BAR if look.large else BAR
+        y = bars(full, y, _names(view), view.belief, look, most=most) + 1
+    _actions(view, full, y, look)
+    yield from under([full.text()], ["", *after] if after else [], look)
+    if not labels:
+        _actions(view, small, 2, look)
+    yield from under([small.text()], [*losses(look, labels), *after], look)
+
+
+def _seen(view: View[Problem], look: Look) -> Canvas:
+    """A drawing of what was seen."""
+    canvas = Canvas()
+    what = "seen" if view.problem.hidden else "state"
+    canvas.put(0, 0, f"{what}  {seen(view)}"[: max(look.width, 1)], "bold")
+    return canvas
+
+
+def _actions(view: View[Problem], canvas: Canvas, y: int, look: Look) -> None:
+    """What can be done: the best first, with what each loses, where that is told."""
+    actions = view.problem.actions[view.seat]
+    if not actions.labels:
+        canvas.put(0, y, actions.words())
+    longest = max(map(len, actions.labels), default=0)
+    for row, action in enumerate(ranked(look, len(actions.labels)), y):
+        legal = view.legal is None or view.legal[action]
+        name = f"{action + 1} {actions.labels[action]}"
+        canvas.put(0, row, name if legal else f"[{name}]")
+        canvas.put(longest + 6, row, loss(look, action, BAR), "yellow")
 
 
 def goal(view: View[Problem]) -> list[str]:
@@ -50,9 +66,9 @@ def goal(view: View[Problem]) -> list[str]:
 
 
 def panel(view: View[Problem]) -> list[tuple[str, str]]:
-    """The last action and reward."""
+    """The last reward and the discount; what was done and seen is in the log and on the board."""
     reward = signed(view.rewards[-1]) if view.rewards else "-"
-    return [("last", view.last or "-"), ("reward", reward), ("gamma", f"{view.problem.discount:g}")]
+    return [("reward", reward), ("discount", f"{view.problem.discount:g}")]
 
 
 def told(view: View[Problem]) -> str:

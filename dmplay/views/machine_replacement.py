@@ -7,6 +7,8 @@ from rich.text import Text
 from dmplay.chance import Reals
 from dmplay.problems.machine_replacement import MachineReplacement
 from dmplay.session import View
+from dmplay.views import crying_baby
+from dmplay.views._advice import branches, loss, losses, ranked, shown, under
 from dmplay.views._belief import bars, spark, truth, words
 from dmplay.views.canvas import Canvas
 from dmplay.views.generic import seen
@@ -16,6 +18,12 @@ HISTORY = 40  # turns of it that are drawn
 KEYS = {"m": "manufacture", "e": "examine", "i": "interrupt", "r": "replace"}
 NAMES = ("0 failed", "1 failed", "2 failed")
 BARS, TRIANGLE = 36, 21  # columns
+TALL, LOSS = 11, 8  # rows of the tall triangle; columns of a bar of what is lost
+LEGEND = (
+    "● the belief, · before: the nearer a",
+    "corner, the likelier that many failed;",
+    "on the base something failed for sure",
+)
 MIDDLE, FOOT = 10, 4  # of the triangle: the column of its top, the row of its base
 
 
@@ -29,17 +37,21 @@ def _prospects(view: View[MachineReplacement], look: Look) -> list[tuple[str, st
 
 
 def boards(view: View[MachineReplacement], look: Look) -> Iterator[Text]:
+    """Everything with a triangle that explains itself; with a small one; without; in few rows."""
+    if look.large:
+        yield _large(view, look)
+    after = branches(view, look, view.problem.names)
+    yield from under(_drawings(view, look), [*losses(look, shown(KEYS, look)), *after], look)
+
+
+def _drawings(view: View[MachineReplacement], look: Look) -> Iterator[Text]:
     """Everything with the triangle; without it; the bars and one line of prospects."""
     for triangle in (True, False):
         canvas = Canvas()
         y = _beliefs(view, look, canvas, 2)
         if triangle:
             _triangle(canvas, BARS + 4, view.belief)
-        title = "history of a failure "
-        room = max(min(HISTORY, look.width - len(title)), 1)
-        failed = [1.0 - float(b[0]) for b in (view.beliefs or ())[-room:]]
-        canvas.put(0, y, title, "dim")
-        canvas.put(len(title), y, spark(failed, look.ascii), "cyan")
+        _history(view, canvas, y, look)
         canvas.put(0, y + 2, "reward expected at once", "dim")
         for number, (key, name, reward) in enumerate(_prospects(view, look)):
             canvas.put(0, y + 3 + number, f"{key} {name:<11} {reward:+.3f}")
@@ -51,6 +63,51 @@ def boards(view: View[MachineReplacement], look: Look) -> Iterator[Text]:
     canvas.put(0, y, line)
     truth(canvas, y + 1, NAMES, look)
     yield canvas.text()
+
+
+def _history(view: View[MachineReplacement], canvas: Canvas, y: int, look: Look) -> None:
+    """How the belief in a failure moved."""
+    title = "history of a failure "
+    room = max(min(HISTORY, look.width - len(title)), 1)
+    failed = [1.0 - float(b[0]) for b in (view.beliefs or ())[-room:]]
+    canvas.put(0, y, title, "dim")
+    canvas.put(len(title), y, spark(failed, look.ascii), "cyan")
+
+
+def _large(view: View[MachineReplacement], look: Look) -> Text:
+    """What is known at the left, with what each action loses; at the right the tall triangle."""
+    canvas = Canvas()
+    y = _beliefs(view, look, canvas, 2)
+    _history(view, canvas, y, look._replace(width=min(look.width, BARS)))
+    tail = ", and loses in the end" if look.regret is not None else ""
+    canvas.put(0, y + 2, f"expected at once{tail}", "dim")
+    prospects = _prospects(view, look)
+    for row, action in enumerate(ranked(look, len(prospects)), y + 3):
+        key, name, reward = prospects[action]
+        canvas.put(0, row, f"{key} {name:<11} {reward:+.3f}")
+        canvas.put(21, row, loss(look, action, LOSS), "yellow")
+    truth(canvas, y + 7, NAMES, look)
+    for row, words_ in enumerate(branches(view, look, view.problem.names) or LEGEND, y + 8):
+        canvas.put(0, row, words_, "" if look.outlook else "dim")
+    _tall(view, canvas, BARS + 2, look)
+    return canvas.text()
+
+
+def _tall(view: View[MachineReplacement], canvas: Canvas, x: int, look: Look) -> None:
+    """The tall triangle: its corners by name, the beliefs so far, the present, those to come."""
+    for row in range(1, TALL):
+        canvas.put(x + TALL - row, row + 1, "╱", "dim")
+        canvas.put(x + TALL + row, row + 1, "╲", "dim")
+    canvas.put(x, TALL + 1, "─" * (2 * TALL + 1), "dim")
+    canvas.put(x + TALL - len(NAMES[0]) // 2, 0, NAMES[0])
+    canvas.put(x, TALL + 2, NAMES[1])
+    canvas.put(x + 2 * TALL + 1 - len(NAMES[2]), TALL + 2, NAMES[2])
+    to_come = look.outlook.beliefs if look.outlook else None
+    marks = [(belief, "·", "cyan") for belief in view.beliefs or ()]
+    marks += [(belief, "○", "bold yellow") for belief in ([] if to_come is None else to_come)]
+    for belief, glyph, style in [*marks, (view.belief, "●", "bold cyan")]:
+        column = round(TALL * (1.0 + float(belief[2] - belief[1])))
+        canvas.put(x + column, 1 + round(TALL * float(1.0 - belief[0])), glyph, style)
 
 
 def _beliefs(view: View[MachineReplacement], look: Look, canvas: Canvas, y: int) -> int:
@@ -90,9 +147,8 @@ def goal(view: View[MachineReplacement]) -> list[str]:
 
 
 def panel(view: View[MachineReplacement]) -> list[tuple[str, str]]:
-    """The last turn; the reward stays hidden, as it would betray the state."""
-    gamma = f"{view.problem.discount:.2f}"
-    return [("last", view.last or "-"), ("reward", "hidden"), ("gamma", gamma)]
+    """What is not on the board; the reward is hidden until the end, as it betrays the state."""
+    return crying_baby.panel(view)
 
 
 def told(view: View[MachineReplacement]) -> str:

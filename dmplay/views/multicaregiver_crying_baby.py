@@ -7,7 +7,7 @@ from rich.text import Text
 from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
 from dmplay.session import View
 from dmplay.views import crying_baby
-from dmplay.views.crying_baby import KEYS, goal, told
+from dmplay.views.crying_baby import KEYS, goal, panel, told
 from dmplay.views.style import Look
 
 
@@ -24,12 +24,6 @@ def boards(view: View[MulticaregiverCryingBaby], look: Look) -> Iterator[Text]:
     for drawn in crying_baby.boards(view, look):
         yield drawn.copy().append(f"\n{note}", "dim")
         yield drawn
-
-
-def panel(view: View[MulticaregiverCryingBaby]) -> list[tuple[str, str]]:
-    """The own turn; the partner's action is never shown, nor the reward, which betrays both."""
-    last, heard, *rest = crying_baby.panel(view)
-    return [last, heard, ("partner", "unseen"), *rest]
 
 
 def situation(view: View[MulticaregiverCryingBaby]) -> str:

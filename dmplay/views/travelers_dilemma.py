@@ -1,12 +1,16 @@
 """How the traveler's dilemma looks: the corner of the table round both claims, and the rounds."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
+import numpy as np
 from rich.text import Text
 
 from dmplay.problems.travelers_dilemma import BONUS, LEAST, MOST, TravelersDilemma
 from dmplay.session import View
-from dmplay.views._payoffs import last, panel, rounds, told
+from dmplay.views._advice import asked, losses, lost_by, under
+from dmplay.views._belief import spark
+from dmplay.views._payoffs import called, last, named, paid_rounds, panel, rounds, told
+from dmplay.views._scale import Scale
 from dmplay.views.canvas import Canvas
 from dmplay.views.style import Look
 
@@ -14,6 +18,8 @@ KEYS: dict[str, str] = {}  # a claim is typed
 NUDGES = {"up": 1, "down": -1, "pageup": 10, "pagedown": -10}  # what a key adds to the claim
 STUB, CELL, MORE = 5, 8, 3  # columns: before the table, of a cell, of an edge where it goes on
 CLAIM = 4  # columns of a claim in the rounds
+LARGE = ((6, True), (5, True), (4, True), (6, False), (4, False))  # claims; with the rounds or not
+LINE = Scale(LEAST, MOST, 2, 55)  # of all claims
 
 
 def goal(view: View[TravelersDilemma]) -> list[str]:
@@ -26,10 +32,19 @@ def goal(view: View[TravelersDilemma]) -> list[str]:
 
 
 def boards(view: View[TravelersDilemma], look: Look) -> Iterator[Text]:
+    """A table over a line of claims with the rounds or without; smaller tables; the rounds."""
+    for many, history in LARGE if look.large else ():
+        yield _large(view, look, many, history)
+    notes = losses(look, view.problem.actions[view.seat])
+    yield from under(_drawings(view, look), [*notes, *_pays(view, look)], look)
+
+
+def _drawings(view: View[TravelersDilemma], look: Look) -> Iterator[Text]:
     """Five claims by five, three by three, each with the rounds or without; the rounds alone."""
+    mine, theirs = _claims(view)
     for many, history in ((5, True), (5, False), (3, True), (3, False)):
         canvas = Canvas()
-        y = _window(view, canvas, many)
+        y = _table(view, canvas, 0, look, (_span(mine, many), _span(theirs, many)))
         if history:
             rounds(view, canvas, y + 1, look.width, column=CLAIM, none="-")
         yield canvas.text()
@@ -40,31 +55,108 @@ def boards(view: View[TravelersDilemma], look: Look) -> Iterator[Text]:
     yield canvas.text()
 
 
-def _window(view: View[TravelersDilemma], canvas: Canvas, many: int) -> int:
-    """The table round both last claims, `…` where it goes on; the row after it."""
+def _large(view: View[TravelersDilemma], look: Look, many: int, history: bool) -> Text:
+    """The table with its axes by name, both claims on a line, what claims lose, the rounds."""
+    canvas = Canvas()
+    down, across = named(view)
+    canvas.put(0, 0, f"{down} ↓   {across} →   cells pay agent1, agent2", "dim")
+    around = [*_claims(view)]  # both last claims, or the one in question
+    if look.outlook is not None:
+        around[view.seat] = LEAST + int(look.outlook.action)
+    rows, columns = ([*_around(claim, many)] for claim in around)
+    y = _table(view, canvas, 1, look, (rows, columns)) + 1
+    y = _line_of_claims(view, canvas, y)
+    y = _lost(canvas, y, look)
+    if history and view.turn:
+        y = paid_rounds(view, canvas, y + 1, look.width)
+    for row, told_ in enumerate(_pays(view, look), y):
+        canvas.put(0, row, told_)
+    return canvas.text()
+
+
+def _line_of_claims(view: View[TravelersDilemma], canvas: Canvas, y: int) -> int:
+    """All claims on a line, with both of the last round and what they were paid; the row after."""
+    canvas.put(0, y + 1, f"{LEAST} ├{'─' * (LINE.right - LINE.left - 1)}┤ {MOST}", "dim")
     played = last(view)
-    mine, theirs = (LEAST + action for action in played) if played else (None, None)
-    rows, columns = _span(mine, many), _span(theirs, many)
+    if played is None:
+        canvas.put(LINE.left, y, "no claims yet", "dim")
+        return y + 2
+    glyphs = {view.seat: ("●", "bold cyan", y), 1 - view.seat: ("○", "bold magenta", y + 2)}
+    for seat in (1 - view.seat, view.seat):
+        glyph, style, row = glyphs[seat]
+        claim = LEAST + played[seat]
+        told_ = f"{called(view)[seat]} {claim}, paid {view.problem.payoffs[played][seat]:g}"
+        column = LINE.column(claim)
+        canvas.put(column, y + 1, glyph, style)
+        canvas.put(min(column, LINE.right + 5 - len(told_)), row, told_, style)
+    return y + 3
+
+
+def _lost(canvas: Canvas, y: int, look: Look) -> int:
+    """What each claim loses against the best, in columns under the line; the row after them."""
+    if look.regret is None:
+        return y
+    best, most = int(np.argmin(look.regret)), float(look.regret.max())
+    columns = range(LINE.left, LINE.right + 1)
+    each = [look.regret[round(LINE.value(column)) - LEAST] / (most or 1.0) for column in columns]
+    canvas.put(LINE.left, y, spark(each, look.ascii), "yellow")
+    canvas.put(LINE.column(LEAST + best), y, "●", "bold")
+    canvas.put(0, y + 1, f"● best {LEAST + best}; others lose up to {lost_by(most)}", "yellow")
+    return y + 2
+
+
+def _pays(view: View[TravelersDilemma], look: Look) -> list[str]:
+    """What each kind of reply pays for the claim in question."""
+    if look.outlook is None:
+        return []
+    claim = LEAST + int(look.outlook.action)
+    return [
+        f"{asked(view, look.outlook, 'claim {}')}: "
+        f"if equal {claim}, lower {claim + BONUS}, higher theirs less {BONUS}"
+    ]
+
+
+def _claims(view: View[TravelersDilemma]) -> tuple[int | None, int | None]:
+    """Both claims of the last round."""
+    played = last(view)
+    return (LEAST + played[0], LEAST + played[1]) if played else (None, None)
+
+
+def _table(
+    view: View[TravelersDilemma],
+    canvas: Canvas,
+    y: int,
+    look: Look,
+    claims: tuple[Sequence[int | None], Sequence[int | None]],
+) -> int:
+    """The table of these claims from row y on, `…` where it goes on; the row after it."""
+    mine, theirs = _claims(view)
+    rows, columns = claims
     widths = [CELL if claim else MORE for claim in columns]
     heads = [
         (str(claim), "bold" * (claim == theirs)) if claim else ("…", "dim") for claim in columns
     ]
-    _line(canvas, 0, widths, heads)
-    canvas.put(0, 1, "─" * STUB + "".join("┼" + "─" * wide for wide in widths), "dim")
-    for y, row in enumerate(rows, 2):
+    _line(canvas, y, widths, heads)
+    canvas.put(0, y + 1, "─" * STUB + "".join("┼" + "─" * wide for wide in widths), "dim")
+    for below, row in enumerate(rows, y + 2):
         stub, style = f"{row:>4}" if row else "…".rjust(STUB - 1), "" if row else "dim"
         if row and row == mine:
             stub, style = f">{row:>3}", "bold"
-        canvas.put(0, y, stub, style)
-        _line(canvas, y, widths, [_pay(view, row, claim) for claim in columns])
-    return 2 + len(rows)
+        canvas.put(0, below, stub, style)
+        _line(canvas, below, widths, [_pay(view, look, row, claim) for claim in columns])
+    return y + 2 + len(rows)
+
+
+def _around(claim: int | None, many: int) -> range:
+    """So many claims round one, the highest if none is made."""
+    first = min(max((claim or MOST) - many // 2, LEAST), MOST + 1 - many)
+    return range(first, first + many)
 
 
 def _span(claim: int | None, many: int) -> list[int | None]:
-    """So many claims round one, the highest if none is made; None where the table goes on."""
-    first = min(max((claim or MOST) - many // 2, LEAST), MOST + 1 - many)
-    around = range(first, first + many)
-    return [*[None] * (first > LEAST), *around, *[None] * (around[-1] < MOST)]
+    """So many claims round one; None where the table goes on."""
+    around = _around(claim, many)
+    return [*[None] * (around[0] > LEAST), *around, *[None] * (around[-1] < MOST)]
 
 
 def _line(canvas: Canvas, y: int, widths: list[int], cells: list[tuple[str, str]]) -> None:
@@ -76,7 +168,9 @@ def _line(canvas: Canvas, y: int, widths: list[int], cells: list[tuple[str, str]
         x += wide + 1
 
 
-def _pay(view: View[TravelersDilemma], mine: int | None, theirs: int | None) -> tuple[str, str]:
+def _pay(
+    view: View[TravelersDilemma], look: Look, mine: int | None, theirs: int | None
+) -> tuple[str, str]:
     """What two claims pay, and its style: bold in brackets where they are the last."""
     if mine is None or theirs is None:
         return "", ""
@@ -84,7 +178,8 @@ def _pay(view: View[TravelersDilemma], mine: int | None, theirs: int | None) -> 
     first, second = view.problem.payoffs[chosen]
     if chosen == last(view):
         return f"[{first:g},{second:g}]", "bold reverse"
-    return f"{first:g}, {second:g}", ""
+    tried = look.outlook is not None and chosen[view.seat] == int(look.outlook.action)
+    return f"{first:g}, {second:g}", "bold yellow" if tried else ""
 
 
 def situation(view: View[TravelersDilemma]) -> str:
