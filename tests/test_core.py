@@ -80,7 +80,7 @@ def test_only_a_finite_problem_lists_its_states() -> None:
 
 def test_a_flag_is_no_number_and_has_no_bounds() -> None:
     with pytest.raises(BadParameter, match=r"^pole_mass_in_tau: got 1, expected true or false$"):
-        CartPole(pole_mass_in_tau=1)
+        CartPole(pole_mass_in_tau=1)  # type: ignore[arg-type]
     assert dmplay.load("cart-pole", pole_mass_in_tau=True) == dmplay.load("cart-pole:gym")
 
 
