@@ -24,17 +24,10 @@ def last(view: View[MatrixGame]) -> tuple[int, int] | None:
 
 def boards(view: View[MatrixGame], look: Look) -> Iterator[Text]:
     """A table that names who chooses and who gets what, with the rounds; then smaller tables."""
-    pays = _pays(view, look)
-    for history in (True, False) if look.large else ():
-        canvas = Canvas()
-        bottom = _large(view, canvas, look)
-        if history and view.turn:
-            bottom = paid_rounds(view, canvas, bottom + 1, look.width)
-        for row, told_ in enumerate(pays, bottom):
-            canvas.put(0, row, told_)
-        yield canvas.text()
+    if look.large:
+        yield _large(view, look)
     names = view.problem.actions[view.seat]
-    yield from under(_tables(view, look), [*losses(look, names), *pays], look)
+    yield from under(_tables(view, look), [*losses(look, names), *_pays(view, look)], look)
 
 
 def _tables(view: View[MatrixGame], look: Look) -> Iterator[Text]:
@@ -48,7 +41,16 @@ def _tables(view: View[MatrixGame], look: Look) -> Iterator[Text]:
             yield canvas.text()
 
 
-def _large(view: View[MatrixGame], canvas: Canvas, look: Look) -> int:
+def _large(view: View[MatrixGame], look: Look) -> Text:
+    """The table that names who gets what, the rounds, and what the action in question pays."""
+    canvas = Canvas()
+    y = paid_rounds(view, canvas, _named_table(view, canvas, look) + 1, look.width)
+    for row, told_ in enumerate(_pays(view, look), y):
+        canvas.put(0, row, told_)
+    return canvas.text()
+
+
+def _named_table(view: View[MatrixGame], canvas: Canvas, look: Look) -> int:
     """The table with both payoffs of a cell by name; the row after it."""
     problem, played = view.problem, last(view)
     rows, columns = problem.actions

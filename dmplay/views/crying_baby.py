@@ -90,11 +90,17 @@ def _prospects(view: View[Care], canvas: Canvas, y: int, look: Look) -> None:
 def _cries(view: View[Care]) -> list[str]:
     """How often each baby cries, sung to or not."""
     problem = view.problem
+    hungry = _sung(problem.cries_hungry, problem.cries_hungry_sung)
+    sated = _sung(problem.cries_sated, problem.cries_sated_sung)
     return [
-        f"a hungry baby cries {problem.cries_hungry:.0%}, sung to {problem.cries_hungry_sung:.0%}",
-        f"a sated one {problem.cries_sated:.0%}, sung to {problem.cries_sated_sung:.0%}; "
-        f"unfed, {problem.becomes_hungry:.0%} get hungry",
+        f"a hungry baby cries {hungry}",
+        f"a sated one {sated}; unfed, {problem.becomes_hungry:.0%} get hungry",
     ]
+
+
+def _sung(quiet: float, sung: float) -> str:
+    """A probability without a song and with one."""
+    return f"{quiet:.0%}, sung to {sung:.0%}" if quiet != sung else f"{quiet:.0%}, sung to or not"
 
 
 def goal(view: View[Care]) -> list[str]:

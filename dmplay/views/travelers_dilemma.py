@@ -67,7 +67,7 @@ def _large(view: View[TravelersDilemma], look: Look, many: int, history: bool) -
     y = _table(view, canvas, 1, look, (rows, columns)) + 1
     y = _line_of_claims(view, canvas, y)
     y = _lost(canvas, y, look)
-    if history and view.turn:
+    if history:
         y = paid_rounds(view, canvas, y + 1, look.width)
     for row, told_ in enumerate(_pays(view, look), y):
         canvas.put(0, row, told_)
@@ -80,7 +80,7 @@ def _line_of_claims(view: View[TravelersDilemma], canvas: Canvas, y: int) -> int
     played = last(view)
     if played is None:
         canvas.put(LINE.left, y, "no claims yet", "dim")
-        return y + 2
+        return y + 3
     glyphs = {view.seat: ("●", "bold cyan", y), 1 - view.seat: ("○", "bold magenta", y + 2)}
     for seat in (1 - view.seat, view.seat):
         glyph, style, row = glyphs[seat]

@@ -402,6 +402,17 @@ def test_a_hidden_entry_shows_nothing_of_its_length_its_letters_or_what_is_wrong
     assert wrong[0] == wrong[1]
 
 
+@pytest.mark.parametrize("keys", ["6 0", "right right left", "4 backspace 6 0"])
+def test_a_distance_is_typed_or_nudged_and_thrown_by_enter(keys: str) -> None:
+    played = game("catch")
+    shown = play(played, *keys.split(), "enter", "enter")
+    assert "60   Enter plays it" in shown.frames[-3]
+    assert "threw 60 m." in shown.frames[-2]
+    assert "no number is written yet" in shown.last
+    assert "type a number, Enter plays it  ← → nudge it" in shown.last
+    assert len(played.session.turns) == 1
+
+
 # Whole games
 
 
