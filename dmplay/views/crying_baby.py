@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 from rich.text import Text
 
-from dmplay.problems._care import ACTIONS, Care
+from dmplay.problems.crying_baby import CryingBaby
+from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
 from dmplay.session import View
 from dmplay.tabular import Tabular
 from dmplay.views._advice import branches, loss, losses, ranked, shown, under
@@ -14,6 +15,7 @@ from dmplay.views.canvas import Canvas
 from dmplay.views.generic import seen
 from dmplay.views.style import Look
 
+Care = CryingBaby | MulticaregiverCryingBaby
 HISTORY = 20  # turns of it that are drawn
 WIDE, LOSS = 40, 10  # columns of a bar where there is room, and of one of a loss
 KEYS = {"f": "feed", "s": "sing", "i": "ignore"}
@@ -78,10 +80,10 @@ def _prospects(view: View[Care], canvas: Canvas, y: int, look: Look) -> None:
     canvas.put(0, y, heads, "dim")
     canvas.put(len(heads) + 2, y, "in the end" if look.regret is not None else "", "dim")
     hunger = float(view.belief[-1]) * view.problem.hungry_reward
-    keys = shown(KEYS, look)
+    keys, labels = shown(KEYS, look), view.problem.actions[view.seat].labels
     for row, action in enumerate(ranked(look, len(keys)), y + 1):
         effort = view.problem.efforts[view.seat][action]
-        canvas.put(0, row, f"{keys[action]} {ACTIONS[action]}")
+        canvas.put(0, row, f"{keys[action]} {labels[action]}")
         each = "".join(f"{plus(value, 2):>8}" for value in (hunger, effort, hunger + effort))
         canvas.put(15, row, each)
         canvas.put(len(heads) + 2, row, loss(look, action, LOSS), "yellow")
