@@ -3,10 +3,9 @@
 import math
 from collections.abc import Sequence
 
+from dmplay.views._advice import ALIKE
 from dmplay.views.canvas import short
 from dmplay.views.style import Look, Outlook
-
-LEAST = 1e-9  # a loss below this is none
 
 
 def known(look: Look) -> dict[int, float]:
@@ -21,14 +20,14 @@ def lost(look: Look, action: int, width: int = 6) -> str:
     loss = known(look).get(action)
     if loss is None:
         return ""
-    return "best"[:width] if loss < LEAST else short(-loss, width)
+    return "best"[:width] if loss < ALIKE else short(-loss, width)
 
 
 def bar(look: Look, action: int, width: int) -> str:
     """What is lost as a bar, a full one for the worst action, none for the best."""
     losses = known(look)
     loss = losses.get(action, 0.0)
-    eighths = round(8 * width * loss / max(losses.values())) if loss >= LEAST else 0
+    eighths = round(8 * width * loss / max(losses.values())) if loss >= ALIKE else 0
     whole, rest = divmod(eighths, 8)
     return "█" * whole + " ▏▎▍▌▋▊▉"[rest].strip()
 

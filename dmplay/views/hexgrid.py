@@ -15,7 +15,8 @@ from rich.text import Text
 
 from dmplay.hexes import DIRECTIONS, Hex, distance, neighbours, notation_of
 from dmplay.solvers.value_iteration import best
-from dmplay.views._marks import LEAST, bar, known, lost
+from dmplay.views._advice import ALIKE
+from dmplay.views._marks import bar, known, lost
 from dmplay.views.canvas import Canvas, short
 from dmplay.views.canvas import size as measured
 from dmplay.views.style import Look
@@ -154,7 +155,7 @@ def way_on(look: Look, way: int, size: Size) -> Cell:
     key, loss, room = key_of(look, way), lost(look, way), size.width - 1
     if not loss:
         return Cell(key, style="green")
-    best = known(look)[way] < LEAST
+    best = known(look)[way] < ALIKE
     style = "bold green" if best else "green"
     if size.lines > 1:
         mark = key if best else f"{key} {bar(look, way, room - 2):<{room - 2}}"
