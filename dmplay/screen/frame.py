@@ -11,10 +11,10 @@ from dmplay.game.keymap import SHOWN
 from dmplay.rollouts import MOST_TURNS
 from dmplay.terminal import clean
 from dmplay.views.canvas import ASCII, size
-from dmplay.views.style import Look, Needed
+from dmplay.views.style import PANEL, Look, Needed
 from dmplay.words.commands import named
 
-PANEL = 17  # columns of the side panel at least
+LABEL = 8  # columns of a label, behind which values begin in one column
 LOG = 2  # rows of the log at least
 SMALL = 4  # rows under which there is no board
 ROOMY = 20  # rows from which on the goal is always told
@@ -223,14 +223,40 @@ def _body(game: Game, room: Room, shown: Shown, log: list[str], body: int) -> li
     rows = board.split("\n", allow_blank=True)
     drawn = list(rows)
     if beside:
-        while len(drawn) < min(len(panel), body - LOG - 1):
+        facts = panel_rows(panel, room.width - wide - 2)
+        while len(drawn) < min(len(facts), body - LOG - 1):
             drawn.append(Text(""))
-        longest = max(len(label) for label, _ in panel)
-        for row, (label, value) in zip(drawn, panel, strict=False):
+        for row, fact in zip(drawn, facts, strict=False):
             row.pad_right(wide + 2 - len(row.plain))
-            row.append(f"{label:<{longest}} ", style="dim").append(value, style="bold")
+            row.append(fact)
     left = body - len(drawn) - 1
     return [*drawn, Text(""), *_log(game, room, long, log, max(left, 0))]
+
+
+def panel_rows(panel: Sequence[tuple[str, str]], width: int) -> list[Text]:
+    """Facts in so many columns; what is too long for its row goes on in the next, not cut."""
+    longest = max((len(label) for label, _ in panel if len(label) <= LABEL), default=0)
+    rows = []
+    for label, value in panel:
+        aligned = f"{label:<{longest}} "
+        lead = aligned if len(aligned) + len(value) <= width else f"{label} "
+        first, *more = _folded(value, width - len(lead), width - 2)
+        rows.append(Text().append(lead, "dim").append(first, "bold"))
+        rows += [Text("  ").append(part, "bold") for part in more]
+    return rows
+
+
+def _folded(words: str, first: int, later: int) -> list[str]:
+    """Words whole in so many columns, else nothing there and in rows of as many as `later`."""
+    if len(words) <= first:
+        return [words]
+    rows = [""]
+    for word in _pieces(words, later):
+        if len(rows) > 1 and len(rows[-1]) + 1 + len(word) <= later:
+            rows[-1] += f" {word}"
+        else:
+            rows.append(word)
+    return rows
 
 
 def _log(game: Game, room: Room, long: list[str], log: list[str], rows: int) -> list[Text]:

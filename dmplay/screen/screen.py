@@ -81,7 +81,7 @@ class Screen:
         """Brings the screen as it is now onto the terminal."""
         self._count_overlay()
         drawn = frame.compose(self.game, self.room(painter), self.shown, self.log)
-        painter.paint(drawn, _player(drawn.plain))
+        painter.paint(drawn, _player(drawn))
 
     def _count_overlay(self) -> None:
         """Counts the advice of an overlay once for each turn that it lies on."""
@@ -341,11 +341,16 @@ class Screen:
         self.message = "cancelled, but it does not stop: it slows dmplay down until you leave"
 
 
-def _player(plain: str) -> Place | None:
-    """Where the player stands: screen readers and magnifiers follow the real cursor."""
-    _, *below = plain.split("\n")
-    rows = ((number, row.find("@")) for number, row in enumerate(below, 1))
-    return next((Place(column, number) for number, column in rows if column >= 0), None)
+def _player(drawn: Text) -> Place | None:
+    """Where the player stands, the first reversed cell: screen readers follow the real cursor."""
+    plain = drawn.plain
+    reversed_ = (span for span in drawn.spans if "reverse" in str(span.style))
+    cell = min(reversed_, default=None)
+    if cell is None:
+        return None
+    shown = plain[cell.start : cell.end]
+    at = cell.start + len(shown) - len(shown.lstrip())
+    return Place(at - plain.rfind("\n", 0, at) - 1, plain.count("\n", 0, at))
 
 
 class Key(NamedTuple):

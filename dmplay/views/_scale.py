@@ -1,6 +1,7 @@
 """Number lines: a column for each value, marks, and numbers with their signs."""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from dmplay.views.canvas import Canvas
@@ -30,11 +31,15 @@ def plus(value: float, decimals: int) -> str:
     return f"{round(value, decimals) + 0.0:+.{decimals}f}"
 
 
-def gauge(canvas: Canvas, y: int, scale: Scale, value: float) -> None:
-    """A row `├┄┄┄┼┄●┄┤` with the value on it: a cross where it is past an end."""
+def gauge(
+    canvas: Canvas, y: int, scale: Scale, value: float, foreseen: Sequence[float] = ()
+) -> None:
+    """A row `├┄┄┄┼┄●∘┤` with the value and what may follow: a cross where it is past an end."""
     past = not scale.low <= value <= scale.high
     canvas.put(scale.left, y, "├" + "┄" * (scale.right - scale.left - 1) + "┤", "dim")
     canvas.put(scale.column(0), y, "┼", "dim")
+    for one in foreseen:
+        canvas.put(scale.column(one), y, "∘", "cyan")
     canvas.put(scale.column(value), y, "✗" if past else "●", "bold red" if past else "bold cyan")
 
 

@@ -14,8 +14,10 @@ from typing import NamedTuple
 
 from rich.text import Text
 
+from dmplay.chance import Array
 from dmplay.problems.cart_pole import CartPole
 from dmplay.session import View
+from dmplay.views._marks import foreseen, lost
 from dmplay.views._scale import Scale, gauge, named, plus
 from dmplay.views.canvas import Canvas, written
 from dmplay.views.style import Look
@@ -24,6 +26,7 @@ KEYS = {
     "h": "left", "l": "right", "left": "left", "right": "right", "a": "left", "d": "right",
 }  # fmt: skip
 ASPECT = 2  # columns that are as long as a row is high
+UPRIGHT = 0.75  # columns a row below which a straight pole is drawn upright, piece by piece
 STEEPEST = 85.0  # degrees of lean that are drawn; what lies flatter is drawn so
 
 
@@ -34,9 +37,22 @@ class Size(NamedTuple):
     pole: int
     half: int = 2
     scales: bool = False
+    straight: bool = False  # whether the pole is of one glyph, and as long as there are rows
 
 
+MOST = Size(161, 30)  # columns and rows of pole that a drawing grows to
 SIZES = (Size(121, 13, 4, True), Size(61, 6, 2, True), Size(61, 5), Size(39, 4), Size(39, 2))
+
+
+def _sizes(look: Look) -> list[Size]:
+    """The largest first; one that fills the room beside the panel before those of a transcript."""
+    if not look.large:
+        return [*SIZES]
+    straight = [size._replace(straight=True) for size in SIZES]
+    width, pole = min(look.beside, MOST.width), min(look.height - 8, MOST.pole)
+    if width < SIZES[1].width or pole < SIZES[1].pole:
+        return straight
+    return [Size(width - 1 + width % 2, pole, 4 if width > 100 else 2, True, True), *straight]
 
 
 class Cart(NamedTuple):
@@ -52,48 +68,81 @@ class Cart(NamedTuple):
     fallen: bool  # the pole leans too far
 
 
-def _cart(view: View[CartPole]) -> Cart:
+def _cart(view: View[CartPole], state: Array) -> Cart:
     problem = view.problem
-    x, v, theta, omega = map(float, view.observation)
+    x, v, theta, omega = map(float, state)
     limits = problem.x_limit, problem.theta_limit
     off, fallen = abs(x) > limits[0], abs(theta) > limits[1] * 2 * math.pi / 360
     return Cart(x, v, math.degrees(theta), math.degrees(omega), *limits, off, fallen)
 
 
 def boards(view: View[CartPole], look: Look) -> Iterator[Text]:
-    """The cart in five sizes, then its numbers in a line."""
-    cart, problem = _cart(view), view.problem
-    for size in SIZES:
+    """The cart in five sizes and on a screen in one more, then its numbers in a line."""
+    cart, problem = _cart(view, view.observation), view.problem
+    after = [_cart(view, state) for state in look.outlook.states] if look.outlook else []
+    for size in _sizes(look):
         canvas = Canvas()
         margin = size.half + 1
         scale = Scale(-cart.x_limit, cart.x_limit, margin, size.width - 1 - margin)
         # A cart that has left its track stands one column beyond it.
         middle = scale.column(cart.x) + cart.off * int(math.copysign(1, cart.x))
         metre = (scale.right - scale.left) / max(scale.high - scale.low, 1e-9)
-        _pole(canvas, cart.theta, problem.length * metre / ASPECT, middle, size)
+        length = size.pole if size.straight else problem.length * metre / ASPECT
+        _pole(canvas, cart.theta, length, middle, size)
         _body(canvas, view.last, middle, size)
+        _advice(canvas, look, middle, size)
         y = size.pole + 2
         _track(canvas, y, scale, cart)
         if size.scales:
-            named(canvas, y + 1, scale, "x", "m")
+            named(canvas, y + 1, scale, "place x" if look.large else "x", "m")
             lean = scale._replace(low=-cart.theta_limit, high=cart.theta_limit)
-            gauge(canvas, y + 2, lean, cart.theta)
-            named(canvas, y + 3, lean, "theta", "deg")
+            gauge(canvas, y + 2, lean, cart.theta, [one.theta for one in after])
+            named(canvas, y + 3, lean, "lean theta" if look.large else "theta", "deg")
             y += 4
-        canvas.put(0, y + 1, _long(cart) if size.width > SIZES[-1].width else _short(cart), "bold")
+        long = size.width > SIZES[-1].width
+        if look.outlook and after:
+            what = foreseen(look.outlook, view.problem.action_name(0, look.outlook.action))
+            canvas.put(0, y + 1, f"{what}: {_next(after[0], long)}", "bold cyan")
+        elif size.width > look.beside:  # else the panel beside has them
+            canvas.put(0, y + 1, _long(cart) if long else _short(cart), "bold")
         yield canvas.text()
     yield written(_short(cart))
 
 
+def _next(cart: Cart, long: bool) -> str:
+    """What an action leads to, the limits passed said."""
+    ends = "" if _stands(cart) == "stands" else f", {_stands(cart)}"
+    track, pole = plus(cart.x, 3), plus(cart.theta, 2)
+    return f"place {track} m, lean {pole} deg{ends}" if long else f"x {track} th {pole}{ends[:7]}"
+
+
+def _advice(canvas: Canvas, look: Look, middle: int, size: Size) -> None:
+    """At either side of the cart what is lost by a push that way; at one where there is no room."""
+    left, right = lost(look, 0), lost(look, 1)
+    if not left or not right:
+        return
+    start, end = middle - size.half - 3 - len(left), middle + size.half + 3
+    style = {"best": "bold green"}
+    if start < 0:
+        canvas.put(end, size.pole, f"← {left}  → {right}", "green")
+    elif end + 2 + len(right) > size.width:
+        text = f"← {left}  → {right}"
+        canvas.put(middle - size.half - 1 - len(text), size.pole, text, "green")
+    else:
+        canvas.put(start, size.pole, f"{left} ←", style.get(left, "green"))
+        canvas.put(end - 1, size.pole, f"→ {right}", style.get(right, "green"))
+
+
 def _pole(canvas: Canvas, theta: float, length: float, foot: int, size: Size) -> None:
-    """The pole, on the track's scale where there is room for that."""
+    """The pole, so many rows long where there is room for that."""
     lean = math.radians(min(max(theta, -STEEPEST), STEEPEST))
     length = round(min(max(length, 2), size.pole))
     rows = max(round(length * math.cos(lean)), 1)
     side, before = (1 if lean > 0 else -1), 0
     for row in range(1, rows + 1):
         aside = round(ASPECT * min(row * abs(math.tan(lean)), length * abs(math.sin(lean)))) * side
-        glyph = "│" if aside == before else "╱" if side > 0 else "╲"
+        upright = ASPECT * abs(math.tan(lean)) < UPRIGHT if size.straight else aside == before
+        glyph = "│" if upright else "╱" if side > 0 else "╲"
         flat = [(column, "─", "yellow") for column in range(before + side, aside, side)]
         end = (aside, "●", "bold yellow") if row == rows else (aside, glyph, "yellow")
         for column, drawn, style in [*flat, end]:
@@ -151,15 +200,14 @@ def goal(view: View[CartPole]) -> list[str]:
 
 
 def panel(view: View[CartPole]) -> list[tuple[str, str]]:
-    """The state, its limits, the last push."""
-    cart = _cart(view)
+    """The state, for how long the pole stood, the last push; the limits stand in the goal."""
+    cart = _cart(view, view.observation)
     return [
-        ("x", f"{plus(cart.x, 2)} m"),
-        ("v", f"{plus(cart.v, 2)} m/s"),
-        ("theta", f"{plus(cart.theta, 1)} deg"),
-        ("omega", f"{plus(cart.omega, 0)} deg/s"),
-        ("fails", f"{cart.x_limit:g} m"),
-        ("or", f"{cart.theta_limit:g} deg"),
+        ("place", f"{plus(cart.x, 2)} m"),
+        ("speed", f"{plus(cart.v, 2)} m/s"),
+        ("lean", f"{plus(cart.theta, 1)} deg"),
+        ("swings", f"{plus(cart.omega, 0)} deg/s"),
+        ("stood", f"{view.turn * view.problem.dt:.2f} s"),
         ("last", view.last or "-"),
         ("force", f"{view.problem.force:g} N"),
     ]
@@ -176,13 +224,13 @@ def _stands(cart: Cart) -> str:
 
 def told(view: View[CartPole]) -> str:
     """Whether it stands, the push, and the state."""
-    cart = _cart(view)
+    cart = _cart(view, view.observation)
     return f"{_stands(cart)}. pushed {view.last}. {_words(cart)}."
 
 
 def situation(view: View[CartPole]) -> str:
     """Whether it stands, the state, and what would end it."""
-    cart = _cart(view)
+    cart = _cart(view, view.observation)
     fails = f"fails past {cart.x_limit:g} m or {cart.theta_limit:g} deg"
     return f"{_stands(cart)}. {_words(cart)}. {fails}."
 

@@ -1,17 +1,19 @@
 """How the blind hunt looks: for each hex how likely the prey is there, and how likely you are."""
 
 from collections.abc import Iterator
+from string import ascii_uppercase
 from typing import NamedTuple
 
 import numpy as np
 from rich.text import Text
 
 from dmplay.chance import Reals
-from dmplay.hexes import Hex, neighbours, notation_of
+from dmplay.hexes import DIRECTIONS, Hex, neighbours, notation_of
 from dmplay.problems.collaborative_predator_prey import CAPTURED, MOVED, CollaborativePredatorPrey
 from dmplay.session import View
 from dmplay.views import hexgrid
 from dmplay.views._belief import spark
+from dmplay.views._marks import foreseen, ranked
 from dmplay.views.canvas import percent
 from dmplay.views.generic import seen
 from dmplay.views.hexgrid import Cell, Size
@@ -19,6 +21,8 @@ from dmplay.views.style import Look
 
 FAMILY, KEYS, LEFT = hexgrid.FAMILY, hexgrid.KEYS, hexgrid.LEFT
 TOLD = 4  # likeliest hexes that are told in words
+FEW = 3  # likeliest hexes that have their percent
+CERTAIN = 1 - 1e-9
 
 
 class Marginals(NamedTuple):
@@ -30,10 +34,13 @@ class Marginals(NamedTuple):
 
 def marginals(view: View[CollaborativePredatorPrey]) -> Marginals | None:
     """What the belief says of each hex; None where it is too large to have."""
-    if view.beliefs is None:
-        return None
+    return None if view.beliefs is None else _each(view, view.belief)
+
+
+def _each(view: View[CollaborativePredatorPrey], belief: Reals) -> Marginals:
+    """What a belief says of each hex."""
     problem = view.problem
-    joint = view.belief.reshape((len(problem.hexes),) * problem.walkers)
+    joint = belief.reshape((len(problem.hexes),) * problem.walkers)
 
     def over(walker: int) -> Reals:
         others = tuple(axis for axis in range(problem.walkers) if axis != walker)
@@ -44,13 +51,112 @@ def marginals(view: View[CollaborativePredatorPrey]) -> Marginals | None:
 
 def _here(view: View[CollaborativePredatorPrey], known: Marginals | None) -> Hex | None:
     """Where you are, if you know."""
-    if known is None or known.you.max() < 1 - 1e-9:
+    if known is None or known.you.max() < CERTAIN:
         return None
     return view.problem.hexes[int(known.you.argmax())]
 
 
 def boards(view: View[CollaborativePredatorPrey], look: Look) -> Iterator[Text]:
-    """The map, the largest first, each hex with both probabilities and a row that says how."""
+    """The map, the largest first, and a row that says how it is to be read."""
+    if look.large or look.outlook or look.regret is not None:
+        yield from _shaded(view, look)
+    else:
+        yield from _numbered(view, look)
+
+
+def _shaded(view: View[CollaborativePredatorPrey], look: Look) -> Iterator[Text]:
+    """The belief as shades; of an action that is asked for, after each of its two likeliest senses;
+    at the end who truly is where.
+    """
+    problem, known = view.problem, marginals(view)
+    here = _here(view, known)
+    around = neighbours(here) if look.keys and here else []
+    shown = _after(view, look) or ([known.prey] if known else [])
+    truly: dict[Hex, list[str]] = {}
+    for walker, place in enumerate([] if look.state is None else look.state):
+        truly.setdefault(problem.hexes[int(place)], []).append(_glyph(view, walker))
+
+    def cell(hex_: Hex, size: Size) -> Cell:
+        at, room = problem.hexes.index(hex_), size.width - 1
+        shades = [_shade(belief, at, room if size.lines else 1, look.ascii) for belief in shown]
+        first, last = (shades[0], shades[-1]) if shades else ("", "")
+        if hex_ in truly:
+            marks = "".join(sorted(truly[hex_]))[:room]
+            return Cell(marks, last, marks, "bold reverse" if "@" in marks else "bold yellow")
+        you = _density(known.you, at, room) if known and not truly else ""
+        style = "bold reverse" if hex_ == here else "cyan"
+        if size.lines > 1:
+            key = hexgrid.key_of(look, around.index(hex_)) if hex_ in around else ""
+            return Cell(first if len(shades) > 1 else you or key, last, style=style)
+        shade = "@" + first[1:] if you and size.lines and len(shades) == 1 else first
+        return Cell(shade, dot=f"@{first}" if you and room > 1 else first or ".", style=style)
+
+    caption = _caption(view, look)
+    for drawn in hexgrid.grids(problem.hexes, cell, look):
+        for row in caption:
+            drawn.append(f"\n{row[: look.width]}", "dim")
+        yield drawn
+
+
+def _glyph(view: View[CollaborativePredatorPrey], walker: int) -> str:
+    """`@` for you, a capital for a partner, `o` for the prey."""
+    if walker == view.seat:
+        return "@"
+    return "o" if walker == view.problem.walkers - 1 else ascii_uppercase[walker]
+
+
+def _shade(belief: Reals, at: int, room: int, plain: bool) -> str:
+    """How likely the prey is in a hex against the likeliest; in the few likeliest the percent."""
+    share, most = float(belief[at]), float(belief.max())
+    if share < 1e-9:
+        return " " * (room - 1) + "." if room == 1 else ""
+    shade = spark([share / most * 0.999], plain)
+    many = int((belief >= share - 1e-9).sum())
+    told = percent(share) if many <= FEW else ""
+    return told.center(room, shade) if len(told) < room else shade * room
+
+
+def _density(belief: Reals, at: int, room: int) -> str:
+    """A sign for each fifth of the likeliest hex's probability that you are here."""
+    share, most = float(belief[at]), float(belief.max())
+    signs = round(min(room, 5) * share / most)
+    if most >= CERTAIN:
+        return "@" * (signs > 0)
+    told = percent(share) if share >= most - 1e-9 and (belief >= most - 1e-9).sum() == 1 else ""
+    return f"@{told}" if told and len(told) < room else "@" * signs
+
+
+def _after(view: View[CollaborativePredatorPrey], look: Look) -> list[Reals]:
+    """What would be believed of the prey after the two likeliest senses that an action brings."""
+    if look.outlook is None or look.outlook.beliefs is None:
+        return []
+    return [_each(view, belief).prey for belief in look.outlook.beliefs[:2]]
+
+
+def _caption(view: View[CollaborativePredatorPrey], look: Look) -> list[str]:
+    """What was sensed, and how the map is to be read."""
+    if look.state is not None:
+        names = [*view.problem.agents, "prey"]
+        who = (f"{_glyph(view, walker)} {name}" for walker, name in enumerate(names))
+        return [f"truly {', '.join(who)}"]
+    if look.outlook:
+        senses = view.problem.observations[view.seat]
+        lines = zip(("upper", "lower"), look.outlook.states, look.outlook.chances, strict=False)
+        told = [f"{line}: {senses[int(sense)]} {percent(float(p))}" for line, sense, p in lines]
+        name = DIRECTIONS[int(look.outlook.action)].upper()
+        return [f"{foreseen(look.outlook, name)}, where the prey is", ", ".join(told)]
+    if look.regret is not None:
+        names = [hexgrid.key_of(look, way) for way in range(len(DIRECTIONS))]
+        return [part for part in (ranked(look, names),) if part]
+    sensed = f"sensed {seen(view)}"
+    if view.beliefs is None:
+        return [f"{sensed}. belief too large"]
+    full = f"{sensed}. @ you, {'#' if look.ascii else '█'} prey if likely"
+    return [full if len(full) <= look.width else sensed]
+
+
+def _numbered(view: View[CollaborativePredatorPrey], look: Look) -> Iterator[Text]:
+    """Each hex with both probabilities, as a transcript has it."""
     problem, known = view.problem, marginals(view)
     here = _here(view, known)
     around = neighbours(here) if look.keys and here else []
@@ -73,7 +179,7 @@ def boards(view: View[CollaborativePredatorPrey], look: Look) -> Iterator[Text]:
         return Cell(both, dot=both if both.strip() else ".", style=style)
 
     small = ("% prey, bar: you", "% prey, bar: you", "bar: prey")
-    drawings = [*hexgrid.grids(problem.hexes, cell, large=look.large)]
+    drawings = [*hexgrid.grids(problem.hexes, cell, look)]
     legends = ["o prey, @ you"] * (len(drawings) - len(small)) + [*small]
     for drawn, legend in zip(drawings, legends, strict=True):
         said = f"sensed {seen(view)}. {legend if known else 'belief too large'}"
@@ -133,14 +239,16 @@ def goal(view: View[CollaborativePredatorPrey]) -> list[str]:
 def panel(view: View[CollaborativePredatorPrey]) -> list[tuple[str, str]]:
     """What you did and sensed, and the likeliest hexes; the reward would betray a capture."""
     sensed = seen(view) if view.turn else "-"
-    rows = [("last", view.last.upper() or "-"), ("sensed", sensed), ("reward", "hidden")]
+    reward = f"{view.rewards[-1]:g}" if view.rewards else "hidden"
+    rows = [("last", view.last.upper() or "-"), ("sensed", sensed), ("reward", reward)]
     known = marginals(view)
     for name, shares in known._asdict().items() if known else ():
         ((hex_, share),) = _likeliest(view, shares, 1)
-        rows.append((name, f"{hex_} {percent(share)}"))
+        anywhere = shares.max() - shares.min() < 1e-9
+        rows.append((name, "anywhere" if anywhere else f"{hex_} {percent(share)}"))
     if len(view.problem.agents) > 1:
         rows.append(("partner", "unseen"))
-    return [*rows, ("gamma", f"{view.problem.discount:.2f}")]
+    return [*rows, ("discount", f"{view.problem.discount:.2f} (gamma)")]
 
 
 def told(view: View[CollaborativePredatorPrey]) -> str:

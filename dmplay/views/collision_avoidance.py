@@ -6,12 +6,14 @@
     40s            0s
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import pairwise
 from typing import NamedTuple
 
+import numpy as np
 from rich.text import Text
 
+from dmplay.chance import Array
 from dmplay.problems.collision_avoidance import (
     CHANGE_COST,
     FIRST_TIME,
@@ -20,6 +22,7 @@ from dmplay.problems.collision_avoidance import (
     CollisionAvoidance,
 )
 from dmplay.session import View
+from dmplay.views._marks import foreseen, odds, ranked
 from dmplay.views._scale import Scale, plus
 from dmplay.views.canvas import Canvas, written
 from dmplay.views.style import Look
@@ -29,6 +32,9 @@ KEYS = {
     "down": "descend", "up": "climb", "s": "descend", "w": "climb",
 }  # fmt: skip
 MARKS = "↓·↑"  # by action
+AHEAD = "↓∘↑"  # where an action, kept, leads
+NAMES = ("descend", "none", "climb")  # of the actions, in few columns
+STEADY = 1  # the middle gust of three
 CEILINGS = (100, 200, 300, 400, 600, 800)  # m: the least that holds every height so far is on top
 LABEL = 6  # columns for heights
 
@@ -40,25 +46,81 @@ class Size(NamedTuple):
     rows: int
     labels: int
     full: bool = True  # the times and the state below the heights
+    ends: int = 0  # columns beside it for the names of what leads there
+
+
+class Path(NamedTuple):
+    """Where an advisory leads if it is kept in calm air: a height a second from now on."""
+
+    action: int
+    heights: list[float]
 
 
 SIZES = (Size(87, 25, 6), Size(47, 13, 3), Size(47, 9, 2), Size(38, 5, 1), Size(38, 5, 1, False))
+MOST = Size(161, 45, 11)  # columns and rows of heights that a drawing grows to
+ENDS = 13
+
+
+def _sizes(look: Look) -> list[Size]:
+    """The largest first; one that fills the room beside the panel before those of a transcript."""
+    width, rows = min(look.beside - ENDS, MOST.width), min(look.height - 2, MOST.rows)
+    labels = (rows - 1) // 4
+    if width < SIZES[1].width or rows < SIZES[2].rows:
+        return [*SIZES]
+    return [Size(width, 4 * labels + 1, labels, ends=ENDS), *SIZES]
 
 
 def boards(view: View[CollisionAvoidance], look: Look) -> Iterator[Text]:
-    """The encounter in five sizes, the last with less below it, then the numbers."""
-    for size in SIZES:
+    """The encounter in five sizes and on a screen in one more, the last with less below it, then
+    the numbers.
+    """
+    paths = _paths(view, look)
+    for size in _sizes(look):
         canvas = Canvas()
-        _encounter(canvas, view, size)
+        _encounter(canvas, view, size, paths)
         y = size.rows
         if size.full:
             _times(canvas, y, _time(size))
-            canvas.put(0, y + 1, _state(view), "bold")
-            y += 2
-        canvas.put(0, y, _passing(view), "bold")
+            if not size.ends:  # else the panel beside has it
+                y += 1
+                canvas.put(0, y, _state(view), "bold")
+            y += 1
+        canvas.put(0, y, _advice(look, size.width) or _passing(view), "bold")
         yield canvas.text()
     yield written(_state(view), _passing(view))
     yield written(_state(view))
+
+
+def _paths(view: View[CollisionAvoidance], look: Look) -> list[Path]:
+    """Where each advisory leads; or a single one, from each state that it may bring."""
+    if passed(view) or not (look.large or look.outlook):
+        return []
+    if look.outlook:
+        action = int(look.outlook.action)
+        now = _now(view)[0]
+        ahead = _kept(view, look.outlook.states, np.full(len(look.outlook.states), action))
+        return [Path(action, [now, *heights]) for heights in ahead]
+    kept = _kept(view, np.tile(view.observation, (3, 1)), np.arange(3))
+    return [Path(action, heights) for action, heights in enumerate(kept)]
+
+
+def _kept(view: View[CollisionAvoidance], states: Array, actions: Array) -> list[list[float]]:
+    """The heights of states `[B, 4]` a second each, each under an action that is kept."""
+    problem, heights = view.problem, []
+    while not problem.terminal(states).all():
+        heights.append(states[:, 0])
+        states = problem.move(states, actions[:, None], (np.full(len(states), STEADY),)).state
+    return np.array(heights).reshape(-1, len(actions)).T.tolist()
+
+
+def _advice(look: Look, width: int) -> str:
+    """What an advisory may bring, or what each loses."""
+    if look.outlook:
+        rates = zip(look.outlook.states[:, 1], look.outlook.chances, strict=True)
+        each = ", ".join(f"{plus(float(rate), 1)} {odds(float(p), 4)}" for rate, p in rates)
+        told = f"{foreseen(look.outlook, NAMES[int(look.outlook.action)])}: rate {each}"
+        return told if len(told) <= width else f"rate {each}"
+    return ranked(look, NAMES)
 
 
 def _time(size: Size) -> Scale:
@@ -67,23 +129,26 @@ def _time(size: Size) -> Scale:
 
 
 def _states(view: View[CollisionAvoidance]) -> list[tuple[float, float, float, float]]:
-    """Height, rate, advisory and time before each turn, and now."""
+    """Height, rate, advisory and time before each of the forty turns at most, and now."""
     return [(float(h), float(dh), float(a), float(t)) for h, dh, a, t in view.observations]
 
 
 def _now(view: View[CollisionAvoidance]) -> tuple[float, float, float, float]:
     """The present state; once they have passed, the one in which they did."""
-    states = _states(view)
-    return states[-2] if states[-1][3] < 0 and view.turn else states[-1]
+    h, dh, a, left = map(float, view.observations[-2 if passed(view) and view.turn else -1])
+    return h, dh, a, left
 
 
-def _ceiling(view: View[CollisionAvoidance]) -> float:
-    most = max(abs(h) for h, *_ in _states(view))
+def _ceiling(heights: Iterable[float]) -> float:
+    most = max(map(abs, heights))
     return float(next((high for high in CEILINGS if most <= high), most))
 
 
-def _encounter(canvas: Canvas, view: View[CollisionAvoidance], size: Size) -> None:
-    high = _ceiling(view)
+def _encounter(
+    canvas: Canvas, view: View[CollisionAvoidance], size: Size, paths: list[Path]
+) -> None:
+    states = _states(view)
+    high = _ceiling([*(h for h, *_ in states), *(h for path in paths for h in path.heights)])
     heights, time = Scale(-high, high, 0, size.rows - 1), _time(size)
     bottom = size.rows - 1
     for row in range(0, size.rows, size.labels):
@@ -94,15 +159,38 @@ def _encounter(canvas: Canvas, view: View[CollisionAvoidance], size: Size) -> No
     for row in range(heights.column(-NEAR), heights.column(NEAR) + 1):
         canvas.put(time.right - 1, bottom - row, "▒▒", "red")
     h, dh, _, left = _now(view)
-    for column in range(time.column(-left) + 2, time.right + 1, 2):
-        ahead = h + dh * (left + time.value(column))
-        if abs(ahead) <= high:
-            canvas.put(column, bottom - heights.column(ahead), "∘", "cyan")
+    if paths:
+        _leads(canvas, paths, (time, heights), left, size)
+    else:
+        for column in range(time.column(-left) + 2, time.right + 1, 2):
+            ahead = h + dh * (left + time.value(column))
+            if abs(ahead) <= high:
+                canvas.put(column, bottom - heights.column(ahead), "∘", "cyan")
     canvas.put(time.right, middle, "A", "bold red")
-    for (was, _, _, then), action in zip(_states(view), view.actions, strict=False):
+    for (was, _, _, then), action in zip(states, view.actions, strict=False):
         mark = MARKS[int(action)]
         canvas.put(time.column(-then), bottom - heights.column(was), mark, "yellow")
     canvas.put(time.column(-left), bottom - heights.column(h), "◆", "bold yellow")
+
+
+def _leads(
+    canvas: Canvas, paths: list[Path], scales: tuple[Scale, Scale], left: float, size: Size
+) -> None:
+    """Where each advisory leads, and at the end of each its name."""
+    time, heights = scales
+    ends: dict[int, list[str]] = {}
+    for action, path in paths:
+        for column in range(time.column(-left) + 2, time.right + 1, 2):
+            second = min(round(left + time.value(column)), len(path) - 1)
+            row = size.rows - 1 - heights.column(path[second])
+            canvas.put(column, row, AHEAD[action], "cyan")
+        names = ends.setdefault(size.rows - 1 - heights.column(path[-1]), [])
+        if NAMES[action] not in names:
+            names.insert(0, NAMES[action])
+    for row, names in ends.items():
+        told = "/".join(names) if len(names) < len(NAMES) else "any"
+        if size.ends:
+            canvas.put(time.right + 2, row, told, "bold cyan")
 
 
 def _times(canvas: Canvas, y: int, time: Scale) -> None:
@@ -112,7 +200,7 @@ def _times(canvas: Canvas, y: int, time: Scale) -> None:
 
 def _advisory(view: View[CollisionAvoidance]) -> str:
     """The advisory that stands."""
-    _, _, rate, _ = _states(view)[-1]
+    rate = float(view.observation[2])
     return "none" if not rate else "climb" if rate > 0 else "descend"
 
 
@@ -124,7 +212,7 @@ def _state(view: View[CollisionAvoidance]) -> str:
 
 def passed(view: View[CollisionAvoidance]) -> bool:
     """Whether the aircraft have passed one another."""
-    return _states(view)[-1][3] < 0
+    return bool(view.observation[3] < 0)
 
 
 def miss(view: View[CollisionAvoidance]) -> float:
@@ -169,16 +257,13 @@ def goal(view: View[CollisionAvoidance]) -> list[str]:
 
 
 def panel(view: View[CollisionAvoidance]) -> list[tuple[str, str]]:
-    """The state, what it leads to, the advisories."""
+    """The state and the advisories; how they will pass stands below the board."""
     h, dh, _, left = _now(view)
     return [
-        ("h", f"{plus(h, 0)} m"),
-        ("dh", f"{plus(dh, 1)} m/s"),
-        ("time", f"{left:g} s"),
-        ("passed" if passed(view) else "passes", f"{plus(miss(view), 0)} m"),
-        ("", "COLLISION" if _close(view) else "clear"),
-        ("near", f"below {NEAR:g} m"),
-        ("last", view.last or "-"),
+        ("height", f"{plus(h, 0)} m"),
+        ("rate", f"{plus(dh, 1)} m/s"),
+        ("left", f"{left:g} s"),
+        ("advice", _advisory(view)),
         ("changes", str(_changes(view))),
         ("reward", f"{view.rewards[-1]:.2f}" if view.rewards else "-"),
     ]
@@ -186,7 +271,7 @@ def panel(view: View[CollisionAvoidance]) -> list[tuple[str, str]]:
 
 def told(view: View[CollisionAvoidance]) -> str:
     """How they pass, what was advised, and the state."""
-    changed = _states(view)[-1][2] != _states(view)[-2][2]
+    changed = view.observation[2] != view.observations[-2][2]
     how = "changed to" if changed else "kept"
     return f"{_outcome(view)}. {how} {view.last}. {_numbers(view)}."
 

@@ -15,7 +15,10 @@ from rich.text import Text
 
 from dmplay.hexes import DIRECTIONS, Hex, distance, neighbours, notation_of
 from dmplay.solvers.value_iteration import best
+from dmplay.views._advice import ALIKE
+from dmplay.views._marks import bar, known, lost
 from dmplay.views.canvas import Canvas, short
+from dmplay.views.canvas import size as measured
 from dmplay.views.style import Look
 
 ARROWS = ("→", "↗", "↖", "←", "↙", "↘")
@@ -65,11 +68,16 @@ LARGE = Size(18, 4, 4), Size(14, 4, 3), Size(10, 3, 2)
 NORMAL, COMPACT, DOTS, FINE = Size(6, 2), Size(4, 1), Size(4, 0), Size(2, 0)
 
 
-def grids(
-    hexes: Sequence[Hex], cell: Callable[[Hex, Size], Cell], *, large: bool = False
-) -> Iterator[Text]:
-    """The map in every size, the largest first; `large` are those that grow with the screen."""
-    for size in (*(LARGE if large else ()), NORMAL, COMPACT, DOTS, FINE):
+def grids(hexes: Sequence[Hex], cell: Callable[[Hex, Size], Cell], look: Look) -> Iterator[Text]:
+    """The map in every size, the largest first; of those that grow with the screen what fits."""
+    across = [2 * q + r for q, r in hexes]
+    up = [r for _, r in hexes]
+    columns, rows = max(across) - min(across) + 2, max(up) - min(up)
+    for size in LARGE if look.large else ():
+        high = rows * (size.lines + size.slopes) + size.lines + 2 * size.slopes
+        if columns * size.width // 2 + 1 <= look.width and high <= look.height:
+            yield grid(hexes, cell, size)
+    for size in (NORMAL, COMPACT, DOTS, FINE):
         yield grid(hexes, cell, size)
 
 
@@ -140,6 +148,35 @@ def overlaid(look: Look, state: int, size: Size) -> Cell:
 def key_of(look: Look, way: int) -> str:
     """The key that leads on in a direction."""
     return look.names.get(DIRECTIONS[way], LETTERS[way])
+
+
+def way_on(look: Look, way: int, size: Size) -> Cell:
+    """The key that leads on, and if that is asked, what is lost by it: a bar and the number."""
+    key, loss, room = key_of(look, way), lost(look, way), size.width - 1
+    if not loss:
+        return Cell(key, style="green")
+    best = known(look)[way] < ALIKE
+    style = "bold green" if best else "green"
+    if size.lines > 1:
+        mark = key if best else f"{key} {bar(look, way, room - 2):<{room - 2}}"
+        return Cell(mark, loss, style=style)
+    mark = f"{key}*" if best else key + bar(look, way, 1)
+    return Cell(mark, dot=mark if best else ".", style=style)
+
+
+def captioned(drawings: Iterator[Text], caption: str) -> Iterator[Text]:
+    """The maps, each with a line below it if that is no wider, and without where it has no room."""
+    for drawn in drawings:
+        if 0 < len(caption) <= measured(drawn)[0]:
+            yield drawn.copy().append(f"\n{caption}", "bold")
+        yield drawn
+
+
+def walls(hexes: Sequence[Hex], here: Hex, look: Look) -> str:
+    """What is lost by walking into each wall, as no hex stands there to say it."""
+    around = neighbours(here)
+    told = [f"{key_of(look, a)} {lost(look, a)}" for a in known(look) if around[a] not in hexes]
+    return f"walls: {' '.join(told)}" if told else "what is lost by each way"
 
 
 def ways(hexes: Sequence[Hex], here: Hex, kind: Callable[[Hex], str]) -> list[str]:

@@ -4,10 +4,11 @@ from collections.abc import Iterator
 
 from rich.text import Text
 
-from dmplay.hexes import Hex, neighbours, notation_of
+from dmplay.hexes import DIRECTIONS, Hex, neighbours, notation_of
 from dmplay.problems.hexworld import HexWorld
 from dmplay.session import View
 from dmplay.views import hexgrid
+from dmplay.views._marks import foreseen, odds
 from dmplay.views.canvas import percent, signed
 from dmplay.views.hexgrid import Cell, Size
 from dmplay.views.style import Look
@@ -31,6 +32,8 @@ def boards(view: View[HexWorld], look: Look) -> Iterator[Text]:
     exits = dict(problem.rewards)
     around = neighbours(here) if here else []
 
+    may = _may(view, look)
+
     def cell(hex_: Hex, size: Size) -> Cell:
         pay = exits.get(hex_)
         glyph = "" if pay is None else "◆" if pay > 0 else "✗"
@@ -41,12 +44,48 @@ def boards(view: View[HexWorld], look: Look) -> Iterator[Text]:
         if look.overlay and pay is None:
             mark, note, _, style = hexgrid.overlaid(look, problem.hexes.index(hex_), size)
         if hex_ == here:
-            return Cell("@", note, "@", "bold reverse")
+            stays = odds(may[hex_], size.width - 1) if hex_ in may and size.lines > 1 else note
+            return Cell("@", stays, "@", "bold reverse")
+        if hex_ in may:
+            chance = odds(may[hex_], size.width - 1)
+            return Cell(chance, note, chance, style or "bold cyan")
+        if hex_ in around and _here(view) and here not in exits and look.regret is not None:
+            way = hexgrid.way_on(look, around.index(hex_), size)
+            return way if pay is None else Cell(f"{glyph} {way.mark}"[:5], way.note, dot, style)
         if look.keys and not look.overlay and hex_ in around and _here(view) and pay is None:
             mark, style = hexgrid.key_of(look, around.index(hex_)), style or "green"
         return Cell(mark, note, dot, style)
 
-    yield from hexgrid.grids(problem.hexes, cell, large=look.large)
+    drawings = hexgrid.grids(problem.hexes, cell, look)
+    yield from hexgrid.captioned(drawings, _caption(view, look))
+
+
+def _may(view: View[HexWorld], look: Look) -> dict[Hex, float]:
+    """How likely an action leads to each hex, if that is asked."""
+    hexes, may = view.problem.hexes, dict[Hex, float]()
+    if look.outlook:
+        for state, chance in zip(look.outlook.states, look.outlook.chances, strict=True):
+            if int(state) < len(hexes):
+                hex_ = hexes[int(state)]
+                may[hex_] = may.get(hex_, 0.0) + float(chance)
+    return may
+
+
+def _caption(view: View[HexWorld], look: Look) -> str:
+    """What an exit pays when you stand on it, else what is written into the hexes."""
+    if not (look.large or look.outlook or look.regret is not None):
+        return ""
+    here, exits = _here(view), dict(view.problem.rewards)
+    if here is None:
+        return _came(view)[1] if view.turn else "over"
+    if here in exits and not view.ending:
+        return f"any key {'collects' if exits[here] > 0 else 'takes'} {signed(exits[here])}"
+    if look.outlook:
+        name = DIRECTIONS[int(look.outlook.action)].upper()
+        return f"{foreseen(look.outlook, name)}, how likely each hex is"
+    if look.regret is not None:
+        return hexgrid.walls(view.problem.hexes, here, look)
+    return f"@ you, ◆ pays, ✗ costs{', letters are keys' * look.keys}"
 
 
 def _came(view: View[HexWorld]) -> tuple[str, str]:
@@ -83,9 +122,9 @@ def panel(view: View[HexWorld]) -> list[tuple[str, str]]:
         ("last", view.last.upper() or "-"),
         ("moved", moved),
         ("reward", reward),
-        ("p(go)", f"{1 - problem.slip:.2f}"),
-        ("slip", f"{problem.slip / 2:.2f} x2"),
-        ("gamma", f"{problem.discount:.2f}"),
+        ("goes on", f"{1 - problem.slip:.2f}"),
+        ("slips aside", f"{problem.slip / 2:.2f} each"),
+        ("discount", f"{problem.discount:.2f} (gamma)"),
     ]
 
 

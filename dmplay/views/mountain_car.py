@@ -14,6 +14,7 @@ from rich.text import Text
 
 from dmplay.problems.mountain_car import LEFT_WALL, RIGHT_WALL, TOP_SPEED, MountainCar
 from dmplay.session import View
+from dmplay.views._marks import foreseen, lost
 from dmplay.views._scale import Scale, gauge, named, plus
 from dmplay.views.canvas import Canvas, written
 from dmplay.views.style import Look
@@ -24,6 +25,7 @@ KEYS = {
 }  # fmt: skip
 BLOCKS = " ▁▂▃▄▅▆▇"
 ASCII_BLOCKS = " __--==#"  # none like the car's star or the point behind it
+ENGINE = {"left": (-1, "←"), "right": (1, "→")}  # beside the car, by the last action
 FLOOR = -math.pi / 6  # where the valley is deepest
 
 
@@ -36,7 +38,16 @@ class Size(NamedTuple):
     scales: bool = False
 
 
+MOST = Size(161, 40)  # columns and rows of hill that a drawing grows to
 SIZES = (Size(121, 20, 2, True), Size(61, 9, 2, True), Size(61, 6), Size(39, 5), Size(39, 4, 1))
+
+
+def _sizes(look: Look) -> list[Size]:
+    """The largest first; one that fills the room beside the panel before those of a transcript."""
+    width, hill = min(look.beside, MOST.width), min(look.height - 8, MOST.hill)
+    if width < SIZES[1].width or hill < SIZES[2].hill:
+        return [*SIZES]
+    return [Size(width - 1 + width % 2, hill, 3, True), *SIZES]
 
 
 def height(x: float) -> float:
@@ -50,38 +61,55 @@ def _eighths(x: float, rows: int) -> int:
 
 
 def boards(view: View[MountainCar], look: Look) -> Iterator[Text]:
-    """The hill in five sizes, then the numbers in a line."""
-    for size in SIZES:
+    """The hill in five sizes and on a screen in one more, then the numbers in a line."""
+    after = [tuple(map(float, state)) for state in look.outlook.states] if look.outlook else []
+    for size in _sizes(look):
         canvas = Canvas()
         scale = Scale(LEFT_WALL, RIGHT_WALL, 1, size.width - 1)
         _hill(canvas, scale, size, ASCII_BLOCKS if look.ascii else BLOCKS)
-        _things(canvas, view, scale, size)
+        _things(canvas, view, scale, size, look)
+        _advice(canvas, look, scale, view)
         y = size.hill + size.sky
         if size.scales:
             _labels(canvas, y, scale, view.problem.goal)
             speed = Scale(-TOP_SPEED, TOP_SPEED, 1, size.width - 2)
-            gauge(canvas, y + 1, speed, float(view.observation[1]))
-            named(canvas, y + 2, speed, "v")
+            gauge(canvas, y + 1, speed, float(view.observation[1]), [v for _, v in after])
+            named(canvas, y + 2, speed, "speed v" if look.large else "v")
             y += 4
-        canvas.put(0, y, _numbers(view, size.width > SIZES[-1].width), "bold")
+        if look.outlook and after:
+            what = foreseen(look.outlook, view.problem.action_name(0, look.outlook.action))
+            x, v = after[0]
+            canvas.put(0, y, f"{what}: x {plus(x, 3)} v {plus(v, 4)}", "bold cyan")
+        elif size.width > look.beside:  # else the panel beside has them
+            canvas.put(0, y, _numbers(view, size.width > SIZES[-1].width), "bold")
         yield canvas.text()
     yield written(_numbers(view, False))
+
+
+def _advice(canvas: Canvas, look: Look, scale: Scale, view: View[MountainCar]) -> None:
+    """Above the car, left of the flag, what is lost by each action."""
+    losses = [f"{way} {lost(look, a)}" for a, way in enumerate("←·→") if lost(look, a)]
+    if losses:
+        text = "  ".join(losses)
+        last = scale.column(view.problem.goal) - 2 - len(text)
+        middle = scale.column(float(view.observation[0])) - len(text) // 2
+        canvas.put(max(min(middle, last), 1), 0, text, "bold green")
 
 
 def _hill(canvas: Canvas, scale: Scale, size: Size, blocks: str) -> None:
     """The wall on the left, and the hill in eighths of a row."""
     for y in range(size.sky + size.hill):
         canvas.put(0, y, "│", "dim")
-    for column in range(scale.left, scale.right + 1):
-        whole, rest = divmod(_eighths(scale.value(column), size.hill), 8)
-        for y in range(whole):
-            canvas.put(column, size.sky + size.hill - 1 - y, "█", "green")
-        if rest:
-            canvas.put(column, size.sky + size.hill - 1 - whole, blocks[rest], "green")
+    ground = range(scale.left, scale.right + 1)
+    heights = [_eighths(scale.value(column), size.hill) for column in ground]
+    for y in range(size.hill):
+        here = [min(max(high - 8 * y, 0), 8) for high in heights]  # in this row
+        row = "".join("█" if eighths == 8 else blocks[eighths] for eighths in here)
+        canvas.put(scale.left, size.sky + size.hill - 1 - y, row, "green")
 
 
-def _things(canvas: Canvas, view: View[MountainCar], scale: Scale, size: Size) -> None:
-    """The flag, where the car came from, and the car, each on the ground."""
+def _things(canvas: Canvas, view: View[MountainCar], scale: Scale, size: Size, look: Look) -> None:
+    """The flag, where the car came from and may come to, the car and its engine, on the ground."""
 
     def ground(x: float) -> tuple[int, int]:
         column = scale.column(x)
@@ -94,7 +122,14 @@ def _things(canvas: Canvas, view: View[MountainCar], scale: Scale, size: Size) -
     canvas.put(column, max(y - 1, 0), "F", "bold blue")
     if view.turn:
         canvas.put(*ground(float(view.observations[-2][0])), "·", "yellow")
-    canvas.put(*ground(float(view.observation[0])), "●", "bold yellow")
+    for state in look.outlook.states if look.outlook else ():
+        canvas.put(*ground(float(state[0])), "∘", "cyan")
+    column, y = ground(float(view.observation[0]))
+    canvas.put(column, y, "●", "bold yellow")
+    if look.large and view.last in ENGINE:
+        aside, arrow = ENGINE[view.last]
+        if scale.left <= column + aside <= scale.right:
+            canvas.put(column + aside, y, arrow, "bold green")
 
 
 def _labels(canvas: Canvas, y: int, scale: Scale, goal: float) -> None:
@@ -132,13 +167,12 @@ def goal(view: View[MountainCar]) -> list[str]:
 
 
 def panel(view: View[MountainCar]) -> list[tuple[str, str]]:
-    """The state, the goal and the last action."""
+    """The state, how high that is, and the last action; the goal stands above the board."""
     x, v = map(float, view.observation)
     return [
-        ("x", plus(x, 3)),
-        ("v", plus(v, 4)),
+        ("place", plus(x, 3)),
+        ("speed", plus(v, 4)),
         ("height", plus(height(x), 2)),
-        *zip(("goal", "and"), _goal(view), strict=False),
         ("last", view.last or "-"),
     ]
 

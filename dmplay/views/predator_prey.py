@@ -3,18 +3,21 @@
 from collections.abc import Iterator
 from string import ascii_uppercase
 
+import numpy as np
 from rich.text import Text
 
 from dmplay.hexes import DIRECTIONS, Hex, neighbours, notation_of
-from dmplay.problems.predator_prey import DEVOURED, PredatorPrey
+from dmplay.problems.predator_prey import DEVOURED, MOVED, PredatorPrey
 from dmplay.session import View
 from dmplay.views import hexgrid
+from dmplay.views._marks import foreseen, odds
 from dmplay.views.canvas import percent
 from dmplay.views.hexgrid import Cell, Size
 from dmplay.views.style import Look
 
 FAMILY, KEYS, LEFT = hexgrid.FAMILY, hexgrid.KEYS, hexgrid.LEFT
 PREDATORS = ascii_uppercase  # no key that a hex shows is a capital
+OWN, PREY = ("yellow", "magenta", "blue"), "cyan"
 
 
 def _places(view: View[PredatorPrey], turn: int = -1) -> list[Hex]:
@@ -23,15 +26,25 @@ def _places(view: View[PredatorPrey], turn: int = -1) -> list[Hex]:
     return [problem.hexes[int(place)] for place in view.observations[turn]]
 
 
-def mark(view: View[PredatorPrey], seat: int) -> str:
-    """`@` for you, a capital for another predator, `o` for prey, numbered where there are more."""
-    problem = view.problem
-    if seat == view.seat:
-        return "@"
+def glyph(problem: PredatorPrey, seat: int) -> str:
+    """A capital for a predator, `o` for prey, numbered where there are more."""
     if seat in problem.hunters:
         return PREDATORS[seat % len(PREDATORS)]
     number = seat - problem.predators + 1
     return "o" if problem.prey == 1 else f"o{number}"
+
+
+def mark(view: View[PredatorPrey], seat: int, look: Look) -> str:
+    """The glyph of an agent, the same whoever looks; in a transcript's frame `@` for you."""
+    return "@" if seat == view.seat and not look.large else glyph(view.problem, seat)
+
+
+def _color(view: View[PredatorPrey], seat: int, look: Look) -> str:
+    """The colour of an agent; you are reversed as well."""
+    if not look.large:
+        return "bold reverse" if seat == view.seat else "bold yellow"
+    own = OWN[seat % len(OWN)] if seat in view.problem.hunters else PREY
+    return f"bold {own}{' reverse' * (seat == view.seat)}"
 
 
 def _feeding(view: View[PredatorPrey], turn: int = -1) -> list[bool]:
@@ -46,7 +59,7 @@ def boards(view: View[PredatorPrey], look: Look) -> Iterator[Text]:
     problem, places = view.problem, _places(view)
     here = places[view.seat]
     around = neighbours(here)
-    free = look.keys and not _feeding(view)[view.seat]
+    free = (look.keys or look.regret is not None) and not _feeding(view)[view.seat]
 
     def elsewhere(hex_: Hex) -> int:
         """The state in which you are on this hex, all others where they are."""
@@ -54,22 +67,77 @@ def boards(view: View[PredatorPrey], look: Look) -> Iterator[Text]:
         state[view.seat] = problem.hexes.index(hex_)
         return int(problem.index(state[None])[0])
 
+    may = _may(view, look)
+
     def cell(hex_: Hex, size: Size) -> Cell:
-        key = hexgrid.key_of(look, around.index(hex_)) if free and hex_ in around else ""
-        marks = [mark(view, seat) for seat, place in enumerate(places) if place == hex_]
-        mine = "@" in marks
-        style = "bold reverse" if mine else "bold yellow"
+        way = Cell("")
+        if free and hex_ in around:
+            way = hexgrid.way_on(look, around.index(hex_), size)
+        here_now = [seat for seat, place in enumerate(places) if place == hex_]
+        marks = [mark(view, seat, look) for seat in here_now]
         if len(marks) > 1:
             together, room = "".join(sorted(marks)), size.width - 1
             note = together if len(together) <= room else together[: room - 1] + "…"
-            return Cell("*", note, "*", style)
+            return Cell("*", note, "*", "bold reverse" if view.seat in here_now else "bold yellow")
+        chances = _chances(view, may.get(hex_, {}), size)
         if marks:
-            return Cell(marks[0], "" if look.overlay else key, marks[0], style)
-        if look.overlay:
-            return hexgrid.overlaid(look, elsewhere(hex_), size)
-        return Cell(key, style="green")
+            you = "you" if look.large and view.seat in here_now else ""
+            # The key of a way that leads to somebody stands below; beside, where losses are told.
+            shown = marks[0]
+            if look.regret is not None and way.mark:
+                shown += f" {way.mark.strip()}" if size.lines > 1 else way.mark
+            told = chances.mark or way.note or way.mark or you
+            return Cell(
+                shown, "" if look.overlay else told, marks[0], _color(view, here_now[0], look)
+            )
+        if chances.note:
+            return chances
+        return hexgrid.overlaid(look, elsewhere(hex_), size) if look.overlay else way
 
-    yield from hexgrid.grids(problem.hexes, cell, large=look.large)
+    drawings = hexgrid.grids(problem.hexes, cell, look)
+    yield from hexgrid.captioned(drawings, _caption(view, look))
+
+
+def _may(view: View[PredatorPrey], look: Look) -> dict[Hex, dict[int, float]]:
+    """How likely an action leads each agent to each hex, if that is asked."""
+    may: dict[Hex, dict[int, float]] = {}
+    if look.outlook:
+        for state, chance in zip(look.outlook.states, look.outlook.chances, strict=True):
+            for seat, place in enumerate(state):
+                there = may.setdefault(view.problem.hexes[int(place)], {})
+                there[seat] = there.get(seat, 0.0) + float(chance)
+    return may
+
+
+def _chances(view: View[PredatorPrey], may: dict[int, float], size: Size) -> Cell:
+    """Who may come to a hex: you, and the likeliest of the others."""
+    room = size.width - 1
+    others = {seat: chance for seat, chance in may.items() if seat != view.seat}
+    yours, theirs = may.get(view.seat, 0.0), ""
+    if others:
+        seat = max(others, key=lambda one: others[one])
+        name = glyph(view.problem, seat)
+        theirs = name + odds(others[seat], room - len(name))
+    if yours:
+        chance = odds(yours, room)
+        return Cell(chance, theirs or " ", chance, "bold cyan")
+    return Cell(theirs, " " * bool(theirs), theirs, "cyan")
+
+
+def _caption(view: View[PredatorPrey], look: Look) -> str:
+    """Who you are, or what is written into the hexes."""
+    if look.outlook:
+        name = DIRECTIONS[int(look.outlook.action)].upper()
+        return f"{foreseen(look.outlook, name)}, how likely"
+    if _feeding(view)[view.seat] and not view.ending and (look.large or look.regret is not None):
+        return "any key feeds" if view.seat in view.problem.hunters else "caught: any key"
+    if look.regret is not None:
+        return hexgrid.walls(view.problem.hexes, _places(view)[view.seat], look)
+    you = f"{glyph(view.problem, view.seat)} is you"
+    others = [seat for seat in range(len(view.problem.agents)) if seat != view.seat]
+    if len(others) == 1:
+        you += f", {glyph(view.problem, others[0])} is the {view.problem.agents[others[0]]}"
+    return you if look.large else ""
 
 
 def _chosen(view: View[PredatorPrey], seat: int) -> int:
@@ -104,18 +172,35 @@ def goal(view: View[PredatorPrey]) -> list[str]:
 
 
 def panel(view: View[PredatorPrey]) -> list[tuple[str, str]]:
-    """Your last move, where everyone is, and what shares a hex."""
+    """Your last move, where everyone is, what shares a hex, and the scores."""
     problem, places = view.problem, _places(view)
     moved = _came(view, view.seat)[0] if view.turn else "-"
     reward = f"{view.rewards[-1]:g}" if view.rewards else "-"
     rows = [("last", view.last.upper() or "-"), ("moved", moved), ("reward", reward)]
     for seat, agent in enumerate(problem.agents):
-        rows.append((f"{mark(view, seat)} {agent}", notation_of(places[seat])))
+        name = "you" if seat == view.seat else agent
+        rows.append((f"{glyph(problem, seat)} {name}", notation_of(places[seat])))
     for hex_ in dict.fromkeys(places):
-        marks = sorted(mark(view, seat) for seat, place in enumerate(places) if place == hex_)
+        marks = sorted(glyph(problem, seat) for seat, place in enumerate(places) if place == hex_)
         if len(marks) > 1:
             rows.append((f"* {notation_of(hex_)}", " ".join(marks)))
-    return [*rows, ("slip", f"{problem.slip / 2:.2f} x2"), ("gamma", f"{problem.discount:.2f}")]
+    return [
+        *rows,
+        *_scores(view),
+        ("slips aside", f"{problem.slip / 2:.2f} each"),
+        ("discount", f"{problem.discount:.2f} (gamma)"),
+    ]
+
+
+def _scores(view: View[PredatorPrey]) -> list[tuple[str, str]]:
+    """What each has won, discounted; of one against one, as what one wins tells the other's."""
+    if not view.rewards or len(view.problem.agents) > 2:
+        return []
+    own = np.array(view.rewards)
+    caught = own == (1.0 if view.seat == 0 else DEVOURED)
+    both = np.where(caught, 1.0, MOVED), np.where(caught, DEVOURED, 0.0)
+    sums = [float((pay * view.problem.discount ** np.arange(view.turn)).sum()) for pay in both]
+    return [(f"score {name}", f"{total:.4g}") for name, total in zip("Ao", sums, strict=True)]
 
 
 def told(view: View[PredatorPrey]) -> str:

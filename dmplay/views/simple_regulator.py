@@ -8,20 +8,21 @@
 
 import math
 from collections.abc import Iterator
-from operator import add
 from typing import NamedTuple
 
 from rich.text import Text
 
 from dmplay.problems.simple_regulator import START_DEVIATION, START_MEAN, SimpleRegulator
 from dmplay.session import View
+from dmplay.views._marks import foreseen
 from dmplay.views._scale import Scale, plus
 from dmplay.views.canvas import Canvas, signed, written
-from dmplay.views.style import Look
+from dmplay.views.style import Look, Outlook
 
 KEYS: dict[str, str] = {}
 NUDGES = {"left": -0.05, "right": 0.05, "down": -0.5, "up": 0.5}
 RULERS = (1.0, 2.0, 5.0)  # and ten times as much, and so on: how far the number line reaches
+LEGEND = "● the number, ∘→ a push and its aim, ▄█▄ where chance took it"
 BLOCKS = " ▁▂▃▄▅▆▇█"
 
 
@@ -33,19 +34,29 @@ class Size(NamedTuple):
     bell: int
 
 
+MOST = Size(161, 20, 4)  # columns, turns and rows of bell that a drawing grows to
 SIZES = (Size(121, 12, 4), Size(61, 6, 2), Size(61, 3, 2), Size(39, 3, 1), Size(39, 1, 1))
 
 
-def _numbers(view: View[SimpleRegulator], last: int = 2) -> list[float]:
-    """The last numbers, up to now."""
-    return [float(state[0]) for state in view.observations[-last:]]
+def _sizes(look: Look) -> list[Size]:
+    """The largest first; one that fills the room beside the panel before those of a transcript."""
+    width, rows = min(look.beside, MOST.width), look.height - 3  # number line, its marks, words
+    bell = min(rows // 4, MOST.bell)
+    if width < SIZES[1].width or bell < SIZES[1].bell:
+        return [*SIZES]
+    return [Size(width - 1 + width % 2, min(rows - bell, MOST.turns), bell), *SIZES]
+
+
+def _numbers(view: View[SimpleRegulator], turns: int) -> list[float]:
+    """The number before each of the last turns, and now: no more, as a film asks turn by turn."""
+    return [float(state[0]) for state in view.observations[-turns - 1 :]]
 
 
 def due(view: View[SimpleRegulator]) -> tuple[float, float]:
     """Mean and standard deviation of the number now, before nature drew it."""
     if not view.turn:
         return START_MEAN, START_DEVIATION
-    return _numbers(view)[-2] + view.actions[-1], view.problem.noise
+    return _numbers(view, 1)[0] + view.actions[-1], view.problem.noise
 
 
 def reach(values: list[float]) -> float:
@@ -60,27 +71,59 @@ def reach(values: list[float]) -> float:
 
 
 def boards(view: View[SimpleRegulator], look: Look) -> Iterator[Text]:
-    """The number line with the last turns above it, in five sizes; the line; the numbers."""
-    for size in SIZES:
+    """The number line with the last turns above it, in sizes; the line; the numbers."""
+    for size in _sizes(look):
         turns = min(view.turn, size.turns)
-        numbers = _numbers(view, turns + 1)
-        aims = [*map(add, numbers, view.actions[view.turn - turns :])]
-        scale = _scale(reach([*numbers, *aims, due(view)[0]]), size.width)
+        numbers = _numbers(view, turns)
+        pushes = view.actions[view.turn - turns :]
+        aims = [number + push for number, push in zip(numbers, pushes, strict=False)]
+        ahead = [float(state[0]) for state in look.outlook.states] if look.outlook else []
+        scale = _scale(reach([*numbers, *aims, due(view)[0], *ahead]), size.width)
         canvas = Canvas()
         for row in range(size.turns + size.bell):
             canvas.put(scale.column(0), row, "│", "dim")
-        for row, (before, aim) in enumerate(zip(numbers, aims, strict=False), size.turns - turns):
-            _push(canvas, row, scale, before, aim)
-        _bell(canvas, size, scale, *due(view))
+        for row, (number, aim) in enumerate(zip(numbers, aims, strict=False), size.turns - turns):
+            _push(canvas, row, scale, number, aim)
+        if look.outlook:
+            _heap(canvas, size, scale, look.outlook)
+        else:
+            _bell(canvas, size, scale, *due(view))
         _line(canvas, size.turns + size.bell, scale, numbers[-1])
-        canvas.put(
-            0, size.turns + size.bell + 2, _words(view, size.width == SIZES[-1].width), "bold"
-        )
+        brief, y = size.width == SIZES[-1].width, size.turns + size.bell + 2
+        if look.outlook:
+            canvas.put(0, y, _costs(view, look.outlook, brief), "bold cyan")
+        elif size.width > look.beside:  # else the panel beside has the numbers
+            canvas.put(0, y, _words(view, brief), "bold")
+        else:
+            canvas.put(0, y, LEGEND, "dim")
         yield canvas.text()
+    (now,) = _numbers(view, 0)
     canvas = Canvas()
-    _line(canvas, 0, _scale(reach([numbers[-1]]), SIZES[-1].width), numbers[-1])
+    _line(canvas, 0, _scale(reach([now]), SIZES[-1].width), now)
     yield canvas.text()
-    yield written(f"s {plus(numbers[-1], 3)}")
+    yield written(f"s {plus(now, 3)}")
+
+
+def _costs(view: View[SimpleRegulator], outlook: Outlook, brief: bool) -> str:
+    """What a push costs: this turn whatever it is, and the next on average."""
+    (now,) = _numbers(view, 0)
+    after = float((outlook.chances * outlook.states[:, 0] ** 2).sum())
+    if brief:
+        samples = " (samples)" * outlook.sampled
+        return f"{plus(outlook.action, 2)}: {now * now:.2f} now, {after:.2f} next{samples}"
+    push = foreseen(outlook, plus(outlook.action, 3))
+    return f"{push}: costs {now * now:.3f} now, {after:.3f} next on average"
+
+
+def _heap(canvas: Canvas, size: Size, scale: Scale, outlook: Outlook) -> None:
+    """How the number after a push is distributed, as high as its rows where it is likeliest."""
+    heaps: dict[int, float] = {}
+    for state, chance in zip(outlook.states, outlook.chances, strict=True):
+        column = scale.column(float(state[0]))
+        heaps[column] = heaps.get(column, 0.0) + float(chance)
+    most = max(heaps.values())
+    for column, chance in heaps.items():
+        _block(canvas, column, size, chance / most, "cyan")
 
 
 def _scale(far: float, width: int) -> Scale:
@@ -104,10 +147,15 @@ def _bell(canvas: Canvas, size: Size, scale: Scale, mean: float, deviation: floa
         away = scale.value(column) - scale.value(middle)
         far = away / deviation if deviation else math.inf * away if away else 0.0
         density = math.exp(-far * far / 2)  # a square by `**` raises where it is large
-        whole, rest = divmod(round(density * size.bell * 8), 8)
-        for row in range(whole + (rest > 0)):
-            block = BLOCKS[8 if row < whole else rest]
-            canvas.put(column, size.turns + size.bell - 1 - row, block, "blue")
+        _block(canvas, column, size, density, "blue")
+
+
+def _block(canvas: Canvas, column: int, size: Size, share: float, style: str) -> None:
+    """A column of the distribution, in eighths of a row."""
+    whole, rest = divmod(round(share * size.bell * 8), 8)
+    for row in range(whole + (rest > 0)):
+        block = BLOCKS[8 if row < whole else rest]
+        canvas.put(column, size.turns + size.bell - 1 - row, block, style)
 
 
 def _line(canvas: Canvas, y: int, scale: Scale, number: float) -> None:
@@ -125,7 +173,7 @@ def _line(canvas: Canvas, y: int, scale: Scale, number: float) -> None:
 
 def _words(view: View[SimpleRegulator], short: bool) -> str:
     """The number, and the last push with what it aimed at."""
-    numbers, (mean, deviation) = _numbers(view), due(view)
+    numbers, (mean, deviation) = _numbers(view, 1), due(view)
     now = f"s {plus(numbers[-1], 3)}"
     if not view.turn:
         around = f"{mean:g}" if short else f"{mean:g}, give or take {deviation:g}"
@@ -133,7 +181,7 @@ def _words(view: View[SimpleRegulator], short: bool) -> str:
     push, aim = plus(view.actions[-1], 3), plus(mean, 3)
     if short:
         return f"{now}  a {push}  aimed {aim}"
-    return f"{now}   pushed {plus(numbers[-2], 3)} by {push}, aimed at {aim}"
+    return f"{now}   pushed {plus(numbers[0], 3)} by {push}, aimed at {aim}"
 
 
 def goal(view: View[SimpleRegulator]) -> list[str]:
@@ -148,32 +196,32 @@ def goal(view: View[SimpleRegulator]) -> list[str]:
 
 def panel(view: View[SimpleRegulator]) -> list[tuple[str, str]]:
     """The number and what it costs, the last push, and what does not change."""
-    problem, number = view.problem, _numbers(view)[-1]
+    problem, number = view.problem, _numbers(view, 0)[0]
     bounds = problem.actions[0]
     return [
-        ("s", plus(number, 3)),
+        ("number", plus(number, 3)),
         ("costs", f"{number * number:.3f}"),
-        ("last a", plus(view.actions[-1], 3) if view.turn else "-"),
-        ("aimed", plus(due(view)[0], 3) if view.turn else "-"),
+        ("pushed", plus(view.actions[-1], 3) if view.turn else "-"),
+        ("aimed at", plus(due(view)[0], 3) if view.turn else "-"),
         ("reward", f"{view.rewards[-1]:.3f}" if view.rewards else "-"),
         ("noise", f"{problem.noise:g}"),
-        ("gamma", f"{problem.discount:g}"),
-        ("a from", f"{bounds.low:g} to {bounds.high:g}"),
+        ("push by", f"{bounds.low:g} to {bounds.high:g}"),
+        ("discount", f"{problem.discount:g} (gamma)"),
     ]
 
 
 def told(view: View[SimpleRegulator]) -> str:
     """The number now, the push, and where it aimed."""
-    numbers = _numbers(view)
+    numbers = _numbers(view, 1)
     return (
-        f"s {plus(numbers[-1], 3)}. pushed {plus(numbers[-2], 3)} by {plus(view.actions[-1], 3)}, "
+        f"s {plus(numbers[-1], 3)}. pushed {plus(numbers[0], 3)} by {plus(view.actions[-1], 3)}, "
         f"aimed at {plus(due(view)[0], 3)}."
     )
 
 
 def situation(view: View[SimpleRegulator]) -> str:
     """The number, what it costs to be there, and what can be done."""
-    problem, number = view.problem, _numbers(view)[-1]
+    problem, number = view.problem, _numbers(view, 0)[0]
     return (
         f"s {plus(number, 3)}. a turn here costs {number * number:.3f}. "
         f"push by {problem.actions[0].words()}; "

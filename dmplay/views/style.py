@@ -14,6 +14,7 @@ from dmplay.session import View
 from dmplay.views.canvas import plainly, size
 
 NOTHING: Mapping[str, str] = {}
+PANEL = 17  # columns of the side panel at least
 
 
 class Overlay(NamedTuple):
@@ -47,6 +48,11 @@ class Look(NamedTuple):
     large: bool = False  # whether drawings may be larger than a transcript's frames
     regret: Reals | None = None  # [A], what each action loses against the best; nan: not legal
     outlook: Outlook | None = None  # what an action may bring, to be drawn on the board
+
+    @property
+    def beside(self) -> int:
+        """The columns that a drawing may have with the side panel beside it; none without one."""
+        return max(self.width - PANEL - 2, 0) if self.large else 0
 
 
 class Style(Protocol):

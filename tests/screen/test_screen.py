@@ -12,6 +12,7 @@ from rich.cells import cell_len
 
 import dmplay
 from dmplay.chance import Reals
+from dmplay.dice import Dice
 from dmplay.finding.names import problem_names
 from dmplay.game.checking import check
 from dmplay.game.game import Game
@@ -22,9 +23,10 @@ from dmplay.game.table import Table
 from dmplay.screen import frame
 from dmplay.screen.frame import Room, Shown, compose
 from dmplay.screen.screen import Screen
+from dmplay.session import Session
 from dmplay.terminal import Terminal
 from dmplay.words.commands import COMMANDS, typed
-from tests.support.screens import SEQUENCES, Played, game, play, press, seated, secret
+from tests.support.screens import SEQUENCES, Easel, Paper, Played, game, play, press, seated, secret
 
 HELP = tuple(str(typed(Table(game("hexworld")), "help")).split("\n") * 3)
 PROBLEMS = ("2048", "crying-baby", "hexworld", "prisoners-dilemma")
@@ -40,20 +42,20 @@ BOX = {
  ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲   ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲
 │   │   │ ✗ │   │   │   │   │   │   │ ◆ │
  ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱     ╲ ╱ ╲ ╱ ╲ ╱     ╲ ╱
+@ you, ◆ pays, ✗ costs, letters are keys
 
  turn 1. at (6,2). chose W, moved W. reward 0.
    return 0.
 
-
  l e  u ne  y nw  h w  b sw  n se  ? help  q quit""",
     "2048": """\
  2048  turn 1  return 4  you: agent
-    ·    ·    ·    ·  score   4
-    ·    ·    ·    ·  largest 4
-    4    2    ·    ·  empty   14
-    ·    ·    ·    ·  last    left
-                      merged  4
-                      hint    Tab
+┌─────────────────────┐  score   4
+│    ·    ·    ·    · │  largest 4
+│    ·    ·    ·    · │  empty   14
+│    4    2    ·    · │  last    left
+│    ·    ·    ·    · │  merged  4
+└─────────────────────┘  hint    Tab
 
  turn 1. slid left. new 2 in row 3, column 2.
    reward 4. return 4.
@@ -132,6 +134,50 @@ def test_every_key_of_a_view_plays_its_action(problem: str, key: str, label: str
     assert len(played.session.turns) == 1
     chosen = played.session.turns[0].actions[0]
     assert played.problem.action_name(0, chosen) == label
+
+
+def easel(played: Game) -> Easel:
+    """The screen of a game as it is painted."""
+    shown = Easel(Paper(), 80, 24)
+    shown.enter()
+    Screen(Table(played), Terminal(True, "", True, False, False)).paint(shown)
+    return shown
+
+
+@pytest.mark.parametrize(
+    ("problem", "glyph"), [("hexworld", "@"), ("predator-prey", "A"), ("cart-pole", "")]
+)
+def test_the_real_cursor_stands_on_the_player(problem: str, glyph: str) -> None:
+    screen = easel(game(problem)).paper.screen
+    at = screen.display[screen.cursor.y][screen.cursor.x]
+    assert (screen.cursor.hidden, at if glyph else "") == (not glyph, glyph)
+
+
+def test_the_real_cursor_stands_on_the_player_where_others_are_as_well() -> None:
+    screen = easel(seated("predator-prey", together(), [HUMAN, HUMAN])).paper.screen
+    column, row = screen.cursor.x, screen.cursor.y
+    assert screen.display[row][column] == "*"
+    assert "Ao" in screen.display[row + 1][column - 2 : column + 3]
+
+
+def together() -> Session:
+    """A hunt in which both are on one hex."""
+    hunt = Session(dmplay.load("predator-prey"), Dice(1))
+    hunt.first = np.array([4, 4])
+    return hunt
+
+
+def test_a_fact_that_is_too_long_for_its_row_goes_on_in_the_next() -> None:
+    facts = [("last", "NE"), ("slips aside", "0.15 each"), ("who", "one two three four five")]
+    told = [row.plain.rstrip() for row in frame.panel_rows(facts, 17)]
+    assert told == [
+        "last NE",
+        "slips aside",
+        "  0.15 each",
+        "who",
+        "  one two three",
+        "  four five",
+    ]
 
 
 def test_the_first_arrow_of_a_diagonal_explains_itself_and_no_other_key_completes_it() -> None:

@@ -34,11 +34,11 @@ def test_how_the_pole_fares_is_told_first_and_its_limits_last(
     assert cart_pole.situation(view) == f"{fate}. {numbers}. fails past 2.4 m or 12 deg."
 
 
-def test_the_panel_has_units_and_limits() -> None:
+def test_the_panel_has_units_and_how_long_the_pole_stood() -> None:
     view = leaning().view(0)
     assert cart_pole.panel(view) == [
-        ("x", "+1.01 m"), ("v", "+0.59 m/s"), ("theta", "+11.0 deg"), ("omega", "+21 deg/s"),
-        ("fails", "2.4 m"), ("or", "12 deg"), ("last", "right"), ("force", "10 N"),
+        ("place", "+1.01 m"), ("speed", "+0.59 m/s"), ("lean", "+11.0 deg"),
+        ("swings", "+21 deg/s"), ("stood", "0.02 s"), ("last", "right"), ("force", "10 N"),
     ]  # fmt: skip
 
 

@@ -122,6 +122,14 @@ sensed nothing. belief too large"""
     )
 
 
+def test_the_reward_is_hidden_until_it_may_be_known() -> None:
+    game = dmplay.Session(dmplay.load("collaborative-predator-prey"), dmplay.Dice(5))
+    game.advance([0, 3])
+    assert ("reward", "hidden") in collaborative_predator_prey.panel(game.view(0))
+    game.end("quit")
+    assert ("reward", "10") in collaborative_predator_prey.panel(game.view(0))
+
+
 def test_a_blind_predator_is_told_the_likeliest_hexes() -> None:
     assert (
         collaborative_predator_prey.told(after("e w"))

@@ -48,11 +48,11 @@ def test_an_advisory_reversed_is_told() -> None:
     )
 
 
-def test_the_panel_says_what_this_rate_leads_to() -> None:
+def test_the_panel_has_what_the_board_does_not_say() -> None:
     view = advised().view(0)
     assert collision_avoidance.panel(view) == [
-        ("h", "+23 m"), ("dh", "-5.0 m/s"), ("time", "30 s"), ("passes", "-127 m"), ("", "clear"),
-        ("near", "below 50 m"), ("last", "no-advisory"), ("changes", "3"), ("reward", "-0.01"),
+        ("height", "+23 m"), ("rate", "-5.0 m/s"), ("left", "30 s"), ("advice", "none"),
+        ("changes", "3"), ("reward", "-0.01"),
     ]  # fmt: skip
 
 

@@ -44,11 +44,10 @@ def test_a_car_at_the_left_wall_of_gym_stopped() -> None:
     )
 
 
-def test_the_panel_has_both_conditions_of_gym() -> None:
+def test_the_panel_has_the_state_in_words() -> None:
     view = started("mountain-car:gym", [-1.17, -0.06], [0]).view(0)
     assert mountain_car.panel(view) == [
-        ("x", "-1.200"), ("v", "+0.0000"), ("height", "+0.44"), ("goal", "x >= 0.5"),
-        ("and", "v >= 0"), ("last", "left"),
+        ("place", "-1.200"), ("speed", "+0.0000"), ("height", "+0.44"), ("last", "left"),
     ]  # fmt: skip
 
 

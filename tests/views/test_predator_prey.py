@@ -86,10 +86,31 @@ def test_more_on_one_hex_than_fit_are_cut_short() -> None:
     view = after(seed=434, predators=2, prey=3)
     crowded = dataclasses.replace(view, observations=(np.array([2, 2, 2, 2, 2]),))
     assert "│@Bo1…│" in fit(predator_prey, crowded, Look(80, 24)).plain
-    assert ("* (1,2)", "@ B o1 o2 o3") in predator_prey.panel(crowded)
+    assert ("* (1,2)", "A B o1 o2 o3") in predator_prey.panel(crowded)
     assert predator_prey.situation(crowded).startswith(
         "at (1,2), you are predator1. you feed: any action stays here."
     )
+
+
+def test_the_panel_has_both_scores_and_the_glyphs_that_never_change() -> None:
+    view = after(seed=1)
+    fed = dataclasses.replace(
+        view,
+        observations=(np.array([9, 9]), np.array([9, 0]), np.array([8, 0])),
+        actions=(0, 3),
+        joint=(np.array([0, 3]), np.array([3, 0])),
+        rewards=(1.0, -1.0),
+    )
+    facts = dict(predator_prey.panel(fed))
+    assert facts.items() >= {
+        "A you": "(1,0)", "o prey": "(-1,2)", "score A": "0.1", "score o": "-100",
+        "slips aside": "0.15 each", "discount": "0.90 (gamma)",
+    }.items()  # fmt: skip
+    eaten = dataclasses.replace(fed, seat=1, actions=(3, 0), rewards=(-100.0, 0.0))
+    facts = dict(predator_prey.panel(eaten))
+    assert facts.items() >= {
+        "A predator": "(1,0)", "o you": "(-1,2)", "score A": "0.1", "score o": "-100",
+    }.items()  # fmt: skip
 
 
 def test_a_capture_is_told_to_both_sides() -> None:

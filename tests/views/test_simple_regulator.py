@@ -1,8 +1,13 @@
 """What a person sees of a number and its pushes, frame by frame."""
 
+import dataclasses
+from collections.abc import Sequence
+from typing import overload
+
 import pytest
 
 import dmplay
+from dmplay.chance import Array
 from dmplay.session import Session
 from dmplay.views.style import Look, fit, style_of
 from tests.support.games import started
@@ -19,8 +24,9 @@ def pushed() -> Session:
 def test_the_panel_has_what_the_number_costs() -> None:
     view = pushed().view(0)
     assert simple_regulator.panel(view) == [
-        ("s", "-0.102"), ("costs", "0.010"), ("last a", "+0.250"), ("aimed", "-0.276"),
-        ("reward", "-0.276"), ("noise", "0.1"), ("gamma", "0.9"), ("a from", "-10 to 10"),
+        ("number", "-0.102"), ("costs", "0.010"), ("pushed", "+0.250"), ("aimed at", "-0.276"),
+        ("reward", "-0.276"), ("noise", "0.1"), ("push by", "-10 to 10"),
+        ("discount", "0.9 (gamma)"),
     ]  # fmt: skip
 
 
@@ -31,6 +37,37 @@ def test_a_push_is_told_with_its_aim() -> None:
         "s -0.102. a turn here costs 0.010. push by a number from -10 to 10; noise of 0.1"
         " comes on top."
     )
+
+
+class Counted(Sequence[Array]):
+    """What a seat saw, which counts how much of it is asked for."""
+
+    def __init__(self, seen: Sequence[Array]) -> None:
+        self.seen, self.asked = seen, 0
+
+    def __len__(self) -> int:
+        return len(self.seen)
+
+    @overload
+    def __getitem__(self, place: int) -> Array: ...
+    @overload
+    def __getitem__(self, place: slice) -> Sequence[Array]: ...
+    def __getitem__(self, place: int | slice) -> Array | Sequence[Array]:
+        found = self.seen[place]
+        self.asked += len(found) if isinstance(place, slice) else 1
+        return found
+
+
+@pytest.mark.parametrize("turns", [20, 400])
+def test_a_frame_asks_for_no_more_turns_than_it_shows(turns: int) -> None:
+    game = dmplay.Session(dmplay.load("simple-regulator"), dmplay.Dice(1), limit=turns)
+    for _ in range(turns):
+        game.advance([0.0])
+    seen = Counted(game.view(0).observations)
+    view = dataclasses.replace(game.view(0), observations=seen)
+    fit(simple_regulator, view, Look(80, 24))
+    simple_regulator.panel(view)
+    assert seen.asked <= 4 * (12 + 1)  # turns of the largest frame, drawn in a few sizes
 
 
 def test_the_smallest_noise_is_drawn() -> None:

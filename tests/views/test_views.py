@@ -2,6 +2,7 @@
 
 import re
 
+import numpy as np
 import pytest
 from wcwidth import wcswidth
 
@@ -20,12 +21,14 @@ from dmplay.views import hexworld as exits
 from dmplay.views.style import Look, Overlay, fit, style_of
 from tests.support.games import session
 from tests.support.glyphs import GLYPHS
+from tests.support.looks import foreseen
 
 crying_baby = style_of(dmplay.load("crying-baby"))
 game_2048 = style_of(dmplay.load("2048"))
 hexworld = style_of(dmplay.load("hexworld"))
 prisoners_dilemma = style_of(dmplay.load("prisoners-dilemma"))
 
+PLAIN = set(map(chr, range(32, 127)))
 SIZES = [(120, 40), (80, 24), (80, 12), (50, 14), (40, 12), (40, 8), (25, 6), (12, 2)]
 
 
@@ -169,6 +172,29 @@ def test_every_view_fits_every_room_in_allowed_glyphs(problem: Problem, plain: b
                 glyphs = {glyph for glyph in drawn.plain if not glyph.isascii()}
                 assert not glyphs if plain else glyphs <= GLYPHS
                 assert all(wcswidth(glyph) == 1 for glyph in glyphs)
+
+
+@pytest.mark.parametrize("problem", EVERYTHING)
+@pytest.mark.parametrize("plain", [False, True])
+def test_what_is_advised_fits_every_room_in_allowed_glyphs(problem: Problem, plain: bool) -> None:
+    style, game = style_of(problem), played(problem, 3)
+    for seat, actions in enumerate(problem.actions):
+        view = game.view(seat)
+        many = len(actions.labels)
+        regret = np.where(view.legal is None or view.legal, np.arange(many) / 7, np.nan)
+        listed = bool(many) and len(problem.agents) == 1 and not game.over
+        large = Look(0, 0, ascii=plain, large=True)
+        looks = [large, large._replace(regret=regret)] if many else [large]
+        if listed:
+            first = int(np.argmin(np.isnan(regret)))
+            looks.append(large._replace(outlook=foreseen(game, first)))
+        for look in looks:
+            for width, height in SIZES:
+                drawn = fit(style, view, look._replace(width=width, height=height)).plain
+                rows = drawn.split("\n")
+                assert max(map(len, rows)) <= width
+                assert len(rows) <= height
+                assert {*drawn} - {"\n"} <= (PLAIN if plain else PLAIN | GLYPHS)
 
 
 @pytest.mark.parametrize("problem", EVERYTHING)
