@@ -5,7 +5,7 @@ import pytest
 
 import dmplay
 from dmplay.chance import Array, Chance, Pick
-from dmplay.core import GRID, Interval, Problem, exact, exact_start, possible
+from dmplay.core import GRID, Interval, Problem, exact, exact_start, placed, possible
 from dmplay.errors import BadParameter, TooMuch, UnknownName
 from dmplay.problems.rock_paper_scissors import RockPaperScissors
 
@@ -35,6 +35,12 @@ def test_a_problem_pays_each_agent_its_own_unless_it_says_otherwise() -> None:
     [
         ("hexworld", "slip", 1.5, "slip: got 1.5, expected a number at least 0 and at most 1"),
         ("cart-pole", "length", 0.0, "length: got 0, expected a number above 0"),
+        (
+            "cart-pole",
+            "pole_mass_in_tau",
+            1,
+            "pole_mass_in_tau: got 1, expected true or false, such as False",
+        ),
     ],
 )
 def test_a_parameter_out_of_its_bounds_is_refused(
@@ -75,6 +81,17 @@ def test_only_a_finite_problem_lists_its_states() -> None:
     assert dmplay.load("crying-baby").enumerated().tolist() == [0, 1]
     with pytest.raises(BadParameter, match="CartPole has no finite list of states"):
         dmplay.load("cart-pole").enumerated()
+
+
+def test_a_flag_has_no_bounds() -> None:
+    assert dmplay.load("cart-pole", pole_mass_in_tau=True) == dmplay.load("cart-pole:gym")
+
+
+def test_what_is_no_state_of_the_problem_has_no_place_among_them() -> None:
+    walk = dmplay.load("hexworld")
+    assert placed(walk, np.array([0, 24])).tolist() == [0, 24]
+    with pytest.raises(BadParameter, match="got states 3 to 25, expected 0 to 24, as many as"):
+        placed(walk, np.array([25, 3]))
 
 
 def test_a_belief_is_carried_by_what_was_done_and_heard_as_far_as_it_is_known() -> None:

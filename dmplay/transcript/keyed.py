@@ -5,6 +5,7 @@ import math
 import re
 import sys
 from collections import Counter
+from contextlib import suppress
 
 from dmplay.errors import BadTranscript
 
@@ -37,11 +38,11 @@ def keyed(row: str, path: str, line: int) -> tuple[str, object]:
 
 def _value(row: str, at: int) -> object:
     """The JSON value from this column to the end of the line."""
-    try:
+    with suppress(ValueError):
         value, end = JSON.raw_decode(row, at)
-    except ValueError:
-        end = at
-    return value if end == len(row) else JSON.decode(row[at:])  # blanks around it, or a fault
+        if end == len(row):
+            return value
+    return JSON.decode(row[at:])  # blanks around it, or a fault
 
 
 def _no_constant(name: str) -> float:

@@ -412,6 +412,8 @@ OPENING = '\nturn: 0\ndraws: [0.635716]\nstate: "(7,2)"\n\n'
         (HEADER + "\n| frame\n\n" + OPENING, "t:7: a frame without a turn"),
         (HEADER + OPENING[:-1] + "| x\nbelief: 1\n\n", "t:10:1: belief after the frame"),
         (HEADER + "\nturn: 0\ndraws: [NaN]\n\n", "t:7:8: NaN is not a number"),
+        (HEADER + "\nturn: 0\ndraws: \n\n", "t:7:8: expecting value"),
+        (HEADER + "\nturn: 0\ndraws: [0.1] 2\n\n", "t:7:14: extra data"),
         (HEADER + "\nturn: 0\ndraws: [1e999]\n\n", "t:7:8: 1e999 is too large"),
         (HEADER + "\nturn: 0\ndraws: [0.1\n\n", "t:7:12: expecting ',' delimiter"),
         (HEADER + "\nturn: 0\ndraws: " + "[" * 100_000 + "\n\n", "t:7:8: nested too deeply"),
