@@ -167,6 +167,7 @@ def branched(wanted: Branching, shown: Collection[Luck] = ()) -> Game:
     recorder = Recorder.create(
         wanted.record, header, session, frame=_framing(transcript), force=wanted.force
     )
+    del transcript  # what it holds of every turn is held by both sessions
     _retell(past, wanted.turn, session, recorder)
     return _repeated(found, header, seats, wanted, recorder)
 
