@@ -9,6 +9,7 @@ import traceback
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from random import Random
+from typing import BinaryIO, cast
 
 from dmplay.__main__ import main
 from dmplay.cli import config
@@ -22,8 +23,10 @@ class Keyboard(io.TextIOWrapper):
     """What is typed, at a terminal or into a pipe."""
 
     def __init__(self, typed: str, *, terminal: bool) -> None:
-        raw = typed.encode(errors="surrogatepass")
-        super().__init__(io.BytesIO(raw), "utf-8", errors="surrogateescape")
+        file = tempfile.TemporaryFile()  # noqa: SIM115 - closed with what reads it
+        file.write(typed.encode(errors="surrogatepass"))
+        file.seek(0)
+        super().__init__(cast(BinaryIO, file), "utf-8", errors="surrogateescape")
         self._terminal = terminal
 
     def isatty(self) -> bool:
@@ -50,6 +53,8 @@ def reads(case: Case) -> Told:
         parse(case.files[GAME], GAME)
     except BadTranscript as error:
         return Told("refused", str(error))
+    except Exception as error:
+        return Told(type(error).__name__, trace=traceback.format_exc())
     return Told("read", "")
 
 
@@ -104,7 +109,7 @@ def _spoken(case: Case) -> Iterator[None]:
     with contextlib.ExitStack() as stack:
         for place, name, value in (
             (sys, "argv", ["dmplay", *case.words]),
-            (sys, "stdin", Keyboard(case.typed, terminal=case.terminal)),
+            (sys, "stdin", stack.enter_context(Keyboard(case.typed, terminal=case.terminal))),
             (sys, "excepthook", sys.excepthook),
             (os, "urandom", luck),
         ):
