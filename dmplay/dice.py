@@ -57,7 +57,7 @@ class Dice:
 
     def draw(self, stream: int, turn: int, reroll: int, count: int) -> Reals:
         """Uniforms `[1, count]`."""
-        if reroll or not 0 < count <= MANY:
+        if reroll or not turn or not 0 < count <= MANY:  # an opening is thrown alone
             return uniforms(
                 self.seed, stream, turn, reroll=reroll, first=self.episode, rows=1, count=count
             )
