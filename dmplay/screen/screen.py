@@ -318,11 +318,12 @@ class Screen:
 
     def _review(self) -> None:
         """Logs what the moves of people were worth, unless nobody waits for it."""
-        from dmplay.game import review  # not needed before
+        from dmplay.advice import review  # not needed before
 
+        game = self.game
         with contextlib.suppress(Stopped):
             try:
-                found = review.of(self.game)
+                found = review.of(game.session, game.people, game.seats)
             except DmplayError as error:
                 self.log.append(f"review: {error}")
                 return

@@ -5,10 +5,10 @@ from itertools import islice
 
 import numpy as np
 
+from dmplay.advice.adviser import Adviser
 from dmplay.describe import counted
 from dmplay.errors import BadParameter
 from dmplay.finding.typed import whole
-from dmplay.game.adviser import Adviser
 from dmplay.game.answer import answer
 from dmplay.game.game import Game
 from dmplay.thought import About, think
@@ -149,11 +149,11 @@ def policy(game: Game, argument: str) -> str:
 
 def review(game: Game, argument: str) -> str:
     """What each move of the people was worth; kept as notes once the transcript ends."""
-    from dmplay.game import review as reviewing  # not needed before
+    from dmplay.advice import review as reviewing  # not needed before
 
     if not game.session.over or not game.people:
         raise BadParameter("review: it values the moves of people, once the game is over")
-    found = reviewing.of(game)
+    found = reviewing.of(game.session, game.people, game.seats)
     game.notes = "".join(reviewing.notes(found))
     return answer(reviewing.lines(found))
 
