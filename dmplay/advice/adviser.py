@@ -2,14 +2,16 @@
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from math import floor, isfinite, log10
-from typing import TypeVar
+from math import floor, isfinite, isnan, log10
+from typing import NamedTuple, TypeVar
+
+import numpy as np
 
 from dmplay.chance import Reals
 from dmplay.core import Policy
 from dmplay.errors import BadPolicy, TooMuch
 from dmplay.finding import agents
-from dmplay.session import Follower, Session
+from dmplay.session import Follower, Session, Turn
 from dmplay.views.style import Overlay
 
 T = TypeVar("T")
@@ -29,6 +31,54 @@ def fixed(value: float, places: int) -> str:
     return f"{round(value, places) + 0.0:.{places}f}"
 
 
+class Advice(NamedTuple):
+    """What the adviser would do before a turn, and its values, where it knows any."""
+
+    best: str
+    labels: Sequence[str]
+    values: Reals | None  # [A], nan where not legal
+
+    def __str__(self) -> str:
+        """In a line."""
+        return ". ".join(filter(None, (self.short, self.told)))
+
+    @property
+    def short(self) -> str:
+        """The same without its values, for who sees them marked."""
+        return f"hint {self.best}"
+
+    @property
+    def told(self) -> str:
+        """Its values alone; '' where it knows none."""
+        each = ", ".join(f"{label} {number}" for label, number in self._known(ordered=False))
+        return each and f"values: {each}"
+
+    @property
+    def regret(self) -> Reals | None:
+        """What each action `[A]` loses against the best; nan where not legal, or not known."""
+        if self.values is None or not np.isfinite(self.values).any():
+            return None
+        finite = np.where(np.isfinite(self.values), self.values, np.nan)
+        lost: Reals = np.nanmax(finite) - finite
+        return lost
+
+    @property
+    def worth(self) -> list[tuple[str, str]]:
+        """The values of the best actions, the best first."""
+        return self._known(ordered=True)
+
+    def _known(self, *, ordered: bool) -> list[tuple[str, str]]:
+        """Actions and their values in as many decimals as tell them apart; of many the best."""
+        if self.values is None:
+            return []
+        each = zip(self.labels, self.values.tolist(), strict=True)
+        known = [(label, value) for label, value in each if not isnan(value)]
+        if ordered or len(known) > MOST:
+            known = sorted(known, key=lambda pair: -pair[1])[:MOST]
+        places = decimals([value for _, value in known])
+        return [(label, fixed(value, places)) for label, value in known]
+
+
 class Adviser:
     """The problem's own adviser beside a seat of a session; it only looks on."""
 
@@ -36,6 +86,7 @@ class Adviser:
         self.session = session
         self.seat = seat
         self.seats = seats  # who plays, by name
+        self._given: tuple[int, Turn | None, Advice] | None = None  # last, and after which turn
 
     @cached_property
     def _found(self) -> tuple[str, Policy] | None:
@@ -74,7 +125,25 @@ class Adviser:
         why = self.silent()
         if why:
             return f"no hint: {why}"
-        return ". ".join(filter(None, (f"hint {self.choice()}", self.values())))
+        choice = self.choice()
+        labels = self.session.problem.actions[self.seat].labels
+        advice = Advice(choice, labels, self._values())
+        self._given = (*self._now, advice)
+        return str(advice)
+
+    @property
+    def given(self) -> Advice | None:
+        """The hint that was given before this turn, if one was."""
+        if self._given is None or self.session.over:
+            return None
+        turns, last, advice = self._given
+        now = self._now
+        return advice if turns == now[0] and last is now[1] else None
+
+    @property
+    def _now(self) -> tuple[int, Turn | None]:
+        turns = self.session.turns
+        return len(turns), turns[-1] if turns else None
 
     def choice(self) -> str:
         """The adviser's name, and what it would do here."""
@@ -83,18 +152,16 @@ class Adviser:
 
     def values(self) -> str:
         """The adviser's value of each legal action; '' where it knows none."""
-        values = self._asked(Follower.values) if self._follower else None
         labels = self.session.problem.actions[self.seat].labels
-        if values is None or not labels:
-            return ""
+        return Advice("", labels, self._values()).told
+
+    def _values(self) -> Reals | None:
+        """The value of each action `[A]`, nan where not legal; None where no values are known."""
+        values = self._asked(Follower.values) if self._follower else None
+        if values is None or not self.session.problem.actions[self.seat].labels:
+            return None
         legal = self.session.legal(self.seat)
-        able = [True] * len(labels) if legal is None else legal
-        each = zip(labels, values, able, strict=True)
-        known = [(label, float(value)) for label, value, open_ in each if open_]
-        if len(known) > MOST:
-            known = sorted(known, key=lambda pair: -pair[1])[:MOST]
-        places = decimals([value for _, value in known])
-        return "values: " + ", ".join(f"{label} {fixed(value, places)}" for label, value in known)
+        return values if legal is None else np.where(legal, values, np.nan)
 
     def overlay(self, kind: str) -> Overlay | None:
         """Values, policy or states of every state, where the adviser knows them."""

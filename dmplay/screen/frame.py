@@ -1,49 +1,23 @@
 """The play screen as text: title, board and side panel, log, message and keys, to the column."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 from rich.text import Text
 
+from dmplay.advice.adviser import Advice
 from dmplay.game.facts import sentence
 from dmplay.game.game import Game
-from dmplay.game.keymap import SHOWN
 from dmplay.rollouts import MOST_TURNS
+from dmplay.screen.footer import keys
+from dmplay.screen.shown import Room, Shown, fitted
 from dmplay.terminal import clean
-from dmplay.views.canvas import ASCII, size
+from dmplay.views.canvas import size
 from dmplay.views.style import PANEL, Look, Needed
-from dmplay.words.commands import named
 
 LABEL = 8  # columns of a label, behind which values begin in one column
 LOG = 2  # rows of the log at least
 SMALL = 4  # rows under which there is no board
 ROOMY = 20  # rows from which on the goal is always told
-KEYS_SHOWN = 5  # turns for which the board names the keys
-COLON = ": command"
-OVER_KEYS = (("new", "restart", "undo", "help", "quit"), ("new", "help", "quit"), ("help",))
-ROW_KEYS = (("hint", "undo", "help", "quit"), ("hint", "help", "quit"), ("help", "quit"), ("help",))
-
-
-class Room(NamedTuple):
-    """The terminal: its size and whether it can draw."""
-
-    width: int
-    height: int
-    ascii: bool = False
-
-
-class Shown(NamedTuple):
-    """What the front end adds: a message, the overlay, a page in place of the board."""
-
-    message: str = ""
-    overlay: str = ""
-    page: Sequence[str] = ()  # an answer of several lines, in place of the board
-    part: int = 0  # which part of it, where it is longer than the screen
-    curtain: str = ""  # the agent before whose turn nothing is shown
-    keys_until: int = KEYS_SHOWN  # the turn from which on the board names no keys
-
-
-NOTHING = Shown()
 
 
 def compose(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
@@ -53,8 +27,8 @@ def compose(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
     """
     below = keys(game, room, shown)
     if room.height < SMALL:
-        rows = [_fitted(_urgent(game, room, shown, log), room), below][: room.height]
-        return _rows([_fitted(_title(game, room), room), *rows][-room.height :])
+        rows = [fitted(_urgent(game, room, shown, log), room), below][: room.height]
+        return _rows([fitted(_title(game, room), room), *rows][-room.height :])
     if room.height == SMALL and not (shown.message or shown.curtain):
         shown = shown._replace(message=_beside(game, room, shown, log))
     return _rows([upper(game, room, shown, log), message(room, shown), below])
@@ -83,7 +57,7 @@ def _urgent(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
 
 def message(room: Room, shown: Shown) -> Text:
     """The row that answers the last key."""
-    return _fitted(Text(f" {clean(shown.message)}"), room)
+    return fitted(Text(f" {clean(shown.message)}"), room)
 
 
 def upper(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
@@ -102,7 +76,7 @@ def upper(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
         title, parts = _title(game, room), _body(game, room, shown, log, body - len(aim))
         parts = [*aim, *parts]
     parts += [Text("")] * (body - len(parts))
-    return _rows([_fitted(row, room) for row in [title, *parts][: room.height - 2]])
+    return _rows([fitted(row, room) for row in [title, *parts][: room.height - 2]])
 
 
 def _part(room: Room, shown: Shown) -> list[Text]:
@@ -139,13 +113,6 @@ def _curtain(agent: str, room: Room) -> list[Text]:
 
 def _rows(rows: list[Text]) -> Text:
     return Text("\n", no_wrap=True).join(rows)
-
-
-def _fitted(row: Text, room: Room) -> Text:
-    row.truncate(room.width, overflow="ellipsis")  # nothing is cut silently
-    if room.ascii:
-        row.plain = row.plain.translate(ASCII)
-    return row
 
 
 def _title(game: Game, room: Room) -> Text:
@@ -204,6 +171,7 @@ def _body(game: Game, room: Room, shown: Shown, log: list[str], body: int) -> li
         keys=game.waiting is not None and view.turn < shown.keys_until,
         around=room.height - body + LOG + 1,
         large=True,
+        regret=shown.advice and shown.advice.regret,
     )
     board = game.draw(look)
     long = [shown.message] if len(shown.message) >= room.width else []  # its row cuts it
@@ -218,7 +186,7 @@ def _body(game: Game, room: Room, shown: Shown, log: list[str], body: int) -> li
     wide, _ = size(board)
     panel = game.style.panel(view)
     if not game.session.over and game.people and not game.unaided:
-        panel = [*panel, ("hint", "Tab")]
+        panel = [*panel, *_hint(shown.advice)]
     beside = room.width - wide - 2 >= PANEL
     rows = board.split("\n", allow_blank=True)
     drawn = list(rows)
@@ -282,6 +250,13 @@ def _cut(lines: list[Text], rows: int, room: Room) -> list[Text]:
     return [*before, last.append("…")]
 
 
+def _hint(advice: Advice | None) -> list[tuple[str, str]]:
+    """The key of hints; once one was given, what it values the actions at, the best first."""
+    if advice is None or not advice.worth:
+        return [("hint", "Tab")]
+    return [("worth", ""), *((f"  {label}", number) for label, number in advice.worth)]
+
+
 def _page(lines: Sequence[str], room: Room) -> list[Text]:
     """Lines of text, wrapped."""
     out: list[str] = []
@@ -301,31 +276,3 @@ def _pieces(line: str, most: int) -> list[str]:
     return [
         word[at : at + most] for word in line.split(" ") for at in range(0, max(len(word), 1), most)
     ]
-
-
-def keys(game: Game, room: Room, shown: Shown = NOTHING) -> Text:
-    """The keys that count now, the game's before the shell's; illegal ones in brackets and dim."""
-    row = Text(" ")
-    if shown.curtain:
-        return _fitted(row.append("Enter shows the board  q quit"), room)
-    if game.waiting is not None and game.keyboard.types_numbers(game.watcher):
-        nudges = " ".join(SHOWN.get(key, key) for key in game.keyboard.nudges)
-        told = f"type a number, Enter plays it  {nudges} nudge it  "
-        least = len(" ".join(map(_shown, ROW_KEYS[-2])))
-        row.append(told if len(told) + least < room.width else "a number, Enter  ")
-    elif game.waiting is not None:
-        for key, label, able in game.keyboard.legal(game.view()):
-            words = label if key == label else f"{SHOWN.get(key, key)} {label}"
-            row.append(words if able else f"[{words}]", style="" if able else "dim").append("  ")
-    over = game.session.over and game.asked is not None
-    watch = [] if game.people or over else ["Space step", "P play"]
-    names = OVER_KEYS if over else ROW_KEYS[2 * game.unaided :]
-    tails = ["  ".join([*watch, *map(_shown, some), COLON]) for some in names[:-1]]
-    tails += ["  ".join(map(_shown, some)) for some in names[-2:]]
-    left = room.width - len(row.plain)
-    tail = next((tail for tail in tails if len(tail) <= left), "")
-    return _fitted(row.append(tail, style="dim"), room)
-
-
-def _shown(name: str) -> str:
-    return f"{named(name).shown} {name}"

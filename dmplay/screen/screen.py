@@ -15,9 +15,9 @@ from dmplay.game.log import Log
 from dmplay.game.number import Number
 from dmplay.game.table import Table
 from dmplay.screen import frame
-from dmplay.screen.frame import KEYS_SHOWN, Room, Shown
 from dmplay.screen.modes import Event, Mode, Modes
 from dmplay.screen.painter import Painter, Place
+from dmplay.screen.shown import KEYS_SHOWN, Room, Shown
 from dmplay.terminal import Terminal
 from dmplay.thought import About, think
 from dmplay.words.commands import COMMANDS, Leave, own_parts, typed, veiled
@@ -99,7 +99,8 @@ class Screen:
         drawn = self.game.adviser.ready and not self.game.unaided
         kind = OVERLAYS[self.overlay] if drawn else ""
         page = self.page if self.modes.shows is Mode.PAGE else ()
-        return Shown(self.thinking or self.message, kind, page, self.part, curtain, self.keys_until)
+        message, advice = self.thinking or self.message, self.game.adviser.given
+        return Shown(message, kind, page, self.part, curtain, self.keys_until, advice)
 
     @property
     def log(self) -> list[str]:
@@ -291,11 +292,12 @@ class Screen:
     def say(self, words: str) -> None:
         """Shows an answer: in its row, or as a page that any key closes; logs what it tells of."""
         rows = words.split("\n") if isinstance(words, Page) else []
+        advice = self.game.adviser.given
         if rows:
             self.open(rows)
         else:
             self.modes.happens(Event.CLOSED)
-            self.message = words
+            self.message = advice.short if advice and words == str(advice) else words
         self.note(rows)
 
     def open(self, rows: list[str]) -> None:
