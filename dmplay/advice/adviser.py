@@ -7,12 +7,13 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
+from dmplay.advice.forecast import forecast, told
 from dmplay.chance import Reals
 from dmplay.core import Policy
-from dmplay.errors import BadPolicy, TooMuch
+from dmplay.errors import BadParameter, BadPolicy, TooMuch
 from dmplay.finding import agents
 from dmplay.session import Follower, Session, Turn
-from dmplay.views.style import Overlay
+from dmplay.views.style import Outlook, Overlay
 
 T = TypeVar("T")
 MOST = 10  # actions whose values are told
@@ -87,6 +88,7 @@ class Adviser:
         self.seat = seat
         self.seats = seats  # who plays, by name
         self._given: tuple[int, Turn | None, Advice] | None = None  # last, and after which turn
+        self._foreseen: tuple[int, Turn | None, Outlook] | None = None
 
     @cached_property
     def _found(self) -> tuple[str, Policy] | None:
@@ -134,11 +136,32 @@ class Adviser:
     @property
     def given(self) -> Advice | None:
         """The hint that was given before this turn, if one was."""
-        if self._given is None or self.session.over:
+        return self._still(self._given)
+
+    def foresee(self, action: float) -> str:
+        """What an action may bring, in a line; kept for the board."""
+        if self.session.over:
+            raise BadParameter("whatif: the game is over")
+        outlook = forecast(self.session, self.seat, action)
+        self._foreseen = (*self._now, outlook)
+        return told(self.session, self.seat, outlook)
+
+    def look_away(self) -> None:
+        """Forgets what an action may bring."""
+        self._foreseen = None
+
+    @property
+    def foreseen(self) -> Outlook | None:
+        """What the action may bring that was asked about before this turn, if one was."""
+        return self._still(self._foreseen)
+
+    def _still(self, kept: tuple[int, Turn | None, T] | None) -> T | None:
+        """What was kept, as long as its turn is not played."""
+        if kept is None or self.session.over:
             return None
-        turns, last, advice = self._given
+        turns, last, what = kept
         now = self._now
-        return advice if turns == now[0] and last is now[1] else None
+        return what if turns == now[0] and last is now[1] else None
 
     @property
     def _now(self) -> tuple[int, Turn | None]:

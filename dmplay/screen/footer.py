@@ -15,7 +15,12 @@ from dmplay.words.commands import named
 
 COLON = ": command"
 OVER_KEYS = (("new", "restart", "undo", "help", "quit"), ("new", "help", "quit"), ("help", "quit"))
-ROW_KEYS = (("hint", "undo", "help", "quit"), ("hint", "help", "quit"), ("help", "quit"))
+ROW_KEYS = (
+    ("hint", "whatif", "undo", "help", "quit"),
+    ("hint", "undo", "help", "quit"),
+    ("hint", "help", "quit"),
+    ("help", "quit"),
+)
 BARS = "▁▂▃▄▅▆▇█"
 NO_LOSS = 1e-9
 
@@ -101,7 +106,7 @@ def _tails(game: Game) -> list[str]:
     """The shell's keys, most of them first."""
     over = game.session.over and game.asked is not None
     watch = [] if game.people or over else ["Space step", "P play"]
-    names = OVER_KEYS if over else ROW_KEYS[2 * game.unaided :]
+    names = OVER_KEYS if over else ROW_KEYS[3 * game.unaided :]
     tails = ["  ".join([*watch, *map(_shown, some), COLON]) for some in names]
     return [*tails, "  ".join(map(_shown, names[-1]))]
 

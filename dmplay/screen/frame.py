@@ -172,6 +172,7 @@ def _body(game: Game, room: Room, shown: Shown, log: list[str], body: int) -> li
         around=room.height - body + LOG + 1,
         large=True,
         regret=shown.advice and shown.advice.regret,
+        outlook=shown.outlook,
     )
     board = game.draw(look)
     long = [shown.message] if len(shown.message) >= room.width else []  # its row cuts it

@@ -21,6 +21,7 @@ from dmplay.screen.shown import KEYS_SHOWN, Room, Shown
 from dmplay.terminal import Terminal
 from dmplay.thought import About, think
 from dmplay.words.commands import COMMANDS, Leave, own_parts, typed, veiled
+from dmplay.words.game_commands import foresee
 
 FASTER = 1.5  # the speed times this
 SLOWEST, FASTEST = 0.1, 50.0  # turns a second
@@ -99,8 +100,9 @@ class Screen:
         drawn = self.game.adviser.ready and not self.game.unaided
         kind = OVERLAYS[self.overlay] if drawn else ""
         page = self.page if self.modes.shows is Mode.PAGE else ()
-        message, advice = self.thinking or self.message, self.game.adviser.given
-        return Shown(message, kind, page, self.part, curtain, self.keys_until, advice)
+        message, adviser = self.thinking or self.message, self.game.adviser
+        given = (adviser.given, adviser.foreseen)
+        return Shown(message, kind, page, self.part, curtain, self.keys_until, *given)
 
     @property
     def log(self) -> list[str]:
@@ -129,7 +131,28 @@ class Screen:
             waiting = self.game.waiting is not None
             if waiting and (self._number(key) or self._action(key)):
                 return
+            if self.modes.shows is Mode.AHEAD and self._looked(key):
+                return
             self.command(key)
+
+    def look_ahead(self) -> None:
+        """Asks for an action, to show what it may bring."""
+        self.game.may_help("whatif")
+        if self.game.waiting is None or self.rate:
+            running = "the clock runs" if self.game.waiting is not None else "nobody chooses here"
+            self.message = f"what if: {running}"
+            return
+        self.modes.happens(Event.ASKED)
+        self.message = "what if: press an action, Enter then plays it, Esc leaves"
+
+    def _looked(self, key: str) -> bool:
+        """Looks ahead no more: Enter plays what was shown, other keys do what they always do."""
+        game, foreseen = self.game, self.game.adviser.foreseen
+        self.modes.happens(Event.CLOSED)
+        game.adviser.look_away()
+        if key == "enter" and foreseen:
+            self.act(foreseen.action)
+        return key in ("enter", "escape", "W")
 
     def _turn_page(self, key: str) -> None:
         parts = frame.pages(self._room, self.shown)
@@ -165,7 +188,11 @@ class Screen:
         return True
 
     def act(self, action: float, seat: int | None = None) -> None:
-        """Plays an action; in real time, keeps it for the clock."""
+        """Plays an action, or shows what it may bring; in real time, keeps it for the clock."""
+        if self.modes.shows is Mode.AHEAD:
+            mine = seat in (None, self.game.watcher)
+            self.message = foresee(self.game, action) if mine else "another's key"
+            return
         if self.rate:
             self.held = action
             return
@@ -376,6 +403,7 @@ KEYS = (
         ("V",), "V", "overlay", "values, policy or states on the board, where it has them",
         Screen.next_overlay,
     ),
+    Key(("W",), "W", "what if", "what an action may bring, before you play it", Screen.look_ahead),
     Key(("P", "A"), "P", "pause", "let agents or the clock play, or stop them", Screen.pause),
     Key(("space", "right"), "Space", "step", "one turn of agents", Screen.step, watched=True),
     Key(("+",), "+", "faster", "agents play faster", lambda screen: screen.quicken(FASTER)),

@@ -7,6 +7,7 @@ from rich.text import Text
 
 from dmplay.advice.adviser import Advice
 from dmplay.views.canvas import ASCII
+from dmplay.views.style import Outlook
 
 KEYS_SHOWN = 5  # turns for which the board names the keys
 
@@ -29,6 +30,7 @@ class Shown(NamedTuple):
     curtain: str = ""  # the agent before whose turn nothing is shown
     keys_until: int = KEYS_SHOWN  # the turn from which on the board names no keys
     advice: Advice | None = None  # marked on the board and the keys
+    outlook: Outlook | None = None  # what an action may bring
 
 
 NOTHING = Shown()

@@ -16,6 +16,7 @@ from dmplay.transcript.format import lines
 
 LIKELIEST = 8  # states that the belief is told of
 HINT = About("thinking of a hint")
+AHEAD = About("looking ahead")
 
 
 def count(argument: str, command: str, default: int = 1) -> int:
@@ -145,6 +146,21 @@ def values(game: Game, argument: str) -> str:
 def policy(game: Game, argument: str) -> str:
     """What a good player would do."""
     return _advised(game, "policy", lambda adviser: f"policy {adviser.choice()}")
+
+
+def whatif(game: Game, argument: str) -> str:
+    """What an action may bring about, before it is played."""
+    if not argument:
+        raise BadParameter("whatif: expected an action")
+    return foresee(game, game.keyboard.read(game.watcher, argument))
+
+
+def foresee(game: Game, action: float) -> str:
+    """What an action of the watcher may bring about; counted as help."""
+    game.may_help("whatif")
+    told = think(AHEAD, lambda: game.adviser.foresee(action))
+    game.helped()
+    return told
 
 
 def review(game: Game, argument: str) -> str:
