@@ -106,7 +106,7 @@ def _tails(game: Game) -> list[str]:
     """The shell's keys, most of them first."""
     over = game.session.over and game.asked is not None
     watch = [] if game.people or over else ["Space step", "P play"]
-    names = OVER_KEYS if over else ROW_KEYS[3 * game.unaided :]
+    names = OVER_KEYS if over else ROW_KEYS[3 if game.unaided else game.waiting is None :]
     tails = ["  ".join([*watch, *map(_shown, some), COLON]) for some in names]
     return [*tails, "  ".join(map(_shown, names[-1]))]
 

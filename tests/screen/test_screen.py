@@ -21,7 +21,7 @@ from dmplay.game.seats import HUMAN
 from dmplay.game.start import new
 from dmplay.game.table import Table
 from dmplay.screen.footer import keys
-from dmplay.screen.frame import compose
+from dmplay.screen.frame import compose, panel_rows
 from dmplay.screen.screen import Screen
 from dmplay.screen.shown import Room, Shown
 from dmplay.session import Session
@@ -170,7 +170,7 @@ def together() -> Session:
 
 def test_a_fact_that_is_too_long_for_its_row_goes_on_in_the_next() -> None:
     facts = [("last", "NE"), ("slips aside", "0.15 each"), ("who", "one two three four five")]
-    told = [row.plain.rstrip() for row in frame.panel_rows(facts, 17)]
+    told = [row.plain.rstrip() for row in panel_rows(facts, 17)]
     assert told == [
         "last NE",
         "slips aside",
