@@ -2,6 +2,7 @@
 
 import contextlib
 from collections.abc import Callable, Iterator, Sequence
+from math import inf
 from typing import NamedTuple
 
 from rich.text import Text
@@ -25,7 +26,7 @@ from dmplay.words.game_commands import foresee
 
 FASTER = 1.5  # the speed times this
 SLOWEST, FASTEST = 0.1, 50.0  # turns a second
-MORE = ("space", "down", "pagedown", "enter")
+MORE = ("space", "down", "enter")
 MANY = 20  # turns that nobody wants to lose by one key
 OVERLAYS = ("", "values", "policy", "states")
 ADVICE = ("values", "policy")  # of them
@@ -52,6 +53,7 @@ class Screen:
         self._advised: tuple[object, ...] = ()  # where an overlay was counted last
         self.page: list[str] = []  # an answer of several lines
         self.part = 0  # of the page
+        self.back = 0  # rows that the log is scrolled back
         self._room = Room(80, 24)
         self._sit()
         if table.game.people and table.game.asked and table.game.recorder is None:
@@ -66,6 +68,7 @@ class Screen:
         self.keys_until = KEYS_SHOWN  # the turn from which on the board names no keys
         self.held: float | None = None  # the action that repeats in real time
         self.reviewed = False
+        self.back = 0
         self.modes.begins(clock=bool(self.rate and game.people))
 
     @property
@@ -102,7 +105,7 @@ class Screen:
         page = self.page if self.modes.shows is Mode.PAGE else ()
         message, adviser = self.thinking or self.message, self.game.adviser
         given = (adviser.given, adviser.foreseen)
-        return Shown(message, kind, page, self.part, curtain, self.keys_until, *given)
+        return Shown(message, kind, page, self.part, self.back, curtain, self.keys_until, *given)
 
     @property
     def log(self) -> list[str]:
@@ -155,11 +158,21 @@ class Screen:
         return key in ("enter", "escape", "W")
 
     def _turn_page(self, key: str) -> None:
-        parts = frame.pages(self._room, self.shown)
-        if key in MORE and self.part + 1 < len(parts):
+        last = len(frame.pages(self._room, self.shown)) - 1
+        scroll = next((one.rows for one in SCROLLS if key in one.keys), 0.0)
+        if scroll:
+            step = inf if scroll in (inf, -inf) else 1
+            self.part = int(min(max(self.part - (step if scroll > 0 else -step), 0), last))
+        elif key in MORE and self.part < last:
             self.part += 1
         else:
             self.modes.happens(Event.CLOSED)
+
+    def scroll(self, rows: float) -> None:
+        """Goes so many rows back in the log, or on."""
+        if not self.table.curtained:
+            most = frame.most_back(self.game, self._room, self.shown, self.log)
+            self.back = int(min(max(self.back + rows, 0), most))
 
     def _action(self, key: str) -> bool:
         """Plays the action of a key, or of two arrows for a diagonal."""
@@ -336,8 +349,9 @@ class Screen:
         """Logs what happened since the last time; `told` are the turns of an answer."""
         if self._log.game is not self.game:
             self._sit()
-        elif self._log.catch_up(told) and self.message == self.log[-1]:
-            self.message = ""
+        elif self._log.catch_up(told):
+            self.back = 0
+            self.message = "" if self.message == self.log[-1] else self.message
         if self.game.session.over and self.game.people and not self.reviewed:
             self.reviewed = True
             self._review()
@@ -398,6 +412,29 @@ class Key(NamedTuple):
         return key in self.keys and not (self.watched and game.people)
 
 
+class Scroll(NamedTuple):
+    """Keys that scroll the log, where they play nothing, and pages."""
+
+    keys: tuple[str, ...]
+    shown: str
+    rows: float  # back
+
+    @property
+    def key(self) -> Key:
+        """As a key of the screen."""
+        help_ = SCROLLING if self.shown == "PgUp" else ""
+        return Key(self.keys, self.shown, "scroll", help_, lambda screen: screen.scroll(self.rows))
+
+
+SCROLLING = "back in the log; PgDn, Home, End, the wheel; with Shift where they play"
+SCROLLS = (
+    Scroll(("pageup", "s-pageup", "c-pageup"), "PgUp", 8),
+    Scroll(("pagedown", "s-pagedown", "c-pagedown"), "PgDn", -8),
+    Scroll(("home", "s-home", "c-home"), "Home", inf),
+    Scroll(("end", "s-end", "c-end"), "End", -inf),
+    Scroll(("wheel up",), "wheel", 3),
+    Scroll(("wheel down",), "wheel", -3),
+)
 KEYS = (
     Key(
         ("V",), "V", "overlay", "values, policy or states on the board, where it has them",
@@ -410,4 +447,5 @@ KEYS = (
     Key(("-",), "-", "slower", "agents play slower", lambda screen: screen.quicken(1 / FASTER)),
     Key(("?",), "?", "help", "", Screen.show_help),
     Key(("q",), "q", "quit", "", Screen.leave),
+    *(one.key for one in SCROLLS),
 )  # fmt: skip

@@ -27,6 +27,7 @@ class Shown(NamedTuple):
     overlay: str = ""
     page: Sequence[str] = ()  # an answer of several lines, in place of the board
     part: int = 0  # which part of it, where it is longer than the screen
+    back: int = 0  # rows that the log is scrolled back
     curtain: str = ""  # the agent before whose turn nothing is shown
     keys_until: int = KEYS_SHOWN  # the turn from which on the board names no keys
     advice: Advice | None = None  # marked on the board and the keys
