@@ -15,7 +15,8 @@ FLOORS = (
     "errors", "disk", "budget", "thought", "chance", "core", "dice", "describe", "hexes",
     "matrix_game", "tabular", "belief", "session", "rollouts", "problems", "solvers", "policies",
     "transcript", "finding", "terminal", "signals", "styles", "views", "figures", "solutions",
-    "game", "words", "screen", "reports", "prompt", "front", "cli", "pytest_plugin", "__main__",
+    "advice", "game", "words", "screen", "reports", "prompt", "front", "cli", "pytest_plugin",
+    "__main__",
 )  # fmt: skip
 SCREENS = {"rich", "typer", "prompt_toolkit"}
 ALLOWED = {  # what a floor may load beside the standard library and numpy
@@ -133,7 +134,8 @@ def test_a_first_frame_is_drawn_without_the_toolkit_and_without_agents() -> None
     never = {"prompt_toolkit", "dmplay.policies.hexworld", "dmplay.solvers.alpha_vectors"}
     code = (
         "import sys\nfrom pathlib import Path\n"
-        "from dmplay.screen.frame import Room, Shown, compose\n"
+        "from dmplay.screen.frame import compose\n"
+        "from dmplay.screen.shown import Room, Shown\n"
         "from dmplay.game.request import Request\nfrom dmplay.game.start import new\n"
         "from dmplay.game import table\nfrom dmplay.screen import screen\n"
         "game = new(Request('hexworld', seed=7, record=Path('/dev/null')))\n"

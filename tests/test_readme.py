@@ -12,6 +12,7 @@ from dmplay.game.table import Table
 from dmplay.reports.export import ROOM, film
 from dmplay.screen import frame
 from dmplay.screen.screen import Screen
+from dmplay.screen.shown import Room
 from dmplay.terminal import Terminal
 from tests.support.blocks import README, ROOT, Reader
 
@@ -39,6 +40,6 @@ def test_the_frame_of_the_readme_is_what_the_screen_shows(tmp_path: Path) -> Non
     screen = Screen(Table(game), Terminal(True, "", True, False, False))
     for key in "hbhh":
         screen.press(key)
-    shown = frame.compose(game, frame.Room(80, 16), screen.shown, screen.log).plain
+    shown = frame.compose(game, Room(80, 16), screen.shown, screen.log).plain
     rows = [row.rstrip() for row in shown.split("\n")]
     assert "\n".join(rows) in README

@@ -85,6 +85,6 @@ def review(
       dmplay review game.dmt
       dmplay review game.dmt --write
     """
-    from dmplay.game.review import reviewed
+    from dmplay.reports.reviewing import reviewed
 
     return reviewed(file, write=write, json=json, trusted=trust, peek=peek)

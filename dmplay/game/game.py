@@ -6,11 +6,11 @@ from typing import cast
 
 from rich.text import Text
 
+from dmplay.advice.adviser import Adviser
 from dmplay.core import Problem
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter
 from dmplay.game.account import Account
-from dmplay.game.adviser import Adviser
 from dmplay.game.keyboard import Keyboard
 from dmplay.game.request import Request
 from dmplay.policies.script import EndOfScript

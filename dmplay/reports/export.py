@@ -16,7 +16,8 @@ from dmplay.game.playback import Playback
 from dmplay.reports.drawing import film as pictures
 from dmplay.reports.drawing import kept, picture
 from dmplay.reports.page import page
-from dmplay.screen.frame import Room, Shown, compose
+from dmplay.screen.frame import compose
+from dmplay.screen.shown import Room, Shown
 from dmplay.styles import ansi
 from dmplay.transcript.format import end_facts
 from dmplay.transcript.header import header_facts

@@ -5,45 +5,23 @@ from typing import NamedTuple
 
 from rich.text import Text
 
+from dmplay.advice.adviser import Advice
 from dmplay.game.facts import sentence
 from dmplay.game.game import Game
-from dmplay.game.keymap import SHOWN
 from dmplay.rollouts import MOST_TURNS
+from dmplay.screen.footer import keys
+from dmplay.screen.shown import Room, Shown, fitted
 from dmplay.terminal import clean
-from dmplay.views.canvas import ASCII, size
+from dmplay.views.canvas import size
 from dmplay.views.style import PANEL, Look, Needed
-from dmplay.words.commands import named
 
 LABEL = 8  # columns of a label, behind which values begin in one column
 LOG = 2  # rows of the log at least
 SMALL = 4  # rows under which there is no board
+HIGH = 8  # rows of the log below the board at most
+WIDE = 100  # columns from which on the log is beside the board
+COLUMN = 36  # columns that it then has at least
 ROOMY = 20  # rows from which on the goal is always told
-KEYS_SHOWN = 5  # turns for which the board names the keys
-COLON = ": command"
-OVER_KEYS = (("new", "restart", "undo", "help", "quit"), ("new", "help", "quit"), ("help",))
-ROW_KEYS = (("hint", "undo", "help", "quit"), ("hint", "help", "quit"), ("help", "quit"), ("help",))
-
-
-class Room(NamedTuple):
-    """The terminal: its size and whether it can draw."""
-
-    width: int
-    height: int
-    ascii: bool = False
-
-
-class Shown(NamedTuple):
-    """What the front end adds: a message, the overlay, a page in place of the board."""
-
-    message: str = ""
-    overlay: str = ""
-    page: Sequence[str] = ()  # an answer of several lines, in place of the board
-    part: int = 0  # which part of it, where it is longer than the screen
-    curtain: str = ""  # the agent before whose turn nothing is shown
-    keys_until: int = KEYS_SHOWN  # the turn from which on the board names no keys
-
-
-NOTHING = Shown()
 
 
 def compose(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
@@ -53,8 +31,8 @@ def compose(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
     """
     below = keys(game, room, shown)
     if room.height < SMALL:
-        rows = [_fitted(_urgent(game, room, shown, log), room), below][: room.height]
-        return _rows([_fitted(_title(game, room), room), *rows][-room.height :])
+        rows = [fitted(_urgent(game, room, shown, log), room), below][: room.height]
+        return _rows([fitted(_title(game, room), room), *rows][-room.height :])
     if room.height == SMALL and not (shown.message or shown.curtain):
         shown = shown._replace(message=_beside(game, room, shown, log))
     return _rows([upper(game, room, shown, log), message(room, shown), below])
@@ -82,8 +60,15 @@ def _urgent(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
 
 
 def message(room: Room, shown: Shown) -> Text:
-    """The row that answers the last key."""
-    return _fitted(Text(f" {clean(shown.message)}"), room)
+    """The row that answers the last key; empty where the log has room for a long answer."""
+    told = "" if too_long(shown, room) else clean(shown.message)
+    return fitted(Text(f" {told}"), room)
+
+
+def too_long(shown: Shown, room: Room) -> bool:
+    """Whether the log tells the message, as its row would cut it."""
+    hidden = shown.page or shown.curtain or room.height <= SMALL + LOG
+    return len(shown.message) >= room.width and not hidden
 
 
 def upper(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
@@ -92,17 +77,22 @@ def upper(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
     Fit order: the side panel goes first, then the log shrinks to two rows, then the board to its
     smaller forms, at last to one line of text.
     """
-    body = room.height - 3
+    body = _height(room)
     if shown.curtain:
         title, parts = _name(game), _curtain(shown.curtain, room)
     elif shown.page:
         title, parts = _title(game, room), _part(room, shown)
     else:
         aim = [_goal(game, room)] if room.height >= ROOMY else []
-        title, parts = _title(game, room), _body(game, room, shown, log, body - len(aim))
-        parts = [*aim, *parts]
+        title, parts = _title(game, room), [*aim, *_body(game, room, shown, log, body)]
+    body = room.height - 3
     parts += [Text("")] * (body - len(parts))
-    return _rows([_fitted(row, room) for row in [title, *parts][: room.height - 2]])
+    return _rows([fitted(row, room) for row in [title, *parts][: room.height - 2]])
+
+
+def _height(room: Room) -> int:
+    """The rows of board and log: all but title, goal, message and keys."""
+    return room.height - 3 - (room.height >= ROOMY)
 
 
 def _part(room: Room, shown: Shown) -> list[Text]:
@@ -139,13 +129,6 @@ def _curtain(agent: str, room: Room) -> list[Text]:
 
 def _rows(rows: list[Text]) -> Text:
     return Text("\n", no_wrap=True).join(rows)
-
-
-def _fitted(row: Text, room: Room) -> Text:
-    row.truncate(room.width, overflow="ellipsis")  # nothing is cut silently
-    if room.ascii:
-        row.plain = row.plain.translate(ASCII)
-    return row
 
 
 def _title(game: Game, room: Room) -> Text:
@@ -194,43 +177,96 @@ def _name(game: Game) -> Text:
     return Text(f" dmplay {clean(game.name)}  ", style="bold")
 
 
-def _body(game: Game, room: Room, shown: Shown, log: list[str], body: int) -> list[Text]:
-    view = game.view()
+class _Laid(NamedTuple):
+    """The board with the panel beside it, and where the log has its place."""
+
+    rows: list[Text]
+    log: Room
+    beside: bool  # whether the log is at the right, in rows that reach to its first column
+
+
+def _laid(game: Game, room: Room, shown: Shown, body: int) -> _Laid | Needed:
+    """From so many columns on the log is beside the board, else below; what the board needs."""
+    if room.width >= WIDE:
+        board = _board(game, room, shown, Room(room.width - COLUMN, body, room.ascii))
+        if not isinstance(board, Needed):
+            laid = _beside_board(game, room, shown, board, body)
+            if laid.log.height >= LOG:
+                return laid
+    board = _board(game, room, shown, Room(room.width, max(body - LOG - 1, 1), room.ascii))
+    return board if isinstance(board, Needed) else _below_board(game, room, shown, board, body)
+
+
+def _board(game: Game, room: Room, shown: Shown, within: Room) -> Text:
+    """The drawing in a part of the room."""
     look = Look(
-        room.width,
-        max(body - LOG - 1, 1),
+        within.width,
+        within.height,
         room.ascii,
         game.adviser.overlay(shown.overlay),
-        keys=game.waiting is not None and view.turn < shown.keys_until,
-        around=room.height - body + LOG + 1,
+        keys=game.waiting is not None and game.view().turn < shown.keys_until,
+        around=room.height - _height(room) + LOG + 1,
         large=True,
+        regret=shown.advice and shown.advice.regret,
+        outlook=shown.outlook,
     )
-    board = game.draw(look)
-    long = [shown.message] if len(shown.message) >= room.width else []  # its row cuts it
-    if isinstance(board, Needed):
-        left = max(body - 1, 0)
-        words = (
-            _log(game, room, long, log, left)
-            if log
-            else _page([game.account.situation(game.view())], room)
-        )
-        return [board, *words[:left]]
-    wide, _ = size(board)
-    panel = game.style.panel(view)
-    if not game.session.over and game.people and not game.unaided:
-        panel = [*panel, ("hint", "Tab")]
-    beside = room.width - wide - 2 >= PANEL
-    rows = board.split("\n", allow_blank=True)
-    drawn = list(rows)
-    if beside:
-        facts = panel_rows(panel, room.width - wide - 2)
-        while len(drawn) < min(len(facts), body - LOG - 1):
-            drawn.append(Text(""))
-        for row, fact in zip(drawn, facts, strict=False):
-            row.pad_right(wide + 2 - len(row.plain))
-            row.append(fact)
-    left = body - len(drawn) - 1
-    return [*drawn, Text(""), *_log(game, room, long, log, max(left, 0))]
+    return game.draw(look)
+
+
+def _beside_board(game: Game, room: Room, shown: Shown, board: Text, body: int) -> _Laid:
+    """The panel at the right of the board, the log under it."""
+    facts = panel_rows(_known(game, shown), room.width - size(board)[0] - 2)
+    rows = _joined(board, facts, body)
+    first = size(board)[0] + 1
+    for row in rows[len(facts) :]:
+        row.pad_right(first - len(row.plain))
+    return _Laid(rows, Room(room.width - first, body - len(facts) - 1, room.ascii), beside=True)
+
+
+def _below_board(game: Game, room: Room, shown: Shown, board: Text, body: int) -> _Laid:
+    """The panel at the right where it has room; the log below, not high while the game goes on."""
+    width = room.width - size(board)[0] - 2
+    facts = panel_rows(_known(game, shown), width) if width >= PANEL else []
+    rows = _joined(board, facts, max(body - LOG - 1, 0))
+    left = max(body - len(rows) - 1, 0)
+    high = left if game.session.over else min(left, HIGH)
+    return _Laid([*rows, Text("")], Room(room.width, high, room.ascii), beside=False)
+
+
+def _known(game: Game, shown: Shown) -> list[tuple[str, str]]:
+    """The facts of the side panel."""
+    advised = not game.session.over and game.people and not game.unaided
+    return [*game.style.panel(game.view()), *(_hint(shown.advice) if advised else [])]
+
+
+def _joined(board: Text, facts: Sequence[Text], most: int) -> list[Text]:
+    """The rows of the board with facts beside them, further down where there are more facts."""
+    rows = [*board.split("\n", allow_blank=True)]
+    rows += [Text("") for _ in range(len(rows), min(len(facts), most))]
+    for row, fact in zip(rows, facts, strict=False):
+        row.pad_right(size(board)[0] + 2 - len(row.plain))
+        row.append(fact)
+    return rows
+
+
+def _body(game: Game, room: Room, shown: Shown, log: list[str], body: int) -> list[Text]:
+    """Board, panel and log."""
+    laid = _laid(game, room, shown, body)
+    long = [shown.message] if too_long(shown, room) else []
+    if isinstance(laid, Needed):
+        left = Room(room.width, max(body - 1, 0), room.ascii)
+        if log or long:
+            return [laid, *_log(game, left, long, log, shown.back)]
+        return [laid, *_page([game.account.situation(game.view())], room)[: left.height]]
+    told = _log(game, laid.log, long, log, shown.back, column=laid.beside)
+    if not laid.beside:
+        return [*laid.rows, *told]
+    rows = [*laid.rows]
+    width, first = room.width - laid.log.width, body - laid.log.height
+    rows += [Text(" " * width) for _ in range(len(rows), first + len(told))]
+    for row, words in zip(rows[first:], told, strict=False):
+        row.append_text(words)
+    return rows
 
 
 def panel_rows(panel: Sequence[tuple[str, str]], width: int) -> list[Text]:
@@ -259,20 +295,58 @@ def _folded(words: str, first: int, later: int) -> list[str]:
     return rows
 
 
-def _log(game: Game, room: Room, long: list[str], log: list[str], rows: int) -> list[Text]:
-    """The last events, wrapped; after the game, what was hidden; a message too long for its row."""
-    lines = [*log[-rows or len(log) :], *map(sentence, game.account.debrief())]
+def most_back(game: Game, room: Room, shown: Shown, log: list[str]) -> int:
+    """How many rows the log can be scrolled back."""
+    laid = _laid(game, room, shown, _height(room))
+    within = Room(room.width, _height(room) - 1) if isinstance(laid, Needed) else laid.log
+    return max(len(_page(_events(game, log), within)) - within.height + 1, 0)
+
+
+def _events(game: Game, log: Sequence[str]) -> list[str]:
+    """What happened; after the game, what was hidden, and how it ended."""
+    lines = [*log, *map(sentence, game.account.debrief())]
+    return [*lines, f"over: {game.account.result()}"] if game.session.over else lines
+
+
+def _log(  # noqa: PLR0913 - what is told, where, and from which row on
+    game: Game, room: Room, long: list[str], log: list[str], back: int, *, column: bool = False
+) -> list[Text]:
+    """The last events, wrapped, or those before them; a message too long for its row."""
+    if back or game.session.over:
+        every = _page([*_events(game, log), *map(clean, long)], room)
+        if len(every) > room.height > (1 if back else LOG + 1):
+            return _window(every, room.height, back)
+    lines = [*log[-room.height or len(log) :], *map(clean, long)]
     if game.session.over:
-        lines.append(f"over: {game.account.result()}")
-    lines += map(clean, long)
+        lines = [*_events(game, log), *map(clean, long)]
+    elif column and not long:
+        told = _column(log, room)
+        if told:
+            return told
     shown: list[Text] = []
-    for line in reversed(lines[-rows:] if rows else []):
+    for line in reversed(lines[-room.height :] if room.height else []):
         told = _page([line], room)
-        if len(shown) + len(told) <= rows:
+        if len(shown) + len(told) <= room.height:
             shown = [*told, *shown]
         else:  # a line is told whole, unless there is no room for the last one
-            return shown or _cut(told, rows, room)
+            return shown or _cut(told, room.height, room)
     return shown
+
+
+def _column(log: Sequence[str], room: Room) -> list[Text]:
+    """The last events, which move up by several at a time: most turns write one row more."""
+    step = max(room.height // 6, 1)
+    first = max(-(-(len(log) - room.height) // step) * step, 0)
+    parts = (_page(log[at:], room) for at in range(first, len(log), step))
+    return next((told for told in parts if len(told) <= room.height), [])
+
+
+def _window(every: list[Text], rows: int, back: int) -> list[Text]:
+    """The last rows, or those so many before them, and which they are."""
+    end = max(len(every) - back, rows - 1)
+    begin = end - rows + 1
+    told = f" rows {begin + 1}-{end} of {len(every)}: PgUp PgDn Home End"
+    return [*every[begin:end], Text(told, style="dim")]
 
 
 def _cut(lines: list[Text], rows: int, room: Room) -> list[Text]:
@@ -280,6 +354,13 @@ def _cut(lines: list[Text], rows: int, room: Room) -> list[Text]:
     *before, last = lines[:rows]
     last.truncate(room.width - 1)
     return [*before, last.append("…")]
+
+
+def _hint(advice: Advice | None) -> list[tuple[str, str]]:
+    """The key of hints; once one was given, what it values the actions at, the best first."""
+    if advice is None or not advice.worth:
+        return [("hint", "Tab")]
+    return [("worth", ""), *((f"  {label}", number) for label, number in advice.worth)]
 
 
 def _page(lines: Sequence[str], room: Room) -> list[Text]:
@@ -301,31 +382,3 @@ def _pieces(line: str, most: int) -> list[str]:
     return [
         word[at : at + most] for word in line.split(" ") for at in range(0, max(len(word), 1), most)
     ]
-
-
-def keys(game: Game, room: Room, shown: Shown = NOTHING) -> Text:
-    """The keys that count now, the game's before the shell's; illegal ones in brackets and dim."""
-    row = Text(" ")
-    if shown.curtain:
-        return _fitted(row.append("Enter shows the board  q quit"), room)
-    if game.waiting is not None and game.keyboard.types_numbers(game.watcher):
-        nudges = " ".join(SHOWN.get(key, key) for key in game.keyboard.nudges)
-        told = f"type a number, Enter plays it  {nudges} nudge it  "
-        least = len(" ".join(map(_shown, ROW_KEYS[-2])))
-        row.append(told if len(told) + least < room.width else "a number, Enter  ")
-    elif game.waiting is not None:
-        for key, label, able in game.keyboard.legal(game.view()):
-            words = label if key == label else f"{SHOWN.get(key, key)} {label}"
-            row.append(words if able else f"[{words}]", style="" if able else "dim").append("  ")
-    over = game.session.over and game.asked is not None
-    watch = [] if game.people or over else ["Space step", "P play"]
-    names = OVER_KEYS if over else ROW_KEYS[2 * game.unaided :]
-    tails = ["  ".join([*watch, *map(_shown, some), COLON]) for some in names[:-1]]
-    tails += ["  ".join(map(_shown, some)) for some in names[-2:]]
-    left = room.width - len(row.plain)
-    tail = next((tail for tail in tails if len(tail) <= left), "")
-    return _fitted(row.append(tail, style="dim"), room)
-
-
-def _shown(name: str) -> str:
-    return f"{named(name).shown} {name}"

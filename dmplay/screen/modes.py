@@ -2,6 +2,7 @@
 
 shows    BOARD --opened--> PAGE --closed--> BOARD
          BOARD --warned--> WARNED --pressed--> BOARD
+         BOARD --asked--> AHEAD --closed--> BOARD
 moves    WAITING --let go--> AUTO --halted--> WAITING      agents play by themselves
          CLOCK --halted--> PAUSED --let go--> CLOCK        in real time
 """
@@ -15,6 +16,7 @@ class Mode(Enum):
     BOARD = auto()  # the game
     PAGE = auto()  # help, or an answer of several rows, in its place
     WARNED = auto()  # the game, and that leaving it loses turns
+    AHEAD = auto()  # the game, and what an action may bring
     WAITING = auto()  # every turn waits for a key
     AUTO = auto()  # agents play turn after turn
     CLOCK = auto()  # the action pressed last repeats with the clock
@@ -25,7 +27,8 @@ class Event(Enum):
     """What takes the screen from one state to another."""
 
     OPENED = auto()  # a page
-    CLOSED = auto()  # its last part
+    CLOSED = auto()  # its last part, or a look ahead
+    ASKED = auto()  # what an action may bring
     WARNED = auto()  # that leaving loses turns
     PRESSED = auto()  # a key
     LET_GO = auto()  # what can move does
@@ -33,7 +36,8 @@ class Event(Enum):
 
 
 TRANSITIONS = {
-    Mode.BOARD: {Event.OPENED: Mode.PAGE, Event.WARNED: Mode.WARNED},
+    Mode.BOARD: {Event.OPENED: Mode.PAGE, Event.WARNED: Mode.WARNED, Event.ASKED: Mode.AHEAD},
+    Mode.AHEAD: {Event.CLOSED: Mode.BOARD, Event.OPENED: Mode.PAGE},
     Mode.PAGE: {Event.OPENED: Mode.PAGE, Event.CLOSED: Mode.BOARD},
     Mode.WARNED: {Event.PRESSED: Mode.BOARD, Event.OPENED: Mode.PAGE},
     Mode.WAITING: {Event.LET_GO: Mode.AUTO},

@@ -10,7 +10,8 @@ from rich.text import Text
 from dmplay.styles import Row, rows
 
 ENTER, LEAVE = "\x1b[?1049h\x1b[?25l", "\x1b[m\x1b[?1049l\x1b[?25h"
-PASTING, PASTED = "\x1b[?2004h", "\x1b[?2004l"  # a paste comes as one, not as keys
+# A paste comes as one, not as keys; the wheel as itself, not as arrows, which would play.
+LISTEN, DEAF = "\x1b[?2004h\x1b[?1000h\x1b[?1006h", "\x1b[?1006l\x1b[?1000l\x1b[?2004l"
 CLEAR, PLAIN, REST = "\x1b[m\x1b[H\x1b[2J", "\x1b[m", "\x1b[K"
 SHOW, HIDE = "\x1b[?25h", "\x1b[?25l"
 GAP = 8  # cells that are cheaper written again than jumped over
@@ -56,12 +57,12 @@ class Painter:
         self._write(ENTER)
 
     def listen(self) -> None:
-        """Asks for pastes as one piece, once keys are read."""
-        self._write(PASTING)
+        """Asks for pastes as one piece and for the wheel, once keys are read."""
+        self._write(LISTEN)
 
     def leave(self) -> None:
         """Gives the terminal back as it was."""
-        self._write(PASTED + LEAVE)
+        self._write(DEAF + LEAVE)
 
     def forget(self) -> None:
         """Lets the next frame be painted whole."""

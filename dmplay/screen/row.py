@@ -30,7 +30,7 @@ from prompt_toolkit.output import ColorDepth
 from prompt_toolkit.output.vt100 import Vt100_Output
 from prompt_toolkit.styles import Style
 
-from dmplay.screen.frame import keys
+from dmplay.screen.footer import keys
 from dmplay.screen.painter import Painter
 from dmplay.screen.screen import Screen
 from dmplay.signals import INTERRUPTED

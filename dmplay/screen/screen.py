@@ -2,6 +2,7 @@
 
 import contextlib
 from collections.abc import Callable, Iterator, Sequence
+from math import inf
 from typing import NamedTuple
 
 from rich.text import Text
@@ -15,16 +16,17 @@ from dmplay.game.log import Log
 from dmplay.game.number import Number
 from dmplay.game.table import Table
 from dmplay.screen import frame
-from dmplay.screen.frame import KEYS_SHOWN, Room, Shown
 from dmplay.screen.modes import Event, Mode, Modes
 from dmplay.screen.painter import Painter, Place
+from dmplay.screen.shown import KEYS_SHOWN, Room, Shown
 from dmplay.terminal import Terminal
 from dmplay.thought import About, think
 from dmplay.words.commands import COMMANDS, Leave, own_parts, typed, veiled
+from dmplay.words.game_commands import foresee
 
 FASTER = 1.5  # the speed times this
 SLOWEST, FASTEST = 0.1, 50.0  # turns a second
-MORE = ("space", "down", "pagedown", "enter")
+MORE = ("space", "down", "enter")
 MANY = 20  # turns that nobody wants to lose by one key
 OVERLAYS = ("", "values", "policy", "states")
 ADVICE = ("values", "policy")  # of them
@@ -51,6 +53,7 @@ class Screen:
         self._advised: tuple[object, ...] = ()  # where an overlay was counted last
         self.page: list[str] = []  # an answer of several lines
         self.part = 0  # of the page
+        self.back = 0  # rows that the log is scrolled back
         self._room = Room(80, 24)
         self._sit()
         if table.game.people and table.game.asked and table.game.recorder is None:
@@ -65,6 +68,7 @@ class Screen:
         self.keys_until = KEYS_SHOWN  # the turn from which on the board names no keys
         self.held: float | None = None  # the action that repeats in real time
         self.reviewed = False
+        self.back = 0
         self.modes.begins(clock=bool(self.rate and game.people))
 
     @property
@@ -99,7 +103,9 @@ class Screen:
         drawn = self.game.adviser.ready and not self.game.unaided
         kind = OVERLAYS[self.overlay] if drawn else ""
         page = self.page if self.modes.shows is Mode.PAGE else ()
-        return Shown(self.thinking or self.message, kind, page, self.part, curtain, self.keys_until)
+        message, adviser = self.thinking or self.message, self.game.adviser
+        given = (adviser.given, adviser.foreseen)
+        return Shown(message, kind, page, self.part, self.back, curtain, self.keys_until, *given)
 
     @property
     def log(self) -> list[str]:
@@ -128,14 +134,45 @@ class Screen:
             waiting = self.game.waiting is not None
             if waiting and (self._number(key) or self._action(key)):
                 return
+            if self.modes.shows is Mode.AHEAD and self._looked(key):
+                return
             self.command(key)
 
+    def look_ahead(self) -> None:
+        """Asks for an action, to show what it may bring."""
+        self.game.may_help("whatif")
+        if self.game.waiting is None or self.rate:
+            running = "the clock runs" if self.game.waiting is not None else "nobody chooses here"
+            self.message = f"what if: {running}"
+            return
+        self.modes.happens(Event.ASKED)
+        self.message = "what if: press an action, Enter then plays it, Esc leaves"
+
+    def _looked(self, key: str) -> bool:
+        """Looks ahead no more: Enter plays what was shown, other keys do what they always do."""
+        game, foreseen = self.game, self.game.adviser.foreseen
+        self.modes.happens(Event.CLOSED)
+        game.adviser.look_away()
+        if key == "enter" and foreseen:
+            self.act(foreseen.action)
+        return key in ("enter", "escape", "W")
+
     def _turn_page(self, key: str) -> None:
-        parts = frame.pages(self._room, self.shown)
-        if key in MORE and self.part + 1 < len(parts):
+        last = len(frame.pages(self._room, self.shown)) - 1
+        scroll = next((one.rows for one in SCROLLS if key in one.keys), 0.0)
+        if scroll:
+            step = inf if scroll in (inf, -inf) else 1
+            self.part = int(min(max(self.part - (step if scroll > 0 else -step), 0), last))
+        elif key in MORE and self.part < last:
             self.part += 1
         else:
             self.modes.happens(Event.CLOSED)
+
+    def scroll(self, rows: float) -> None:
+        """Goes so many rows back in the log, or on."""
+        if not self.table.curtained:
+            most = frame.most_back(self.game, self._room, self.shown, self.log)
+            self.back = int(min(max(self.back + rows, 0), most))
 
     def _action(self, key: str) -> bool:
         """Plays the action of a key, or of two arrows for a diagonal."""
@@ -164,7 +201,11 @@ class Screen:
         return True
 
     def act(self, action: float, seat: int | None = None) -> None:
-        """Plays an action; in real time, keeps it for the clock."""
+        """Plays an action, or shows what it may bring; in real time, keeps it for the clock."""
+        if self.modes.shows is Mode.AHEAD:
+            mine = seat in (None, self.game.watcher)
+            self.message = foresee(self.game, action) if mine else "another's key"
+            return
         if self.rate:
             self.held = action
             return
@@ -291,11 +332,12 @@ class Screen:
     def say(self, words: str) -> None:
         """Shows an answer: in its row, or as a page that any key closes; logs what it tells of."""
         rows = words.split("\n") if isinstance(words, Page) else []
+        advice = self.game.adviser.given
         if rows:
             self.open(rows)
         else:
             self.modes.happens(Event.CLOSED)
-            self.message = words
+            self.message = advice.short if advice and words == str(advice) else words
         self.note(rows)
 
     def open(self, rows: list[str]) -> None:
@@ -307,8 +349,9 @@ class Screen:
         """Logs what happened since the last time; `told` are the turns of an answer."""
         if self._log.game is not self.game:
             self._sit()
-        elif self._log.catch_up(told) and self.message == self.log[-1]:
-            self.message = ""
+        elif self._log.catch_up(told):
+            self.back = 0
+            self.message = "" if self.message == self.log[-1] else self.message
         if self.game.session.over and self.game.people and not self.reviewed:
             self.reviewed = True
             self._review()
@@ -318,11 +361,12 @@ class Screen:
 
     def _review(self) -> None:
         """Logs what the moves of people were worth, unless nobody waits for it."""
-        from dmplay.game import review  # not needed before
+        from dmplay.advice import review  # not needed before
 
+        game = self.game
         with contextlib.suppress(Stopped):
             try:
-                found = review.of(self.game)
+                found = review.of(game.session, game.people, game.seats)
             except DmplayError as error:
                 self.log.append(f"review: {error}")
                 return
@@ -368,15 +412,40 @@ class Key(NamedTuple):
         return key in self.keys and not (self.watched and game.people)
 
 
+class Scroll(NamedTuple):
+    """Keys that scroll the log, where they play nothing, and pages."""
+
+    keys: tuple[str, ...]
+    shown: str
+    rows: float  # back
+
+    @property
+    def key(self) -> Key:
+        """As a key of the screen."""
+        help_ = SCROLLING if self.shown == "PgUp" else ""
+        return Key(self.keys, self.shown, "scroll", help_, lambda screen: screen.scroll(self.rows))
+
+
+SCROLLING = "back in the log; PgDn, Home, End, the wheel; with Shift where they play"
+SCROLLS = (
+    Scroll(("pageup", "s-pageup", "c-pageup"), "PgUp", 8),
+    Scroll(("pagedown", "s-pagedown", "c-pagedown"), "PgDn", -8),
+    Scroll(("home", "s-home", "c-home"), "Home", inf),
+    Scroll(("end", "s-end", "c-end"), "End", -inf),
+    Scroll(("wheel up",), "wheel", 3),
+    Scroll(("wheel down",), "wheel", -3),
+)
 KEYS = (
     Key(
         ("V",), "V", "overlay", "values, policy or states on the board, where it has them",
         Screen.next_overlay,
     ),
+    Key(("W",), "W", "what if", "what an action may bring, before you play it", Screen.look_ahead),
     Key(("P", "A"), "P", "pause", "let agents or the clock play, or stop them", Screen.pause),
     Key(("space", "right"), "Space", "step", "one turn of agents", Screen.step, watched=True),
     Key(("+",), "+", "faster", "agents play faster", lambda screen: screen.quicken(FASTER)),
     Key(("-",), "-", "slower", "agents play slower", lambda screen: screen.quicken(1 / FASTER)),
     Key(("?",), "?", "help", "", Screen.show_help),
     Key(("q",), "q", "quit", "", Screen.leave),
+    *(one.key for one in SCROLLS),
 )  # fmt: skip

@@ -36,6 +36,7 @@ NAMES: dict[str, str] = {  # the library's names of keys, as the views name them
     Keys.ControlM: "enter", Keys.ControlJ: "enter", Keys.F1: "?", Keys.F2: "N",
 }  # fmt: skip
 DEAF = {Keys.CPRResponse, Keys.Vt100MouseEvent, Keys.Ignore, Keys.BracketedPaste}
+WHEEL = {"\x1b[<64": "wheel up", "\x1b[<65": "wheel down"}  # as a terminal reports it
 
 Event = Callable[[], Awaitable[None]]
 
@@ -110,11 +111,12 @@ class Stage:
     def _take(self, presses: list[KeyPress]) -> None:
         for place, press in enumerate(presses):
             name = NAMES.get(press.key, press.key)
-            key = str(getattr(name, "value", name))
+            wheel = WHEEL.get(press.data.partition(";")[0])
+            key = wheel or str(getattr(name, "value", name))
             if key == ":":
                 self._put(partial(self._command, presses[place + 1 :]), key)
                 return
-            if press.key not in DEAF:
+            if wheel or press.key not in DEAF:
                 event = self._keys.get(press.key, partial(self._press, key))
                 self._put(event, "" if event in (self._stop, self._repaint) else key)
 

@@ -88,6 +88,12 @@ def _played(table: Table, argument: str) -> str:
     return f"chosen. {game.problem.agents[game.waiting]} is next."
 
 
+def _whatif(table: Table, argument: str) -> str:
+    """What an action may bring, of a choice that another may not know."""
+    with veiled(table):
+        return of_game.whatif(table.game, argument)
+
+
 def _keys(table: Table, argument: str) -> str:
     game = table.game
     actions = ", ".join(f"{label} {key}" for key, label, _ in game.keyboard.legal(game.view()))
@@ -136,6 +142,7 @@ TOPICS: Mapping[str, tuple[Command, ...]] = {
         Command("belief", "", "the probability of each hidden state", _game(of_game.belief)),
         Command("state", "", "the state in one line", _game(of_game.state)),
         Command("values", "", "what each action is worth", _game(of_game.values)),
+        Command("whatif", "ACTION", "what an action may bring", _whatif, shown="W"),
         Command("policy", "", "the action of a good player", _game(of_game.policy)),
         Command("step", "[N]", "a turn of agents, or N", _game(of_game.step)),
         Command("auto", "[N]", "all turns of agents, or N", _game(of_game.auto)),

@@ -5,10 +5,10 @@ from itertools import islice
 
 import numpy as np
 
+from dmplay.advice.adviser import Adviser
 from dmplay.describe import counted
 from dmplay.errors import BadParameter
 from dmplay.finding.typed import whole
-from dmplay.game.adviser import Adviser
 from dmplay.game.answer import answer
 from dmplay.game.game import Game
 from dmplay.thought import About, think
@@ -16,6 +16,7 @@ from dmplay.transcript.format import lines
 
 LIKELIEST = 8  # states that the belief is told of
 HINT = About("thinking of a hint")
+AHEAD = About("looking ahead")
 
 
 def count(argument: str, command: str, default: int = 1) -> int:
@@ -147,13 +148,28 @@ def policy(game: Game, argument: str) -> str:
     return _advised(game, "policy", lambda adviser: f"policy {adviser.choice()}")
 
 
+def whatif(game: Game, argument: str) -> str:
+    """What an action may bring about, before it is played."""
+    if not argument:
+        raise BadParameter("whatif: expected an action")
+    return foresee(game, game.keyboard.read(game.watcher, argument))
+
+
+def foresee(game: Game, action: float) -> str:
+    """What an action of the watcher may bring about; counted as help."""
+    game.may_help("whatif")
+    told = think(AHEAD, lambda: game.adviser.foresee(action))
+    game.helped()
+    return told
+
+
 def review(game: Game, argument: str) -> str:
     """What each move of the people was worth; kept as notes once the transcript ends."""
-    from dmplay.game import review as reviewing  # not needed before
+    from dmplay.advice import review as reviewing  # not needed before
 
     if not game.session.over or not game.people:
         raise BadParameter("review: it values the moves of people, once the game is over")
-    found = reviewing.of(game)
+    found = reviewing.of(game.session, game.people, game.seats)
     game.notes = "".join(reviewing.notes(found))
     return answer(reviewing.lines(found))
 

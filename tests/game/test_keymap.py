@@ -11,7 +11,8 @@ from dmplay.game.keymap import AS_DRAWN, CLUSTERS, Keys, hands
 from dmplay.game.seats import HUMAN
 from dmplay.game.table import Table
 from dmplay.reports.problems import about
-from dmplay.screen.frame import Room, keys
+from dmplay.screen.footer import keys
+from dmplay.screen.shown import Room
 from dmplay.views.style import style_of
 from dmplay.words.commands import COMMANDS, typed
 from tests.support.screens import SEQUENCES, game, play

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import dmplay
+from dmplay.advice.adviser import Adviser
 from dmplay.core import Problem
 from dmplay.dice import Dice
 from dmplay.errors import DmplayError
 from dmplay.finding import agents, problems
-from dmplay.game.adviser import Adviser
 from dmplay.session import Session
 from tests.support.cases import CASES, every_problem, random_play, small
 from tests.support.quick import quickly

@@ -39,6 +39,7 @@ ASKING: Arguments = {
     "transcript": ("",),
     "undo": ("0", "99", "x"),
     "values": ("",),
+    "whatif": ("", "{action}", "nonsense"),
 }
 
 # So it does after these, which are words of the command line.

@@ -20,9 +20,9 @@ from dmplay.game.request import Request
 from dmplay.game.seats import HUMAN, people, seat_policy
 from dmplay.game.table import Table
 from dmplay.screen import toolkit
-from dmplay.screen.frame import Room
 from dmplay.screen.painter import Painter
 from dmplay.screen.screen import Screen
+from dmplay.screen.shown import Room
 from dmplay.session import Session, Source
 from dmplay.terminal import Terminal
 from dmplay.words.commands import Leave

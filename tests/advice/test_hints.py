@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import dmplay
+from dmplay.advice.adviser import MOST, decimals, fixed
+from dmplay.advice.review import Move, moves
 from dmplay.chance import Reals
 from dmplay.core import Policy
 from dmplay.finding import agents
-from dmplay.game.adviser import MOST, decimals, fixed
 from dmplay.game.game import Game
-from dmplay.game.review import Move, moves
 from dmplay.game.seats import HUMAN
 from dmplay.session import Session
 from dmplay.solvers.value_iteration import best

@@ -1,24 +1,17 @@
 """Looking back at a person's moves: what each action was worth, the best, and the regret."""
 
 from collections.abc import Iterator, Sequence
-from json import dumps
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from dmplay.advice.adviser import decimals, fixed
 from dmplay.budget import Budget, part
 from dmplay.chance import Reals
-from dmplay.disk import write as write_file
-from dmplay.errors import BadParameter
 from dmplay.finding import agents
-from dmplay.game.adviser import decimals, fixed
-from dmplay.game.game import Game
-from dmplay.game.seats import people
 from dmplay.session import Follower, Session
 from dmplay.solvers.value_iteration import best
 from dmplay.thought import About, think
-from dmplay.transcript.report import marks
 
 MARK = "# review "
 LOOKING = About("looking back at your moves")
@@ -89,29 +82,9 @@ def summary(made: list[Move]) -> str:
     return told if right == len(made) else f"{told}, most in turn {worst.turn}"
 
 
-def of(game: Game) -> list[Move]:
-    """The moves of a game's people."""
-    return think(LOOKING, lambda: [*moves(game.session, game.people, game.seats)])
-
-
-def reviewed(path: Path, *, write: bool, json: bool, trusted: bool, peek: bool = False) -> str:
-    """The review of a transcript; kept as notes after its end where asked to."""
-    from dmplay.game.playback import Playback
-
-    game = Playback(path, trusted=trusted, peek=peek)
-    list(game.run())
-    found = list(moves(game.session, people(game.seats), game.seats))
-    if write and game.transcript.end is None:
-        raise BadParameter(f"{path}: the game is unfinished; a review is kept after its end")
-    if write:
-        rows = path.read_text(encoding="utf-8").splitlines(keepends=True)
-        kept = [row for row in rows if not row.startswith(MARK)]
-        write_file(path.resolve(), [*kept, *notes(found)], force=True)
-    helped, peeked = dict(game.session.help), game.transcript.header.peeked
-    told = [{"peeked": peeked, "help": helped}] if peeked or helped else []
-    if json:
-        return dumps([*(move._asdict() for move in found), *told])
-    return "\n".join([*lines(found), *marks(helped, peeked=peeked)])
+def of(session: Session, who: Sequence[int], seats: Sequence[str]) -> list[Move]:
+    """The moves of these people, for whom it may take long."""
+    return think(LOOKING, lambda: [*moves(session, who, seats)])
 
 
 def lines(made: list[Move]) -> list[str]:

@@ -1,0 +1,29 @@
+"""The review of a transcript, printed or kept in it."""
+
+from json import dumps
+from pathlib import Path
+
+from dmplay.advice.review import MARK, lines, moves, notes
+from dmplay.disk import write as write_file
+from dmplay.errors import BadParameter
+from dmplay.game.playback import Playback
+from dmplay.game.seats import people
+from dmplay.transcript.report import marks
+
+
+def reviewed(path: Path, *, write: bool, json: bool, trusted: bool, peek: bool = False) -> str:
+    """The review of a transcript; kept as notes after its end where asked to."""
+    game = Playback(path, trusted=trusted, peek=peek)
+    list(game.run())
+    found = list(moves(game.session, people(game.seats), game.seats))
+    if write and game.transcript.end is None:
+        raise BadParameter(f"{path}: the game is unfinished; a review is kept after its end")
+    if write:
+        rows = path.read_text(encoding="utf-8").splitlines(keepends=True)
+        kept = [row for row in rows if not row.startswith(MARK)]
+        write_file(path.resolve(), [*kept, *notes(found)], force=True)
+    helped, peeked = dict(game.session.help), game.transcript.header.peeked
+    told = [{"peeked": peeked, "help": helped}] if peeked or helped else []
+    if json:
+        return dumps([*(move._asdict() for move in found), *told])
+    return "\n".join([*lines(found), *marks(helped, peeked=peeked)])

@@ -1,0 +1,115 @@
+"""The last row of the screen: the keys that count now."""
+
+from collections.abc import Iterator, Sequence
+from itertools import product
+from math import isnan
+from typing import NamedTuple
+
+from rich.text import Text
+
+from dmplay.advice.adviser import Advice, decimals, fixed
+from dmplay.game.game import Game
+from dmplay.game.keymap import SHOWN
+from dmplay.screen.shown import NOTHING, Room, Shown, fitted
+from dmplay.words.commands import named
+
+COLON = ": command"
+OVER_KEYS = (("new", "restart", "undo", "help", "quit"), ("new", "help", "quit"), ("help", "quit"))
+ROW_KEYS = (
+    ("hint", "whatif", "undo", "help", "quit"),
+    ("hint", "undo", "help", "quit"),
+    ("hint", "help", "quit"),
+    ("help", "quit"),
+)
+BARS = "▁▂▃▄▅▆▇█"
+NO_LOSS = 1e-9
+
+
+class Key(NamedTuple):
+    """A key that plays: how it is shown, its action, whether it is legal, what is lost by it."""
+
+    key: str
+    label: str
+    able: bool
+    lost: str = ""
+
+    @property
+    def words(self) -> str:
+        """Key, action and loss; in brackets where not legal."""
+        key = SHOWN.get(self.key, self.key)
+        told = self.label if self.key == self.label else f"{key} {self.label}".strip()
+        return f"{told}{self.lost}" if self.able else f"[{told}]"
+
+
+def keys(game: Game, room: Room, shown: Shown = NOTHING) -> Text:
+    """The keys that count now, the game's before the shell's; help and quit are always there."""
+    if shown.curtain:
+        return fitted(Text(" Enter shows the board  q quit"), room)
+    tails = _tails(game)
+    left = room.width - len(tails[-1]) - 1
+    forms = [*_forms(game, shown.advice)]
+    row = next((form for form in forms if len(form.plain) <= left), forms[-1])
+    if len(row.plain) > left > 1:
+        row.truncate(left - 1, overflow="ellipsis")
+        row.append(" ")
+    tail = next((tail for tail in tails if len(row.plain) + 1 + len(tail) <= room.width), tails[-1])
+    return fitted(Text(" ").append_text(row).append(tail, style="dim"), room)
+
+
+def _forms(game: Game, advice: Advice | None) -> Iterator[Text]:
+    """The keys that play, in words and in fewer."""
+    if game.waiting is None:
+        yield Text("")
+    elif game.keyboard.types_numbers(game.watcher):
+        nudges = " ".join(SHOWN.get(key, key) for key in game.keyboard.nudges)
+        yield Text(f"type a number, Enter plays it  {nudges} nudge it  ")
+        yield Text("a number, Enter  ")
+    else:
+        legal = [Key(*one) for one in game.keyboard.legal(game.view())]
+        yield from (_row(ranked) for ranked in _ranked(legal, advice))
+        yield _row(legal)
+
+
+def _row(actions: Sequence[Key]) -> Text:
+    row = Text()
+    for action in actions:
+        row.append(action.words, style="" if action.able else "dim").append("  ")
+    return row
+
+
+def _ranked(actions: Sequence[Key], advice: Advice | None) -> Iterator[list[Key]]:
+    """The legal actions, the best first, each with what it loses as a bar, with names or numbers
+    or both or neither.
+    """
+    regret = advice.regret if advice else None
+    if regret is None:
+        return
+    both = sorted(
+        (float(loss), number) for number, loss in enumerate(regret) if not isnan(float(loss))
+    )
+    most, places = max(both)[0], decimals([loss for loss, _ in both])
+    bars = [
+        BARS[min(int(len(BARS) * loss / most), len(BARS) - 1)] if loss > NO_LOSS else ""
+        for loss, _ in both
+    ]
+    for numbers, names in product((True, False), repeat=2):
+        yield [
+            actions[number]._replace(
+                label=actions[number].label if names else "",
+                lost=f" {bar}{fixed(-loss, places) if numbers else ''}" if bar else " best",
+            )
+            for (loss, number), bar in zip(both, bars, strict=True)
+        ]
+
+
+def _tails(game: Game) -> list[str]:
+    """The shell's keys, most of them first."""
+    over = game.session.over and game.asked is not None
+    watch = [] if game.people or over else ["Space step", "P play"]
+    names = OVER_KEYS if over else ROW_KEYS[3 if game.unaided else game.waiting is None :]
+    tails = ["  ".join([*watch, *map(_shown, some), COLON]) for some in names]
+    return [*tails, "  ".join(map(_shown, names[-1]))]
+
+
+def _shown(name: str) -> str:
+    return f"{named(name).shown} {name}"

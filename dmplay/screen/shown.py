@@ -1,0 +1,45 @@
+"""What a frame is composed of beside the game: the room there is, and what the front end adds."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from rich.text import Text
+
+from dmplay.advice.adviser import Advice
+from dmplay.views.canvas import ASCII
+from dmplay.views.style import Outlook
+
+KEYS_SHOWN = 5  # turns for which the board names the keys
+
+
+class Room(NamedTuple):
+    """The terminal: its size and whether it can draw."""
+
+    width: int
+    height: int
+    ascii: bool = False
+
+
+class Shown(NamedTuple):
+    """What the front end adds: a message, the overlay, a page in place of the board."""
+
+    message: str = ""
+    overlay: str = ""
+    page: Sequence[str] = ()  # an answer of several lines, in place of the board
+    part: int = 0  # which part of it, where it is longer than the screen
+    back: int = 0  # rows that the log is scrolled back
+    curtain: str = ""  # the agent before whose turn nothing is shown
+    keys_until: int = KEYS_SHOWN  # the turn from which on the board names no keys
+    advice: Advice | None = None  # marked on the board and the keys
+    outlook: Outlook | None = None  # what an action may bring
+
+
+NOTHING = Shown()
+
+
+def fitted(row: Text, room: Room) -> Text:
+    """A row no wider than the room; nothing is cut silently."""
+    row.truncate(room.width, overflow="ellipsis")
+    if room.ascii:
+        row.plain = row.plain.translate(ASCII)
+    return row
