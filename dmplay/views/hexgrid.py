@@ -83,7 +83,8 @@ def grids(hexes: Sequence[Hex], cell: Callable[[Hex, Size], Cell], look: Look) -
 
 def grid(hexes: Sequence[Hex], cell: Callable[[Hex, Size], Cell], size: Size) -> Text:
     """The map in one size."""
-    return _drawn(tuple((hex_, cell(hex_, size)) for hex_ in hexes), size).copy()
+    drawn = _drawn(tuple((hex_, cell(hex_, size)) for hex_ in hexes), size)
+    return Text(no_wrap=True).append_text(drawn)  # a copy, which looks for no control codes anew
 
 
 @lru_cache(256)
