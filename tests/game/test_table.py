@@ -226,7 +226,7 @@ def test_the_transcript_opens_on_a_page_that_any_key_closes(tmp_path: Path) -> N
     assert 'actions: {"agent": "w"}' in shown.frames[2]
     assert "turn 1 " in shown.frames[3]
     assert "1 turn in" not in shown.frames[3]
-    assert "kept as you play: " in shown.last
+    assert "kept as you play:" in shown.last
 
 
 @pytest.mark.slow
