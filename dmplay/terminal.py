@@ -65,7 +65,7 @@ def decide(wishes: Wishes, env: Mapping[str, str], stdin: TextIO, stdout: TextIO
         why=why,
         typed=stdin.isatty() and wishes.input,
         color=color,
-        ascii=wishes.ascii or not _unicode(stdout),
+        ascii=wishes.ascii or _bare(env) or not _unicode(stdout),
         theme=wishes.theme if color else "mono",
         width=wishes.width or whole(env.get("COLUMNS", "")) or None,
         motion=wishes.motion,
@@ -97,6 +97,13 @@ def _color(wish: str, env: Mapping[str, str], able: bool) -> bool:
     if env.get("DMPLAY_NO_COLOR"):
         return False
     return able and env.get("CLICOLOR", "1") != "0"
+
+
+def _bare(env: Mapping[str, str]) -> bool:
+    """Whether the locale is the bare one, which Python writes as UTF-8 none the less."""
+    names = (env.get(name, "") for name in ("LC_ALL", "LC_CTYPE", "LANG"))
+    chosen = next(filter(None, names), "")
+    return chosen in ("C", "POSIX") and not env.get("PYTHONIOENCODING")
 
 
 def _unicode(stdout: TextIO) -> bool:

@@ -6,6 +6,7 @@ from dataclasses import replace
 from itertools import count
 from pathlib import Path
 
+from dmplay.describe import counted
 from dmplay.errors import BadParameter
 from dmplay.game import saves
 from dmplay.game.answer import Page
@@ -37,6 +38,7 @@ class Table:
         self._program = program  # what the command line does with words
         self._game: Game | None = None
         self._shown: set[Luck] = set()  # of games whose secrets are told once they are left
+        self._asked_for = ("", 0)  # the line that would end a game, and after how many turns
         self._before = 0  # the seat of who sits at the terminal
         if game:
             self.put(game)
@@ -85,6 +87,16 @@ class Table:
         recorder = self._game.recorder
         if recorder and recorder not in self.ended and not saves.dropped(recorder):
             self.ended.append(recorder)
+
+    def asks(self, line: str) -> str:
+        """What is asked before a typed line ends a game that goes on; '' the second time."""
+        turns = len(self.game.session.turns)
+        asked, self._asked_for = self._asked_for, (line, turns)
+        if self.typed and turns and not self.game.session.over and asked != (line, turns):
+            name = line.partition(" ")[0]
+            played = counted(turns, "turn")
+            return f"{name}: that ends this game of {played}; once more does it"
+        return ""
 
     def begin(self, **changes: object) -> str:
         """Begins the same game anew but for these changes, with fresh dice if none are given."""

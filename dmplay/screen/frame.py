@@ -138,7 +138,11 @@ def _title(game: Game, room: Room) -> Text:
     wide = _headed(game, _name(game), "   ", [*seed, *facts])
     if len(wide.plain) <= room.width:
         return wide
-    return _headed(game, Text(f" {clean(game.name)} ", style="bold"), "  ", facts)
+    while True:  # a fact is told whole or not at all
+        title = _headed(game, Text(f" {clean(game.name)} ", style="bold"), "  ", facts)
+        if len(title.plain) <= room.width or not facts:
+            return title
+        facts = facts[:-1]
 
 
 def _headed(game: Game, name: Text, gap: str, facts: Sequence[str]) -> Text:

@@ -9,7 +9,7 @@ from rich.text import Text
 
 from dmplay.budget import Stopped
 from dmplay.errors import DmplayError
-from dmplay.game.answer import Page
+from dmplay.game.answer import Page, Told
 from dmplay.game.game import Game
 from dmplay.game.keymap import SHOWN
 from dmplay.game.log import Log
@@ -333,11 +333,12 @@ class Screen:
         """Shows an answer: in its row, or as a page that any key closes; logs what it tells of."""
         rows = words.split("\n") if isinstance(words, Page) else []
         advice = self.game.adviser.given
-        if rows:
+        if rows and not isinstance(words, Told):
             self.open(rows)
         else:
             self.modes.happens(Event.CLOSED)
-            self.message = advice.short if advice and words == str(advice) else words
+            short = advice.short if advice and words == str(advice) else words
+            self.message = "" if rows else short
         self.note(rows)
 
     def open(self, rows: list[str]) -> None:

@@ -49,6 +49,17 @@ def _outer(name: str) -> Run:
     return lambda table, argument: table.ask([name, *words_of(argument)])
 
 
+def _about(name: str) -> Run:
+    """A command of the command line about a problem, the one that is played if none is named."""
+
+    def run(table: Table, argument: str) -> str:
+        words = words_of(argument)
+        here = [table.game.name] if table.playing and all(w.startswith("-") for w in words) else []
+        return table.ask([name, *here, *words])
+
+    return run
+
+
 @contextmanager
 def veiled(table: Table) -> Iterator[None]:
     """Tells nothing of a choice that cannot be played, where another person may look on."""
@@ -183,9 +194,9 @@ TOPICS: Mapping[str, tuple[Command, ...]] = {
     ),
     "book": (
         Command("list", "[KIND]", "the problems", _outer("list")),
-        Command("info", "PROBLEM", "all about a problem", _outer("info")),
-        Command("agents", "PROBLEM", "who can play it", _outer("agents")),
-        Command("solve", "PROBLEM", "its values or equilibria", _outer("solve")),
+        Command("info", "[PROBLEM]", "all about a problem", _about("info")),
+        Command("agents", "[PROBLEM]", "who can play it", _about("agents")),
+        Command("solve", "[PROBLEM]", "its values or equilibria", _about("solve")),
         Command("figure", "[NAME]", "a figure of the book", _outer("figure")),
         Command("guide", "[TOPIC]", "how to play, and bring your own", _outer("guide")),
     ),

@@ -9,7 +9,7 @@ from dmplay.advice.adviser import Adviser
 from dmplay.describe import counted
 from dmplay.errors import BadParameter
 from dmplay.finding.typed import whole
-from dmplay.game.answer import answer
+from dmplay.game.answer import Told, answer
 from dmplay.game.game import Game
 from dmplay.thought import About, think
 from dmplay.transcript.format import lines
@@ -45,7 +45,7 @@ def redo(game: Game, argument: str) -> str:
     for _ in range(count(argument, "redo")):
         game.redo()
         told.append(game.account.said(game.view()))
-    return answer(told)
+    return Told("\n".join(told)) if len(told) > 1 else told[0]
 
 
 def reroll(game: Game, argument: str) -> str:
@@ -70,7 +70,9 @@ def _played(game: Game, command: str, turns: int) -> str:
         raise BadParameter(f"{command}: people play here; agent SEAT NAME seats an agent")
     run = islice(game.run(), turns or None)
     told = [game.account.change(game.view(), before) for before in run]
-    return answer(told or [f"the game is over ({game.session.ending})"])
+    if len(told) > 1:
+        return Told("\n".join(told))
+    return told[0] if told else f"the game is over ({game.session.ending})"
 
 
 def look(game: Game, argument: str) -> str:

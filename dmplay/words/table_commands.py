@@ -12,6 +12,8 @@ from dmplay.game.saves import copied
 from dmplay.game.start import retold
 from dmplay.game.table import Table
 
+PICTURES = {"svg": "svg", "film": "svg", "html": "html", "cast": "cast"}  # and their endings
+
 
 def play(table: Table, argument: str) -> str:
     """Begins a game, with the options of the command line."""
@@ -52,7 +54,8 @@ def agent(table: Table, argument: str) -> str:
         return f"seats: {', '.join(f'{name} {who}' for name, who in seats)}."
     name, who = (game.problem.agents[0], words[0]) if len(words) == 1 else words[:2]
     game.problem.seat(name)
-    return table.restart(seats=[*(game.asked.seats if game.asked else ()), f"{name}={who}"])
+    sitting = [*(game.asked.seats if game.asked else ()), f"{name}={who}"]
+    return table.asks(f"agent {argument}") or table.restart(seats=sitting)
 
 
 def set_(table: Table, argument: str) -> str:
@@ -63,7 +66,7 @@ def set_(table: Table, argument: str) -> str:
         return answer([f"{name} {value}" for name, value in known.items()])
     key, _, value = argument.replace("=", " ", 1).partition(" ")
     settings = [*(game.asked.settings if game.asked else ()), f"{key}={value.strip()}"]
-    return table.restart(settings=settings)
+    return table.asks(f"set {argument}") or table.restart(settings=settings)
 
 
 def save(table: Table, argument: str) -> str:
@@ -108,6 +111,11 @@ def export(table: Table, argument: str) -> str:
             raise BadParameter("export: no transcript is written; name a file")
         if hidden and not (table.game.session.over or table.game.reveal):
             raise BadParameter("export: it would tell what is hidden until the game is over")
+        shown = next((name for name in PICTURES if f"--{name}" in words), "")
+        if table.typed and shown and not {"-o", "--output"} & {*words}:
+            raise BadParameter(
+                f"export: --{shown} is for a file; -o game.{PICTURES[shown]} names it"
+            )
         words = [str(recorder.path), *words]
     elif "--peek" in words and table.playing and table.game.sealed:
         raise BadParameter("export: --peek is for after this game, in which much is hidden")

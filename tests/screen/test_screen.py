@@ -80,7 +80,7 @@ history of hungry ▅▁··················
 
  f feed  s sing  i ignore  ? help  q quit""",
     "prisoners-dilemma": """\
- prisoners-dilemma  turn 1/10  return -4  you: ag…
+ prisoners-dilemma  turn 1/10  return -4
           │cooperate │  defect
 ──────────┼──────────┼──────────
 >cooperate│  -1, -1  │ [-4, 0]
@@ -610,8 +610,7 @@ def test_a_screen_has_exactly_its_rows_and_none_is_too_wide(
 def test_a_row_that_is_cut_shows_it(problem: str) -> None:
     wide = compose(*_first(problem, 300)).plain.split("\n")
     cut = compose(*_first(problem, 40)).plain.split("\n")
-    title = cut[0].rstrip()
-    assert title.endswith((wide[0].split()[-1], "…"))
+    assert {*cut[0].split()} <= {*wide[0].split()}, "a title tells a fact whole"
     assert not cut[-2].strip(), "the log tells it"
     assert "a message a message" in "\n".join(cut[:-2])
 

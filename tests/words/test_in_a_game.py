@@ -1,0 +1,103 @@
+"""Commands of the command line in a game: they mean its problem, and do not end it unasked."""
+
+from pathlib import Path
+
+import pytest
+
+from dmplay.cli.errands import understood
+from dmplay.errors import BadParameter
+from dmplay.game.request import Request
+from dmplay.game.start import new
+from dmplay.game.table import Table
+from dmplay.screen.screen import Screen
+from dmplay.terminal import Terminal, Wishes, decide
+from dmplay.words.commands import typed
+from tests.support.screens import game, play
+
+
+@pytest.fixture
+def table(tmp_path: Path) -> Table:
+    """A table at which a person played a turn."""
+    made = Table(new(Request("hexworld", seed=7, record=tmp_path / "game.dmt")), understood)
+    made.typed = True
+    typed(made, "e")
+    return made
+
+
+@pytest.mark.parametrize("command", ["info", "agents", "solve"])
+def test_a_question_about_a_problem_means_the_one_that_is_played(
+    command: str, table: Table
+) -> None:
+    assert typed(table, command) == typed(table, f"{command} hexworld")
+    assert typed(table, command) != typed(table, f"{command} prisoners-dilemma")
+
+
+@pytest.mark.parametrize("line", ["set slip 0", "agent agent optimal"])
+def test_what_would_end_a_game_is_asked_first(line: str, table: Table) -> None:
+    played = table.game
+    name = line.partition(" ")[0]
+    asked = f"{name}: that ends this game of 1 turn; once more does it"
+    assert typed(table, line) == asked
+    assert typed(table, "look").startswith("at ")
+    typed(table, "e")
+    assert typed(table, line).startswith(f"{name}: that ends this game of 2 turns")
+    assert table.game is played
+    assert typed(table, line).startswith("new game of hexworld")
+    assert table.game is not played
+
+
+def test_a_game_without_a_turn_and_a_script_are_not_asked(table: Table) -> None:
+    typed(table, "undo")
+    assert typed(table, "set slip 0").startswith("new game")
+    typed(table, "e")
+    table.typed = False
+    assert typed(table, "set slip 0.1").startswith("new game")
+
+
+@pytest.mark.parametrize("form", ["svg", "film", "html", "cast"])
+def test_a_picture_is_written_to_a_file_not_over_the_board(
+    form: str, table: Table, tmp_path: Path
+) -> None:
+    with pytest.raises(BadParameter, match=f"export: --{form} is for a file; -o game[.]"):
+        typed(table, f"export --{form}")
+    typed(table, f"export --{form} -o {tmp_path / 'drawn'}")
+    assert (tmp_path / "drawn").exists()
+    assert typed(table, "export --csv").startswith("turn")
+
+
+def test_turns_that_agents_play_are_logged_and_do_not_cover_the_board() -> None:
+    shown = Screen(Table(game("2048", "random")), Terminal(True, "", True, True, False))
+    shown.type("auto 5")
+    assert len(shown.log) == 5
+    assert not shown.page
+    assert not shown.message
+
+
+@pytest.mark.parametrize(
+    ("env", "ascii_"),
+    [
+        ({"LC_ALL": "C"}, True),
+        ({"LC_ALL": "POSIX", "LANG": "de_DE.UTF-8"}, True),
+        ({"LC_ALL": "", "LC_CTYPE": "C.UTF-8", "LANG": "C"}, False),
+        ({"LC_ALL": "C.UTF-8"}, False),
+        ({"LC_ALL": "C", "PYTHONIOENCODING": "utf-8"}, False),
+        ({}, False),
+    ],
+)
+def test_the_bare_locale_is_drawn_in_ascii(env: dict[str, str], ascii_: bool) -> None:
+    with Path("/dev/null").open("w+", encoding="utf-8") as stream:
+        assert decide(Wishes(), env, stream, stream).ascii is ascii_
+
+
+@pytest.mark.parametrize(
+    ("name", "title"),
+    [
+        ("prisoners-dilemma", " prisoners-dilemma  turn 0/10  return 0"),
+        ("multicaregiver-crying-baby", " multicaregiver-crying-baby  turn 0/20"),
+        ("hexworld", " hexworld  turn 0  return 0  you: agent"),
+    ],
+)
+def test_a_title_tells_a_fact_whole_or_not_at_all(name: str, title: str) -> None:
+    first = play(game(name), size=(50, 14)).last.split("\n")[0]
+    assert first.startswith(title)
+    assert not first.endswith("…")
