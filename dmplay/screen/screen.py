@@ -25,6 +25,9 @@ from dmplay.words.commands import COMMANDS, Leave, own_parts, typed, veiled
 from dmplay.words.game_commands import foresee
 
 FASTER = 1.5  # the speed times this
+COUNTDOWN, BEATS = 3, 2.0  # beats before real time begins, and how many a second
+SLOW, FULL = 0.1, 100  # real time begins at this share of its rate; all of it after so many turns
+STARTS = "the clock starts with a key; P stops it"
 SLOWEST, FASTEST = 0.1, 50.0  # turns a second
 MORE = ("space", "down", "enter")
 MANY = 20  # turns that nobody wants to lose by one key
@@ -67,6 +70,8 @@ class Screen:
         self.prefix = ""  # the first arrow of a diagonal
         self.keys_until = KEYS_SHOWN  # the turn from which on the board names no keys
         self.held: float | None = None  # the action that repeats in real time
+        self.countdown: int | None = None  # beats until real time begins; None before its key
+        self.since = 0  # the turn at which it began
         self.reviewed = False
         self.back = 0
         self.modes.begins(clock=bool(self.rate and game.people))
@@ -103,7 +108,9 @@ class Screen:
         drawn = self.game.adviser.ready and not self.game.unaided
         kind = OVERLAYS[self.overlay] if drawn else ""
         page = self.page if self.modes.shows is Mode.PAGE else ()
-        message, adviser = self.thinking or self.message, self.game.adviser
+        unstarted = self.modes.moves is Mode.CLOCK and self.countdown is None
+        starts = STARTS if unstarted and self.game.waiting is not None else ""
+        message, adviser = self.thinking or self.message or starts, self.game.adviser
         given = (adviser.given, adviser.foreseen)
         return Shown(message, kind, page, self.part, self.back, curtain, self.keys_until, *given)
 
@@ -208,6 +215,7 @@ class Screen:
             return
         if self.rate:
             self.held = action
+            self.start_clock()
             return
         game = self.game
         played = game.choose(action, seat)
@@ -216,9 +224,28 @@ class Screen:
             name = game.problem.agents[game.waiting]
             self.message = f"{name} chooses; the other choice stays hidden until both are in"
 
+    def start_clock(self) -> None:
+        """Begins to count down to real time, once."""
+        if self.countdown is None:
+            self.countdown, self.since = COUNTDOWN, len(self.game.session.turns)
+            self.message = f"{COUNTDOWN} ..."
+
+    @property
+    def pace(self) -> float:
+        """Beats a second: of the countdown; then of turns, slow at first, faster as they go on."""
+        if self.countdown or not self.rate:
+            return BEATS
+        gone = len(self.game.session.turns) - self.since
+        return self.rate * min(SLOW + (1 - SLOW) * gone / FULL, 1.0)
+
     def tick(self) -> None:
-        """A beat of the clock in real time: the last push repeats, from the first key on."""
+        """A beat of the clock in real time: it counts down, then the last push repeats."""
         standing = self.modes.moves is not Mode.CLOCK or self.game.waiting is None
+        if self.countdown and not standing:
+            self.countdown -= 1
+            act = "" if self.held is not None else "press what to do"
+            self.message = f"{self.countdown} ..." if self.countdown else act
+            return
         if self.held is None or standing:
             return
         with self.caught():
@@ -233,6 +260,8 @@ class Screen:
             own.run(self)
         elif command:
             self.say(command.run(self.table, ""))
+        elif self.rate and self.game.waiting is not None and self.countdown is None:
+            self.start_clock()
         elif key.isprintable():
             self.message = f"{key}: no such key; ? shows them"
 

@@ -126,8 +126,9 @@ class Stage:
             lambda: screen.speed, screen.autoplay, lambda: screen.modes.moves is Mode.AUTO
         )
         if screen.rate:
-            rate = screen.rate
-            yield self._clock(lambda: rate, screen.tick, lambda: screen.held is not None)
+            yield self._clock(
+                lambda: screen.pace, screen.tick, lambda: screen.countdown is not None
+            )
 
     async def _clock(
         self, rate: Callable[[], float], beat: Callable[[], None], running: Callable[[], bool]
