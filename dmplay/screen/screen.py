@@ -456,7 +456,7 @@ class Scroll(NamedTuple):
         return Key(self.keys, self.shown, "scroll", help_, lambda screen: screen.scroll(self.rows))
 
 
-SCROLLING = "back in the log; PgDn, Home, End, the wheel; with Shift where they play"
+SCROLLING = "the log back; PgDn Home End; Shift where they play"
 SCROLLS = (
     Scroll(("pageup", "s-pageup", "c-pageup"), "PgUp", 8),
     Scroll(("pagedown", "s-pagedown", "c-pagedown"), "PgDn", -8),

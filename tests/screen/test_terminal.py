@@ -185,7 +185,7 @@ def test_the_command_row_takes_words_and_escape_closes_it(tmp_path: Path) -> Non
 
 def test_help_opens_over_the_board_and_any_key_closes_it(tmp_path: Path) -> None:
     with Terminal("hexworld", "--seed", "7", folder=tmp_path) as terminal:
-        terminal.ready().press("?", "commands, typed after ':'")
+        terminal.ready().press("?", "part 1 of 2").press(" ", "commands, typed after ':'")
         terminal.press("x", lambda: "commands, typed" not in terminal.text)
         assert "turn 0 " in terminal.text
         assert terminal.press(CTRL_D).ended() == 0
