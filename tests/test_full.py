@@ -1,5 +1,6 @@
 """Disks that are full and folders that are read-only: one line, the game goes on, files whole."""
 
+import os
 import re
 import stat
 from pathlib import Path
@@ -7,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from dmplay.game.checking import check
+from tests.support.brought import NO_AGENT
 from tests.support.games import altered, recorded, verified
 from tests.support.programs import Small, fresh, run, unprivileged, within
 from tests.support.terminals import DMPLAY, Terminal
@@ -135,9 +137,10 @@ def test_a_game_whose_output_is_its_file_is_saved_too(tmp_path: Path) -> None:
 
 
 def test_a_fault_whose_log_does_not_fit_is_one_line(tmp_path: Path) -> None:
-    (tmp_path / "broken.py").write_text("raise ZeroDivisionError\n")
-    done = fresh("./broken.py:Game", folder=tmp_path, disk=0)
-    told = "error: unexpected ZeroDivisionError; no log can be written, --debug shows it\n"
+    (tmp_path / "broken.py").write_text(NO_AGENT)
+    words = ("hexworld", "--agent", "./broken.py:Agent", "--seed", "1", "-o", os.devnull)
+    done = fresh(*words, folder=tmp_path, disk=0)
+    told = "error: unexpected TypeError; no log can be written, --debug shows it\n"
     assert (done.returncode, done.stderr) == (1, told)
 
 

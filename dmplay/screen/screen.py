@@ -202,7 +202,8 @@ class Screen:
             with veiled(self.table):
                 self.act(self.game.keyboard.read(self.game.watcher, self.number.taken()))
             return True
-        if not self.number.press(self.game, key):
+        ahead = key == "enter" and self.modes.shows is Mode.AHEAD  # plays what was looked at
+        if ahead or not self.number.press(self.game, key):
             return False
         self.message = self.number.shown(self.game)
         return True

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.brought import NO_AGENT
 from tests.support.programs import homeless, run
 from tests.support.terminals import DMPLAY, clean_environment
 
@@ -298,15 +299,6 @@ def test_info_and_list_are_data_too(tmp_path: Path) -> None:
         about = json.loads(run(tmp_path, "info", one["problem"], "--json").stdout)
         assert about["kind"] == one["kind"]
         assert "Source: appendix F" in about["about"]
-
-
-NO_AGENT = """\
-class Agent:
-    draws = None
-
-    def __init__(self, problem, seat):
-        self.begin = self.update = self.choose = print
-"""
 
 
 def test_a_fault_of_our_own_is_one_line_and_a_file(tmp_path: Path) -> None:

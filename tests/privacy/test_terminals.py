@@ -22,9 +22,9 @@ def written(terminal: Terminal, key: str) -> int:
 @pytest.mark.parametrize(
     ("name", "choices", "next_"),
     [
-        ("rock-paper-scissors", ["r", "p", "s", "1"], "agent2 chooses"),
-        ("prisoners-dilemma", ["c", "d", "1", "2"], "agent2 chooses"),
-        ("travelers-dilemma", ["25\r", "37\r", "99\r"], "agent2 chooses"),
+        ("rock-paper-scissors", ["r", "p", "s", "1"], "agent2 chooses;"),
+        ("prisoners-dilemma", ["c", "d", "1", "2"], "agent2 chooses;"),
+        ("travelers-dilemma", ["25\r", "37\r", "99\r"], "agent2 chooses;"),
         ("predator-prey", ["l", "h", "1"], "prey chooses"),
         (TEAM, ["f", "s", "i"], "caregiver2 is next"),
     ],

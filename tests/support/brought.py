@@ -102,3 +102,12 @@ class Vault(Tabular):
         """Which only tells whether the key was taken."""
         doors = s >= 2
         return np.stack([np.ones(len(s), bool), ~doors, doors, doors], axis=1)[:, None]
+
+
+NO_AGENT = """\
+class Agent:
+    draws = None
+
+    def __init__(self, problem, seat):
+        self.begin = self.update = self.choose = print
+"""
