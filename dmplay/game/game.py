@@ -45,6 +45,7 @@ class Game:
         self.asked = asked  # None for a recording
         self.style = style_of(session.problem)
         self.notes = ""  # for the end of the transcript
+        self.verdict: Sequence[str] = ()  # what its moves and dice were worth, once it is over
         agents = {clean(who): None for seat, who in enumerate(seats) if seat not in self.people}
         self._agents = " and ".join(agents) + (" are" if len(agents) > 1 else " is") + " thinking"
         self._chosen: dict[int, float] = {}

@@ -303,8 +303,8 @@ def most_back(game: Game, room: Room, shown: Shown, log: list[str]) -> int:
 
 
 def _events(game: Game, log: Sequence[str]) -> list[str]:
-    """What happened; after the game, what was hidden, and how it ended."""
-    lines = [*log, *map(sentence, game.account.debrief())]
+    """What happened; after the game, what was hidden, what the moves were worth, how it ended."""
+    lines = [*log, *map(sentence, game.account.debrief()), *map(clean, game.verdict)]
     return [*lines, f"over: {game.account.result()}"] if game.session.over else lines
 
 
