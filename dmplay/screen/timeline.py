@@ -126,7 +126,7 @@ class Past(Game):
         room = max(width - AROUND - len(tail), 1)
         first = max(min(self.turn - room // 2, self.many - room), 0)
         most = max(lost)
-        bars = [BARS[ceil((len(BARS) - 1) * one / most)] for one in lost]
+        bars = [BARS[ceil((len(BARS) - 1) * (one / most))] for one in lost]
         bars[self.turn] = f"[{bars[self.turn]}]"
         return [f"regret {''.join(bars[first : first + room])}{tail}"]
 
