@@ -41,7 +41,7 @@ def pressed(screen: Screen, *keys: str, size: tuple[int, int] = LARGE) -> str:
 def kept(place: Path, **wishes: object) -> Game:
     """A game of crying baby with a transcript."""
     request = Request("crying-baby", seed=7, turns=5, record=place / "game.dmt")
-    return new(Request(**{**vars(request), **wishes}))  # type: ignore[arg-type] # its fields
+    return new(Request(**{**vars(request), **wishes}))
 
 
 FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
