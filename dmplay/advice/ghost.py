@@ -5,12 +5,14 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from dmplay.budget import Budget
-from dmplay.core import Policy
+from dmplay.core import Policy, Problem
 from dmplay.dice import NATURE, Dice
-from dmplay.errors import DmplayError
+from dmplay.errors import BadParameter, DmplayError
 from dmplay.finding import agents
+from dmplay.finding.outside import is_outside
 from dmplay.rollouts import MOST_TURNS
 from dmplay.session import Session
+from dmplay.terminal import clean
 from dmplay.thought import About, think
 
 
@@ -73,10 +75,26 @@ class Ghost:
         """By how much the person is ahead of it."""
         return float(self.beside.returns()[self.seat]) - self.score
 
+    def note(self) -> str:
+        """The line of a transcript that names it."""
+        return f"# ghost: {' '.join(clean(self.name).split())}\n"
+
     def compared(self) -> str:
         """What each of both came to."""
         yours = float(self.beside.returns()[self.seat])
         return f"{self.name} on the same dice: {self.score:.6g}; you {yours:.6g}"
+
+
+def beside(session: Session, who: Sequence[int], name: str) -> Ghost:
+    """The agent of this name beside these people; raises BadParameter where it cannot be."""
+    if not who:
+        raise BadParameter("--ghost: it plays beside a person, and here agents play alone")
+    if not _together(session.problem, who):
+        raise BadParameter("--ghost: it plays beside one person, and here several play")
+    if name.partition(":")[0] not in agents.roster(session.problem).agents and not is_outside(name):
+        known = ", ".join(agents.roster(session.problem).agents)
+        raise BadParameter(f"--ghost: got {name!r}, expected one of {known}")
+    return Ghost(name, session, {seat: agents.agent(session.problem, seat, name) for seat in who})
 
 
 def best(session: Session, who: Sequence[int], seats: Sequence[str]) -> Ghost | None:
@@ -85,13 +103,17 @@ def best(session: Session, who: Sequence[int], seats: Sequence[str]) -> Ghost | 
     None where there is none, where people play against each other, and where the draws are not
     those of the seed.
     """
-    alone = len(who) == 1 or session.problem.shared_reward
-    if not (alone and _of_the_seed(session)):
+    if not (_together(session.problem, who) and _of_the_seed(session)):
         return None
     found = {seat: agents.adviser(session.problem, seat, session.limit, seats) for seat in who}
     known = {seat: one[1] for seat, one in found.items() if one}
     first = found[min(who)]
     return Ghost(first[0], session, known) if first and len(known) == len(who) else None
+
+
+def _together(problem: Problem, who: Sequence[int]) -> bool:
+    """Whether these people want the same."""
+    return len(who) == 1 or problem.shared_reward
 
 
 def _of_the_seed(session: Session) -> bool:
@@ -107,10 +129,15 @@ def _of_the_seed(session: Session) -> bool:
     )
 
 
-def same_dice(session: Session, who: Sequence[int], seats: Sequence[str]) -> str:
-    """What the best agent makes of the dice of a game that is over; '' where nobody can say."""
+def same_dice(
+    session: Session, who: Sequence[int], seats: Sequence[str], ghost: Ghost | None
+) -> str:
+    """What the ghost, or else the best agent, makes of the dice of a game that is over.
+
+    Nothing where nobody can say.
+    """
     try:
-        found = best(session, who, seats)
+        found = ghost or best(session, who, seats)
         if found is None:
             return ""
         think(About(f"{found.name} plays the same dice"), found.finish)

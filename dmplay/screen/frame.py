@@ -236,7 +236,8 @@ def _below_board(game: Game, room: Room, shown: Shown, board: Text, body: int) -
 def _known(game: Game, shown: Shown) -> list[tuple[str, str]]:
     """The facts of the side panel."""
     advised = not game.session.over and game.people and not game.unaided
-    return [*game.style.panel(game.view()), *(_hint(shown.advice) if advised else [])]
+    facts = [*game.style.panel(game.view()), *_ghost(game)]
+    return [*facts, *(_hint(shown.advice) if advised else [])]
 
 
 def _joined(board: Text, facts: Sequence[Text], most: int) -> list[Text]:
@@ -354,6 +355,14 @@ def _cut(lines: list[Text], rows: int, room: Room) -> list[Text]:
     *before, last = lines[:rows]
     last.truncate(room.width - 1)
     return [*before, last.append("…")]
+
+
+def _ghost(game: Game) -> list[tuple[str, str]]:
+    """What the ghost came to so far, and how far the person is ahead."""
+    ghost = game.ghost
+    if ghost is None or not ghost.early:
+        return []
+    return [("ghost", f"{ghost.score:.6g}"), ("lead", f"{ghost.lead:+.6g}")]
 
 
 def _hint(advice: Advice | None) -> list[tuple[str, str]]:

@@ -157,7 +157,7 @@ class Verdict:
         if last:
             with suppress(Stopped):
                 game.verdict = self._valued(game)
-                dice = same_dice(game.session, game.people, game.seats)
+                dice = same_dice(game.session, game.people, game.seats, game.ghost)
                 game.verdict = [*game.verdict, *filter(None, [dice])]
 
     def _valued(self, game: Game) -> list[str]:

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.advice.ghost import Ghost, best, same_dice
+from dmplay.advice.ghost import Ghost, beside, best, same_dice
+from dmplay.errors import BadParameter
 from dmplay.session import Session
 from tests.support.games import Scripted
 
@@ -34,50 +35,50 @@ def alone(name: str, agent: str, seed: int = 7, limit: int | None = None) -> Ses
 
 def test_a_ghost_plays_the_game_that_the_agent_plays_under_this_seed() -> None:
     session = played("hexworld", "w", "w")
-    beside = ghost(session, "optimal")
-    beside.finish()
+    other = ghost(session, "optimal")
+    other.finish()
     expected = alone("hexworld", "optimal")
-    assert [turn.state for turn in beside.session.turns] == [one.state for one in expected.turns]
-    assert beside.score == expected.returns()[0]
+    assert [turn.state for turn in other.session.turns] == [one.state for one in expected.turns]
+    assert other.score == expected.returns()[0]
 
 
 def test_a_ghost_comes_as_far_as_the_person_and_back() -> None:
     session = played("hexworld", "w", "w")
-    beside = ghost(session, "optimal")
-    beside.follow()
-    assert len(beside.session.turns) == 2
+    other = ghost(session, "optimal")
+    other.follow()
+    assert len(other.session.turns) == 2
     session.undo()
-    beside.follow()
-    assert len(beside.session.turns) == 1
+    other.follow()
+    assert len(other.session.turns) == 1
 
 
 def test_dice_that_are_thrown_anew_are_thrown_for_the_ghost_too() -> None:
     session = played("hexworld", "w", "w")
-    beside = ghost(session, "optimal")
-    beside.follow()
+    other = ghost(session, "optimal")
+    other.follow()
     session.reroll()
-    beside.follow()
-    for own, theirs in zip(beside.session.turns, session.turns, strict=True):
+    other.follow()
+    for own, theirs in zip(other.session.turns, session.turns, strict=True):
         assert np.array_equal(own.draws, theirs.draws)
 
 
 def test_a_ghost_that_is_at_its_end_waits_there() -> None:
-    beside = ghost(played("hexworld", *["w"] * 30), "optimal")
-    beside.follow()
-    assert beside.session.ending == "terminal"
-    assert len(beside.session.turns) < 30
+    other = ghost(played("hexworld", *["w"] * 30), "optimal")
+    other.follow()
+    assert other.session.ending == "terminal"
+    assert len(other.session.turns) < 30
 
 
 def test_others_answer_the_ghost_and_not_the_person() -> None:
     problem = dmplay.load("prisoners-dilemma")
-    other = dmplay.agent(problem, 1, "tit-for-tat")
-    session = Session(problem, dmplay.Dice(7), [None, other], limit=3)
+    partner = dmplay.agent(problem, 1, "tit-for-tat")
+    session = Session(problem, dmplay.Dice(7), [None, partner], limit=3)
     for _ in range(3):
         session.advance([problem.action(0, "defect"), None])
-    beside = ghost(session, "always-cooperate")
-    beside.finish()
-    assert [turn.actions.tolist() for turn in beside.session.turns] == [[0, 0]] * 3
-    assert beside.lead == session.returns()[0] - beside.score
+    other = ghost(session, "always-cooperate")
+    other.finish()
+    assert [turn.actions.tolist() for turn in other.session.turns] == [[0, 0]] * 3
+    assert other.lead == session.returns()[0] - other.score
 
 
 @pytest.mark.parametrize(
@@ -91,18 +92,18 @@ def test_a_ghost_is_seen_early_only_where_nothing_is_secret(name: str, early: bo
 
 def test_the_same_dice_tell_what_both_came_to() -> None:
     session = played("crying-baby", "sing", "sing", limit=2)
-    assert same_dice(session, [0], ["human"]) == "optimal on the same dice: -15; you -19.95"
+    assert same_dice(session, [0], ["human"], None) == "optimal on the same dice: -15; you -19.95"
 
 
 def test_the_same_dice_are_silent_where_the_draws_are_not_those_of_the_seed() -> None:
     session = played("hexworld", "w", "w")
     assert best(session, [0], ["human"])
     session.reroll()
-    assert same_dice(session, [0], ["human"]) == ""
+    assert same_dice(session, [0], ["human"], None) == ""
     problem = dmplay.load("hexworld")
     scripted = Session(problem, dmplay.Dice(7), opening=np.array([0.5]))
-    assert same_dice(scripted, [0], ["human"]) == ""
-    assert same_dice(Session(problem, Scripted([0.5])), [0], ["human"]) == ""
+    assert same_dice(scripted, [0], ["human"], None) == ""
+    assert same_dice(Session(problem, Scripted([0.5])), [0], ["human"], None) == ""
 
 
 def test_the_same_dice_are_silent_where_people_play_against_each_other() -> None:
@@ -111,4 +112,30 @@ def test_the_same_dice_are_silent_where_people_play_against_each_other() -> None
 
 
 def test_the_same_dice_are_silent_where_no_agent_advises() -> None:
-    assert same_dice(played("prisoners-dilemma", "defect", limit=1), [0], ["human", "grim"]) == ""
+    assert (
+        same_dice(played("prisoners-dilemma", "defect", limit=1), [0], ["human", "grim"], None)
+        == ""
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "who", "agent", "why"),
+    [
+        ("hexworld", [], "optimal", "--ghost: it plays beside a person, and here agents play"),
+        ("prisoners-dilemma", [0, 1], "grim", "--ghost: it plays beside one person, and here"),
+        ("hexworld", [0], "human", "--ghost: got 'human', expected one of optimal, "),
+        ("hexworld", [0], "script:e", "--ghost: got 'script:e', expected one of optimal, "),
+    ],
+)
+def test_where_no_ghost_can_be_it_is_refused(
+    name: str, who: list[int], agent: str, why: str
+) -> None:
+    with pytest.raises(BadParameter, match=why):
+        beside(played(name), who, agent)
+
+
+def test_a_team_has_a_ghost_in_each_of_its_seats() -> None:
+    session = Session(dmplay.load("collaborative-predator-prey"), dmplay.Dice(7), limit=2)
+    team = beside(session, [0, 1], "random")
+    team.finish()
+    assert len(team.session.turns) == 2
