@@ -102,8 +102,7 @@ class Past(Game):
         names = [self.problem.agents[seat] for seat in self.people]
         if len(names) > 1:
             told = [f"{name} {words}" for name, words in zip(names, told, strict=True)]
-        worst = ", one of the worst" if here + 1 in self._worst else ""
-        return f"turn {here + 1} of {self.many}: {'; '.join(told)}{worst}."
+        return f"turn {here + 1} of {self.many}: {'; '.join(told)}."
 
     @property
     def _lost(self) -> list[float]:

@@ -87,7 +87,8 @@ def _caption(view: View[HexWorld], look: Look) -> str:
         return f"{foreseen(look.outlook, name)}, how likely each hex is"
     if look.regret is not None:
         return hexgrid.walls(view.problem.hexes, here, look)
-    return f"@ you, ◆ pays, ✗ costs{', letters are keys' * look.keys}"
+    ghost = ", & ghost" * (look.ghost is not None)
+    return f"@ you{ghost}, ◆ pays, ✗ costs{', letters are keys' * look.keys}"
 
 
 def _came(view: View[HexWorld]) -> tuple[str, str]:

@@ -35,15 +35,15 @@ def test_where_the_state_is_seen_the_ghost_stands_on_the_board_after_each_turn(
     tmp_path: Path,
 ) -> None:
     game = haunted(tmp_path, "hexworld")
-    assert "&" not in shown(game)
+    assert "│  &  │" not in shown(game)
     told = shown(game, "h")
-    assert told.count("&") == 1
-    assert told.count("@") == 1
-    assert "ghost  0\n" in told
-    assert "lead   +0\n" in told
+    assert told.count("│  &  │") == 1
+    assert "@ you, & ghost, " in told
+    assert "ghost    0\n" in told
+    assert "lead     +0\n" in told
     assert "turn 1. at (6,2). chose W, moved W. reward 0. return 0. ghost 0, lead +0." in told
-    assert "ghost  8.1\n" in shown(game, "h", "h")
-    assert "lead   -8.1\n" in shown(game)
+    assert "ghost    8.1\n" in shown(game, "h", "h")
+    assert "lead     -8.1\n" in shown(game)
 
 
 def test_the_ghost_goes_back_with_the_person(tmp_path: Path) -> None:
@@ -51,7 +51,7 @@ def test_the_ghost_goes_back_with_the_person(tmp_path: Path) -> None:
     told = shown(game, "h")
     shown(game, "h", "backspace")
     assert shown(game).split("\n")[2:12] == told.split("\n")[2:12]
-    assert "&" not in shown(game, "backspace")
+    assert "│  &  │" not in shown(game, "backspace")
 
 
 @pytest.mark.parametrize("name", ["crying-baby", "predator-prey", "prisoners-dilemma"])
