@@ -1,6 +1,7 @@
 """Looking back at a person's moves: what each action was worth, the best, and the regret."""
 
 from collections.abc import Iterator, Sequence
+from math import ceil
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from dmplay.solvers.value_iteration import best
 from dmplay.thought import About, think
 
 MARK = "# review "
+LONGEST = 20  # columns of a bar of regret
 LOOKING = About("looking back at your moves")
 
 
@@ -85,6 +87,23 @@ def summary(made: list[Move]) -> str:
 def of(session: Session, who: Sequence[int], seats: Sequence[str]) -> list[Move]:
     """The moves of these people, for whom it may take long."""
     return think(LOOKING, lambda: [*moves(session, who, seats)])
+
+
+def table(made: list[Move]) -> list[str]:
+    """The review as columns: turn, choice, best and regret, the worst first; and its sum."""
+    most = max((move.regret for move in made), default=0.0)
+    places = decimals([move.regret for move in made])
+    seats = len({move.seat for move in made}) > 1
+    rows = [["turn", *["seat"] * seats, "yours", "best", "regret"]]
+    for move in sorted(made, key=lambda move: -move.regret):
+        bar = "#" * ceil(LONGEST * move.regret / most) if move.regret else ""
+        regret = f"{fixed(move.regret, places)} {bar}".strip()
+        seat = [move.seat] * seats
+        rows.append([str(move.turn), *seat, move.chosen, " or ".join(move.best), regret])
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    padded = (zip(row, widths, strict=True) for row in rows)
+    drawn = ["  ".join(word.ljust(width) for word, width in row).rstrip() for row in padded]
+    return [*(drawn if made else []), summary(made)]
 
 
 def lines(made: list[Move]) -> list[str]:

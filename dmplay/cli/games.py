@@ -20,6 +20,7 @@ def play(
     agent: options.Agent = "human",
     vs: options.Others = "",
     seat: options.Seats = [],  # noqa: B006
+    ghost: options.Ghost = "",
     turns: options.Turns = None,
     record: options.Record = None,
     frames: options.Frames = False,
@@ -52,7 +53,7 @@ def play(
     how = "hints" if strict_hints else strict
     request = Request(
         problem, variant, set_, seed, episode, agent, vs, seat, turns, record, frames, force,
-        how, reveal, keys=options.wanted_keys(keys), asks=here(wishes).asks,
+        how, reveal, keys=options.wanted_keys(keys), ghost=ghost, asks=here(wishes).asks,
     )  # fmt: skip
     return Sitting(request, wishes, quiet, speed, rate)
 

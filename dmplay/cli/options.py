@@ -83,6 +83,7 @@ Set = Annotated[
 ]
 Seed = Annotated[int | None, _option("N", "the dice; new ones if not given", lists.seeds, "--seed")]
 Agent = Annotated[str, _option("AGENT", "who plays the first seat", _agents, "--agent")]
+Ghost = Annotated[str, _option("AGENT", "who plays the same dice beside you", _agents, "--ghost")]
 Others = Annotated[str, _option("AGENT", "who plays all other seats", _agents, "--vs")]
 Seats = Annotated[list[str], _option("NAME=A", "who plays one seat", _seats, "--seat")]
 File = Annotated[Path, _argument("FILE", "a transcript", lists.transcripts)]

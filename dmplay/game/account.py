@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from dmplay.advice.ghost import Ghost
 from dmplay.core import Problem
 from dmplay.describe import counted
 from dmplay.game import facts
@@ -27,6 +28,7 @@ class Account:
         self.people = people
         self.reveal = reveal
         self.dice = True  # whether draws may be told
+        self.ghost: Ghost | None = None
         self._style = style_of(session.problem)
         self._hidden: tuple[object, list[dict[str, object]]] = (None, [])
 
@@ -36,6 +38,8 @@ class Account:
         parts = [f"turn {view.turn}{rerolled}.", self._style.told(view)]
         if view.rewards is not None:
             parts.append(f"reward {view.rewards[-1]:.6g}. return {self.returned(view):.6g}.")
+        if self.ghost and self.ghost.early:
+            parts.append(f"ghost {self.ghost.score:.6g}, lead {self.ghost.lead:+.6g}.")
         return " ".join(parts)
 
     def change(self, view: View[Problem], before: int) -> str:
@@ -78,7 +82,14 @@ class Account:
 
     def closing(self) -> list[str]:
         """How it ended and, turn by turn, what was hidden, a line each."""
-        return [f"over: {self.result()}", *map(facts.sentence, self.debrief())]
+        return [f"over: {self.result()}", *self._ghostly(), *map(facts.sentence, self.debrief())]
+
+    def _ghostly(self) -> list[str]:
+        """What the ghost made of the same dice, once that tells no secret."""
+        if not self.ghost or (self.session.ending or "") in LEFT:
+            return []
+        self.ghost.finish()
+        return [self.ghost.compared()]
 
     def debrief(self) -> list[dict[str, object]]:
         """Turn by turn what was hidden, once it is over: state, observation, belief and reward."""

@@ -1,12 +1,15 @@
 """A game that people play: a session, who sits where, and its transcript."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import cast
 
 from rich.text import Text
 
 from dmplay.advice.adviser import Adviser
+from dmplay.advice.ghost import Ghost
+from dmplay.budget import Stopped
 from dmplay.core import Problem
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter
@@ -45,6 +48,8 @@ class Game:
         self.asked = asked  # None for a recording
         self.style = style_of(session.problem)
         self.notes = ""  # for the end of the transcript
+        self.verdict: Sequence[str] = ()  # what its moves and dice were worth, once it is over
+        self.ghost: Ghost | None = None
         agents = {clean(who): None for seat, who in enumerate(seats) if seat not in self.people}
         self._agents = " and ".join(agents) + (" are" if len(agents) > 1 else " is") + " thinking"
         self._chosen: dict[int, float] = {}
@@ -148,6 +153,8 @@ class Game:
         """The board in the room there is; the state too where it is revealed."""
         if self.reveal or (self.session.over and self.problem.hidden):
             look = look._replace(state=self.session.state)
+        if self.ghost and self.ghost.early:
+            look = look._replace(ghost=self.ghost.session.state)
         look = look._replace(names={**self.keyboard.names(self.watcher), **look.names})
         return fit(self.style, self.view(), look)
 
@@ -181,6 +188,7 @@ class Game:
             self.session.advance(actions)
             self._undone.clear()
             self._record()
+        self._haunt()
         return True
 
     def _decided(self, actions: Sequence[float | None]) -> Sequence[float | None]:
@@ -197,6 +205,7 @@ class Game:
             for follower in session.followers
         ]
         self._advisers, self._chosen = {}, {}
+        self.ghost = self.account.ghost = None
 
     def unattended(self) -> bool:
         """Plays a turn of a game without people; False once it is over."""
@@ -222,6 +231,7 @@ class Game:
             self._undone += [list(turn.actions) for turn in reversed(taken)]
             if self.recorder:
                 self.recorder.event("undo", turns)
+        self._haunt()
 
     def redo(self) -> None:
         """Plays the turn last taken back again."""
@@ -232,6 +242,7 @@ class Game:
             self.session.advance(self._undone[-1])
             self._undone.pop()
             self._record()
+        self._haunt()
 
     def reroll(self) -> None:
         """Plays the last turn again under other dice; the transcript says so."""
@@ -245,6 +256,14 @@ class Game:
             if self.recorder:
                 self.recorder.event("reroll", self.session.rerolls[len(self.session.turns)])
             self._record()
+        self._haunt()
+
+    def _haunt(self) -> None:
+        """Has the ghost play as far as the person did, where it may be seen before the end."""
+        ghost = self.ghost
+        if ghost and ghost.early:
+            with suppress(Stopped):
+                think(About(f"{clean(ghost.name)} plays beside you"), ghost.follow)
 
     def may_help(self, command: str) -> None:
         """Refuses advice where nobody may be given any."""
@@ -278,4 +297,4 @@ class Game:
         with whole():
             self.session.end(reason)
             if self.recorder:
-                self.recorder.end(self.notes)
+                self.recorder.end((self.ghost.note() if self.ghost else "") + self.notes)

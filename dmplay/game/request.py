@@ -34,6 +34,7 @@ class Request:
     parameters: Mapping[str, object] = field(default_factory=dict)
     keep: bool = False  # in the state folder, though nobody plays
     keys: Keys = AS_DRAWN
+    ghost: str = ""  # the agent that plays the same dice beside the person
     asks: bool = True  # whether a person may be asked to choose
     seed_known: bool = True  # whether the player may see the seed before the end
     fresh: bool = False  # whether the seed was drawn for this game
@@ -55,6 +56,7 @@ class Request:
             "--seat": self.seats,
             "--agent": [self.agent] if self.agent != PERSON else [],
             "--vs": [self.others] if self.others else [],
+            "--ghost": [self.ghost] if self.ghost else [],
             "--turns": [] if self.turns is None else [str(self.turns)],
             "--episode": [str(self.episode)] if self.episode else [],
         }

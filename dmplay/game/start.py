@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from dmplay.advice.ghost import beside
 from dmplay.core import Problem
 from dmplay.describe import counted
 from dmplay.dice import Dice
@@ -63,6 +64,7 @@ def new(request: Request, shown: Collection[Luck] = ()) -> Game:
     request, dice = _thrown(request)
     limit = turn_limit(problem, seats, request.turns)
     session = Session(problem, dice, policies, limit=limit)
+    ghost = beside(session, people(seats), request.ghost) if request.ghost else None
     told = header(found, seats, dice, replace(request, peeked=False))
     if luck(found.name, dice) in shown:
         told = going_on(told, problem)
@@ -81,7 +83,9 @@ def new(request: Request, shown: Collection[Luck] = ()) -> Game:
         )
         recorder.private = saves.keeps(path)
     keyboard = Keyboard(problem, people(seats), request.keys)
-    return Game(found.name, session, seats, keyboard, recorder, request)
+    game = Game(found.name, session, seats, keyboard, recorder, request)
+    game.ghost = game.account.ghost = ghost
+    return game
 
 
 def _thrown(request: Request) -> tuple[Request, Dice]:

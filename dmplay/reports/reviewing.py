@@ -3,7 +3,7 @@
 from json import dumps
 from pathlib import Path
 
-from dmplay.advice.review import MARK, lines, moves, notes
+from dmplay.advice.review import MARK, moves, notes, table
 from dmplay.disk import write as write_file
 from dmplay.errors import BadParameter
 from dmplay.game.playback import Playback
@@ -26,4 +26,4 @@ def reviewed(path: Path, *, write: bool, json: bool, trusted: bool, peek: bool =
     told = [{"peeked": peeked, "help": helped}] if peeked or helped else []
     if json:
         return dumps([*(move._asdict() for move in found), *told])
-    return "\n".join([*lines(found), *marks(helped, peeked=peeked)])
+    return "\n".join([*table(found), *marks(helped, peeked=peeked)])

@@ -45,7 +45,7 @@ def keys(game: Game, room: Room, shown: Shown = NOTHING) -> Text:
     """The keys that count now, the game's before the shell's; help and quit are always there."""
     if shown.curtain:
         return fitted(Text(" Enter shows the board  q quit"), room)
-    tails = _tails(game)
+    tails = _tails(game, shown)
     left = room.width - len(tails[-1]) - 1
     forms = [*_forms(game, shown.advice)]
     row = next((form for form in forms if len(form.plain) <= left), forms[-1])
@@ -102,13 +102,23 @@ def _ranked(actions: Sequence[Key], advice: Advice | None) -> Iterator[list[Key]
         ]
 
 
-def _tails(game: Game) -> list[str]:
+def _tails(game: Game, shown: Shown) -> list[str]:
     """The shell's keys, most of them first."""
-    over = game.session.over and game.asked is not None
-    watch = [] if game.people or over else ["Space step", "P play"]
+    over = shown.past or (game.session.over and game.asked is not None)
+    first = _moving(game, shown)
     names = OVER_KEYS if over else ROW_KEYS[3 if game.unaided else game.waiting is None :]
-    tails = ["  ".join([*watch, *map(_shown, some), COLON]) for some in names]
+    tails = ["  ".join([*first, *map(_shown, some), COLON]) for some in names]
+    tails += ["  ".join([*first, *map(_shown, names[-1])])]
     return [*tails, "  ".join(map(_shown, names[-1]))]
+
+
+def _moving(game: Game, shown: Shown) -> list[str]:
+    """The keys that lead through a game nobody plays, or that is over."""
+    if shown.past:
+        return ["← → turns", "Enter plays on"]
+    if game.session.over:
+        return ["← turns"] if game.people and game.session.turns else []
+    return [] if game.people else ["Space step", "P play"]
 
 
 def _shown(name: str) -> str:

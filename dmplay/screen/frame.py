@@ -240,7 +240,8 @@ def _below_board(game: Game, room: Room, shown: Shown, board: Text, body: int) -
 def _known(game: Game, shown: Shown) -> list[tuple[str, str]]:
     """The facts of the side panel."""
     advised = not game.session.over and game.people and not game.unaided
-    return [*game.style.panel(game.view()), *(_hint(shown.advice) if advised else [])]
+    facts = [*game.style.panel(game.view()), *_ghost(game)]
+    return [*facts, *(_hint(shown.advice) if advised else [])]
 
 
 def _joined(board: Text, facts: Sequence[Text], most: int) -> list[Text]:
@@ -307,8 +308,8 @@ def most_back(game: Game, room: Room, shown: Shown, log: list[str]) -> int:
 
 
 def _events(game: Game, log: Sequence[str]) -> list[str]:
-    """What happened; after the game, what was hidden, and how it ended."""
-    lines = [*log, *map(sentence, game.account.debrief())]
+    """What happened; after the game, what was hidden, what the moves were worth, how it ended."""
+    lines = [*log, *map(sentence, game.account.debrief()), *map(clean, game.verdict)]
     return [*lines, f"over: {game.account.result()}"] if game.session.over else lines
 
 
@@ -358,6 +359,14 @@ def _cut(lines: list[Text], rows: int, room: Room) -> list[Text]:
     *before, last = lines[:rows]
     last.truncate(room.width - 1)
     return [*before, last.append("…")]
+
+
+def _ghost(game: Game) -> list[tuple[str, str]]:
+    """What the ghost came to so far, and how far the person is ahead."""
+    ghost = game.ghost
+    if ghost is None or not ghost.early:
+        return []
+    return [("ghost", f"{ghost.score:.6g}"), ("lead", f"{ghost.lead:+.6g}")]
 
 
 def _hint(advice: Advice | None) -> list[tuple[str, str]]:

@@ -3,6 +3,7 @@
 shows    BOARD --opened--> PAGE --closed--> BOARD
          BOARD --warned--> WARNED --pressed--> BOARD
          BOARD --asked--> AHEAD --closed--> BOARD
+         BOARD --looked back--> BACK --closed--> BOARD
 moves    WAITING --let go--> AUTO --halted--> WAITING      agents play by themselves
          CLOCK --halted--> PAUSED --let go--> CLOCK        in real time
 """
@@ -17,6 +18,7 @@ class Mode(Enum):
     PAGE = auto()  # help, or an answer of several rows, in its place
     WARNED = auto()  # the game, and that leaving it loses turns
     AHEAD = auto()  # the game, and what an action may bring
+    BACK = auto()  # an earlier turn of a game that is over
     WAITING = auto()  # every turn waits for a key
     AUTO = auto()  # agents play turn after turn
     CLOCK = auto()  # the action pressed last repeats with the clock
@@ -27,7 +29,8 @@ class Event(Enum):
     """What takes the screen from one state to another."""
 
     OPENED = auto()  # a page
-    CLOSED = auto()  # its last part, or a look ahead
+    CLOSED = auto()  # its last part, or a look ahead or back
+    LOOKED_BACK = auto()  # at a turn of a game that is over
     ASKED = auto()  # what an action may bring
     WARNED = auto()  # that leaving loses turns
     PRESSED = auto()  # a key
@@ -36,15 +39,19 @@ class Event(Enum):
 
 
 TRANSITIONS = {
-    Mode.BOARD: {Event.OPENED: Mode.PAGE, Event.WARNED: Mode.WARNED, Event.ASKED: Mode.AHEAD},
+    Mode.BOARD: {
+        Event.OPENED: Mode.PAGE, Event.WARNED: Mode.WARNED, Event.ASKED: Mode.AHEAD,
+        Event.LOOKED_BACK: Mode.BACK,
+    },
     Mode.AHEAD: {Event.CLOSED: Mode.BOARD, Event.OPENED: Mode.PAGE},
+    Mode.BACK: {Event.CLOSED: Mode.BOARD, Event.OPENED: Mode.PAGE, Event.WARNED: Mode.WARNED},
     Mode.PAGE: {Event.OPENED: Mode.PAGE, Event.CLOSED: Mode.BOARD},
     Mode.WARNED: {Event.PRESSED: Mode.BOARD, Event.OPENED: Mode.PAGE},
     Mode.WAITING: {Event.LET_GO: Mode.AUTO},
     Mode.AUTO: {Event.HALTED: Mode.WAITING},
     Mode.CLOCK: {Event.HALTED: Mode.PAUSED},
     Mode.PAUSED: {Event.LET_GO: Mode.CLOCK},
-}
+}  # fmt: skip
 
 
 class Modes:

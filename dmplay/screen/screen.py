@@ -19,9 +19,10 @@ from dmplay.screen import frame
 from dmplay.screen.modes import Event, Mode, Modes
 from dmplay.screen.painter import Painter, Place
 from dmplay.screen.shown import KEYS_SHOWN, Room, Shown
+from dmplay.screen.timeline import Past, Verdict
 from dmplay.terminal import Terminal
 from dmplay.thought import About, think
-from dmplay.words.commands import COMMANDS, Leave, own_parts, typed, veiled
+from dmplay.words.commands import COMMANDS, Leave, named, own_parts, typed, veiled
 from dmplay.words.game_commands import foresee
 
 FASTER = 1.5  # the speed times this
@@ -72,7 +73,7 @@ class Screen:
         self.held: float | None = None  # the action that repeats in real time
         self.countdown: int | None = None  # beats until real time begins; None before its key
         self.since = 0  # the turn at which it began
-        self.reviewed = False
+        self._verdict = Verdict()  # once it is over
         self.back = 0
         self.modes.begins(clock=bool(self.rate and game.people))
 
@@ -89,7 +90,7 @@ class Screen:
     def paint(self, painter: Painter) -> None:
         """Brings the screen as it is now onto the terminal."""
         self._count_overlay()
-        drawn = frame.compose(self.game, self.room(painter), self.shown, self.log)
+        drawn = frame.compose(self._board, self.room(painter), self.shown, self.log)
         painter.paint(drawn, _player(drawn))
 
     def _count_overlay(self) -> None:
@@ -111,17 +112,29 @@ class Screen:
         unstarted = self.modes.moves is Mode.CLOCK and self.countdown is None
         starts = STARTS if unstarted and self.game.waiting is not None else ""
         message, adviser = self.thinking or self.message or starts, self.game.adviser
-        given = (adviser.given, adviser.foreseen)
-        return Shown(message, kind, page, self.part, self.back, curtain, self.keys_until, *given)
+        past = self._past
+        given = (past.advice, None) if past else (adviser.given, adviser.foreseen)
+        told = (self.back, curtain, self.keys_until, *given, past is not None)
+        return Shown(message, kind, page, self.part, *told)
+
+    @property
+    def _past(self) -> Past | None:
+        """The game at the turn that is looked back at."""
+        return self._verdict.past if self.modes.shows is Mode.BACK else None
+
+    @property
+    def _board(self) -> Game:
+        """The game as it is shown."""
+        return self._past or self.game
 
     @property
     def log(self) -> list[str]:
         """What happened, as the one before the screen may know it."""
-        return self._log.rows
+        return self._past.rows(self._room.width) if self._past else self._log.rows
 
     def upper(self, room: Room) -> Text:
         """The screen above its command row."""
-        return frame.upper(self.game, room, self.shown, self.log)
+        return frame.upper(self._board, room, self.shown, self.log)
 
     # Keys
 
@@ -143,7 +156,29 @@ class Screen:
                 return
             if self.modes.shows is Mode.AHEAD and self._looked(key):
                 return
+            if self._look_back(key):
+                return
             self.command(key)
+
+    def _look_back(self, key: str) -> bool:
+        """Steps through the turns of a game that is over; plays on from one."""
+        past = self._past
+        if past and key == "enter":
+            self.say(named("branch").run(self.table, str(past.turn)))
+            return True
+        if past and key == "escape":
+            self.modes.happens(Event.CLOSED)
+            return True
+        turn = self._verdict.led(key, past.turn if past else None)
+        if turn is None or self._verdict.past is None:
+            return False
+        self.back = 0
+        if turn == self._verdict.past.many:
+            self.modes.happens(Event.CLOSED)
+        else:
+            self._verdict.past.go(turn)
+            self.modes.happens(Event.LOOKED_BACK)
+        return True
 
     def look_ahead(self) -> None:
         """Asks for an action, to show what it may bring."""
@@ -178,7 +213,7 @@ class Screen:
     def scroll(self, rows: float) -> None:
         """Goes so many rows back in the log, or on."""
         if not self.table.curtained:
-            most = frame.most_back(self.game, self._room, self.shown, self.log)
+            most = frame.most_back(self._board, self._room, self.shown, self.log)
             self.back = int(min(max(self.back + rows, 0), most))
 
     def _action(self, key: str) -> bool:
@@ -383,26 +418,10 @@ class Screen:
         elif self._log.catch_up(told):
             self.back = 0
             self.message = "" if self.message == self.log[-1] else self.message
-        if self.game.session.over and self.game.people and not self.reviewed:
-            self.reviewed = True
-            self._review()
+        self._verdict.judge(self.game)
         recorder = self.game.recorder
         if recorder and recorder.fault:
             self.message = f"cannot write {recorder.path}: {recorder.fault.strerror}"
-
-    def _review(self) -> None:
-        """Logs what the moves of people were worth, unless nobody waits for it."""
-        from dmplay.advice import review  # not needed before
-
-        game = self.game
-        with contextlib.suppress(Stopped):
-            try:
-                found = review.of(game.session, game.people, game.seats)
-            except DmplayError as error:
-                self.log.append(f"review: {error}")
-                return
-            if found:
-                self.log.append(review.summary(found))
 
     def ponder(self, about: About, far: str) -> None:
         """Tells what is thought of, and how far it is where things may move."""

@@ -31,7 +31,7 @@ def boards(view: View[HexWorld], look: Look) -> Iterator[Text]:
     here = _here(view) or (_here(view, -2) if view.turn else None)
     exits = dict(problem.rewards)
     around = neighbours(here) if here else []
-
+    ghost = None if look.ghost is None else dict(enumerate(problem.hexes)).get(int(look.ghost))
     may = _may(view, look)
 
     def cell(hex_: Hex, size: Size) -> Cell:
@@ -52,6 +52,8 @@ def boards(view: View[HexWorld], look: Look) -> Iterator[Text]:
         if hex_ in around and _here(view) and here not in exits and look.regret is not None:
             way = hexgrid.way_on(look, around.index(hex_), size)
             return way if pay is None else Cell(f"{glyph} {way.mark}"[:5], way.note, dot, style)
+        if hex_ == ghost:
+            return Cell("&", note, "&", "dim")
         if look.keys and not look.overlay and hex_ in around and _here(view) and pay is None:
             mark, style = hexgrid.key_of(look, around.index(hex_)), style or "green"
         return Cell(mark, note, dot, style)
@@ -85,7 +87,8 @@ def _caption(view: View[HexWorld], look: Look) -> str:
         return f"{foreseen(look.outlook, name)}, how likely each hex is"
     if look.regret is not None:
         return hexgrid.walls(view.problem.hexes, here, look)
-    return f"@ you, ◆ pays, ✗ costs{', letters are keys' * look.keys}"
+    ghost = ", & ghost" * (look.ghost is not None)
+    return f"@ you{ghost}, ◆ pays, ✗ costs{', letters are keys' * look.keys}"
 
 
 def _came(view: View[HexWorld]) -> tuple[str, str]:

@@ -48,6 +48,7 @@ class Look(NamedTuple):
     large: bool = False  # whether drawings may be larger than a transcript's frames
     regret: Reals | None = None  # [A], what each action loses against the best; nan: not legal
     outlook: Outlook | None = None  # what an action may bring, to be drawn on the board
+    ghost: Array | None = None  # the state of an agent that plays beside, to be drawn faintly
 
     @property
     def beside(self) -> int:

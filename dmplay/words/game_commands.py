@@ -173,7 +173,7 @@ def review(game: Game, argument: str) -> str:
         raise BadParameter("review: it values the moves of people, once the game is over")
     found = reviewing.of(game.session, game.people, game.seats)
     game.notes = "".join(reviewing.notes(found))
-    return answer(reviewing.lines(found))
+    return answer(reviewing.table(found))
 
 
 def transcript(game: Game, argument: str) -> str:

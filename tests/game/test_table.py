@@ -189,14 +189,18 @@ def test_a_review_is_for_people_after_the_game_and_is_kept_with_it(tmp_path: Pat
         typed(seat, "review")
     typed(seat, "feed")
     told = typed(seat, "review").splitlines()
-    assert told[0].startswith("turn 1, agent: chose feed, the best. values: feed -")
-    assert told[1].startswith("turn 2, agent: chose feed, best ignore, regret ")
-    assert told[-1].startswith("review: 1 of 2 moves the best, regret ")
+    assert told == [
+        "turn  yours  best    regret",
+        "2     feed   ignore  3.37 ####################",
+        "1     feed   feed    0.00",
+        "review: 1 of 2 moves the best, regret 3.37 in all, most in turn 2",
+    ]
     seat.end()
     path = tmp_path / "game.dmt"
-    assert path.read_text().splitlines()[-3:] == [
-        f"# review {line.removeprefix('review: ')}" for line in told
-    ]
+    notes = path.read_text().splitlines()[-3:]
+    assert notes[0].startswith("# review turn 1, agent: chose feed, the best. values: feed -")
+    assert notes[1].startswith("# review turn 2, agent: chose feed, best ignore, regret 3.37. ")
+    assert notes[2] == "# review 1 of 2 moves the best, regret 3.37 in all, most in turn 2"
     assert ending(path) == ("turn limit", 2)
     watched = table(tmp_path, agent="optimal", record=tmp_path / "other.dmt")
     typed(watched, "auto")

@@ -126,7 +126,7 @@ KEYS_ASKED = [
         "enter",
         *(key for one in KEYS for key in one.keys if one.name != "quit"),
         *(one.key for one in COMMANDS if one.key and one.name not in ("new", "restart", "quit")),
-        *("up", "down", "x", "=", "escape", "backspace", "c-r"),
+        *("up", "down", "left", "right", "home", "end", "x", "=", "escape", "backspace", "c-r"),
     )
 ]
 

@@ -61,7 +61,9 @@ class Pair(NamedTuple):
         """What is played."""
         return dmplay.load(self.name, **parameters(self.name))
 
-    def begun(self, side: Side, record: Path | None = None, *, alone: bool = True) -> Game:
+    def begun(
+        self, side: Side, record: Path | None = None, *, alone: bool = True, ghost: str = ""
+    ) -> Game:
         """One of them before its first turn: the seat is a person, the others agents or people.
 
         Its seed is fresh, so nobody is told it.
@@ -79,6 +81,7 @@ class Pair(NamedTuple):
                 record=record,
                 seed_known=False,
                 fresh=True,
+                ghost=ghost,
             )
         )
 

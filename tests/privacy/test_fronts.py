@@ -82,6 +82,18 @@ def test_no_key_and_no_slip_tells_games_apart(name: str, place: Path) -> None:
     alike(*both(twins, place, lambda side: FRONTS["screen"](twins.begun(side, FILE), lines)))
 
 
+@pytest.mark.parametrize("front", ["screen", SLOWLY, "json"])
+@every_guarded
+def test_no_ghost_tells_games_apart(name: str, front: str, place: Path) -> None:
+    twins = pair(name, 0)
+    lines = [*moves(twins), *AFTER]
+
+    def play(side: Side) -> list[Told]:
+        return FRONTS[front](twins.begun(side, FILE, ghost="random"), lines)
+
+    alike(*both(twins, place, play))
+
+
 @pytest.mark.slow
 @every_last_seat
 def test_no_question_of_the_last_seat_in_any_turn_tells_games_apart(

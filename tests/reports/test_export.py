@@ -121,11 +121,16 @@ def test_a_wish_that_cannot_be_met_is_one_line(file: Path, words: list[str], mes
 
 def test_a_review_values_every_move_and_is_kept_as_notes(file: Path) -> None:
     told = run(file.parent, "review", "g.dmt", "--write").stdout.splitlines()
-    assert told[0].startswith("turn 1, agent: chose e, best se, regret 0.78. values: e 6.27, ")
-    assert told[-1] == "review: 0 of 2 moves the best, regret 1.36 in all, most in turn 1"
+    assert told == [
+        "turn  yours  best  regret",
+        "1     e      se    0.78 ####################",
+        "2     w      sw    0.58 ###############",
+        "review: 0 of 2 moves the best, regret 1.36 in all, most in turn 1",
+    ]
     assert check(file).ok
     notes = [row for row in file.read_text().splitlines() if row.startswith("# review ")]
-    assert len(notes) == len(told)
+    assert notes[0].startswith("# review turn 1, agent: chose e, best se, regret 0.78. values: e ")
+    assert len(notes) == 3
     before = file.read_text()
     run(file.parent, "review", "g.dmt", "--write")
     assert file.read_text() == before
