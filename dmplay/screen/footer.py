@@ -117,7 +117,7 @@ def _moving(game: Game, shown: Shown) -> list[str]:
     if shown.past:
         return ["← → turns", "Enter plays on"]
     if game.people:
-        return ["← turns"] * bool(game.session.over and game.session.turns)
+        return ["Enter looks back"] * bool(game.session.over and game.session.turns)
     return [] if _ended(game) else ["Space step", "P play"]
 
 
