@@ -104,7 +104,7 @@ def _ranked(actions: Sequence[Key], advice: Advice | None) -> Iterator[list[Key]
 
 def _tails(game: Game, shown: Shown) -> list[str]:
     """The shell's keys, most of them first."""
-    over = shown.past or (game.session.over and game.asked is not None)
+    over = shown.past or _ended(game)
     first = _moving(game, shown)
     names = OVER_KEYS if over else ROW_KEYS[3 if game.unaided else game.waiting is None :]
     tails = ["  ".join([*first, *map(_shown, some), COLON]) for some in names]
@@ -116,9 +116,14 @@ def _moving(game: Game, shown: Shown) -> list[str]:
     """The keys that lead through a game nobody plays, or that is over."""
     if shown.past:
         return ["← → turns", "Enter plays on"]
-    if game.session.over:
-        return ["← turns"] if game.people and game.session.turns else []
-    return [] if game.people else ["Space step", "P play"]
+    if game.people:
+        return ["Enter looks back"] * bool(game.session.over and game.session.turns)
+    return [] if _ended(game) else ["Space step", "P play"]
+
+
+def _ended(game: Game) -> bool:
+    """Whether it is over, and no recording, in which one goes back."""
+    return game.session.over and game.asked is not None
 
 
 def _shown(name: str) -> str:

@@ -169,6 +169,8 @@ class Screen:
         if past and key == "escape":
             self.modes.happens(Event.CLOSED)
             return True
+        if not past and self._plays(key):  # whoever plays fast presses it after the end too
+            return False
         turn = self._verdict.led(key, past.turn if past else None)
         if turn is None or self._verdict.past is None:
             return False
@@ -179,6 +181,11 @@ class Screen:
             self._verdict.past.go(turn)
             self.modes.happens(Event.LOOKED_BACK)
         return True
+
+    def _plays(self, key: str) -> bool:
+        """Whether a key is one of the game's own."""
+        keyboard = self.game.keyboard
+        return key in keyboard.nudges or bool(keyboard.pressed(self.game.watcher, key))
 
     def look_ahead(self) -> None:
         """Asks for an action, to show what it may bring."""

@@ -174,6 +174,6 @@ class Verdict:
             return None
         many = self.past.many
         here = many if now is None else now
-        ends = {} if now is None else {"home": 0, "end": many}  # of the log at the end
-        to = ({"left": here - 1, "right": here + 1} | ends).get(key)
+        more = {"enter": here - 1} if now is None else {"right": here + 1, "home": 0, "end": many}
+        to = ({"left": here - 1} | more).get(key)
         return None if to is None else min(max(to, 0), many)

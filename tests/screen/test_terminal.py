@@ -74,7 +74,8 @@ def test_a_crying_baby_is_cared_for_by_letters_and_its_state_shown_at_the_end(
         terminal.ready().press("f", "turn 1/3").press("s", "turn 2/3")
         assert "state" not in terminal.text
         assert "return" not in terminal.text
-        terminal.press("i", "turn 3. action ignore. state").until("turn limit after 3 turns")
+        terminal.press("i", "turn limit after 3 turns")
+        terminal.press("\r", "truly sated").until("turn 3 of 3: chose ignore, the best.")
         assert terminal.press("q").ended() == 0
     told = [json.loads(one)["agent"] for one in values(verified(tmp_path / "game.dmt"), "actions")]
     assert told == ["feed", "sing", "ignore"]

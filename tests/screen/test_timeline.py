@@ -16,13 +16,18 @@ from dmplay.terminal import Terminal
 from tests.support.games import read
 from tests.support.screens import Easel, Paper, game
 
-MOVES = {"hexworld": "hhnl", "crying-baby": "fsifs"}
+MOVES: dict[str, Sequence[str]] = {
+    "hexworld": "hhnl",
+    "crying-baby": "fsifs",
+    "simple-regulator": ("0", "enter", "0", "enter"),
+}
+TURNS = {"hexworld": 4, "crying-baby": 5, "simple-regulator": 2}
 LARGE, SMALL = (80, 24), (50, 14)
 
 
 def over(name: str, *, ascii_: bool = False, played: Game | None = None) -> Screen:
     """A screen after the last turn of a game."""
-    made = played or game(name, turns=len(MOVES[name]))
+    made = played or game(name, turns=TURNS[name])
     terminal = Terminal(True, "", True, True, ascii_)
     screen = Screen(Table(made, understood), terminal)
     pressed(screen, *MOVES[name])
@@ -69,8 +74,8 @@ FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
  over: turn limit after 4 turns. agent return -1.539, total -2.
 
 
- ← turns  Tab hint  Bksp undo  ? help  q quit  : command""",
-    ("hexworld", ("left", "left"), LARGE, False): """\
+ Enter looks back  Tab hint  Bksp undo  ? help  q quit  : command""",
+    ("hexworld", ("enter", "left"), LARGE, False): """\
  dmplay hexworld    seed 7   turn 2/4   return 0   you: agent
  reach +10 or +5; keep off -10; a bump costs 1; 30% of steps slip aside
  ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   last     W
@@ -95,7 +100,7 @@ walls: u -1.16 n -1.16 y -1.47 b -1.47                           ne     3.64
 
 
  ← → turns  Enter plays on  N new  ? help  q quit  : command""",
-    ("hexworld", ("left", "left"), SMALL, True): """\
+    ("hexworld", ("enter", "left"), SMALL, True): """\
  hexworld  turn 2/4  return 0  you: agent
  / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\
 |   |   |   |   |   | h#| @ | l*|   |   |
@@ -124,7 +129,7 @@ truly sated
    -19.423, total -21.
  rows 24-26 of 26: PgUp PgDn Home End
 
- ← turns  Tab hint  ? help  q quit  : command""",
+ Enter looks back  ? help  q quit  : command""",
     ("crying-baby", ("left", "left"), SMALL, False): """\
  crying-baby  turn 3/5  return -15.45  you: agent
 heard  quiet
@@ -189,7 +194,7 @@ truly sated
  over: turn limit after 5 turns. agent return -19.423, total -21.
  rows 16-19 of 19: PgUp PgDn Home End
 
- ← turns  Tab hint  Bksp undo  ? help  q quit  : command""",
+ Enter looks back  Tab hint  Bksp undo  ? help  q quit  : command""",
 }  # fmt: skip
 
 
@@ -204,7 +209,6 @@ def test_the_end_and_the_turns_before_it_are_shown(
 def test_keys_lead_to_any_turn_and_no_further() -> None:
     screen = over("crying-baby")
     end = pressed(screen)
-    assert pressed(screen, "right") == end
     assert "turn 1 of 5" in pressed(screen, "left", "home")
     assert "turn 1 of 5" in pressed(screen, "left")
     assert "turn 2 of 5" in pressed(screen, "right")
@@ -257,7 +261,7 @@ def test_nobody_plays_on_in_a_strict_game(
 
 
 def test_a_game_that_is_not_kept_is_not_played_on() -> None:
-    assert "branch: no transcript is written" in pressed(over("hexworld"), "left", "enter")
+    assert "branch: no transcript is written" in pressed(over("hexworld"), "enter", "enter")
 
 
 def test_another_end_is_judged_anew() -> None:
@@ -265,7 +269,7 @@ def test_another_end_is_judged_anew() -> None:
     assert "optimal on the same dice: 8.1; you -1.539" in pressed(screen)
     assert "same dice" not in pressed(screen, "backspace")
     assert "optimal on the same dice: 8.1; you -0.81" in pressed(screen, "u")
-    assert "turn 4 of 4: chose ne" in pressed(screen, "left")
+    assert "turn 4 of 4: chose ne" in pressed(screen, "enter")
 
 
 def test_moves_that_nobody_can_value_are_named() -> None:
@@ -287,14 +291,24 @@ def test_two_people_see_the_choices_of_both() -> None:
 def test_a_long_game_shows_the_regret_around_the_turn() -> None:
     played = game("hexworld", turns=90)
     screen = Screen(Table(played), Terminal(True, "", True, True, False))
-    shown = pressed(screen, *["l"] * 90, "left", size=SMALL)
+    shown = pressed(screen, *["l"] * 90, "enter", size=SMALL)
     row = next(row for row in shown.split("\n") if "regret" in row)
     assert len(row) <= SMALL[0]
     assert "]  worst: turn" in row
 
 
+def test_a_key_of_the_game_that_comes_too_late_does_not_look_back() -> None:
+    screen = Screen(Table(game("hexworld", turns=1)), Terminal(True, "", True, True, False))
+    end = pressed(screen, "left")
+    assert "Enter looks back" in end
+    assert "left: no such key" in pressed(screen, "left")
+    assert "turn 1 of 1: chose w" in pressed(screen, "enter")
+    assert pressed(screen, "right") == end
+    assert "left: no such key" in pressed(over("simple-regulator"), "left")
+
+
 def test_other_keys_do_what_they_do_at_the_end() -> None:
-    assert "keys\n" in pressed(over("hexworld"), "left", "?")
-    assert "no hint: the game is over" in pressed(over("hexworld"), "left", "tab")
-    assert "x: no such key" in pressed(over("hexworld"), "left", "x")
-    assert "turn 4 of 4" in pressed(over("hexworld"), "left", "x")
+    assert "keys\n" in pressed(over("hexworld"), "enter", "?")
+    assert "no hint: the game is over" in pressed(over("hexworld"), "enter", "tab")
+    assert "x: no such key" in pressed(over("hexworld"), "enter", "x")
+    assert "turn 4 of 4" in pressed(over("hexworld"), "enter", "x")
