@@ -29,12 +29,13 @@ class Table:
         game: Game | None = None,
         program: Program | None = None,
         aliases: Mapping[str, str] = NOTHING,
+        ends: Callable[[Recorder], object] | None = None,
     ) -> None:
         self.typed = False  # whether people type here; else a script is done
         self.ended: list[Recorder] = []  # of the games so far, each once
         self.open_screen: Callable[[], str] | None = None  # where there is one to open
         self.aliases = aliases
-        self._program = program  # what the command line does with words
+        self._program, self._ends = program, ends  # does what words say; hears of each end
         self._game: Game | None = None
         self._shown: set[Luck] = set()  # of games whose secrets are told once they are left
         self._before = 0  # the seat of who sits at the terminal
@@ -85,6 +86,8 @@ class Table:
         recorder = self._game.recorder
         if recorder and recorder not in self.ended and not saves.dropped(recorder):
             self.ended.append(recorder)
+            if self._ends:
+                self._ends(recorder)
 
     def begin(self, **changes: object) -> str:
         """Begins the same game anew but for these changes, with fresh dice if none are given."""
