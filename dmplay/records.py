@@ -140,10 +140,11 @@ def _warn(told: str) -> None:
 def _seat(problem: Problem, seats: Sequence[str]) -> str | None:
     """The seat of the one person among the usual partners."""
     people = [name for name, who in zip(problem.agents, seats, strict=True) if who == PERSON]
-    others = all(
-        who in (PERSON, agents.roster(problem, seat).partner) for seat, who in enumerate(seats)
-    )
-    return people[0] if len(people) == 1 and others else None
+    if len(people) != 1:
+        return None
+    others = [(seat, who) for seat, who in enumerate(seats) if who != PERSON]
+    usual = all(who == agents.roster(problem, seat).partner for seat, who in others)
+    return people[0] if usual else None
 
 
 def _record(transcript: Transcript, problem: Problem) -> Record | None:

@@ -194,7 +194,8 @@ def test_only_their_owner_reads_records_and_games_that_end_at_once_lose_nothing(
     "content",
     [
         "", "{", "[]", "null", "7", '{"dmplay": 2, "records": []}',
-        '{"dmplay": 1, "records": [{}]}', '{"dmplay": 1, "records": 7}', '{"dmplay": 1}', "[" * 100_000, "\x00\xff",
+        '{"dmplay": 1, "records": [{}]}', '{"dmplay": 1, "records": 7}', '{"dmplay": 1}',
+        "[" * 100_000, "\x00\xff",
         '{"dmplay": 1, "records": [{"problem": "catch", "parameters": {}, "turns": null, "seat": '
         '"agent", "best": null, "last": {"return": NaN, "turns": 1, "seed": 1, "day": ""}}]}',
     ],

@@ -25,7 +25,7 @@ app = typer.Typer(
   dmplay crying-baby --agent random      watch an agent
   dmplay list                            all problems
   dmplay guide                           how to play, record, and bring your own
-  dmplay                                 type commands, one game after another
+  dmplay                                 choose from all, play, and choose again
 
 'dmplay PROBLEM' is short for 'dmplay play PROBLEM', 'dmplay -e COMMAND' for
 'dmplay shell -e COMMAND'. 'dmplay --version' tells the version; with --debug, a
@@ -34,6 +34,7 @@ fault of dmplay itself is told whole.""",
 app.command()(games.play)
 app.command()(games.resume)
 app.command()(games.replay)
+app.command()(games.gallery)
 app.command()(games.shell)
 app.command()(records.verify)
 app.command()(records.export)

@@ -32,7 +32,7 @@ def run() -> int:
     if len(sys.argv) == 1:
         if not _spoken_to():
             return _no_words()
-        sys.argv.append("shell")
+        sys.argv.append("gallery")
     if sys.argv[1] in SCRIPTS and len(sys.argv) > 2:
         os.environ[NAMED] = "1"
         root.cache_clear()  # it is read when the commands are made

@@ -133,6 +133,19 @@ def branch(
 
 
 @options.wishes("plain", "color", "ascii", "theme", "width", "motion", "input")
+def gallery(speed: options.Speed = 2.0, *, wishes: Wishes) -> object:
+    """Choose a problem from all of them, on the full screen, play it, and choose again.
+
+    \b
+      dmplay
+      dmplay gallery --ascii
+    """
+    from dmplay.game.errand import Conversation
+
+    return Conversation((), wishes, speed, gallery=True)
+
+
+@options.wishes("plain", "color", "ascii", "theme", "width", "motion", "input")
 def shell(
     execute: Annotated[
         list[str], typer.Option("--execute", "-e", metavar="COMMAND", help="do this and leave")
@@ -144,7 +157,7 @@ def shell(
     """Play in words, one game after another; piped, a script whose first bad line ends it.
 
     \b
-      dmplay
+      dmplay shell
       dmplay shell < game.dm
       dmplay -e 'play hexworld --seed 7' -e ne -e 'hint; quit'
     """

@@ -236,7 +236,8 @@ def _below_board(game: Game, room: Room, shown: Shown, board: Text, body: int) -
 def _known(game: Game, shown: Shown) -> list[tuple[str, str]]:
     """The facts of the side panel."""
     advised = not game.session.over and game.people and not game.unaided
-    return [*game.style.panel(game.view()), *(_hint(shown.advice) if advised else [])]
+    best = [("best", shown.best)] if shown.best else []
+    return [*game.style.panel(game.view()), *best, *(_hint(shown.advice) if advised else [])]
 
 
 def _joined(board: Text, facts: Sequence[Text], most: int) -> list[Text]:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from rich.text import Text
 
+from dmplay import records
 from dmplay.budget import Stopped
 from dmplay.errors import DmplayError
 from dmplay.game.answer import Page
@@ -69,6 +70,8 @@ class Screen:
         self.held: float | None = None  # the action that repeats in real time
         self.reviewed = False
         self.back = 0
+        record = records.of(game)
+        self._best = f"{record.best.returned:.6g}" if record and record.best else ""
         self.modes.begins(clock=bool(self.rate and game.people))
 
     @property
@@ -104,7 +107,7 @@ class Screen:
         kind = OVERLAYS[self.overlay] if drawn else ""
         page = self.page if self.modes.shows is Mode.PAGE else ()
         message, adviser = self.thinking or self.message, self.game.adviser
-        given = (adviser.given, adviser.foreseen)
+        given = (adviser.given, adviser.foreseen, self._best)
         return Shown(message, kind, page, self.part, self.back, curtain, self.keys_until, *given)
 
     @property

@@ -32,6 +32,7 @@ class Shown(NamedTuple):
     keys_until: int = KEYS_SHOWN  # the turn from which on the board names no keys
     advice: Advice | None = None  # marked on the board and the keys
     outlook: Outlook | None = None  # what an action may bring
+    best: str = ""  # your best return of such a game before this one
 
 
 NOTHING = Shown()
