@@ -185,7 +185,7 @@ def test_five_hundred_sizes_in_a_burst_leave_the_last_one_painted(tmp_path: Path
 
 
 def test_a_prompt_outlives_five_hundred_sizes(tmp_path: Path) -> None:
-    with Terminal(folder=tmp_path) as terminal:
+    with Terminal("shell", folder=tmp_path) as terminal:
         terminal.ready().press("play hexworld --seed 7 --record g.dmt\r", "t0]>").calm()
         for number in range(500):
             terminal.child.setwinsize(1 + number * 7 % 60, 1 + number * 13 % 200)

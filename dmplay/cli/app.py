@@ -34,7 +34,6 @@ fault of dmplay itself is told whole.""",
 app.command()(games.play)
 app.command()(games.resume)
 app.command()(games.replay)
-app.command()(games.gallery)
 app.command()(games.shell)
 app.command()(records.verify)
 app.command()(records.export)

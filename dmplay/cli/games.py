@@ -133,19 +133,6 @@ def branch(
 
 
 @options.wishes("plain", "color", "ascii", "theme", "width", "motion", "input")
-def gallery(speed: options.Speed = 2.0, *, wishes: Wishes) -> object:
-    """Choose a problem from all of them, on the full screen, play it, and choose again.
-
-    \b
-      dmplay
-      dmplay gallery --ascii
-    """
-    from dmplay.game.errand import Conversation
-
-    return Conversation((), wishes, speed, gallery=True)
-
-
-@options.wishes("plain", "color", "ascii", "theme", "width", "motion", "input")
 def shell(
     execute: Annotated[
         list[str], typer.Option("--execute", "-e", metavar="COMMAND", help="do this and leave")

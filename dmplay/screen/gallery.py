@@ -1,7 +1,6 @@
 """The gallery: every problem by kind, and beside the list what the chosen one is."""
 
 from collections.abc import Callable
-from textwrap import wrap
 from typing import NamedTuple
 
 from rich.text import Text
@@ -15,7 +14,7 @@ from dmplay.game import saves
 from dmplay.game.game import Game
 from dmplay.records import Record, all_records, found
 from dmplay.screen.painter import Painter, Place
-from dmplay.screen.preview import Preview, preview, your_games
+from dmplay.screen.preview import Preview, preview, wrapped, your_games
 from dmplay.screen.shown import Room, fitted
 from dmplay.terminal import Terminal, clean
 from dmplay.thought import About, think
@@ -102,7 +101,7 @@ class Gallery:
     def compose(self, room: Room) -> list[Text]:
         """The whole screen: exactly as many rows as the room has, none wider."""
         body = max(room.height - AROUND, 1)
-        rows = [self._title(), *self._body(room, body), self._message(), self._keys(room)]
+        rows = [self._title(), *self._body(room, body), self._message(room), self._keys(room)]
         if room.height <= AROUND:
             rows = [rows[1], rows[-1], rows[0]][: room.height]
         return [fitted(row, room) for row in rows]
@@ -145,7 +144,7 @@ class Gallery:
         if found is None:
             return []
         if isinstance(found, str):
-            return [Text(row) for row in wrap(found, width)]
+            return wrapped(found, width)
         head = Text(clean(self.chosen), style="bold").append(f"  {found.kind}", style="not bold")
         return [head, *found.drawn(width, body - 1, self._yours, ascii_=self.terminal.ascii)]
 
@@ -158,7 +157,7 @@ class Gallery:
         first = shown.view.problem.agents[0]
         return your_games(found(self._records, name, {}, None, first), self._left.get(name))
 
-    def _message(self) -> Text:
+    def _message(self, room: Room) -> Text:
         if self._filtering:
             return Text(f" /{self._filter}_  Enter keeps the filter, Esc drops it")
         if self.thinking or self.message:
@@ -166,7 +165,7 @@ class Gallery:
         if self._filter:
             return Text(f" only {self._filter!r}; Esc shows all")
         shown = self._previews.get(self.chosen)
-        if isinstance(shown, Preview) and not _beside(self._room):
+        if isinstance(shown, Preview) and not _beside(room):
             return Text(f" goal: {shown.goal}")
         return Text("")
 
@@ -307,7 +306,7 @@ def _help(room: Room) -> list[Text]:
         "all there is. Beside it stand its first frame, its goal, who else can play it, and how "
         "you did. Enter plays; when you leave the game you are here again."
     )
-    rows = [Text(f" {row}") for row in wrap(told, max(room.width - 2, 1))]
+    rows = wrapped(told, room.width - 1)
     return [*rows, Text(""), *(Text(f"  {key.shown:<9} {key.help}") for key in KEYS)]
 
 
@@ -337,8 +336,8 @@ KEYS = (
     Key((":",), ":", "shell", "type commands; quit comes back", lambda g: g.want(*SHELL), 1),
     Key(("?",), "?", "help", "these keys; any key goes back", Gallery.help, 3),
     Key(("q",), "q", "quit", "leave", Gallery.leave, 4),
-    Key(("up", "k"), "up, k", "", "the one above", lambda g: g.move(-1)),
-    Key(("down", "j"), "down, j", "", "the one below", lambda g: g.move(1)),
+    Key(("up", "k", "wheel up"), "up, k", "", "the one above", lambda g: g.move(-1)),
+    Key(("down", "j", "wheel down"), "down, j", "", "the one below", lambda g: g.move(1)),
     Key(("pageup",), "PgUp", "", "a screen up", lambda g: g.page(-1)),
     Key(("pagedown",), "PgDn", "", "a screen down", lambda g: g.page(1)),
     Key(("home",), "Home", "", "the first", lambda g: g.move(-len(g.shown))),

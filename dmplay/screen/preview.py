@@ -1,6 +1,6 @@
 """What the gallery tells of a problem: its first frame, its goal, its agents, your games of it."""
 
-from textwrap import wrap
+from textwrap import TextWrapper
 from typing import NamedTuple
 
 from rich.text import Text
@@ -35,9 +35,9 @@ class Preview(NamedTuple):
         Where the room is small the agents go first, and then what the problem is about.
         """
         named = [row for row in told if row.plain]
-        goal = [Text(row) for row in wrap(f"goal: {self.goal}", width)]
-        heads = [_rows(self.about, width), [*goal, Text("")]]
-        feet = [[Text(""), *_rows(self._agents, width)], named]
+        goal = wrapped(f"goal: {self.goal}", width)
+        heads = [wrapped(self.about, width, "dim"), [*goal, Text("")]]
+        feet = [[Text(""), *wrapped(self._agents, width, "dim")], named]
         for rows in ([*heads, *feet], [*heads, named], [heads[1], named], [heads[1]]):
             left = height - sum(map(len, rows))
             look = Look(width, max(left, 1), ascii_, large=True)
@@ -46,7 +46,7 @@ class Preview(NamedTuple):
                 middle = board.split("\n", allow_blank=True)
                 at = 2 if heads[0] in rows else 1
                 return [row for part in [*rows[:at], [*middle], *rows[at:]] for row in part]
-        situation = _rows(self.style.situation(self.view), width)
+        situation = wrapped(self.style.situation(self.view), width, "dim")
         return [*heads[0], *goal, Text(""), *situation, *feet[0], *named][:height]
 
     @property
@@ -55,8 +55,10 @@ class Preview(NamedTuple):
         return f"agents: {', '.join(self.agents[:MANY])}{more}"
 
 
-def _rows(told: str, width: int) -> list[Text]:
-    return [Text(row, style="dim") for row in wrap(clean(told), width)]
+def wrapped(told: str, width: int, style: str = "") -> list[Text]:
+    """A text in rows, no word cut in two at a hyphen."""
+    rows = TextWrapper(max(width, 1), break_on_hyphens=False).wrap(clean(told))
+    return [Text(row, style=style) for row in rows]
 
 
 def preview(name: str, seed: int) -> Preview:
