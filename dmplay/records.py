@@ -75,7 +75,8 @@ class Record:
 
 def noted(recorder: Recorder) -> None:
     """Adds a game that ended, if a person played it to its end."""
-    if recorder.fault or disk.stream(recorder.path):
+    over = recorder.session.ending in NATURAL and not recorder.fault
+    if not over or disk.stream(recorder.path):
         return
     with contextlib.suppress(DmplayError, OSError):  # a file that was changed meanwhile
         transcript = read(recorder.path)
@@ -152,9 +153,8 @@ def _record(transcript: Transcript, problem: Problem) -> Record | None:
     header = transcript.header
     seat = _seat(problem, [*header.seats.values()])
     told = transcript.end["end"] if transcript.end else None
-    if seat is None or transcript.reason not in NATURAL or is_outside(header.problem):
+    if seat is None or not isinstance(told, dict) or is_outside(header.problem):
         return None
-    assert isinstance(told, dict)
     result = Result(told["return"][seat], told["turns"], header.seed, strftime("%Y-%m-%d"))
     alone = header.branched is None and not (header.peeked or header.reveal)
     alone &= not any(block.kind in EVENTS for block in transcript.blocks)

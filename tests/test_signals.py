@@ -90,7 +90,7 @@ def test_a_signal_at_any_moment_leaves_a_whole_game_with_its_ending(
 def test_a_second_signal_does_not_cut_the_ending_short(
     pair: tuple[int, int], tmp_path: Path
 ) -> None:
-    for moment in range(16, calls(tmp_path, "plain") - 5, 4):
+    for moment in range(20, calls(tmp_path, "plain") - 5, 4):
         _, _, ended = left(tmp_path, "plain", moment, *pair)
         assert ended, moment
 

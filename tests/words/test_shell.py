@@ -500,7 +500,7 @@ def test_no_color_gives_no_colour_codes(tmp_path: Path) -> None:
 def test_ctrl_z_gives_the_terminal_back_and_fg_goes_on(tmp_path: Path) -> None:
     bash = ("bash", "--norc", "--noprofile", "-i")
     with Terminal(command=bash, folder=tmp_path, env={"PS1": "ready> "}) as terminal:
-        terminal.until("ready>").press(f"{sys.executable} -m dmplay\r").ready().calm()
+        terminal.until("ready>").press(f"{sys.executable} -m dmplay shell\r").ready().calm()
         terminal.press("play hexworld --seed 7" + ENTER, "t0]>").calm()
         terminal.press(CTRL_Z, "Stopped").calm().press("fg\r").calm(0.5)
         terminal.press("e" + ENTER, "t1]>").calm().press(CTRL_D, "transcript: ").calm()
