@@ -9,10 +9,11 @@ from shlex import quote
 from dmplay import __version__
 from dmplay.errors import DmplayError
 from dmplay.finding import problems
+from dmplay.gallery.gallery import SHELL, Gallery
+from dmplay.gallery.offers import offers
 from dmplay.game.errand import Conversation, Sitting
 from dmplay.game.start import begin
 from dmplay.game.table import Table
-from dmplay.screen.gallery import SHELL, Gallery, offers
 from dmplay.screen.screen import Screen
 from dmplay.screen.show import show
 from dmplay.signals import leaving

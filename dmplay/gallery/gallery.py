@@ -8,52 +8,23 @@ from rich.text import Text
 from dmplay.budget import Stopped
 from dmplay.describe import counted
 from dmplay.errors import DmplayError
-from dmplay.finding import problems
-from dmplay.finding.names import problem_names
+from dmplay.gallery.offers import Offer
+from dmplay.gallery.preview import Preview, preview, wrapped, your_games
 from dmplay.game import saves
 from dmplay.game.game import Game
 from dmplay.records import Record, all_records, found
 from dmplay.screen.painter import Painter, Place
-from dmplay.screen.preview import Preview, preview, wrapped, your_games
 from dmplay.screen.shown import Room, fitted
 from dmplay.terminal import Terminal, clean
 from dmplay.thought import About, think
 from dmplay.transcript.reading import Transcript
 from dmplay.words.commands import Leave
 
-KINDS = {  # in the order of the list
-    "MDP": "alone, all seen (MDP)",
-    "POMDP": "alone, part hidden (POMDP)",
-    "simple game": "both at once (simple game)",
-    "Markov game": "several, all seen (Markov)",
-    "POMG": "several, part hidden (POMG)",
-    "Dec-POMDP": "a team, hidden (Dec-POMDP)",
-}
-INSTALLED = "installed"
 LIST = 31  # columns of the list
 BESIDE = 40  # columns that a preview needs
 TALL = 16  # rows from which on there is one
 AROUND = 3  # rows: title, message, keys
 SHELL = ("shell",)
-
-
-class Offer(NamedTuple):
-    """A problem in the list, and the heading that it stands under."""
-
-    name: str
-    heading: str
-
-
-def offers() -> list[Offer]:
-    """Every problem, by kind; those that are installed last, as they are not imported yet."""
-    kinds = {name: problems.load(name).kind for name in problem_names()}
-    built_in = [
-        Offer(name, heading)
-        for kind, heading in KINDS.items()
-        for name in problem_names()
-        if kinds[name] == kind
-    ]
-    return [*built_in, *(Offer(name, INSTALLED) for name in sorted(problems.installed()))]
 
 
 class Gallery:

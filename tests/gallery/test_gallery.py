@@ -11,13 +11,14 @@ from prompt_toolkit.input import PipeInput, create_pipe_input
 from dmplay import records
 from dmplay.finding import problems
 from dmplay.finding.names import problem_names
+from dmplay.gallery import gallery as module
+from dmplay.gallery.gallery import Gallery
+from dmplay.gallery.offers import INSTALLED, KINDS, Offer, offers
 from dmplay.game.request import Request
 from dmplay.game.start import begin
 from dmplay.game.table import Table
-from dmplay.screen import gallery as module
 from dmplay.screen import toolkit
 from dmplay.screen.frame import compose
-from dmplay.screen.gallery import INSTALLED, KINDS, Gallery, Offer, offers
 from dmplay.screen.painter import Painter
 from dmplay.screen.screen import Screen
 from dmplay.screen.shown import Room
@@ -257,7 +258,7 @@ def test_a_first_frame_needs_neither_the_toolkit_nor_agents_nor_views() -> None:
     never = {"prompt_toolkit", "dmplay.policies.game_2048", "dmplay.views.game_2048"}
     code = (
         "import sys\nfrom dmplay.terminal import Terminal\n"
-        "from dmplay.screen.shown import Room\nfrom dmplay.screen.gallery import Gallery, offers\n"
+        "from dmplay.screen.shown import Room\nfrom dmplay.gallery.gallery import Gallery\nfrom dmplay.gallery.offers import offers\n"
         "from dmplay.screen import show\n"
         "way = Terminal(True, '', True, True, False)\n"
         "Gallery(offers(), way, '20261122').compose(Room(80, 24))\n"
