@@ -3,7 +3,7 @@
 import contextlib
 import errno
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from dmplay.errors import BadParameter
@@ -81,6 +81,20 @@ def claim(path: Path, *, force: bool) -> None:
         raise BadParameter(f"{path} is a link; name the file itself")
     if path.is_file() and in_play(path):
         raise BadParameter(f"{path}: somebody plays this game now")
+
+
+@contextlib.contextmanager
+def alone(path: Path) -> Iterator[None]:
+    """Waits, by this lock file, until no other program is in here, where the system can tell."""
+    handle = os.open(path, os.O_RDWR | os.O_CREAT, OWN)
+    try:
+        with contextlib.suppress(ImportError, OSError):
+            import fcntl
+
+            fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(handle)
 
 
 def apart(path: Path, source: str | Path) -> None:

@@ -2,11 +2,15 @@
 
 import contextlib
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Iterator, Sequence
 from shlex import quote
 
 from dmplay import __version__
+from dmplay.errors import DmplayError
 from dmplay.finding import problems
+from dmplay.gallery.gallery import SHELL, Gallery
+from dmplay.gallery.offers import offers
 from dmplay.game.errand import Conversation, Sitting
 from dmplay.game.start import begin
 from dmplay.game.table import Table
@@ -47,6 +51,8 @@ def converse(table: Table, conversation: Conversation) -> int:
     with _closing(table):
         if conversation.commands:
             script(shell, conversation.commands, "command", echo=False)
+        elif terminal.screen and conversation.gallery:
+            code = _browse(shell)
         elif terminal.screen:
             from dmplay import prompt
 
@@ -59,6 +65,39 @@ def converse(table: Table, conversation: Conversation) -> int:
             script(shell, sys.stdin)
         table.end("interrupted" if code else "quit")
     return code or faults(table)
+
+
+def _browse(shell: Shell) -> int:
+    """Shows the gallery, and after it what is wanted there, until the player leaves."""
+    gallery = Gallery(offers(), shell.terminal, time.strftime("%Y%m%d"))
+    while True:
+        code = show(gallery)
+        if code or not gallery.wants:
+            return code
+        words, gallery.wants = gallery.wants, ()
+        try:
+            code = _wanted(shell, gallery, words)
+        except DmplayError as error:
+            gallery.message = str(error)
+        if code:
+            return code
+
+
+def _wanted(shell: Shell, gallery: Gallery, words: Sequence[str]) -> int:
+    """Plays the game that was chosen, or has the player type; the exit code."""
+    table = shell.table
+    if words == SHELL:
+        from dmplay import prompt
+
+        print(BANNER)
+        code = prompt.run(shell)
+    else:
+        table.ask(words)
+        code = show(Screen(table, shell.terminal, shell.speed))
+    table.end("interrupted" if code else "quit")
+    if table.playing:
+        gallery.back(table.game)
+    return code
 
 
 @contextlib.contextmanager

@@ -107,7 +107,7 @@ def test_a_line_that_the_history_cannot_hold_is_typed_all_the_same(tmp_path: Pat
     history.parent.mkdir(parents=True)
     history.write_text("# a line\n+list\n" * 200)
     before = history.read_bytes()
-    with Terminal(folder=tmp_path, command=SMALL) as terminal:
+    with Terminal("shell", folder=tmp_path, command=SMALL) as terminal:
         terminal.ready().press("play hexworld --seed 7\r", "t0]>").press("e\r", "t1]>")
         assert terminal.press("\x04").ended() == 0
     assert history.read_bytes() == before

@@ -15,8 +15,8 @@ FLOORS = (
     "errors", "disk", "budget", "thought", "chance", "core", "dice", "describe", "hexes",
     "matrix_game", "tabular", "belief", "session", "rollouts", "problems", "solvers", "policies",
     "transcript", "finding", "terminal", "signals", "styles", "views", "figures", "solutions",
-    "advice", "game", "words", "screen", "reports", "prompt", "front", "cli", "pytest_plugin",
-    "__main__",
+    "advice", "game", "records", "words", "screen", "gallery", "reports", "prompt", "front",
+    "cli", "pytest_plugin", "__main__",
 )  # fmt: skip
 SCREENS = {"rich", "typer", "prompt_toolkit"}
 ALLOWED = {  # what a floor may load beside the standard library and numpy
@@ -26,6 +26,7 @@ ALLOWED = {  # what a floor may load beside the standard library and numpy
     "game": {"rich"},
     "words": {"prompt_toolkit"},
     "screen": {"rich", "prompt_toolkit"},
+    "gallery": {"rich"},
     "reports": {"rich"},
     "prompt": {"prompt_toolkit"},
     "cli": {"typer"},

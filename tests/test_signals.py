@@ -90,7 +90,7 @@ def test_a_signal_at_any_moment_leaves_a_whole_game_with_its_ending(
 def test_a_second_signal_does_not_cut_the_ending_short(
     pair: tuple[int, int], tmp_path: Path
 ) -> None:
-    for moment in range(16, calls(tmp_path, "plain") - 5, 4):
+    for moment in range(20, calls(tmp_path, "plain") - 5, 4):
         _, _, ended = left(tmp_path, "plain", moment, *pair)
         assert ended, moment
 
@@ -185,7 +185,7 @@ def test_five_hundred_sizes_in_a_burst_leave_the_last_one_painted(tmp_path: Path
 
 
 def test_a_prompt_outlives_five_hundred_sizes(tmp_path: Path) -> None:
-    with Terminal(folder=tmp_path) as terminal:
+    with Terminal("shell", folder=tmp_path) as terminal:
         terminal.ready().press("play hexworld --seed 7 --record g.dmt\r", "t0]>").calm()
         for number in range(500):
             terminal.child.setwinsize(1 + number * 7 % 60, 1 + number * 13 % 200)

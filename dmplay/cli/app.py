@@ -25,7 +25,7 @@ app = typer.Typer(
   dmplay crying-baby --agent random      watch an agent
   dmplay list                            all problems
   dmplay guide                           how to play, record, and bring your own
-  dmplay                                 type commands, one game after another
+  dmplay                                 choose from all, play, and choose again
 
 'dmplay PROBLEM' is short for 'dmplay play PROBLEM', 'dmplay -e COMMAND' for
 'dmplay shell -e COMMAND'. 'dmplay --version' tells the version; with --debug, a
@@ -40,6 +40,7 @@ app.command()(records.export)
 app.command()(records.review)
 app.command()(games.branch)
 app.command("list")(printing.list_)
+app.command()(printing.records)
 app.command()(printing.solve)
 app.command()(printing.figure)
 app.command()(printing.agents)

@@ -29,7 +29,8 @@ def run() -> int:
             os.environ.pop(size, None)
     if COMPLETING in os.environ:
         return _complete()
-    if len(sys.argv) == 1:
+    alone = len(sys.argv) == 1
+    if alone:
         if not _spoken_to():
             return _no_words()
         sys.argv.append("shell")
@@ -37,7 +38,7 @@ def run() -> int:
         os.environ[NAMED] = "1"
         root.cache_clear()  # it is read when the commands are made
     try:
-        return _done()
+        return _done(alone=alone)
     except (DmplayError, USAGE) as error:
         from dmplay.terminal import clean
 
@@ -56,8 +57,8 @@ def run() -> int:
         return USAGE_CODE
 
 
-def _done() -> int:
-    """Does what the words say; the exit code."""
+def _done(*, alone: bool) -> int:
+    """Does what the words say, and without any shows the gallery; the exit code."""
     try:
         errand = root()(standalone_mode=False, prog_name="dmplay")
     except SystemExit as left:
@@ -68,7 +69,7 @@ def _done() -> int:
         return errand
     from dmplay.cli.errands import do
 
-    return do(errand)
+    return do(errand._replace(gallery=True) if alone else errand)
 
 
 def _complete() -> int:

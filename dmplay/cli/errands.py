@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import typer
 
+from dmplay import records
 from dmplay.cli import config
 from dmplay.cli.app import root
 from dmplay.cli.sentence import USAGE, sentence
@@ -55,7 +56,7 @@ def _table() -> Table:
     for name in config.aliases():
         if is_command(name):
             raise BadParameter(f"aliases.{name}: {name} is a command; give another name")
-    return Table(program=understood, aliases=config.aliases())
+    return Table(program=understood, aliases=config.aliases(), ends=records.noted)
 
 
 def understood(words: Sequence[str]) -> Sitting | str:

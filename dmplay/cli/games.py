@@ -145,7 +145,6 @@ def shell(
     """Play in words, one game after another; piped, a script whose first bad line ends it.
 
     \b
-      dmplay
       dmplay shell < game.dm
       dmplay -e 'play hexworld --seed 7' -e ne -e 'hint; quit'
     """

@@ -19,7 +19,7 @@ ENDING = r"""
 settings, the folder's over the user's
 .TP
 .I $XDG_STATE_HOME/dmplay/
-games that were not recorded elsewhere, and what was typed
+games that were not recorded elsewhere, best and last games, and what was typed
 .TP
 .I $XDG_CACHE_HOME/dmplay/
 solutions

@@ -28,6 +28,21 @@ def list_(kind: options.Kind = "", *, wishes: Wishes) -> object:
     return Printout(problems.listing(kind, wishes), wishes)
 
 
+def records(json: options.Json = False) -> object:
+    """Tell your best and your last games: those that you played to their end.
+
+    The best are of games that verify, with no help, nothing taken back, no look at
+    what is hidden, no branch, and the usual agents in the other seats.
+
+    \b
+      dmplay records
+      dmplay records --json
+    """
+    from dmplay.reports import records
+
+    return records.listing(json=json)
+
+
 @options.wishes("json", "motion")
 def solve(
     problem: options.Name,

@@ -106,14 +106,19 @@ def _built_in(base: str) -> ModuleType:
     return import_module(f"dmplay.problems.{stem_of(base)}")
 
 
-def _installed(name: str, variant: str) -> Problem:
-    """The problem of an entry point."""
+def installed() -> dict[str, str]:
+    """The problems of entry points by name, and the module of each, which is not imported."""
     from importlib.metadata import entry_points
 
-    installed = {point.name: point for point in entry_points(group=GROUP)}
-    if name not in installed:
-        raise UnknownName("problem", name, [*problem_names(), *installed])
-    return _of_module(import_module(installed[name].module), name, variant)
+    return {point.name: point.module for point in entry_points(group=GROUP)}
+
+
+def _installed(name: str, variant: str) -> Problem:
+    """The problem of an entry point."""
+    known = installed()
+    if name not in known:
+        raise UnknownName("problem", name, [*problem_names(), *known])
+    return _of_module(import_module(known[name]), name, variant)
 
 
 def _brought(name: str) -> Problem:

@@ -48,6 +48,7 @@ class Conversation(NamedTuple):
     commands: Sequence[str]  # done in place of what is typed
     wishes: Wishes
     speed: float
+    gallery: bool = False  # whether it begins with the list of problems, where that can be drawn
 
 
 Errand = Sitting | Conversation | Printout | str

@@ -30,6 +30,7 @@ class Request:
     force: bool = False
     strict: bool | str = False
     reveal: bool = False
+    branched: int | None = None
     peeked: bool = False
     parameters: Mapping[str, object] = field(default_factory=dict)
     keep: bool = False  # in the state folder, though nobody plays

@@ -147,13 +147,18 @@ def kept() -> Iterator[Transcript]:
             yield read(path)
 
 
-def latest_unfinished() -> Path:
-    """The last game that has no end, or that its player left."""
+def unfinished() -> Iterator[Transcript]:
+    """The games that have no end, or that their player left, the last first."""
     for transcript in kept():
-        path = Path(transcript.path)
-        left = transcript.end is None or transcript.chosen
+        path, left = Path(transcript.path), transcript.end is None or transcript.chosen
         if left and _has_turns(path) and not disk.in_play(path):
-            return path
+            yield transcript
+
+
+def latest_unfinished() -> Path:
+    """The last of them; raises BadParameter where there is none."""
+    for transcript in unfinished():
+        return Path(transcript.path)
     place = folder(os.environ)
     raise BadParameter(f"no unfinished game in {place}; name a file: dmplay resume FILE")
 

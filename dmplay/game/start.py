@@ -65,7 +65,7 @@ def new(request: Request, shown: Collection[Luck] = ()) -> Game:
     limit = turn_limit(problem, seats, request.turns)
     session = Session(problem, dice, policies, limit=limit)
     ghost = beside(session, people(seats), request.ghost) if request.ghost else None
-    told = header(found, seats, dice, replace(request, peeked=False))
+    told = header(found, seats, dice, replace(request, peeked=False, branched=None))
     if luck(found.name, dice) in shown:
         told = going_on(told, problem)
     request = replace(request, peeked=told.peeked)
@@ -162,7 +162,8 @@ def branched(wanted: Branching, shown: Collection[Luck] = ()) -> Game:
     seats, policies = sitting(found.problem, transcript.header.seats, trusted=wanted.trusted)
     _answered(found.problem, seats, asks=wanted.asks)
     names = dict(zip(found.problem.agents, seats, strict=True))
-    header = going_on(replace(transcript.header, seats=names), found.problem, transcript.path)
+    header = replace(transcript.header, seats=names, branched=wanted.turn)
+    header = going_on(header, found.problem, transcript.path)
     if luck(found.name, header.dice) not in shown:
         opened(transcript, found.problem, peek=wanted.peek)
     unattended(transcript, seats, wanted.turns)

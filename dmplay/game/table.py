@@ -30,12 +30,13 @@ class Table:
         game: Game | None = None,
         program: Program | None = None,
         aliases: Mapping[str, str] = NOTHING,
+        ends: Callable[[Recorder], object] | None = None,
     ) -> None:
         self.typed = False  # whether people type here; else a script is done
         self.ended: list[Recorder] = []  # of the games so far, each once
         self.open_screen: Callable[[], str] | None = None  # where there is one to open
         self.aliases = aliases
-        self._program = program  # what the command line does with words
+        self._program, self._ends = program, ends  # does what words say; hears of each end
         self._game: Game | None = None
         self._shown: set[Luck] = set()  # of games whose secrets are told once they are left
         self._asked_for = ("", 0)  # the line that would end a game, and after how many turns
@@ -87,6 +88,8 @@ class Table:
         recorder = self._game.recorder
         if recorder and recorder not in self.ended and not saves.dropped(recorder):
             self.ended.append(recorder)
+            if self._ends:
+                self._ends(recorder)
 
     def asks(self, line: str) -> str:
         """What is asked before a typed line ends a game that goes on; '' the second time."""

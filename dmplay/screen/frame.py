@@ -240,7 +240,8 @@ def _below_board(game: Game, room: Room, shown: Shown, board: Text, body: int) -
 def _known(game: Game, shown: Shown) -> list[tuple[str, str]]:
     """The facts of the side panel."""
     advised = not game.session.over and game.people and not game.unaided
-    facts = [*game.style.panel(game.view()), *_ghost(game)]
+    best = [("best", shown.best)] if shown.best else []
+    facts = [*game.style.panel(game.view()), *best, *_ghost(game)]
     return [*facts, *(_hint(shown.advice) if advised else [])]
 
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from rich.text import Text
 
+from dmplay import records
 from dmplay.budget import Stopped
 from dmplay.errors import DmplayError
 from dmplay.game.answer import Page, Told
@@ -75,6 +76,8 @@ class Screen:
         self.since = 0  # the turn at which it began
         self._verdict = Verdict()  # once it is over
         self.back = 0
+        record = records.of(game)
+        self._best = f"{record.best.returned:.6g}" if record and record.best else ""
         self.modes.begins(clock=bool(self.rate and game.people))
 
     @property
@@ -114,7 +117,7 @@ class Screen:
         message, adviser = self.thinking or self.message or starts, self.game.adviser
         past = self._past
         given = (past.advice, None) if past else (adviser.given, adviser.foreseen)
-        told = (self.back, curtain, self.keys_until, *given, past is not None)
+        told = (self.back, curtain, self.keys_until, *given, past is not None, self._best)
         return Shown(message, kind, page, self.part, *told)
 
     @property

@@ -4,11 +4,11 @@ import contextlib
 import sys
 
 from dmplay.screen.painter import Painter
-from dmplay.screen.screen import Screen
+from dmplay.screen.staged import Staged
 from dmplay.terminal import silent
 
 
-def show(screen: Screen) -> int:
+def show(screen: Staged) -> int:
     """Shows the screen until the player leaves; returns the exit code."""
     painter = Painter(sys.stdout, screen.terminal.theme, screen.terminal.width)
     try:

@@ -8,6 +8,7 @@ import asyncio
 import contextlib
 import os
 import signal
+from abc import ABC, abstractmethod
 from collections.abc import Awaitable, Callable, Iterator
 from functools import partial
 
@@ -22,6 +23,7 @@ from dmplay.screen.meanwhile import LEAVES, Heed, heed
 from dmplay.screen.modes import Mode
 from dmplay.screen.painter import Painter
 from dmplay.screen.screen import Screen
+from dmplay.screen.staged import Staged
 from dmplay.signals import ENDS, GONE, INTERRUPTED
 from dmplay.thought import PATIENCE, About, Thought
 from dmplay.words.commands import Leave
@@ -41,9 +43,14 @@ WHEEL = {"\x1b[<64": "wheel up", "\x1b[<65": "wheel down"}  # as a terminal repo
 Event = Callable[[], Awaitable[None]]
 
 
-def run(screen: Screen, painter: Painter, input_: Input | None = None) -> int:
-    """Plays on the screen until the player leaves or a signal comes; returns the exit code."""
-    stage = Stage(screen, painter, input_ or create_input())
+def run(screen: Staged, painter: Painter, input_: Input | None = None) -> int:
+    """Shows the screen until the player leaves or a signal comes; returns the exit code."""
+    input_ = input_ or create_input()
+    stage: Stage
+    if isinstance(screen, Screen):
+        stage = Playing(screen, painter, input_)
+    else:
+        stage = Browsing(screen, painter, input_)
     try:
         return asyncio.run(stage.perform())
     except asyncio.CancelledError:
@@ -52,10 +59,14 @@ def run(screen: Screen, painter: Painter, input_: Input | None = None) -> int:
         return GONE
 
 
-class Stage:
+async def _nothing() -> None:
+    """What only lets the next frame come."""
+
+
+class Stage(ABC):
     """What happens on the screen, one event after the other, a frame after each."""
 
-    def __init__(self, screen: Screen, painter: Painter, input_: Input) -> None:
+    def __init__(self, screen: Staged, painter: Painter, input_: Input) -> None:
         self.screen = screen
         self.painter = painter
         self.input = input_
@@ -63,7 +74,6 @@ class Stage:
         self._events: asyncio.Queue[tuple[str, Event]] = asyncio.Queue()  # with their keys
         self._thought: Thought | None = None  # that takes longer than a moment
         self._row: Application[str | None] | None = None  # while a command is typed
-        self._history = InMemoryHistory()
         self._escape: asyncio.TimerHandle | None = None
         self._keys: dict[str, Event] = {
             Keys.ControlZ: self._stop, Keys.ControlL: self._repaint,
@@ -120,15 +130,13 @@ class Stage:
                 event = self._keys.get(press.key, partial(self._press, key))
                 self._put(event, "" if event in (self._stop, self._repaint) else key)
 
+    @abstractmethod
     def _clocks(self) -> Iterator[Awaitable[None]]:
-        screen = self.screen
-        yield self._clock(
-            lambda: screen.speed, screen.autoplay, lambda: screen.modes.moves is Mode.AUTO
-        )
-        if screen.rate:
-            yield self._clock(
-                lambda: screen.pace, screen.tick, lambda: screen.countdown is not None
-            )
+        """What moves without a key."""
+
+    @abstractmethod
+    async def _command(self, ahead: list[KeyPress]) -> None:
+        """Takes a colon, with what was typed ahead."""
 
     async def _clock(
         self, rate: Callable[[], float], beat: Callable[[], None], running: Callable[[], bool]
@@ -199,7 +207,7 @@ class Stage:
     async def _wait(self, thought: Thought, asked: str) -> Event | None:
         """Shows what is thought of, up to its end; what is to happen after it."""
         loop, about, then = asyncio.get_running_loop(), None, None
-        thought.then(partial(loop.call_soon_threadsafe, self._put, self._nothing))
+        thought.then(partial(loop.call_soon_threadsafe, self._put, _nothing))
         while not (thought.over or thought.left):
             thinks = self._show(thought)
             if not thinks:  # nobody may come between what the game does
@@ -210,7 +218,7 @@ class Stage:
                 await asyncio.sleep(BEAT)
                 continue
             about = thinks
-            tick = loop.call_later(BEAT, self._put, self._nothing)
+            tick = loop.call_later(BEAT, self._put, _nothing)
             key, event = await self._events.get()
             tick.cancel()
             told = heed(key, about, asked) if key else None
@@ -242,33 +250,11 @@ class Stage:
         """Takes the events that came so far."""
         return [self._events.get_nowait() for _ in range(self._events.qsize())]
 
-    async def _nothing(self) -> None:
-        pass
-
     async def _leave(self, code: int) -> None:
         raise Leave(code)
 
     async def _repaint(self) -> None:
         self.painter.forget()
-
-    async def _command(self, ahead: list[KeyPress]) -> None:
-        """Opens the command row, with what was typed ahead, and does what it says."""
-        if self.screen.table.curtained:
-            return
-        from dmplay.screen import row  # not needed before
-
-        self._wait_no_more()
-        store_typeahead(self.input, ahead)
-        self._row = row.opened(self.screen, self.painter, self.input, self._history, self._suspend)
-        try:
-            with self.input.detach():
-                typed = await self._row.run_async(handle_sigint=False)
-        finally:
-            self._row = None
-        self.painter.forget()
-        self._take(get_typeahead(self.input))
-        if typed is not None:
-            await self._act(partial(self.screen.type, typed))
 
     async def _stop(self) -> None:
         self._suspend()
@@ -293,3 +279,61 @@ class Stage:
             self._row.renderer.clear()
             self._row.invalidate()
         self._put(self._repaint)
+
+
+class Browsing(Stage):
+    """A screen whose keys are all alike; one that none is pressed for follows the first frame."""
+
+    def __init__(self, screen: Staged, painter: Painter, input_: Input) -> None:
+        super().__init__(screen, painter, input_)
+        self._put(partial(self._press, ""))
+
+    def _clocks(self) -> Iterator[Awaitable[None]]:
+        return iter(())
+
+    async def _command(self, ahead: list[KeyPress]) -> None:
+        """Takes a colon as any other key; what was typed ahead is for who reads next."""
+        try:
+            await self._press(":")
+        except Leave:
+            store_typeahead(self.input, ahead)
+            raise
+        self._take(ahead)
+
+
+class Playing(Stage):
+    """The play screen: it has clocks, and a row for commands."""
+
+    def __init__(self, screen: Screen, painter: Painter, input_: Input) -> None:
+        super().__init__(screen, painter, input_)
+        self._played = screen
+        self._history = InMemoryHistory()
+
+    def _clocks(self) -> Iterator[Awaitable[None]]:
+        screen = self._played
+        yield self._clock(
+            lambda: screen.speed, screen.autoplay, lambda: screen.modes.moves is Mode.AUTO
+        )
+        if screen.rate:
+            yield self._clock(
+                lambda: screen.pace, screen.tick, lambda: screen.countdown is not None
+            )
+
+    async def _command(self, ahead: list[KeyPress]) -> None:
+        """Opens the command row, with what was typed ahead, and does what it says."""
+        if self._played.table.curtained:
+            return
+        from dmplay.screen import row  # not needed before
+
+        self._wait_no_more()
+        store_typeahead(self.input, ahead)
+        self._row = row.opened(self._played, self.painter, self.input, self._history, self._suspend)
+        try:
+            with self.input.detach():
+                typed = await self._row.run_async(handle_sigint=False)
+        finally:
+            self._row = None
+        self.painter.forget()
+        self._take(get_typeahead(self.input))
+        if typed is not None:
+            await self._act(partial(self._played.type, typed))

@@ -53,6 +53,7 @@ class Header:
     turns: Annotated[int | None, WHOLE] = None  # a turn limit other than the problem's horizon
     strict: Annotated[bool | str, STRICT] = False  # nothing is taken back; "hints": no help either
     reveal: Annotated[bool, FLAG] = False  # the players saw what is hidden
+    branched: Annotated[int | None, WHOLE] = None  # the turn from which another game was gone on
     peeked: Annotated[bool, FLAG] = False  # what is hidden was shown, and the game gone on with
 
     @property

@@ -194,6 +194,7 @@ TOPICS: Mapping[str, tuple[Command, ...]] = {
     ),
     "book": (
         Command("list", "[KIND]", "the problems", _outer("list")),
+        Command("records", "", "your best games, and your last", _outer("records")),
         Command("info", "[PROBLEM]", "all about a problem", _about("info")),
         Command("agents", "[PROBLEM]", "who can play it", _about("agents")),
         Command("solve", "[PROBLEM]", "its values or equilibria", _about("solve")),

@@ -305,7 +305,7 @@ def test_a_state_folder_that_cannot_be_had_is_one_warning_for_all_games(
 @pytest.mark.slow
 def test_without_a_state_folder_the_shell_plays_on_and_remembers_no_lines(tmp_path: Path) -> None:
     (tmp_path / "state").write_text("a file where the folder should be")
-    with Terminal(folder=tmp_path) as terminal:
+    with Terminal("shell", folder=tmp_path) as terminal:
         terminal.ready().press("play hexworld --seed 7\r", "t0]>").press("e\r", "t1]>")
         terminal.calm().press("new\r", "new game of hexworld.").calm()
         terminal.press("\x1b[A", lambda: terminal.text.count("]> new") == 2).press("\x15\x04")

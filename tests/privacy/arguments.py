@@ -53,6 +53,7 @@ READING: Arguments = {
     "list": ("", "POMDP", "games", "nonsense"),
     "load": ("", "nothing.dmt", "{file}"),
     "play": ("nothing", "{problem} --turns 0"),
+    "records": ("",),
     "replay": ("", "nothing.dmt"),
     "solve": ("rock-paper-scissors", "nothing"),
 }
@@ -107,6 +108,7 @@ OUTSIDE: Mapping[str, Sequence[str]] = {
         "{file} --at 99 -o branch.dmt",
     ),
     "list": ("", "POMDP --json", "games", "games --json"),
+    "records": ("", "--json"),
     "solve": ("rock-paper-scissors",),
     "figure": ("F.2", ""),
     "agents": ("{problem}", "{problem} --json"),

@@ -439,7 +439,7 @@ def test_every_command_is_asked_without_a_fault(
 
 @pytest.mark.slow
 def test_a_session_on_a_terminal(tmp_path: Path) -> None:
-    with Terminal(folder=tmp_path) as terminal:
+    with Terminal("shell", folder=tmp_path) as terminal:
         terminal.ready()
         assert len(terminal.text.partition("dmplay>")[0].splitlines()) <= 3
         terminal.press("play hexw").calm().press(TAB).calm()
@@ -453,7 +453,7 @@ def test_a_session_on_a_terminal(tmp_path: Path) -> None:
         assert terminal.left_clean()
         assert "transcript: " in terminal.text
     assert len(kept(tmp_path / "state")) == 2  # the last had no turns
-    with Terminal(folder=tmp_path) as terminal:
+    with Terminal("shell", folder=tmp_path) as terminal:
         terminal.ready().press("play h", "play hexworld --seed 7").press("\x1b[C" + ENTER, "t0]>")
         assert terminal.press(CTRL_D).ended() == 0
 
@@ -461,7 +461,7 @@ def test_a_session_on_a_terminal(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129)])
 def test_a_signal_ends_a_session_in_good_order(number: int, code: int, tmp_path: Path) -> None:
-    with Terminal(folder=tmp_path) as terminal:
+    with Terminal("shell", folder=tmp_path) as terminal:
         terminal.ready().press("play hexworld --seed 7" + ENTER, "t0]>").press(
             "e" + ENTER, "t1]>"
         ).calm()
@@ -477,7 +477,7 @@ def test_a_signal_ends_a_session_in_good_order(number: int, code: int, tmp_path:
 @pytest.mark.slow
 @pytest.mark.parametrize("env", [{"TERM": "dumb"}, {"ACCESSIBLE": "1"}])
 def test_a_shell_that_cannot_draw_asks_in_lines(env: dict[str, str], tmp_path: Path) -> None:
-    with Terminal(folder=tmp_path, env=env) as terminal:
+    with Terminal("shell", folder=tmp_path, env=env) as terminal:
         terminal.until("dmplay>").press("play hexworld --seed 7\n", "[hexworld t0]>")
         terminal.press("nee\n", "error: unknown action 'nee'").press("e\n", "t1]>").calm()
         terminal.press(CTRL_C, "once more").press("w\n", "t2]>").calm().press(CTRL_C).calm()
@@ -489,7 +489,7 @@ def test_a_shell_that_cannot_draw_asks_in_lines(env: dict[str, str], tmp_path: P
 
 @pytest.mark.slow
 def test_no_color_gives_no_colour_codes(tmp_path: Path) -> None:
-    with Terminal(folder=tmp_path, env={"NO_COLOR": "1"}) as terminal:
+    with Terminal("shell", folder=tmp_path, env={"NO_COLOR": "1"}) as terminal:
         terminal.ready().press("play hexworld --seed 7" + ENTER, "t0]>").press("he" + TAB).calm()
         terminal.press("\x15quit" + ENTER)
         assert terminal.ended() == 0
@@ -500,7 +500,7 @@ def test_no_color_gives_no_colour_codes(tmp_path: Path) -> None:
 def test_ctrl_z_gives_the_terminal_back_and_fg_goes_on(tmp_path: Path) -> None:
     bash = ("bash", "--norc", "--noprofile", "-i")
     with Terminal(command=bash, folder=tmp_path, env={"PS1": "ready> "}) as terminal:
-        terminal.until("ready>").press(f"{sys.executable} -m dmplay\r").ready().calm()
+        terminal.until("ready>").press(f"{sys.executable} -m dmplay shell\r").ready().calm()
         terminal.press("play hexworld --seed 7" + ENTER, "t0]>").calm()
         terminal.press(CTRL_Z, "Stopped").calm().press("fg\r").calm(0.5)
         terminal.press("e" + ENTER, "t1]>").calm().press(CTRL_D, "transcript: ").calm()
@@ -510,7 +510,7 @@ def test_ctrl_z_gives_the_terminal_back_and_fg_goes_on(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_prompt_follows_the_size_of_its_terminal(tmp_path: Path) -> None:
-    with Terminal(folder=tmp_path) as terminal:
+    with Terminal("shell", folder=tmp_path) as terminal:
         terminal.ready().press("play hexworld --seed 7" + ENTER, "t0]>").calm()
         for columns, rows in ((50, 14), (200, 60), (20, 6)):
             terminal.resize(columns, rows).calm().press("e" + ENTER).calm()

@@ -1,0 +1,40 @@
+"""Your best and your last games, as a table or as data."""
+
+from json import dumps
+
+from dmplay.records import Record, Result, all_records
+
+HEADINGS = ("problem", "seat", "best", "turns", "seed", "day", "last")
+
+
+def listing(*, json: bool) -> str:
+    """A row for each problem, variant and set of parameters."""
+    known = all_records()
+    if json:
+        return dumps([one.told() for one in known])
+    if not known:
+        return "no game was played to its end"
+    rows = [HEADINGS, *map(_row, known)]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return "\n".join(_line(row, widths) for row in rows)
+
+
+def _line(row: tuple[str, ...], widths: list[int]) -> str:
+    cells = [f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)]
+    return "  ".join(cells).rstrip()
+
+
+def _row(record: Record) -> tuple[str, ...]:
+    best = _cells(record.best) if record.best else ("-",) * 4
+    return (_kind(record), record.seat, *best, f"{record.last.returned:.6g}")
+
+
+def _cells(result: Result) -> tuple[str, ...]:
+    return f"{result.returned:.6g}", str(result.turns), str(result.seed), result.day
+
+
+def _kind(record: Record) -> str:
+    """The problem, and what of it is not as usual."""
+    changed = [f"{name}={dumps(value)}" for name, value in record.parameters.items()]
+    limit = [] if record.turns is None else [f"--turns {record.turns}"]
+    return " ".join([record.problem, *changed, *limit])

@@ -1,0 +1,341 @@
+"""The gallery: what it lists and tells in each room, what its keys do, and what follows."""
+
+import subprocess
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+import pytest
+from prompt_toolkit.input import PipeInput, create_pipe_input
+
+from dmplay import records
+from dmplay.finding import problems
+from dmplay.finding.names import problem_names
+from dmplay.gallery import gallery as module
+from dmplay.gallery.gallery import Gallery
+from dmplay.gallery.offers import INSTALLED, KINDS, Offer, offers
+from dmplay.game.request import Request
+from dmplay.game.start import begin
+from dmplay.game.table import Table
+from dmplay.screen import toolkit
+from dmplay.screen.frame import compose
+from dmplay.screen.painter import Painter
+from dmplay.screen.screen import Screen
+from dmplay.screen.shown import Room
+from dmplay.terminal import Terminal as Way
+from dmplay.views.style import Look
+from dmplay.words.commands import Leave, typed
+from tests.support.screens import SEQUENCES, Easel, Paper
+from tests.support.terminals import CTRL_C, CTRL_D, CTRL_Z, DOWN, ENTER, ESCAPE, Terminal, colours
+
+DAY = "20261122"
+SIZES = [(50, 14), (80, 24), (120, 40), (200, 60), (1, 1), (20, 2), (30, 3), (9, 5), (71, 16)]
+
+
+@pytest.fixture(autouse=True)
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where games are kept."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.chdir(tmp_path)
+    records._warn.cache_clear()
+    return tmp_path
+
+
+def hung(*, ascii_: bool = False, chosen: str = "", listed: Iterable[Offer] = ()) -> Gallery:
+    """A gallery, the preview of the chosen one made."""
+    shown = Gallery([*listed] or offers(), Way(True, "", True, True, ascii_), DAY)
+    names = [one.name for one in shown.shown]
+    shown.move(names.index(chosen) if chosen else 0)
+    shown.press("")
+    return shown
+
+
+def drawn(shown: Gallery, width: int = 80, height: int = 24) -> list[str]:
+    """The rows in a room."""
+    room = Room(width, height, shown.terminal.ascii)
+    return [row.plain for row in shown.compose(room)]
+
+
+def played(name: str, *lines: str, turns: int | None = None) -> Table:
+    """A game that was played and left."""
+    table = Table(ends=records.noted)
+    table.put(begin(Request(name, seed=7, turns=turns)))
+    for line in lines:
+        typed(table, line)
+    table.end()
+    return table
+
+
+class Looked(Gallery):
+    """A gallery that is looked at after each frame, and then given its next key."""
+
+    def follow(self, keys: Iterable[str], pipe: PipeInput, paper: Paper) -> "Looked":
+        """What keys to press, into what, and where to look."""
+        self.keys, self.pipe, self.paper = iter(keys), pipe, paper
+        self.frames: list[str] = []
+        self.moment = 60.0
+        return self
+
+    def paint(self, painter: Painter) -> None:
+        """Paints, and looks."""
+        super().paint(painter)
+        self.frames.append(self.paper.text)
+        if len(self.frames) > 1:  # the first is that before anything is told
+            key = next(self.keys, "c-d")
+            self.pipe.send_text(SEQUENCES.get(key, key))
+
+
+def pressed(*keys: str, size: tuple[int, int] = (80, 24)) -> Looked:
+    """What came of keys, each pressed after the frame of the one before."""
+    paper = Paper()
+    with create_pipe_input() as pipe:
+        shown = Looked(offers(), Way(True, "", True, True, False), DAY).follow(keys, pipe, paper)
+        toolkit.run(shown, Easel(paper, *size), pipe)
+    return shown
+
+
+def test_every_problem_stands_under_its_kind_and_every_kind_has_words() -> None:
+    listed = offers()
+    assert sorted(one.name for one in listed) == problem_names()
+    for name, heading in listed:
+        assert heading == KINDS[problems.load(name).kind]
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("ascii_", [False, True])
+def test_every_room_is_filled_to_the_row_and_never_overflows(
+    size: tuple[int, int], ascii_: bool
+) -> None:
+    for name in ("2048", "catch", "predator-prey"):
+        rows = drawn(hung(ascii_=ascii_, chosen=name), *size)
+        assert len(rows) == size[1]
+        assert max(map(len, rows)) <= size[0]
+        assert not ascii_ or "".join(rows).isascii()
+
+
+@pytest.mark.parametrize("name", problem_names())
+def test_beside_the_list_stand_the_first_frame_the_goal_and_the_agents(name: str) -> None:
+    shown = hung(chosen=name)
+    made = shown._previews[name]
+    assert not isinstance(made, str)
+    rows = drawn(shown)
+    text = " ".join(" ".join(row[module.LIST :].split()) for row in rows)
+    assert f"> {name}" in "\n".join(rows)
+    assert f"goal: {made.goal}" in text
+    assert "agents: " in text
+    board = made.style.boards(made.view, Look(48, 12, large=True))
+    assert any(row in "\n".join(rows) for one in board for row in one.plain.split("\n") if row)
+
+
+def test_a_small_terminal_has_the_list_alone_and_the_goal_below() -> None:
+    rows = drawn(hung(chosen="collaborative-predator-prey"), 50, 14)
+    assert any(row.startswith("> collaborative-predator-prey") for row in rows)
+    assert rows[-2].startswith(" goal: ")
+    assert not any("agents" in row for row in rows)
+
+
+def test_a_row_of_keys_that_has_no_room_keeps_the_most_important() -> None:
+    assert "Enter play" in drawn(hung(), 80)[-1]
+    assert "c go on" in drawn(hung(), 80)[-1]
+    assert drawn(hung(), 30)[-1].split() == ["Enter", "play", "?", "help", "q", "quit"]
+
+
+def test_keys_choose_and_stop_at_either_end() -> None:
+    names = [one.name for one in offers()]
+    for keys, at in (
+        (["up"], 0), (["down"], 1), (["j", "j", "k"], 1), (["end"], -1), (["end", "down"], -1),
+        (["end", "home"], 0), (["pagedown"], -1), (["pagedown", "pageup"], 0),
+    ):  # fmt: skip
+        assert pressed(*keys).chosen == names[at], keys
+
+
+def test_the_list_is_drawn_before_what_stands_beside_it() -> None:
+    first, second, *_ = pressed().frames
+    assert "> 2048" in first
+    assert "goal" not in first
+    assert "goal: merge equal tiles" in second
+
+
+def test_a_filter_narrows_the_list_by_name_or_kind_and_escape_widens_it() -> None:
+    shown = pressed("/", *"HEX", "enter")
+    assert [one.name for one in shown.shown] == ["hexworld"]
+    assert "only 'HEX'; Esc shows all" in shown.frames[-1]
+    shown = pressed("/", *"pomdp")
+    assert len(shown.shown) == 4
+    shown = pressed("/", *"hexx", "backspace", "escape")
+    assert len(shown.shown) == len(offers())
+    assert shown.chosen == "hexworld"
+    shown = pressed("/", *"nothing", "enter", "enter")
+    assert "nothing of this name or kind" in shown.frames[-1]
+    assert shown.wants == ()
+
+
+@pytest.mark.parametrize(
+    ("keys", "wants"),
+    [
+        (["enter"], ("play", "2048")),
+        (["down", "enter"], ("play", "cart-pole")),
+        (["d"], ("play", "2048", "--seed", DAY)),
+        (["a"], ("play", "2048", "--agent", "expectimax")),
+        (["/", *"paper", "enter", "a"], ("play", "rock-paper-scissors", "--agent", "frequency")),
+        ([":"], ("shell",)),
+        (["q"], ()),
+        (["/", ":", "q", "escape", "q"], ()),
+    ],
+)
+def test_keys_play_watch_type_and_leave(keys: list[str], wants: tuple[str, ...]) -> None:
+    assert pressed(*keys).wants == wants
+
+
+def test_c_goes_on_with_the_game_that_was_left_the_chosen_problems_own_first() -> None:
+    assert pressed("c").wants == ()
+    assert "no game is unfinished" in pressed("c").frames[-1]
+    hexworld, car = played("hexworld", "e"), played("mountain-car", "left", "left")
+    assert hexworld.game.source
+    assert car.game.source
+    shown = pressed("c")
+    assert shown.wants[0] == "resume"
+    assert Path(shown.wants[1]) in (hexworld.game.source, car.game.source)
+    shown = pressed("down", "down", "down", "down", "c")
+    assert "left after 2 turns; c goes on" in shown.frames[-1]
+    assert shown.wants == ("resume", str(car.game.source))
+
+
+def test_your_best_and_your_last_result_stand_beside_the_problem() -> None:
+    assert "best" not in "\n".join(drawn(hung(chosen="prisoners-dilemma")))
+    played("prisoners-dilemma", *["c"] * 10)
+    text = "\n".join(drawn(hung(chosen="prisoners-dilemma")))
+    assert "best -10 in 10 turns, seed 7" in text
+    assert "last" not in text
+    played("prisoners-dilemma", *["d"] * 10)
+    assert "last -27 in 10 turns, seed 7" in "\n".join(drawn(hung(chosen="prisoners-dilemma")))
+
+
+def test_the_side_panel_of_a_game_has_the_best_before_it() -> None:
+    for turns in (1, 2):
+        played("2048", *["left", "down", "right"][:turns], turns=2)
+    table = Table()
+    table.put(begin(Request("2048", seed=8, turns=2)))
+    screen = Screen(table, Way(True, "", True, True, False))
+    best = records.of(table.game)
+    assert best
+    assert best.best
+    rows = compose(table.game, Room(80, 24), screen.shown, []).plain.split("\n")
+    assert any(row.split()[-2:] == ["best", f"{best.best.returned:g}"] for row in rows)
+    table.put(begin(Request("2048", seed=8)))
+    screen.note()
+    assert "best" not in compose(table.game, Room(80, 24), screen.shown, []).plain
+
+
+def test_the_help_names_every_key_and_any_key_closes_it() -> None:
+    shown = pressed("?")
+    for key in module.KEYS:
+        assert key.help in shown.frames[-1]
+    assert "> 2048" in pressed("?", "x").frames[-1]
+    assert len(drawn(pressed("?"), 40, 8)) == 8
+
+
+def test_an_installed_problem_is_listed_last_and_one_that_is_broken_says_so(
+    place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    facts = place / "maze-1.dist-info"
+    facts.mkdir()
+    (facts / "METADATA").write_text("Name: maze\nVersion: 1\n")
+    (facts / "entry_points.txt").write_text("[dmplay.problems]\nmaze = broken_maze\n")
+    (place / "broken_maze.py").write_text("")
+    monkeypatch.syspath_prepend(place)
+    listed = offers()
+    assert listed[-1] == Offer("maze", INSTALLED)
+    shown = hung(listed=listed, chosen="maze")
+    assert "broken_maze offers no Problem" in "\n".join(drawn(shown))
+    with pytest.raises(Leave):
+        shown.press("enter")
+    assert shown.wants == ("play", "maze")
+    shown.press("a")
+
+
+def test_a_first_frame_needs_neither_the_toolkit_nor_agents_nor_views() -> None:
+    never = {"prompt_toolkit", "dmplay.policies.game_2048", "dmplay.views.game_2048"}
+    code = (
+        "import sys\nfrom dmplay.terminal import Terminal\n"
+        "from dmplay.screen.shown import Room\nfrom dmplay.gallery.gallery import Gallery\nfrom dmplay.gallery.offers import offers\n"
+        "from dmplay.screen import show\n"
+        "way = Terminal(True, '', True, True, False)\n"
+        "Gallery(offers(), way, '20261122').compose(Room(80, 24))\n"
+        f"print('LOADED', sorted({never!r} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "LOADED []"
+
+
+@pytest.mark.slow
+def test_a_game_is_played_from_the_gallery_which_comes_back_with_its_result(place: Path) -> None:
+    with Terminal(folder=place) as terminal:
+        terminal.until("goal: merge").ready().press("/dilemma" + ENTER, "> prisoners-dilemma")
+        terminal.press("k", "goal: ").press(ENTER, "turn 0/10").calm()
+        for turn in range(1, 11):
+            terminal.press("c", f"turn {turn}/10")
+        terminal.press("q", "prisoners-dilemma: horizon after 10 turns. agent1 return -10").calm()
+        assert "best -10 in 10 turns" in terminal.text
+        terminal.press("d", "seed 2").calm().press("q", "> prisoners-dilemma").calm()
+        assert terminal.press("q").ended() == 0
+        assert terminal.left_clean()
+        assert "transcript: " in terminal.text
+
+
+@pytest.mark.slow
+def test_the_typed_shell_opens_and_gives_way_to_the_gallery_again(place: Path) -> None:
+    with Terminal(folder=place) as terminal:
+        terminal.until("goal: merge").ready().press(":", "dmplay>").calm()
+        terminal.press("hexworld --seed 7\r", "t0]>").press("e\r", "t1]>").calm()
+        terminal.press("quit\r", "> 2048").until("hexworld: quit after 1 turn").calm()
+        assert terminal.press(DOWN, "> cart-pole").press("q").ended() == 0
+        assert terminal.left_clean()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("leave", "code"), [("q", 0), (CTRL_D, 0), (CTRL_C, 130), ("TERM", 143), ("HUP", 129)]
+)
+def test_however_it_is_left_the_terminal_is_as_it_was(place: Path, leave: str, code: int) -> None:
+    with Terminal(folder=place) as terminal:
+        terminal.until("goal: merge").ready().calm()
+        for size in ((50, 14), (200, 60), (20, 3), (80, 24)):
+            terminal.resize(*size).calm()
+        assert "> 2048" in terminal.text
+        if len(leave) == 1:
+            terminal.press(leave)
+        else:
+            terminal.signal({"TERM": 15, "HUP": 1}[leave])
+        assert terminal.ended() == code
+        assert terminal.left_clean()
+        assert "Traceback" not in terminal.printed
+
+
+@pytest.mark.slow
+def test_it_stops_and_goes_on_as_other_programs_do(place: Path) -> None:
+    bash = ("bash", "--norc", "--noprofile", "-i")
+    with Terminal(command=bash, folder=place, env={"PS1": "ready> "}) as terminal:
+        start = f"{sys.executable} -m dmplay\r"
+        terminal.until("ready>").press(start, "goal: merge").ready().calm()
+        terminal.press(CTRL_Z, "Stopped").calm().press("fg\r", "> 2048").calm(0.5)
+        terminal.press(DOWN, "> cart-pole").press("q").calm()
+        terminal.press("echo code=$?\r", "code=0").press("exit\r")
+        assert terminal.ended() == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("env", [{"TERM": "dumb"}, {"ACCESSIBLE": "1"}, {"DMPLAY_PLAIN": "1"}])
+def test_where_nothing_can_be_drawn_it_is_the_typed_shell(place: Path, env: dict[str, str]) -> None:
+    with Terminal(folder=place, env=env) as terminal:
+        terminal.until("dmplay>").press("list games\r", "no game is kept").press(CTRL_D)
+        assert terminal.ended() == 0
+        assert "\x1b[?1049h" not in terminal.printed
+
+
+@pytest.mark.slow
+def test_without_colour_no_code_of_a_colour_is_written(place: Path) -> None:
+    with Terminal(folder=place, env={"NO_COLOR": "1"}) as terminal:
+        terminal.until("goal: merge").ready().press(DOWN, "> cart-pole").press(ESCAPE).calm()
+        terminal.press("q").ended()
+        assert not colours(terminal.printed)

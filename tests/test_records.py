@@ -1,0 +1,265 @@
+"""Best and last games: which count, what is kept of them, and that none is lost."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from threading import Thread
+
+import pytest
+
+from dmplay import disk, records
+from dmplay.game.request import Branching, Recording, Request, Resumption
+from dmplay.game.start import begin
+from dmplay.game.table import Table
+from dmplay.records import Record, all_records
+from dmplay.reports.records import listing
+from dmplay.words.commands import typed
+from tests.support.games import altered
+
+DILEMMA = Request("prisoners-dilemma", seed=7)
+BABY = Request("crying-baby", seed=7)
+ANY = [(DILEMMA, "c"), (BABY, "f"), (Request("simple-regulator", seed=7), "0.1")]
+
+
+@pytest.fixture(autouse=True)
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where records are kept."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.chdir(tmp_path)
+    records._warn.cache_clear()
+    return tmp_path / "state" / "dmplay" / "records.json"
+
+
+def played(wanted: Request, *lines: str) -> Path:
+    """Plays a game by typed lines, and leaves it."""
+    table = Table(ends=records.noted)
+    table.put(begin(wanted))
+    path = table.game.source
+    for line in lines:
+        typed(table, line)
+    table.end()
+    assert path
+    return path
+
+
+def best(wanted: Request, *lines: str) -> float | None:
+    """What is best once this game was played too."""
+    played(wanted, *lines)
+    found = [one.best and one.best.returned for one in all_records()]
+    return found[-1] if found else None
+
+
+@pytest.mark.parametrize(("wanted", "action"), ANY)
+def test_a_game_that_a_person_played_to_its_end_is_the_last_and_the_best(
+    wanted: Request, action: str
+) -> None:
+    path = played(wanted, *[action] * 20 if wanted is not DILEMMA else [action] * 10)
+    told = json.loads(path.read_text().splitlines()[-1].removeprefix("end: "))
+    [record] = all_records()
+    assert record.best == record.last
+    assert record.last.returned == told["return"][record.seat]
+    assert (record.last.turns, record.last.seed) == (told["turns"], 7)
+
+
+def test_the_best_is_the_one_of_most_return_and_the_last_is_the_last() -> None:
+    for worth, line in ((-30.0, "d"), (-10.0, "c"), (-10.0, "d")):
+        assert best(DILEMMA, *["d", *[line] * 9] if line == "d" else ["c"] * 10) in (worth, -27.0)
+    [record] = all_records()
+    assert record.best
+    assert (record.best.returned, record.last.returned) == (-10, -27)
+
+
+def test_each_variant_parameter_turn_limit_and_seat_has_a_best_of_its_own() -> None:
+    for wanted in (
+        Request("prisoners-dilemma", turns=2),
+        Request("prisoners-dilemma", turns=3),
+        Request("prisoners-dilemma", settings=["discount=0.5"]),
+        Request("prisoners-dilemma", agent="tit-for-tat", seats=["agent2=human"], turns=2),
+    ):
+        played(wanted, *["c"] * (wanted.turns or 10))
+    assert {(one.turns, *one.parameters, one.seat) for one in all_records()} == {
+        (2, "agent1"), (3, "agent1"), (None, "discount", "agent1"), (2, "agent2"),
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("wanted", "lines"),
+    [
+        (DILEMMA, ["hint", *["c"] * 10]),
+        (BABY, ["hint", *["f"] * 20]),
+        (DILEMMA, ["c", "undo", *["c"] * 10]),
+        (DILEMMA, ["c", "reroll", *["c"] * 9]),
+        (replace(BABY, reveal=True), ["f"] * 20),
+    ],
+)
+def test_a_game_with_help_or_with_something_taken_back_or_revealed_is_the_last_and_no_best(
+    wanted: Request, lines: list[str]
+) -> None:
+    if lines[0] == "hint" and wanted is DILEMMA:
+        wanted = replace(wanted, problem="rock-paper-scissors")
+        lines = ["hint", *["r"] * 10]
+    assert best(wanted, *lines) is None
+    assert all_records()[0].last.turns >= 10
+
+
+@pytest.mark.parametrize(
+    ("wanted", "lines"),
+    [
+        (DILEMMA, ["c"] * 9),
+        (replace(DILEMMA, others="grim"), ["c"] * 10),
+        (replace(DILEMMA, others="human"), ["c"] * 20),
+        (replace(DILEMMA, agent="random", keep=True), ["auto"]),
+    ],
+)
+def test_a_game_left_or_against_others_or_of_nobody_is_not_kept(
+    wanted: Request, lines: list[str]
+) -> None:
+    played(wanted, *lines)
+    assert all_records() == []
+
+
+def test_a_branch_is_marked_and_never_the_best_not_even_once_it_was_left() -> None:
+    first = played(replace(DILEMMA, record=Path("a.dmt")), *["c"] * 10)
+    table = Table(ends=records.noted)
+    table.put(begin(Branching(first, turn=3, record=Path("b.dmt"))))
+    typed(table, "d")
+    table.end("interrupted")
+    assert "branched: 3\n" in Path("b.dmt").read_text()
+    table.put(begin(Resumption(Path("b.dmt"))))
+    for _ in range(6):
+        typed(table, "d")
+    table.end()
+    [record] = all_records()
+    assert record.best
+    assert (record.best.returned, record.last.returned) == (-10, -21)
+    table.put(begin(Branching(first, turn=3, record=Path("c.dmt"))))
+    typed(table, "new")
+    assert table.game.source
+    assert "branched" not in table.game.source.read_text()
+
+
+def test_a_game_that_is_gone_on_with_counts_and_one_that_was_altered_does_not() -> None:
+    for name, counts in (("a.dmt", True), ("b.dmt", False)):
+        path = Path(name)
+        table = Table(ends=records.noted)
+        table.put(begin(replace(DILEMMA, others="tit-for-tat", record=path)))
+        for line in ["c", *["d"] * 4]:
+            typed(table, line)
+        table.end("interrupted")
+        if not counts:
+            altered(
+                path,
+                '"agent1": "cooperate", "agent2": "cooperate"',
+                '"agent1": "defect", "agent2": "cooperate"',
+            )
+        before = [one.best for one in all_records()]
+        table.put(begin(Resumption(path)))
+        for _ in range(5):
+            typed(table, "c")
+        table.end()
+        assert (before != [one.best for one in all_records()]) == counts
+
+
+def test_a_recording_that_is_looked_at_is_no_game() -> None:
+    path = played(replace(DILEMMA, record=Path("a.dmt")), *["c"] * 10)
+    before = all_records()
+    table = Table(ends=records.noted)
+    table.put(begin(Recording(path)))
+    typed(table, "auto")
+    table.end()
+    assert all_records() == before
+
+
+def test_only_their_owner_reads_records_and_games_that_end_at_once_lose_nothing(
+    place: Path,
+) -> None:
+    paths = [played(replace(DILEMMA, turns=n, record=Path(f"{n}.dmt")), *["c"] * n) for n in (1, 2)]
+    assert place.stat().st_mode & 0o777 == 0o600
+    place.unlink()
+    tables = [Table(ends=records.noted) for _ in range(12)]
+    for number, table in enumerate(tables, 1):
+        table.put(begin(replace(DILEMMA, turns=number, record=Path(f"x{number}.dmt"))))
+        for _ in range(number):
+            typed(table, "c")
+    threads = [Thread(target=table.end) for table in tables]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert {one.turns for one in all_records()} == {*range(1, 13)}
+    assert len(paths) == 2
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "", "{", "[]", "null", "7", '{"dmplay": 2, "records": []}',
+        '{"dmplay": 1, "records": [{}]}', '{"dmplay": 1, "records": 7}', '{"dmplay": 1}',
+        "[" * 100_000, "\x00\xff",
+        '{"dmplay": 1, "records": [{"problem": "catch", "parameters": {}, "turns": null, "seat": '
+        '"agent", "best": null, "last": {"return": NaN, "turns": 1, "seed": 1, "day": ""}}]}',
+    ],
+)  # fmt: skip
+def test_a_file_that_holds_something_else_is_one_warning_and_begins_anew(
+    content: str, place: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    place.parent.mkdir(parents=True)
+    place.write_bytes(content.encode("latin-1"))
+    assert all_records() == []
+    played(DILEMMA, *["c"] * 10)
+    assert capsys.readouterr().err == f"warning: {place} holds no records; they begin anew\n"
+    assert [one.last.returned for one in all_records()] == [-10]
+
+
+def test_where_records_cannot_be_written_a_game_ends_as_ever(
+    place: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    place.mkdir(parents=True)
+    played(replace(DILEMMA, record=Path("a.dmt")), *["c"] * 10)
+    told = capsys.readouterr().err.splitlines()
+    assert len(told) <= 2
+    assert all(row.startswith("warning: ") for row in told)
+
+
+def test_who_waits_for_a_lock_goes_on_once_it_is_free(tmp_path: Path) -> None:
+    done = []
+
+    def wait() -> None:
+        with disk.alone(tmp_path / "lock"):
+            done.append("second")
+
+    with disk.alone(tmp_path / "lock"):
+        other = Thread(target=wait)
+        other.start()
+        done.append("first")
+    other.join()
+    assert done == ["first", "second"]
+
+
+def test_records_are_told_as_a_table_and_as_data() -> None:
+    assert listing(json=False) == "no game was played to its end"
+    assert listing(json=True) == "[]"
+    played(replace(DILEMMA, turns=2), *["c"] * 2)
+    played(Request("rock-paper-scissors", seed=1), "hint", *["r"] * 10)
+    head, first, second = listing(json=False).splitlines()
+    assert head.split() == ["problem", "seat", "best", "turns", "seed", "day", "last"]
+    assert first.split()[:7] == ["prisoners-dilemma", "--turns", "2", "agent1", "-2", "2", "7"]
+    assert second.split()[:3] == ["rock-paper-scissors", "agent1", "-"]
+    told = json.loads(listing(json=True))
+    assert [one["problem"] for one in told] == ["prisoners-dilemma", "rock-paper-scissors"]
+    assert told[0]["best"]["return"] == -2
+    assert told[1]["best"] is None
+
+
+def test_the_record_of_a_game_in_play_is_that_of_its_kind() -> None:
+    wanted = Request("hexworld:straight-line", settings=["slip=0.2"], turns=2, seed=7)
+    played(wanted, "e", "e")
+    table = Table()
+    table.put(begin(replace(wanted, seed=8)))
+    found = records.of(table.game)
+    assert isinstance(found, Record)
+    assert found.last.seed == 7
+    table.put(begin(replace(wanted, settings=[])))
+    assert records.of(table.game) is None
+    table.put(begin(replace(wanted, agent="random")))
+    assert records.of(table.game) is None
