@@ -2,8 +2,8 @@
 
 They stand in a file of the state folder, to which games are added as they end. The last is any
 that came to its end; the best is the one of most return among those that a person played alone:
-against the usual partners, with no help, nothing taken back, no look at what is hidden, from its
-first turn on, and as `dmplay verify` finds it.
+against the usual partners, with no help or ghost, nothing taken back, no look at what is hidden,
+from its first turn on, and as `dmplay verify` finds it.
 """
 
 import contextlib
@@ -30,6 +30,7 @@ from dmplay.transcript.reading import Transcript, read
 from dmplay.transcript.recorder import Recorder
 
 VERSION = 1
+GHOST = "# ghost: "  # a note that an agent played beside the person
 TOLD = ("return", "turns", "seed", "day")  # of a result
 
 
@@ -158,6 +159,7 @@ def _record(transcript: Transcript, problem: Problem) -> Record | None:
     result = Result(told["return"][seat], told["turns"], header.seed, strftime("%Y-%m-%d"))
     alone = header.branched is None and not (header.peeked or header.reveal)
     alone &= not any(block.kind in EVENTS for block in transcript.blocks)
+    alone &= GHOST not in transcript.last
     best = result if alone else None
     return Record(header.problem, header.parameters, header.turns, seat, result, best=best)
 

@@ -90,6 +90,7 @@ def test_each_variant_parameter_turn_limit_and_seat_has_a_best_of_its_own() -> N
         (DILEMMA, ["c", "undo", *["c"] * 10]),
         (DILEMMA, ["c", "reroll", *["c"] * 9]),
         (replace(BABY, reveal=True), ["f"] * 20),
+        (Request("simple-regulator", seed=7, ghost="optimal"), ["0.1"] * 20),
     ],
 )
 def test_a_game_with_help_or_with_something_taken_back_or_revealed_is_the_last_and_no_best(

@@ -105,7 +105,7 @@ def test_an_interrupt_at_the_very_last_is_no_fault(tmp_path: Path) -> None:
 def test_a_signal_while_something_is_solved_gives_the_cursor_back(
     number: int, tmp_path: Path
 ) -> None:
-    with Terminal("solve", "2048", folder=tmp_path) as terminal:
+    with Terminal("solve", "collaborative-predator-prey", folder=tmp_path) as terminal:
         terminal.until(lambda: b"\x1b[?25l" in terminal.raw).signal(number)
         assert terminal.ended() == 128 + number
         assert terminal.left_clean()

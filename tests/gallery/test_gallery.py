@@ -258,7 +258,8 @@ def test_a_first_frame_needs_neither_the_toolkit_nor_agents_nor_views() -> None:
     never = {"prompt_toolkit", "dmplay.policies.game_2048", "dmplay.views.game_2048"}
     code = (
         "import sys\nfrom dmplay.terminal import Terminal\n"
-        "from dmplay.screen.shown import Room\nfrom dmplay.gallery.gallery import Gallery\nfrom dmplay.gallery.offers import offers\n"
+        "from dmplay.screen.shown import Room\nfrom dmplay.gallery.gallery import Gallery\n"
+        "from dmplay.gallery.offers import offers\n"
         "from dmplay.screen import show\n"
         "way = Terminal(True, '', True, True, False)\n"
         "Gallery(offers(), way, '20261122').compose(Room(80, 24))\n"
