@@ -96,7 +96,7 @@ def pressed(*keys: str, size: tuple[int, int] = (80, 24)) -> Looked:
 
 def test_every_problem_stands_under_its_kind_and_every_kind_has_words() -> None:
     listed = offers()
-    assert sorted(one.name for one in listed) == problem_names()
+    assert sorted(one.name for one in listed) == [*problem_names()]
     for name, heading in listed:
         assert heading == KINDS[problems.load(name).kind]
 

@@ -13,7 +13,7 @@ def problems(word: str = "") -> list[str]:
     """The problems; once a name stands before a colon, its variants."""
     base, colon, _ = word.partition(":")
     if not colon or base not in problem_names():
-        return problem_names()
+        return [*problem_names()]
     from dmplay.finding import problems
 
     return [f"{base}:{variant}" for variant in problems.variants(base) if variant]
