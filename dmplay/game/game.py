@@ -50,6 +50,7 @@ class Game:
         self.notes = ""  # for the end of the transcript
         self.verdict: Sequence[str] = ()  # what its moves and dice were worth, once it is over
         self.ghost: Ghost | None = None
+        self.removed = 0  # older games that had to make room for it where games are kept
         agents = {clean(who): None for seat, who in enumerate(seats) if seat not in self.people}
         self._agents = " and ".join(agents) + (" are" if len(agents) > 1 else " is") + " thinking"
         self._chosen: dict[int, float] = {}

@@ -70,8 +70,9 @@ def new(request: Request, shown: Collection[Luck] = ()) -> Game:
         told = going_on(told, problem)
     request = replace(request, peeked=told.peeked)
     path = request.record and standard(request.record, OUTPUT)
+    removed = 0
     if path is None and (request.keep or HUMAN in seats):
-        path = saves.new(found.name)
+        removed, path = saves.cleared(), saves.new(found.name)
     recorder = None
     if path:
         recorder = Recorder.create(
@@ -85,6 +86,7 @@ def new(request: Request, shown: Collection[Luck] = ()) -> Game:
     keyboard = Keyboard(problem, people(seats), request.keys)
     game = Game(found.name, session, seats, keyboard, recorder, request)
     game.ghost = game.account.ghost = ghost
+    game.removed = removed
     return game
 
 

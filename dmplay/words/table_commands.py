@@ -9,6 +9,7 @@ from dmplay.finding.typed import whole
 from dmplay.game.answer import answer
 from dmplay.game.request import words_of
 from dmplay.game.saves import copied
+from dmplay.game.seats import seat_policy
 from dmplay.game.start import retold
 from dmplay.game.table import Table
 
@@ -53,7 +54,7 @@ def agent(table: Table, argument: str) -> str:
         seats = zip(game.problem.agents, game.seats, strict=True)
         return f"seats: {', '.join(f'{name} {who}' for name, who in seats)}."
     name, who = (game.problem.agents[0], words[0]) if len(words) == 1 else words[:2]
-    game.problem.seat(name)
+    seat_policy(game.problem, game.problem.seat(name), who)  # refuses what cannot sit there
     sitting = [*(game.asked.seats if game.asked else ()), f"{name}={who}"]
     return table.asks(f"agent {argument}") or table.restart(seats=sitting)
 
@@ -65,6 +66,7 @@ def set_(table: Table, argument: str) -> str:
         known = problems.parameters(game.problem)
         return answer([f"{name} {value}" for name, value in known.items()])
     key, _, value = argument.replace("=", " ", 1).partition(" ")
+    problems.configured(game.problem, {key: value.strip()})  # refuses what cannot be
     settings = [*(game.asked.settings if game.asked else ()), f"{key}={value.strip()}"]
     return table.asks(f"set {argument}") or table.restart(settings=settings)
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from dmplay.cli.errands import understood
-from dmplay.errors import BadParameter
+from dmplay.errors import BadParameter, UnknownName
 from dmplay.game.request import Request
 from dmplay.game.start import new
 from dmplay.game.table import Table
@@ -44,6 +44,13 @@ def test_what_would_end_a_game_is_asked_first(line: str, table: Table) -> None:
     assert table.game is played
     assert typed(table, line).startswith("new game of hexworld")
     assert table.game is not played
+
+
+@pytest.mark.parametrize("line", ["set nothing 7", "set slip 3", "agent agent bst"])
+def test_what_cannot_be_is_refused_before_anything_is_asked(line: str, table: Table) -> None:
+    with pytest.raises((BadParameter, UnknownName)):
+        typed(table, line)
+    assert table.game.session.ending is None
 
 
 def test_a_game_without_a_turn_and_a_script_are_not_asked(table: Table) -> None:
