@@ -41,7 +41,8 @@ NOTHING = Shown()
 
 def fitted(row: Text, room: Room) -> Text:
     """A row no wider than the room; nothing is cut silently."""
-    row.truncate(room.width, overflow="ellipsis")
-    if room.ascii:
-        row.plain = row.plain.translate(ASCII)
+    if room.ascii or row.cell_len > room.width:
+        row = row.copy()
+        row.truncate(room.width, overflow="ellipsis")
+        row.plain = row.plain.translate(ASCII) if room.ascii else row.plain
     return row

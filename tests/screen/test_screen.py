@@ -169,7 +169,7 @@ def together() -> Session:
 
 
 def test_a_fact_that_is_too_long_for_its_row_goes_on_in_the_next() -> None:
-    facts = [("last", "NE"), ("slips aside", "0.15 each"), ("who", "one two three four five")]
+    facts = ("last", "NE"), ("slips aside", "0.15 each"), ("who", "one two three four five")
     told = [row.plain.rstrip() for row in panel_rows(facts, 17)]
     assert told == [
         "last NE",
