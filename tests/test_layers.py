@@ -14,9 +14,9 @@ HERE = Path(__file__).parent
 HOUSE = HERE.parent / "dmplay"
 FLOORS = (
     "errors", "disk", "budget", "thought", "chance", "core", "dice", "describe", "hexes",
-    "matrix_game", "tabular", "belief", "session", "rollouts", "problems", "solvers", "policies",
-    "transcript", "finding", "terminal", "signals", "styles", "views", "figures", "solutions",
-    "advice", "game", "records", "words", "screen", "gallery", "reports", "prompt", "front",
+    "matrix_game", "tabular", "belief", "session", "blocks", "rollouts", "problems", "solvers",
+    "policies", "transcript", "finding", "terminal", "signals", "styles", "views", "figures",
+    "solutions", "advice", "game", "records", "words", "screen", "gallery", "reports", "prompt", "front",
     "cli", "pytest_plugin", "__main__",
 )  # fmt: skip
 SCREENS = {"rich", "typer", "prompt_toolkit"}
