@@ -78,7 +78,7 @@ def done(
     """
     if isinstance(workers, int) and workers < 1:
         raise BadParameter(f"workers: got {workers}, expected auto, or 1 or more")
-    many = cores() if workers == "auto" else workers
+    many = cores() if workers == "auto" or (executor and workers == 1) else workers
     if executor is None and (workers == "auto" or many == 1):
         games = yield from _here(work, _Blocks(games, size, 1), auto=many > 1)
     if games:
