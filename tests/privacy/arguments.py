@@ -110,6 +110,8 @@ OUTSIDE: Mapping[str, Sequence[str]] = {
     "list": ("", "POMDP --json", "games", "games --json"),
     "records": ("", "--json"),
     "solve": ("rock-paper-scissors",),
+    "run": ("{problem} --episodes 3 --turns 2 --agent random --json",),
+    "compare": ("{problem} random random --episodes 3 --turns 2 --csv",),
     "figure": ("F.2", ""),
     "agents": ("{problem}", "{problem} --json"),
     "info": ("{problem}", "{problem} --json"),
