@@ -1,6 +1,7 @@
 """Commands that play many games: what agents earn, and who is ahead."""
 
 from importlib import import_module
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
@@ -97,6 +98,46 @@ def compare(
     form = _form(json=wishes.json, csv=csv)
     return measuring.compared(
         match, agents, episodes=episodes, decide=decide, form=form, motion=wishes.motion
+    )
+
+
+@options.wishes("json", "motion")
+def tournament(
+    problem: options.Name,
+    entrants: Annotated[list[str], typer.Argument(metavar="AGENT...", help="two or more agents")],
+    variant: options.Variant = "",
+    set_: options.Set = [],  # noqa: B006 - typer reads it once
+    episodes: Episodes = 1000,
+    turns: options.Unattended = None,
+    seed: options.Seed = None,
+    workers: Hands = "auto",
+    executor: Engine = "",
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="keeps what is played, to go on with"),
+    ] = None,
+    csv: Csv = False,
+    *,
+    wishes: Wishes,
+) -> object:
+    """Seat everybody against everybody, in every order, on the same dice.
+
+    The cross table, who replies best to whom, the equilibrium of the game in which
+    an action is an entrant, and what each loses in it.
+
+    \b
+      dmplay tournament prisoners-dilemma grim tit-for-tat always-defect --turns 50
+      dmplay tournament rock-paper-scissors nash random copy --json
+    """
+    from dmplay.reports import measuring
+
+    match = measuring.Match(
+        _named(problem, variant), set_, turns=turns, seed=seed or 0, workers=_workers(workers),
+        executor=_executor(executor),
+    )  # fmt: skip
+    form = _form(json=wishes.json, csv=csv)
+    return measuring.met(
+        match, entrants, episodes=episodes, kept=output, form=form, motion=wishes.motion
     )
 
 

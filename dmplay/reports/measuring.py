@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from itertools import product
 from json import dumps
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +22,8 @@ from dmplay.game.seats import HUMAN, seat_policy
 from dmplay.measure.comparing import Comparison, Difference, compare
 from dmplay.measure.estimate import Estimate
 from dmplay.measure.running import Run, run
+from dmplay.measure.tournament import Tournament, tournament
+from dmplay.reports.kept import Kept
 from dmplay.reports.progress import Bar
 from dmplay.solutions.solution import Row
 
@@ -262,6 +265,81 @@ def _verdict(entrants: Sequence[str], result: Comparison, decide: float | None) 
         return [f"undecided after {len(result.returns):,} games"]
     better = entrants[0] if result.differences[0, 1].more.mean > 0 else entrants[1]
     return [f"decided: {better} earns more (wrong in at most {100 * decide:g} % of comparisons)"]
+
+
+def met(  # noqa: PLR0913 - each is the caller's to choose
+    match: Match,
+    entrants: Sequence[str],
+    *,
+    episodes: int,
+    kept: Path | None = None,
+    form: str = "",
+    motion: bool = True,
+) -> str:
+    """Everybody against everybody: the cross table, the standings, and the game this makes."""
+    if len({*entrants}) < len(entrants):
+        raise BadParameter("tournament: an entrant is named twice; each plays itself anyhow")
+    parameters = pairs(match.settings, "--set")
+    problem = problems.resolve(match.problem, parameters).problem
+    seats = range(len(problem.agents))
+    policies = {name: [_policy(problem, seat, name) for seat in seats] for name in entrants}
+    told = {"problem": match.problem, "parameters": parameters, "entrants": [*entrants],
+            "episodes": episodes, "turns": match.turns, "seed": match.seed}  # fmt: skip
+    played = Kept(kept, told) if kept else {}
+    with Bar(f"a tournament of {len(entrants)}", quiet=bool(form), motion=motion) as bar:
+        found = tournament(
+            problem, policies, episodes=episodes, turns=match.turns, seed=match.seed,
+            workers=match.workers, executor=match.executor, progress=bar, played=played,
+        )  # fmt: skip
+    if form == "json":
+        return dumps(told | {"table": found.table.tolist(), "standings": _standings(found)})
+    if form == "csv":
+        return _csv(_standings(found))
+    head = f"{match.problem}: {len(played)} seatings of {episodes:,} games of seed {match.seed}"
+    tables = [_table(_cross(found))] if len(seats) == 2 else []
+    return "\n\n".join([head, *tables, _table([_standing(row) for row in _standings(found)])])
+
+
+def _policy(problem: Problem, seat: int, name: str) -> Policy:
+    policy = seat_policy(problem, seat, name)
+    if policy is None:
+        raise BadParameter(f"{name}: a person cannot play so many games; name an agent")
+    return policy
+
+
+def _cross(found: Tournament) -> list[Row]:
+    """What the first seat and the second earn, the first seat's entrants as rows."""
+    rows: list[Row] = []
+    for name, paid in zip(found.entrants, found.table, strict=True):
+        row: Row = {"first seat": name}
+        for other, pair in zip(found.entrants, paid, strict=True):
+            row[other] = "{:.4g}, {:.4g}".format(*pair)
+        rows.append(row)
+    return rows
+
+
+def _standings(found: Tournament) -> list[Row]:
+    """The entrants, the best first."""
+    rows: list[Row] = []
+    for who in sorted(range(len(found.entrants)), key=lambda one: -found.earned[one].mean):
+        one = found.earned[who]
+        row: Row = {
+            "entrant": found.entrants[who], "mean return": one.mean, "standard error": one.error,
+            "low": one.low, "high": one.high,
+        }  # fmt: skip
+        if found.replies is not None:
+            row["best reply to it"] = found.entrants[found.replies[who]]
+        if found.equilibrium is not None and found.regrets is not None:
+            share = (found.equilibrium.first[who] + found.equilibrium.second[who]) / 2
+            row |= {"share in equilibrium": float(share), "regret": float(found.regrets[who])}
+        rows.append(row)
+    return rows
+
+
+def _standing(row: Row) -> Row:
+    told = {key: value for key, value in row.items() if key not in ("low", "high")}
+    told["mean return"] = f"{told['mean return']:.5g} ± {told.pop('standard error'):.2g}"
+    return told
 
 
 def _csv(rows: Sequence[Row]) -> str:

@@ -111,6 +111,7 @@ OUTSIDE: Mapping[str, Sequence[str]] = {
     "records": ("", "--json"),
     "solve": ("rock-paper-scissors",),
     "run": ("{problem} --episodes 3 --turns 2 --agent random --json",),
+    "tournament": ("rock-paper-scissors nash random --episodes 3 --turns 2",),
     "compare": ("{problem} random random --episodes 3 --turns 2 --csv",),
     "figure": ("F.2", ""),
     "agents": ("{problem}", "{problem} --json"),
