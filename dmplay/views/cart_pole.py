@@ -17,7 +17,7 @@ from rich.text import Text
 from dmplay.chance import Array
 from dmplay.problems.cart_pole import CartPole
 from dmplay.session import View
-from dmplay.views._marks import foreseen, lost
+from dmplay.views._advice import asked, lost
 from dmplay.views._scale import Scale, gauge, named, plus
 from dmplay.views.canvas import Canvas, written
 from dmplay.views.style import Look
@@ -101,7 +101,7 @@ def boards(view: View[CartPole], look: Look) -> Iterator[Text]:
             y += 4
         long = size.width > SIZES[-1].width
         if look.outlook and after:
-            what = foreseen(look.outlook, view.problem.action_name(0, look.outlook.action))
+            what = asked(view, look.outlook, "push {}")
             canvas.put(0, y + 1, f"{what}: {_next(after[0], long)}", "bold cyan")
         elif size.width > look.beside:  # else the panel beside has them
             canvas.put(0, y + 1, _long(cart) if long else _short(cart), "bold")

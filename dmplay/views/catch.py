@@ -7,9 +7,9 @@ from rich.text import Text
 from dmplay.chance import Reals
 from dmplay.problems.catch import CAUGHT, DISTANCES, PROFICIENCIES, Catch
 from dmplay.session import View
-from dmplay.views._advice import ALIKE, branches, losses, under
+from dmplay.views._advice import ALIKE, branches, fewest, losses, under
 from dmplay.views._belief import bar, bars, spark, words
-from dmplay.views.canvas import Canvas, short
+from dmplay.views.canvas import Canvas
 from dmplay.views.style import Look
 
 KEYS: dict[str, str] = {}  # a distance is typed
@@ -77,7 +77,7 @@ def _large(view: View[Catch], look: Look, high: int) -> Text:
 
 def _lost(lost: float) -> str:
     """What is lost, in three columns; a dot where nothing is."""
-    return "●" if lost < ALIKE else short(lost, 3)
+    return "●" if lost < ALIKE else fewest(lost, 3)
 
 
 def _cells(canvas: Canvas, y: int, cells: Sequence[str], style: str) -> None:

@@ -12,8 +12,8 @@ from dmplay.hexes import DIRECTIONS, Hex, neighbours, notation_of
 from dmplay.problems.collaborative_predator_prey import CAPTURED, MOVED, CollaborativePredatorPrey
 from dmplay.session import View
 from dmplay.views import hexgrid
+from dmplay.views._advice import losses
 from dmplay.views._belief import spark
-from dmplay.views._marks import foreseen, ranked
 from dmplay.views.canvas import percent
 from dmplay.views.generic import seen
 from dmplay.views.hexgrid import Cell, Size
@@ -143,11 +143,10 @@ def _caption(view: View[CollaborativePredatorPrey], look: Look) -> list[str]:
         senses = view.problem.observations[view.seat]
         lines = zip(("upper", "lower"), look.outlook.states, look.outlook.chances, strict=False)
         told = [f"{line}: {senses[int(sense)]} {percent(float(p))}" for line, sense, p in lines]
-        name = DIRECTIONS[int(look.outlook.action)].upper()
-        return [f"{foreseen(look.outlook, name)}, where the prey is", ", ".join(told)]
+        return [f"{hexgrid.going(look.outlook)}, where the prey is", ", ".join(told)]
     if look.regret is not None:
         names = [hexgrid.key_of(look, way) for way in range(len(DIRECTIONS))]
-        return [part for part in (ranked(look, names),) if part]
+        return losses(look, names)
     sensed = f"sensed {seen(view)}"
     if view.beliefs is None:
         return [f"{sensed}. belief too large"]

@@ -22,7 +22,7 @@ from dmplay.problems.collision_avoidance import (
     CollisionAvoidance,
 )
 from dmplay.session import View
-from dmplay.views._marks import foreseen, odds, ranked
+from dmplay.views._advice import foreseen, losses, odds
 from dmplay.views._scale import Scale, plus
 from dmplay.views.canvas import Canvas, written
 from dmplay.views.style import Look
@@ -118,9 +118,10 @@ def _advice(look: Look, width: int) -> str:
     if look.outlook:
         rates = zip(look.outlook.states[:, 1], look.outlook.chances, strict=True)
         each = ", ".join(f"{plus(float(rate), 1)} {odds(float(p), 4)}" for rate, p in rates)
-        told = f"{foreseen(look.outlook, NAMES[int(look.outlook.action)])}: rate {each}"
-        return told if len(told) <= width else f"rate {each}"
-    return ranked(look, NAMES)
+        doing = foreseen(look.outlook, f"advise {NAMES[int(look.outlook.action)]}")
+        told = f"{doing}: rate {each}"
+        return told if len(told) <= width else f"{NAMES[int(look.outlook.action)]}: rate {each}"
+    return next(iter(losses(look._replace(width=width), NAMES)), "")
 
 
 def _time(size: Size) -> Scale:

@@ -9,8 +9,8 @@ from rich.text import Text
 from dmplay.chance import Array, Reals
 from dmplay.problems.game_2048 import Game2048, slide
 from dmplay.session import View
-from dmplay.views._marks import bar, foreseen, known, lost
-from dmplay.views.canvas import Canvas, percent
+from dmplay.views._advice import asked, bar, known, lost
+from dmplay.views.canvas import Canvas, percent, signed
 from dmplay.views.style import Look, Outlook
 
 KEYS = {
@@ -79,8 +79,8 @@ def _after(view: View[Game2048], outlook: Outlook) -> Shown:
     action = int(outlook.action)
     (slid,), (pay,) = slide(view.observation[None], np.array([action]))
     came = (outlook.states != slid) * outlook.chances[:, None, None]
-    title = foreseen(outlook, view.problem.action_name(view.seat, action))
-    return Shown(slid, None, f" {title}: pays {pay:g} ", came.sum(axis=0))
+    title = asked(view, outlook, "go {}")
+    return Shown(slid, None, f" {title}: {signed(pay)} ", came.sum(axis=0))
 
 
 def boards(view: View[Game2048], look: Look) -> Iterator[Text]:

@@ -4,11 +4,11 @@ from collections.abc import Iterator
 
 from rich.text import Text
 
-from dmplay.hexes import DIRECTIONS, Hex, neighbours, notation_of
+from dmplay.hexes import Hex, neighbours, notation_of
 from dmplay.problems.hexworld import HexWorld
 from dmplay.session import View
 from dmplay.views import hexgrid
-from dmplay.views._marks import foreseen, odds
+from dmplay.views._advice import odds
 from dmplay.views.canvas import percent, signed
 from dmplay.views.hexgrid import Cell, Size
 from dmplay.views.style import Look
@@ -83,8 +83,7 @@ def _caption(view: View[HexWorld], look: Look) -> str:
     if here in exits and not view.ending:
         return f"any key {'collects' if exits[here] > 0 else 'takes'} {signed(exits[here])}"
     if look.outlook:
-        name = DIRECTIONS[int(look.outlook.action)].upper()
-        return f"{foreseen(look.outlook, name)}, how likely each hex is"
+        return f"{hexgrid.going(look.outlook)}, how likely each hex is"
     if look.regret is not None:
         return hexgrid.walls(view.problem.hexes, here, look)
     ghost = ", & ghost" * (look.ghost is not None)

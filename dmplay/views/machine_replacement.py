@@ -79,7 +79,7 @@ def _large(view: View[MachineReplacement], look: Look) -> Text:
     canvas = Canvas()
     y = _beliefs(view, look, canvas, 2)
     _history(view, canvas, y, look._replace(width=min(look.width, BARS)))
-    tail = ", and loses in the end" if look.regret is not None else ""
+    tail = "; in the end" if look.regret is not None else ""
     canvas.put(0, y + 2, f"expected at once{tail}", "dim")
     prospects = _prospects(view, look)
     for row, action in enumerate(ranked(look, len(prospects)), y + 3):

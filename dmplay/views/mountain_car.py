@@ -14,7 +14,7 @@ from rich.text import Text
 
 from dmplay.problems.mountain_car import LEFT_WALL, RIGHT_WALL, TOP_SPEED, MountainCar
 from dmplay.session import View
-from dmplay.views._marks import foreseen, lost
+from dmplay.views._advice import foreseen, lost
 from dmplay.views._scale import Scale, gauge, named, plus
 from dmplay.views.canvas import Canvas, written
 from dmplay.views.style import Look
@@ -25,6 +25,7 @@ KEYS = {
 }  # fmt: skip
 BLOCKS = " ▁▂▃▄▅▆▇"
 ASCII_BLOCKS = " __--==#"  # none like the car's star or the point behind it
+DOING = ("drive left", "coast", "drive right")  # by action
 ENGINE = {"left": (-1, "←"), "right": (1, "→")}  # beside the car, by the last action
 FLOOR = -math.pi / 6  # where the valley is deepest
 
@@ -77,7 +78,7 @@ def boards(view: View[MountainCar], look: Look) -> Iterator[Text]:
             named(canvas, y + 2, speed, "speed v" if look.large else "v")
             y += 4
         if look.outlook and after:
-            what = foreseen(look.outlook, view.problem.action_name(0, look.outlook.action))
+            what = foreseen(look.outlook, DOING[int(look.outlook.action)])
             x, v = after[0]
             canvas.put(0, y, f"{what}: x {plus(x, 3)} v {plus(v, 4)}", "bold cyan")
         elif size.width > look.beside:  # else the panel beside has them

@@ -10,7 +10,7 @@ from dmplay.hexes import DIRECTIONS, Hex, neighbours, notation_of
 from dmplay.problems.predator_prey import DEVOURED, MOVED, PredatorPrey
 from dmplay.session import View
 from dmplay.views import hexgrid
-from dmplay.views._marks import foreseen, odds
+from dmplay.views._advice import odds
 from dmplay.views.canvas import percent
 from dmplay.views.hexgrid import Cell, Size
 from dmplay.views.style import Look
@@ -127,8 +127,7 @@ def _chances(view: View[PredatorPrey], may: dict[int, float], size: Size) -> Cel
 def _caption(view: View[PredatorPrey], look: Look) -> str:
     """Who you are, or what is written into the hexes."""
     if look.outlook:
-        name = DIRECTIONS[int(look.outlook.action)].upper()
-        return f"{foreseen(look.outlook, name)}, how likely"
+        return f"{hexgrid.going(look.outlook)}, how likely"
     if _feeding(view)[view.seat] and not view.ending and (look.large or look.regret is not None):
         return "any key feeds" if view.seat in view.problem.hunters else "caught: any key"
     if look.regret is not None:

@@ -14,7 +14,7 @@ from rich.text import Text
 
 from dmplay.problems.simple_regulator import START_DEVIATION, START_MEAN, SimpleRegulator
 from dmplay.session import View
-from dmplay.views._marks import foreseen
+from dmplay.views._advice import foreseen
 from dmplay.views._scale import Scale, plus
 from dmplay.views.canvas import Canvas, signed, written
 from dmplay.views.style import Look, Outlook
@@ -111,7 +111,7 @@ def _costs(view: View[SimpleRegulator], outlook: Outlook, brief: bool) -> str:
     if brief:
         samples = " (samples)" * outlook.sampled
         return f"{plus(outlook.action, 2)}: {now * now:.2f} now, {after:.2f} next{samples}"
-    push = foreseen(outlook, plus(outlook.action, 3))
+    push = foreseen(outlook, f"push {plus(outlook.action, 3)}")
     return f"{push}: costs {now * now:.3f} now, {after:.3f} next on average"
 
 

@@ -7,7 +7,7 @@ from rich.text import Text
 
 from dmplay.problems.travelers_dilemma import BONUS, LEAST, MOST, TravelersDilemma
 from dmplay.session import View
-from dmplay.views._advice import asked, losses, lost_by, under
+from dmplay.views._advice import WIDEST, asked, fewest, losses, under
 from dmplay.views._belief import spark
 from dmplay.views._payoffs import called, last, named, paid_rounds, panel, rounds, told
 from dmplay.views._scale import Scale
@@ -101,7 +101,7 @@ def _lost(canvas: Canvas, y: int, look: Look) -> int:
     each = [look.regret[round(LINE.value(column)) - LEAST] / (most or 1.0) for column in columns]
     canvas.put(LINE.left, y, spark(each, look.ascii), "yellow")
     canvas.put(LINE.column(LEAST + best), y, "●", "bold")
-    canvas.put(0, y + 1, f"● best {LEAST + best}; others lose up to {lost_by(most)}", "yellow")
+    canvas.put(0, y + 1, f"● best {LEAST + best}; the worst {fewest(-most, WIDEST)}", "yellow")
     return y + 2
 
 
