@@ -12,6 +12,7 @@ import numpy as np
 from dmplay import belief as beliefs
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Continuous, Memory, Outcome, Percept, Policy, Problem, asked, locked, own
+from dmplay.describe import ended
 from dmplay.dice import NATURE
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
 
@@ -247,7 +248,8 @@ class Session:
         Raises IllegalAction, and changes nothing, where the state does not allow an action.
         """
         if self.over:
-            raise EpisodeOver(f"turn {len(self.turns) + 1}: the game is over ({self.ending})")
+            why = ended(self.ending)
+            raise EpisodeOver(f"turn {len(self.turns) + 1}: the game is over ({why})")
         decided = enumerate(self.decided(actions))
         joint = np.array([self.check(seat, action) for seat, action in decided])
         number = len(self.turns) + 1

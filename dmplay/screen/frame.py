@@ -6,6 +6,7 @@ from typing import NamedTuple
 from rich.text import Text
 
 from dmplay.advice.adviser import Advice
+from dmplay.describe import ended, score
 from dmplay.game.facts import sentence
 from dmplay.game.game import Game
 from dmplay.rollouts import MOST_TURNS
@@ -134,10 +135,10 @@ def _rows(rows: list[Text]) -> Text:
 def _title(game: Game, room: Room) -> Text:
     """The game and how it stands; closer together and without the seed where there is no room."""
     seed = [f"seed {game.seed}"] if game.shows_seed else []
-    facts = _facts(game)
-    wide = _headed(game, _name(game), "   ", [*seed, *facts])
+    wide = _headed(game, _name(game), "   ", [*seed, *_facts(game, score(game.problem))])
     if len(wide.plain) <= room.width:
         return wide
+    facts = _facts(game, "score")
     while True:  # a fact is told whole or not at all
         title = _headed(game, Text(f" {clean(game.name)} ", style="bold"), "  ", facts)
         if len(title.plain) <= room.width or not facts:
@@ -148,7 +149,7 @@ def _title(game: Game, room: Room) -> Text:
 def _headed(game: Game, name: Text, gap: str, facts: Sequence[str]) -> Text:
     title = name.append(gap[1:] + gap.join(facts), style="not bold")
     if game.session.over:
-        title.append(f"{gap}{game.session.ending}", style="bold")
+        title.append(f"{gap}{ended(game.session.ending)}", style="bold")
     return title
 
 
@@ -163,13 +164,13 @@ def _goal(game: Game, room: Room) -> Text:
     return told
 
 
-def _facts(game: Game) -> list[str]:
-    """Turn, return, who you are, and who the others are."""
+def _facts(game: Game, called: str) -> list[str]:
+    """Turn, score, who you are, and who the others are."""
     view = game.view()
     limit = f"/{view.limit}" if view.limit not in (None, MOST_TURNS) else ""
     facts = [f"turn {view.turn}{limit}"]
     if view.rewards is not None:
-        facts.append(f"return {game.account.returned(view):.6g}")
+        facts.append(f"{called} {game.account.returned(view):.6g}")
     if game.people:
         facts.append(f"you: {game.problem.agents[game.watcher]}")
     seats = enumerate(zip(game.problem.agents, game.seats, strict=True))

@@ -174,11 +174,10 @@ def goal(view: View[Game2048]) -> list[str]:
 
 
 def panel(view: View[Game2048]) -> list[tuple[str, str]]:
-    """Score, largest tile, last slide."""
+    """Largest tile and room, last slide; the score stands in the title."""
     board = view.observation
     rewards = view.rewards or ()
     return [
-        ("score", f"{sum(rewards):g}"),
         ("largest", _tile(int(board.max()))),
         ("empty", str(int((board == 0).sum()))),
         ("last", view.last or "-"),

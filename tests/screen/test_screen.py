@@ -35,7 +35,7 @@ SIZES = ((80, 24), (60, 20), (50, 14), (200, 60), (20, 5), (9, 3))
 OPEN_BOARD = 1  # a seed of 2048 whose first board slides every way
 BOX = {
     "hexworld": """\
- hexworld  turn 1  return 0  you: agent
+ hexworld  turn 1  score 0  you: agent
  ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲
 │   │   │   │   │   │   │ h │ @ │ l │   │
  ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱
@@ -46,11 +46,11 @@ BOX = {
 @ you, ◆ pays, ✗ costs, letters are keys
 
  turn 1. at (6,2). chose W, moved W. reward 0.
-   return 0.
+   score 0.
 
  l e  u ne  y nw  h w  b sw  n se  ? help  q quit""",
     "2048": """\
- 2048  turn 1  return 4  you: agent
+ 2048  turn 1  score 4  you: agent
 ┌─────────────────────┐  score   4
 │    ·    ·    ·    · │  largest 4
 │    ·    ·    ·    · │  empty   14
@@ -59,7 +59,7 @@ BOX = {
 └─────────────────────┘  hint    Tab
 
  turn 1. slid left. new 2 in row 3, column 2.
-   reward 4. return 4.
+   reward 4. score 4.
 
 
 
@@ -80,7 +80,7 @@ history of hungry ▅▁··················
 
  f feed  s sing  i ignore  ? help  q quit""",
     "prisoners-dilemma": """\
- prisoners-dilemma  turn 1/10  return -4
+ prisoners-dilemma  turn 1/10  score -4
           │cooperate │  defect
 ──────────┼──────────┼──────────
 >cooperate│  -1, -1  │ [-4, 0]
@@ -90,7 +90,7 @@ agent1 (you) C
 agent2       D
 
  turn 1. agent1 chose cooperate. agent2 chose
-   defect. reward -4. return -4.
+   defect. reward -4. score -4.
 
 
  c cooperate  d defect  ? help  q quit  : command""",
@@ -204,7 +204,7 @@ def test_a_turn_under_other_dice_is_in_the_log() -> None:
     shown = play(game("2048"), *keys, size=(80, 40)).last
     told = [row.strip() for row in shown.split("\n") if "slid left." in row]
     assert told == [
-        "turn 1. slid left. new 2 in row 3, column 2. reward 4. return 4.",
+        "turn 1. slid left. new 2 in row 3, column 2. reward 4. score 4.",
         "turn 1, under other dice. slid left. new 2 in row 3, column 2. reward 4.",
         "turn 1, under other dice. slid left. new 4 in row 4, column 1. reward 4.",
     ]
@@ -624,12 +624,12 @@ def test_a_path_that_no_row_holds_is_told_whole() -> None:
 def test_a_title_without_room_gives_up_the_seed_before_the_others() -> None:
     whole = play(game("prisoners-dilemma", "human", "tit-for-tat"), size=(100, 24)).last
     assert whole.startswith(
-        " dmplay prisoners-dilemma    seed 7   turn 0/10   return 0   "
+        " dmplay prisoners-dilemma    seed 7   turn 0/10   score 0   "
         "you: agent1   agent2: tit-for-tat\n"
     )
     narrow = play(game("prisoners-dilemma", "human", "tit-for-tat"), size=(80, 24)).last
     assert narrow.startswith(
-        " prisoners-dilemma  turn 0/10  return 0  you: agent1  agent2: tit-for-tat\n"
+        " prisoners-dilemma  turn 0/10  score 0  you: agent1  agent2: tit-for-tat\n"
     )
 
 

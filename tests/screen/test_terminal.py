@@ -99,7 +99,7 @@ def test_grim_never_forgives(tmp_path: Path) -> None:
         terminal.ready()
         for turn, key in enumerate("cdcccccccc", 1):
             terminal.press(key, f"turn {turn}/10")
-        terminal.until("horizon after 10 turns").press("q")
+        terminal.until("turn limit after 10 turns").press("q")
         assert terminal.ended() == 0
     told = map(json.loads, values(verified(tmp_path / "game.dmt"), "actions"))
     assert "".join(one["agent2"][0] for one in told) == "ccdddddddd"
