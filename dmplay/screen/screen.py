@@ -25,6 +25,7 @@ from dmplay.terminal import Terminal
 from dmplay.thought import About, think
 from dmplay.words.commands import COMMANDS, Leave, named, own_parts, typed, veiled
 from dmplay.words.game_commands import foresee
+from dmplay.words.lesson import lesson
 
 FASTER = 1.5  # the speed times this
 COUNTDOWN, BEATS = 3, 2.0  # beats before real time begins, and how many a second
@@ -321,6 +322,8 @@ class Screen:
         others = [command.name for command in COMMANDS if not command.key]
         self.open(
             [
+                *lesson(game),
+                "",
                 f"actions: {',  '.join(actions) or 'a number, and Enter'}",
                 "keys",
                 *(f"  {shown:<7} {name:<14} {help_}" for shown, name, help_ in keys),

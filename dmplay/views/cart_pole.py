@@ -20,7 +20,7 @@ from dmplay.session import View
 from dmplay.views._advice import asked, lost
 from dmplay.views._scale import Scale, gauge, named, plus
 from dmplay.views.canvas import Canvas, written
-from dmplay.views.style import Look
+from dmplay.views.style import Lesson, Look
 
 KEYS = {
     "h": "left", "l": "right", "left": "left", "right": "right", "a": "left", "d": "right",
@@ -197,6 +197,19 @@ def goal(view: View[CartPole]) -> list[str]:
         f"the cart within {problem.x_limit:g} m",
         "each turn pays 1",
     ]
+
+
+def lesson(view: View[CartPole]) -> Lesson:
+    """The cart, how far it and its pole may go, and what a turn pays."""
+    problem = view.problem
+    return Lesson(
+        f"You are a cart with a pole on it, and push left or right by {problem.force:g} N "
+        f"every {problem.dt:g} s; you cannot do nothing",
+        f"You want the pole within {problem.theta_limit:g} degrees of upright and the cart within "
+        f"{problem.x_limit:g} m of the middle",
+        "A push is free and every turn pays 1, up to the one that fails",
+        "right",
+    )
 
 
 def panel(view: View[CartPole]) -> list[tuple[str, str]]:

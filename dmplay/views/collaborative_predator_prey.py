@@ -17,7 +17,7 @@ from dmplay.views._belief import spark
 from dmplay.views.canvas import percent
 from dmplay.views.generic import seen
 from dmplay.views.hexgrid import Cell, Size
-from dmplay.views.style import Look
+from dmplay.views.style import Lesson, Look
 
 FAMILY, KEYS, LEFT = hexgrid.FAMILY, hexgrid.KEYS, hexgrid.LEFT
 TOLD = 4  # likeliest hexes that are told in words
@@ -233,6 +233,21 @@ def goal(view: View[CollaborativePredatorPrey]) -> list[str]:
         "you sense it from the next hex",
         *([f"{percent(slip)} of steps slip aside"] if slip else []),
     ]
+
+
+def lesson(view: View[CollaborativePredatorPrey]) -> Lesson:
+    """Who hunts, what is not seen, and what a turn costs."""
+    problem, others = view.problem, len(view.problem.agents) - 1
+    team = f", one of {others + 1} who cannot talk" if others else ""
+    blind = "you see your own hex" if problem.sighted else "you see nothing, not even where you are"
+    slips = f"{percent(problem.slip)} of steps slip aside" if problem.slip else "no step slips"
+    return Lesson(
+        f"You are {problem.agents[view.seat]}{team}; {blind}, and only sense a prey on your hex or "
+        "the next",
+        f"You want to be where the prey is: a turn begun there pays {'all ' * (others > 0)}"
+        f"{CAPTURED:g}",
+        f"Any other turn costs {-MOVED:g}, and {slips}",
+    )
 
 
 def panel(view: View[CollaborativePredatorPrey]) -> list[tuple[str, str]]:

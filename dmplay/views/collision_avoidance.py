@@ -25,7 +25,7 @@ from dmplay.session import View
 from dmplay.views._advice import foreseen, losses, odds
 from dmplay.views._scale import Scale, plus
 from dmplay.views.canvas import Canvas, written
-from dmplay.views.style import Look
+from dmplay.views.style import Lesson, Look
 
 KEYS = {
     "j": "descend", "space": "no-advisory", "k": "climb",
@@ -255,6 +255,19 @@ def goal(view: View[CollisionAvoidance]) -> list[str]:
         f"a collision costs {NEAR_COST:g}",
         f"each change of advice costs {CHANGE_COST:g}",
     ]
+
+
+def lesson(view: View[CollisionAvoidance]) -> Lesson:
+    """The aircraft, what to be clear of, and the price of an advice."""
+    return Lesson(
+        "You advise the aircraft ◆ to climb, to descend or neither; another, A, comes head on at "
+        "height 0",
+        f"You want to be {NEAR:g} m above or below it when they pass, {FIRST_TIME:g} s after the "
+        "start",
+        f"A collision costs {NEAR_COST:g}, each change of advice {CHANGE_COST:g}, to keep to one "
+        "nothing; gusts push the aircraft up and down",
+        "climb",
+    )
 
 
 def panel(view: View[CollisionAvoidance]) -> list[tuple[str, str]]:

@@ -13,7 +13,7 @@ from dmplay.views._belief import bars, spark, truth, words
 from dmplay.views._scale import plus
 from dmplay.views.canvas import Canvas
 from dmplay.views.generic import seen
-from dmplay.views.style import Look
+from dmplay.views.style import Lesson, Look
 
 Care = CryingBaby | MulticaregiverCryingBaby
 HISTORY = 20  # turns of it that are drawn
@@ -116,6 +116,22 @@ def goal(view: View[Care]) -> list[str]:
         f"singing {-singing:g}",
         "only its crying tells",
     ]
+
+
+def lesson(view: View[Care]) -> Lesson:
+    """Who cares for whom, what is to be wanted, and what each action costs."""
+    problem = view.problem
+    feeding, singing, ignoring = (f"{0.0 - effort:g}" for effort in problem.efforts[view.seat])
+    alone = len(problem.agents) == 1
+    who = "" if alone else f"{problem.agents[view.seat]}, one of two who cannot talk; you "
+    return Lesson(
+        f"You {'are ' * (not alone)}{who}care for a baby that is hungry or sated; you only hear "
+        "whether it cries",
+        "You want it sated: feeding sates it for sure, a song makes its crying tell you more",
+        f"A turn that finds it hungry costs {-problem.hungry_reward:g}, feeding {feeding}, "
+        f"singing {singing}, ignoring {ignoring}",
+        "feed",
+    )
 
 
 def panel(view: View[Tabular]) -> list[tuple[str, str]]:

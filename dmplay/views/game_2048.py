@@ -11,7 +11,7 @@ from dmplay.problems.game_2048 import Game2048, slide
 from dmplay.session import View
 from dmplay.views._advice import asked, bar, known, lost
 from dmplay.views.canvas import Canvas, percent, signed
-from dmplay.views.style import Look, Outlook
+from dmplay.views.style import Lesson, Look, Outlook
 
 KEYS = {
     "left": "left", "down": "down", "right": "right", "up": "up",
@@ -171,6 +171,17 @@ def goal(view: View[Game2048]) -> list[str]:
         "it ends when nothing slides",
         f"{percent(view.problem.p_two)} of the tiles that come are 2, the others 4",
     ]
+
+
+def lesson(view: View[Game2048]) -> Lesson:
+    """The slides, what pays, and what comes after each."""
+    return Lesson(
+        "You slide all tiles of a board of four by four at once, to one of its four sides",
+        "You want merges: two equal tiles that meet become one, and its number is what you are paid",
+        f"A slide is free, but a tile comes after it, {percent(view.problem.p_two) or '0%'} of them "
+        "2 and the others 4, and when nothing slides any more it is over",
+        "left",
+    )
 
 
 def panel(view: View[Game2048]) -> list[tuple[str, str]]:

@@ -12,7 +12,7 @@ from dmplay.views._advice import branches, loss, losses, ranked, shown, under
 from dmplay.views._belief import bars, spark, truth, words
 from dmplay.views.canvas import Canvas
 from dmplay.views.generic import seen
-from dmplay.views.style import Look
+from dmplay.views.style import Lesson, Look
 
 HISTORY = 40  # turns of it that are drawn
 KEYS = {"m": "manufacture", "e": "examine", "i": "interrupt", "r": "replace"}
@@ -144,6 +144,26 @@ def goal(view: View[MachineReplacement]) -> list[str]:
         "parts fail unseen",
         *others[:0:-1],
     ]
+
+
+def lesson(view: View[MachineReplacement]) -> Lesson:
+    """The machine, what is to be wanted, and what each action costs."""
+    rewards = view.problem.tables.rewards[:, :, 0]
+    makes, *others = zip(view.problem.actions[0].labels, rewards.T, strict=True)
+    each = [f"{name} {_spread(pays)}" for name, pays in others]
+    return Lesson(
+        "You run a machine of two parts; they fail unseen, and only to examine a product tells",
+        "You want it to produce as much as it can: "
+        f"{makes[0]} pays {_spread(makes[1])} with none, one or two failed",
+        f"With as many failed, the others pay: {'; '.join(each)}",
+        "examine",
+    )
+
+
+def _spread(pays: Reals) -> str:
+    """What an action pays, by how many parts have failed."""
+    each = [f"{pay:.3g}" for pay in pays]
+    return each[0] if len(set(each)) == 1 else ", ".join(each)
 
 
 def panel(view: View[MachineReplacement]) -> list[tuple[str, str]]:

@@ -17,7 +17,7 @@ from dmplay.session import View
 from dmplay.views._advice import foreseen, lost
 from dmplay.views._scale import Scale, gauge, named, plus
 from dmplay.views.canvas import Canvas, written
-from dmplay.views.style import Look
+from dmplay.views.style import Lesson, Look
 
 KEYS = {
     "h": "left", "j": "coast", "l": "right", "left": "left", "down": "coast", "right": "right",
@@ -158,13 +158,29 @@ def _numbers(view: View[MountainCar], long: bool) -> str:
 
 def goal(view: View[MountainCar]) -> list[str]:
     """The place to reach, the price of time, and why it is hard."""
-    problem = view.problem
-    fast = f", no slower than {problem.goal_speed:g}" if problem.goal_speed > -TOP_SPEED else ""
     return [
-        f"reach the flag at {problem.goal:g}{fast}",
+        f"reach the flag at {_flag(view)}",
         "each turn costs 1",
         "the engine is too weak to climb: rock",
     ]
+
+
+def lesson(view: View[MountainCar]) -> Lesson:
+    """The car, its flag, and the price of time."""
+    return Lesson(
+        "You are a car in a valley; its engine pulls left or right, or coasts, and is too weak to "
+        "climb out at once",
+        f"You want to reach the flag at {_flag(view)}: rock to and fro to gain speed",
+        "Every turn costs 1 until you are there, whatever the engine does",
+        "right",
+    )
+
+
+def _flag(view: View[MountainCar]) -> str:
+    """Where the flag is, and how fast one must be there."""
+    problem = view.problem
+    fast = f", no slower than {problem.goal_speed:g}" if problem.goal_speed > -TOP_SPEED else ""
+    return f"{problem.goal:g}{fast}"
 
 
 def panel(view: View[MountainCar]) -> list[tuple[str, str]]:

@@ -13,7 +13,7 @@ from dmplay.views import hexgrid
 from dmplay.views._advice import odds
 from dmplay.views.canvas import percent
 from dmplay.views.hexgrid import Cell, Size
-from dmplay.views.style import Look
+from dmplay.views.style import Lesson, Look
 
 FAMILY, KEYS, LEFT = hexgrid.FAMILY, hexgrid.KEYS, hexgrid.LEFT
 PREDATORS = ascii_uppercase  # no key that a hex shows is a capital
@@ -168,6 +168,21 @@ def goal(view: View[PredatorPrey]) -> list[str]:
         shared = ", shared by those on its hex" if problem.predators > 1 else ""
         return [f"catch the prey: its hex is {meal}, +1{shared}", "any other turn costs 1", *slips]
     return [f"keep away: to be caught costs {-DEVOURED:g}", "moving is free", *slips]
+
+
+def lesson(view: View[PredatorPrey]) -> Lesson:
+    """Who hunts whom, and what a turn costs."""
+    problem = view.problem
+    slips = f"{percent(problem.slip)} of steps slip aside" if problem.slip else "no step slips"
+    name = f"{glyph(problem, view.seat)}, {problem.agents[view.seat]}"
+    you = f"You are {name}; all see all and move at once, one hex a turn"
+    if view.seat in problem.hunters:
+        shared = ", shared by the predators on it" if problem.predators > 1 else ""
+        want = f"You want to be on a hex of the prey: a turn begun there is a meal and pays 1{shared}"
+        return Lesson(you, want, f"Any other turn costs {-MOVED:g}, and {slips}")
+    want = "You want never to share a hex with a predator"
+    cost = f"To be caught costs {-DEVOURED:g} and you are born again on any hex; a step is free"
+    return Lesson(you, want, f"{cost}, and {slips}")
 
 
 def panel(view: View[PredatorPrey]) -> list[tuple[str, str]]:

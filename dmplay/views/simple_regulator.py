@@ -17,7 +17,7 @@ from dmplay.session import View
 from dmplay.views._advice import foreseen
 from dmplay.views._scale import Scale, plus
 from dmplay.views.canvas import Canvas, signed, written
-from dmplay.views.style import Look, Outlook
+from dmplay.views.style import Lesson, Look, Outlook
 
 KEYS: dict[str, str] = {}
 NUDGES = {"left": -0.05, "right": 0.05, "down": -0.5, "up": 0.5}
@@ -192,6 +192,18 @@ def goal(view: View[SimpleRegulator]) -> list[str]:
         "your push is added to it",
         *([f"nature adds {view.problem.noise:g} or so"] if view.problem.noise else []),
     ]
+
+
+def lesson(view: View[SimpleRegulator]) -> Lesson:
+    """The number, the push, and what a turn costs."""
+    problem, bounds = view.problem, view.problem.actions[0]
+    noise = f", and nature adds {problem.noise:g} or so, up or down" if problem.noise else ""
+    return Lesson(
+        f"You add a push to a number each turn, anything from {bounds.low:g} to {bounds.high:g}",
+        "You want the number as near to 0 as you can keep it",
+        f"A turn costs the square of the number before it, a push nothing{noise}",
+        "-0.2",
+    )
 
 
 def panel(view: View[SimpleRegulator]) -> list[tuple[str, str]]:

@@ -14,6 +14,7 @@ from dmplay.game.request import words_of
 from dmplay.game.table import Table
 from dmplay.words import game_commands as of_game
 from dmplay.words import table_commands as of_table
+from dmplay.words.lesson import lesson
 
 Run = Callable[[Table, str], str]
 NO_TEXT = re.compile(r"[\x00\ud800-\udfff]")  # NUL, and halves of characters
@@ -125,7 +126,8 @@ def _help(table: Table, argument: str) -> str:
         return f"{argument}: a problem; play {argument} begins it, info {argument} tells of it"
     if argument:
         return _line(named(argument, [*TOPICS]))
-    rows = ["an action is played by its name. help tells more of a command, or of a topic:"]
+    rows = [*lesson(table.game), ""] if table.playing else []
+    rows += ["an action is played by its name. help tells more of a command, or of a topic:"]
     rows += [
         f"{topic}: {', '.join(command.name for command in commands)}"
         for topic, commands in TOPICS.items()
