@@ -272,11 +272,8 @@ class Session:
             raise IllegalAction(f"{where}: no action given")
         done, legal = known.check(action, where), self.legal(seat)
         if legal is not None and known.labels and not legal[int(done)]:
-            raise IllegalAction(
-                f"{where}: {known.name(done)} changes nothing in "
-                f"{'this state' if problem.hidden else problem.notation(self.state)}; "
-                f"expected one of {known.words(legal)}"
-            )
+            told = f"{known.name(done)} is not legal now; expected one of {known.words(legal)}"
+            raise IllegalAction(f"{where}: {told}")
         return done
 
     def undo(self, turns: int = 1) -> list[Turn]:

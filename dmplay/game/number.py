@@ -1,9 +1,13 @@
 """A number that is typed or nudged on the screen before Enter plays it."""
 
+from contextlib import suppress
+
 from dmplay.core import Interval
+from dmplay.errors import DmplayError
 from dmplay.game.game import Game
 
 DIGITS = frozenset("0123456789.-")
+NONE = "no number is written yet"
 
 
 class Number:
@@ -29,7 +33,17 @@ class Number:
         """The number; where another person must not read it, nothing but that it is one."""
         if len(game.people) > 1:
             return "a hidden number   Enter plays it"
-        return f"{self.text}   Enter plays it" if self.text else "no number is written yet"
+        return f"{self.text}{self._price(game)}   Enter plays it" if self.text else NONE
+
+    def _price(self, game: Game) -> str:
+        """What the number would cost, where the view says so of one that can be played."""
+        price = getattr(game.style, "price", None)
+        if price is None:
+            return ""
+        with suppress(DmplayError):
+            action = game.problem.action(game.watcher, self.text)
+            return f" {price(game.view(), action)}"
+        return ""
 
     def taken(self) -> str:
         """What was written; nothing is from now on."""

@@ -135,12 +135,15 @@ def _rows(rows: list[Text]) -> Text:
 def _title(game: Game, room: Room) -> Text:
     """The game and how it stands; closer together and without the seed where there is no room."""
     seed = [f"seed {game.seed}"] if game.shows_seed else []
-    wide = _headed(game, _name(game), "   ", [*seed, *_facts(game, score(game.problem))])
-    if len(wide.plain) <= room.width:
-        return wide
+    facts = _facts(game, score(game.problem))
+    close = Text(f" {clean(game.name)} ", style="bold")
+    wide = _headed(game, _name(game), "   ", [*seed, *facts])
+    for title in (wide, _headed(game, close.copy(), "  ", facts)):
+        if len(title.plain) <= room.width:
+            return title
     facts = _facts(game, "score")
     while True:  # a fact is told whole or not at all
-        title = _headed(game, Text(f" {clean(game.name)} ", style="bold"), "  ", facts)
+        title = _headed(game, close.copy(), "  ", facts)
         if len(title.plain) <= room.width or not facts:
             return title
         facts = facts[:-1]

@@ -250,6 +250,6 @@ def situation(view: View[CartPole]) -> str:
 
 def _words(cart: Cart) -> str:
     return (
-        f"x {plus(cart.x, 2)} m, v {plus(cart.v, 2)} m/s, "
-        f"theta {plus(cart.theta, 1)} deg, omega {plus(cart.omega, 0)} deg/s"
+        f"place {plus(cart.x, 2)} m, speed {plus(cart.v, 2)} m/s, "
+        f"lean {plus(cart.theta, 1)} deg, swing {plus(cart.omega, 0)} deg/s"
     )

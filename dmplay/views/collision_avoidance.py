@@ -297,4 +297,4 @@ def situation(view: View[CollisionAvoidance]) -> str:
 
 def _numbers(view: View[CollisionAvoidance]) -> str:
     h, dh, _, left = _now(view)
-    return f"h {plus(h, 0)} m, dh {plus(dh, 1)} m/s, {left:g} s left"
+    return f"height {plus(h, 0)} m, rate {plus(dh, 1)} m/s, {left:g} s left"

@@ -198,11 +198,11 @@ def _stands(view: View[MountainCar]) -> str:
     """Where the car is, and which way it rolls."""
     x, v = map(float, view.observation)
     if view.problem.terminal(view.observation[None])[0]:
-        return f"at the goal, x {plus(x, 3)}"
+        return f"at the goal, place {plus(x, 3)}"
     way = f"rolls {'right' if v > 0 else 'left'} at {plus(v, 4)}" if v else "stands still"
     if x == LEFT_WALL:
         return f"at the left wall, {'stopped' if not v else way}"
-    return f"{way}, x {plus(x, 3)}"
+    return f"{way}, place {plus(x, 3)}"
 
 
 def told(view: View[MountainCar]) -> str:

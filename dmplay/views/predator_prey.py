@@ -178,7 +178,9 @@ def lesson(view: View[PredatorPrey]) -> Lesson:
     you = f"You are {name}; all see all and move at once, one hex a turn"
     if view.seat in problem.hunters:
         shared = ", shared by the predators on it" if problem.predators > 1 else ""
-        want = f"You want to be on a hex of the prey: a turn begun there is a meal and pays 1{shared}"
+        want = (
+            f"You want to be on a hex of the prey: a turn begun there is a meal and pays 1{shared}"
+        )
         return Lesson(you, want, f"Any other turn costs {-MOVED:g}, and {slips}")
     want = "You want never to share a hex with a predator"
     cost = f"To be caught costs {-DEVOURED:g} and you are born again on any hex; a step is free"
@@ -207,14 +209,16 @@ def panel(view: View[PredatorPrey]) -> list[tuple[str, str]]:
 
 
 def _scores(view: View[PredatorPrey]) -> list[tuple[str, str]]:
-    """What each has won, discounted; of one against one, as what one wins tells the other's."""
-    if not view.rewards or len(view.problem.agents) > 2:
+    """What each has won, discounted: all see where everybody was, and that alone pays."""
+    problem = view.problem
+    if not view.turn:
         return []
-    own = np.array(view.rewards)
-    caught = own == (1.0 if view.seat == 0 else DEVOURED)
-    both = np.where(caught, 1.0, MOVED), np.where(caught, DEVOURED, 0.0)
-    sums = [float((pay * view.problem.discount ** np.arange(view.turn)).sum()) for pay in both]
-    return [(f"score {name}", f"{total:.4g}") for name, total in zip("Ao", sums, strict=True)]
+    states = np.array(view.observations[:-1])
+    still = np.zeros_like(states)  # any move pays the same
+    rewards = problem.move(states, still, tuple(still.T)).rewards
+    weights = problem.discount ** np.arange(view.turn)
+    sums = np.sum(weights[:, None] * rewards, axis=0)
+    return [(f"score {glyph(problem, seat)}", f"{sums[seat]:.4g}") for seat in range(len(sums))]
 
 
 def told(view: View[PredatorPrey]) -> str:

@@ -115,6 +115,16 @@ def _costs(view: View[SimpleRegulator], outlook: Outlook, brief: bool) -> str:
     return f"{push}: costs {now * now:.3f} now, {after:.3f} next on average"
 
 
+def price(view: View[SimpleRegulator], push: float) -> str:
+    """What a turn costs now whatever is pushed, and the next after this push."""
+    (now,), noise = _numbers(view, 0), view.problem.noise
+    aim = now + push
+    return (
+        f"aims at {plus(aim, 3)}; costs {now * now:.3f} now, {aim * aim + noise * noise:.3f} next "
+        "on average"
+    )
+
+
 def _heap(canvas: Canvas, size: Size, scale: Scale, outlook: Outlook) -> None:
     """How the number after a push is distributed, as high as its rows where it is likeliest."""
     heaps: dict[int, float] = {}
@@ -226,7 +236,7 @@ def told(view: View[SimpleRegulator]) -> str:
     """The number now, the push, and where it aimed."""
     numbers = _numbers(view, 1)
     return (
-        f"s {plus(numbers[-1], 3)}. pushed {plus(numbers[0], 3)} by {plus(view.actions[-1], 3)}, "
+        f"number {plus(numbers[-1], 3)}. pushed {plus(numbers[0], 3)} by {plus(view.actions[-1], 3)}, "
         f"aimed at {plus(due(view)[0], 3)}."
     )
 
@@ -235,7 +245,7 @@ def situation(view: View[SimpleRegulator]) -> str:
     """The number, what it costs to be there, and what can be done."""
     problem, number = view.problem, _numbers(view, 0)[0]
     return (
-        f"s {plus(number, 3)}. a turn here costs {number * number:.3f}. "
+        f"number {plus(number, 3)}. a turn here costs {number * number:.3f}. "
         f"push by {problem.actions[0].words()}; "
         f"noise of {problem.noise:g} comes on top."
     )

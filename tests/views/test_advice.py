@@ -127,22 +127,22 @@ r replace     -2.000                   ╱                   ╲
                                       ───────────────────────
 ● the belief, · before: the nearer a  1 failed       2 failed
 corner, the likelier that many failed;
-on the base something failed for sure"""),
+Tab writes what is best where"""),
     "the machine in ascii with what is lost and seen": (
         after("machine-replacement", "manufacture", "manufacture"),
         ASCII._replace(regret=WEARS, outlook=EXAMINED, state=np.array(1)), r"""
 saw  nondefective                            0 failed
                                                  .
 0 failed  #############....... 0.656            / \
-1 failed  ######.............. 0.308           .   \
-2 failed  #................... 0.036          o     \
-history of a failure _.:                     /*      \
-                                            /         \
-expected at once; in the end               /           \
-m manufacture +0.747 best                 /             \
-e examine     +0.497 #....... -0.25      /               \
-i interrupt   -0.880 ####.... -1.5      /                 \
-r replace     -2.000 ######## -2.75    /                   \
+1 failed  ######.............. 0.308           . m \
+2 failed  #................... 0.036          o m m \
+history of a failure _.:                     /*m m m \
+                                            / m m m e \
+expected at once; in the end               / m m m e e \
+m manufacture +0.747 best                 / m m m i i e \
+e examine     +0.497 #....... -0.25      / i i i i i i i \
+i interrupt   -0.880 ####.... -1.5      / i i i i i i i r \
+r replace     -2.000 ######## -2.75    / i i i i i i r r r \
 truly 1 failed                        -----o-----------------
 if you examine        0     1     2   1 failed       2 failed
  75% nondefective  0.71  0.27  0.03
