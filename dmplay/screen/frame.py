@@ -36,7 +36,9 @@ def compose(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
         return _rows([fitted(_title(game, room), room), *rows][-room.height :])
     if room.height == SMALL and not (shown.message or shown.curtain):
         shown = shown._replace(message=_beside(game, room, shown, log))
-    return _rows([upper(game, room, shown, log), message(room, shown), below])
+    new = room.height < ROOMY and not (game.view().turn or shown.curtain or shown.page)
+    told = _goal(game, room) if new and not shown.message else message(room, shown)
+    return _rows([upper(game, room, shown, log), fitted(told, room), below])
 
 
 def _beside(game: Game, room: Room, shown: Shown, log: list[str]) -> str:

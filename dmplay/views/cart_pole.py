@@ -104,7 +104,9 @@ def boards(view: View[CartPole], look: Look) -> Iterator[Text]:
             what = asked(view, look.outlook, "push {}")
             canvas.put(0, y + 1, f"{what}: {_next(after[0], long)}", "bold cyan")
         elif size.width > look.beside:  # else the panel beside has them
-            canvas.put(0, y + 1, _long(cart) if long else _short(cart), "bold")
+            told = _named(cart) if look.large else [_long(cart) if long else _short(cart)]
+            for row, numbers in enumerate(told, y + 1):
+                canvas.put(0, row, numbers, "bold")
         yield canvas.text()
     yield written(_short(cart))
 
@@ -179,6 +181,15 @@ def _long(cart: Cart) -> str:
 def _short(cart: Cart) -> str:
     track, pole = _against(cart)
     return f"x {track} v {plus(cart.v, 2)} th {pole} om {plus(cart.omega, 0)}"
+
+
+def _named(cart: Cart) -> list[str]:
+    """The numbers by their names, in two rows."""
+    track, pole = _against(cart)
+    return [
+        f"place {track} m  speed {plus(cart.v, 2)} m/s",
+        f"lean {pole} deg  swings {plus(cart.omega, 0)} deg/s",
+    ]
 
 
 def _against(cart: Cart) -> tuple[str, str]:

@@ -83,7 +83,7 @@ def boards(view: View[CollisionAvoidance], look: Look) -> Iterator[Text]:
             _times(canvas, y, _time(size))
             if not size.ends:  # else the panel beside has it
                 y += 1
-                canvas.put(0, y, _state(view), "bold")
+                canvas.put(0, y, _standing(view) if look.large else _state(view), "bold")
             y += 1
         canvas.put(0, y, _advice(look, size.width) or _passing(view), "bold")
         yield canvas.text()
@@ -209,6 +209,12 @@ def _state(view: View[CollisionAvoidance]) -> str:
     """Where it stands: the numbers."""
     h, dh, _, left = _now(view)
     return f"◆ h {plus(h, 0)} m  dh {plus(dh, 1)} m/s  {left:g} s  {_advisory(view)}"
+
+
+def _standing(view: View[CollisionAvoidance]) -> str:
+    """The same with its units alone."""
+    h, dh, _, left = _now(view)
+    return f"◆ {plus(h, 0)} m  {plus(dh, 1)} m/s  {left:g} s left  {_advisory(view)}"
 
 
 def passed(view: View[CollisionAvoidance]) -> bool:

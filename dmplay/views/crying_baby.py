@@ -26,7 +26,8 @@ def boards(view: View[Care], look: Look) -> Iterator[Text]:
     if look.large:
         yield _large(view, look)
     after = branches(view, look, view.problem.names)
-    yield from under(_drawings(view, look), [*losses(look, shown(KEYS, look)), *after], look)
+    told = losses(look, shown(KEYS, look)) or [_sums(view, look)] * look.large
+    yield from under(_drawings(view, look), [*told, *after], look)
 
 
 def _drawings(view: View[Care], look: Look) -> Iterator[Text]:
@@ -87,6 +88,13 @@ def _prospects(view: View[Care], canvas: Canvas, y: int, look: Look) -> None:
         each = "".join(f"{plus(value, 2):>8}" for value in (hunger, effort, hunger + effort))
         canvas.put(15, row, each)
         canvas.put(len(heads) + 2, row, loss(look, action, LOSS), "yellow")
+
+
+def _sums(view: View[Care], look: Look) -> str:
+    """The reward to expect of each action at once, in a row."""
+    hunger = float(view.belief[-1]) * view.problem.hungry_reward
+    each = zip(shown(KEYS, look), view.problem.efforts[view.seat], strict=True)
+    return "  ".join(["pays", *(f"{key} {plus(hunger + effort, 2)}" for key, effort in each)])
 
 
 def _cries(view: View[Care]) -> list[str]:

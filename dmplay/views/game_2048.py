@@ -177,8 +177,8 @@ def lesson(view: View[Game2048]) -> Lesson:
     """The slides, what pays, and what comes after each."""
     return Lesson(
         "You slide all tiles of a board of four by four at once, to one of its four sides",
-        "You want merges: two equal tiles that meet become one, and its number is what you are paid",
-        f"A slide is free, but a tile comes after it, {percent(view.problem.p_two) or '0%'} of them "
+        "You want merges: two equal tiles that meet become one, which pays its number",
+        f"A slide is free, but after it a tile comes, {percent(view.problem.p_two) or '0%'} of them "
         "2 and the others 4, and when nothing slides any more it is over",
         "left",
     )

@@ -122,9 +122,7 @@ def _exits(view: View[HexWorld]) -> list[str]:
 def lesson(view: View[HexWorld]) -> Lesson:
     """A walker, the exits, and what a bump and a slip are."""
     problem = view.problem
-    bump = (
-        f"a bump into a wall costs {problem.bump_cost:g}" if problem.bump_cost else "so is a bump"
-    )
+    bump = f"a bump costs {problem.bump_cost:g}" if problem.bump_cost else "so is a bump"
     slips = f"{percent(problem.slip)} of steps slip aside" if problem.slip else "no step slips"
     return Lesson(
         "You are @ and walk from hex to hex; you always see where you are",

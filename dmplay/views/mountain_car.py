@@ -82,7 +82,7 @@ def boards(view: View[MountainCar], look: Look) -> Iterator[Text]:
             x, v = after[0]
             canvas.put(0, y, f"{what}: x {plus(x, 3)} v {plus(v, 4)}", "bold cyan")
         elif size.width > look.beside:  # else the panel beside has them
-            canvas.put(0, y, _numbers(view, size.width > SIZES[-1].width), "bold")
+            _say(canvas, y, view, look, size)
         yield canvas.text()
     yield written(_numbers(view, False))
 
@@ -95,6 +95,14 @@ def _advice(canvas: Canvas, look: Look, scale: Scale, view: View[MountainCar]) -
         last = scale.column(view.problem.goal) - 2 - len(text)
         middle = scale.column(float(view.observation[0])) - len(text) // 2
         canvas.put(max(min(middle, last), 1), 0, text, "bold green")
+
+
+def _say(canvas: Canvas, y: int, view: View[MountainCar], look: Look, size: Size) -> None:
+    """The numbers, on a screen by their names."""
+    x, v = map(float, view.observation)
+    told = f"place {plus(x, 3)}  speed {plus(v, 4)}"
+    transcript = _numbers(view, size.width > SIZES[-1].width)
+    canvas.put(0, y, told if look.large else transcript, "bold")
 
 
 def _hill(canvas: Canvas, scale: Scale, size: Size, blocks: str) -> None:

@@ -178,9 +178,7 @@ def lesson(view: View[PredatorPrey]) -> Lesson:
     you = f"You are {name}; all see all and move at once, one hex a turn"
     if view.seat in problem.hunters:
         shared = ", shared by the predators on it" if problem.predators > 1 else ""
-        want = (
-            f"You want to be on a hex of the prey: a turn begun there is a meal and pays 1{shared}"
-        )
+        want = f"You want to share a hex with prey: a turn begun there pays 1{shared}"
         return Lesson(you, want, f"Any other turn costs {-MOVED:g}, and {slips}")
     want = "You want never to share a hex with a predator"
     cost = f"To be caught costs {-DEVOURED:g} and you are born again on any hex; a step is free"

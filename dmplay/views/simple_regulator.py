@@ -93,7 +93,7 @@ def boards(view: View[SimpleRegulator], look: Look) -> Iterator[Text]:
         if look.outlook:
             canvas.put(0, y, _costs(view, look.outlook, brief), "bold cyan")
         elif size.width > look.beside:  # else the panel beside has the numbers
-            canvas.put(0, y, _words(view, brief), "bold")
+            canvas.put(0, y, _words(view, brief, look), "bold")
         else:
             canvas.put(0, y, LEGEND, "dim")
         yield canvas.text()
@@ -181,16 +181,17 @@ def _line(canvas: Canvas, y: int, scale: Scale, number: float) -> None:
     canvas.put(scale.column(number), y, "●", "bold yellow")
 
 
-def _words(view: View[SimpleRegulator], short: bool) -> str:
+def _words(view: View[SimpleRegulator], short: bool, look: Look) -> str:
     """The number, and the last push with what it aimed at."""
     numbers, (mean, deviation) = _numbers(view, 1), due(view)
-    now = f"s {plus(numbers[-1], 3)}"
+    number, pushed = ("number", "push") if look.large else ("s", "a")
+    now = f"{number} {plus(numbers[-1], 3)}"
     if not view.turn:
         around = f"{mean:g}" if short else f"{mean:g}, give or take {deviation:g}"
         return f"{now}   drawn around {around}"
     push, aim = plus(view.actions[-1], 3), plus(mean, 3)
     if short:
-        return f"{now}  a {push}  aimed {aim}"
+        return f"{now}  {pushed} {push}  aimed {aim}"
     return f"{now}   pushed {plus(numbers[0], 3)} by {push}, aimed at {aim}"
 
 
@@ -234,9 +235,9 @@ def panel(view: View[SimpleRegulator]) -> list[tuple[str, str]]:
 
 def told(view: View[SimpleRegulator]) -> str:
     """The number now, the push, and where it aimed."""
-    numbers = _numbers(view, 1)
+    numbers, push = _numbers(view, 1), plus(view.actions[-1], 3)
     return (
-        f"number {plus(numbers[-1], 3)}. pushed {plus(numbers[0], 3)} by {plus(view.actions[-1], 3)}, "
+        f"number {plus(numbers[-1], 3)}. pushed {plus(numbers[0], 3)} by {push}, "
         f"aimed at {plus(due(view)[0], 3)}."
     )
 

@@ -37,8 +37,8 @@ def lesson(view: View[TravelersDilemma]) -> Lesson:
     return Lesson(
         f"You are {you} and claim {LEAST} to {MOST} dollars at the same time as {other}",
         "You want to be paid much: a high claim, but one below the other's",
-        f"Both are paid the lower claim; who made it gets {BONUS:g} more, the other {BONUS:g} less, "
-        "and equal claims are paid as they are",
+        f"Both are paid the lower claim; who made it {BONUS:g} more, the other {BONUS:g} less; "
+        "equal claims are paid as they are",
         "50",
     )
 

@@ -10,6 +10,7 @@ from dmplay.errors import BadParameter, IllegalAction, UnknownName
 from dmplay.finding.names import problem_names
 from dmplay.game.answer import answer
 from dmplay.game.game import Game
+from dmplay.game.keymap import SHOWN
 from dmplay.game.request import words_of
 from dmplay.game.table import Table
 from dmplay.words import game_commands as of_game
@@ -133,6 +134,25 @@ def _help(table: Table, argument: str) -> str:
         for topic, commands in TOPICS.items()
     ]
     return answer(rows)
+
+
+def help_page(game: Game, own: Sequence[tuple[str, str, str]]) -> list[str]:
+    """The problem, the keys that play, a screen's own and those of commands; commands without one.
+
+    Of a key: how it is shown, its name, what it does.
+    """
+    legal = game.keyboard.legal(game.view())[:10]
+    actions = [f"{SHOWN.get(key, key)} {label}" for key, label, _ in legal]
+    keys = [(c.shown, f"{c.name} {c.argument}".strip(), c.help) for c in COMMANDS if c.key]
+    others = [command.name for command in COMMANDS if not command.key]
+    return [
+        *lesson(game),
+        "",
+        f"actions: {',  '.join(actions) or 'a number, and Enter'}",
+        "keys",
+        *(f"  {shown:<7} {name:<14} {help_}" for shown, name, help_ in [*own, *keys]),
+        f"commands, typed after ':'  {' '.join(others)}",
+    ]
 
 
 def _line(command: Command) -> str:

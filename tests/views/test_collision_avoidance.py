@@ -29,10 +29,12 @@ def collided() -> Session:
 def test_a_collision_is_told_first() -> None:
     view = collided().view(0)
     assert collision_avoidance.told(view) == (
-        "collision: passed 30 m below the intruder. kept climb. height -30 m, rate -2.0 m/s, 0 s left."
+        "collision: passed 30 m below the intruder. kept climb. "
+        "height -30 m, rate -2.0 m/s, 0 s left."
     )
     assert collision_avoidance.situation(view) == (
-        "collision: passed 30 m below the intruder. height -30 m, rate -2.0 m/s, 0 s left. advisory climb."
+        "collision: passed 30 m below the intruder. "
+        "height -30 m, rate -2.0 m/s, 0 s left. advisory climb."
     )
 
 
