@@ -81,7 +81,7 @@ class Gallery:
         title = Text(" dmplay  ", style="bold")
         told = f"{counted(len(self.shown), 'problem')}   game of the day: seed {self.seed}"
         if len(title.plain) + len(told) > self._room.width:
-            told = f"{len(self.shown)}   today's seed {self.seed}"
+            told = f"{counted(len(self.shown), 'problem')}   today's seed {self.seed}"
         return title.append(told, style="not bold")
 
     def _body(self, room: Room, body: int) -> list[Text]:

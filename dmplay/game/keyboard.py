@@ -68,16 +68,13 @@ class Keyboard:
 def action_of(
     problem: Problem, seat: int, word: str, keys: Mapping[str, str] | None = None
 ) -> float:
-    """The action that a person wrote: its name, an alias, its number or a key.
-
-    Where actions are numbers, a number is meant as it is written.
-    """
+    """The action that a person wrote: its name, an alias, its number or a key."""
     try:
         return problem.action(seat, word)
     except UnknownName:
-        _check_bounds(problem, seat, word)
         by_key = action_by_key(problem, seat, word, keys)
         if by_key is None:
+            _check_bounds(problem, seat, word)
             raise
         return by_key
 

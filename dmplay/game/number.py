@@ -33,16 +33,17 @@ class Number:
         """The number; where another person must not read it, nothing but that it is one."""
         if len(game.people) > 1:
             return "a hidden number   Enter plays it"
-        return f"{self.text}{self._price(game)}   Enter plays it" if self.text else NONE
+        return f"{self.text}{self._meaning(game)}   Enter plays it" if self.text else NONE
 
-    def _price(self, game: Game) -> str:
-        """What the number would cost, where the view says so of one that can be played."""
-        price = getattr(game.style, "price", None)
-        if price is None:
-            return ""
+    def _meaning(self, game: Game) -> str:
+        """Which action is meant where that is written otherwise; what it costs, if a view says."""
         with suppress(DmplayError):
-            action = game.problem.action(game.watcher, self.text)
-            return f" {price(game.view(), action)}"
+            action = game.keyboard.read(game.watcher, self.text)
+            price = getattr(game.style, "price", None)
+            if price:
+                return f" {price(game.view(), action)}"
+            name = game.problem.action_name(game.watcher, action)
+            return f", that is {name}" if float(self.text) != float(name) else ""
         return ""
 
     def taken(self) -> str:

@@ -42,13 +42,14 @@ class Size(NamedTuple):
 
 MOST = Size(161, 30)  # columns and rows of pole that a drawing grows to
 SIZES = (Size(121, 13, 4, True), Size(61, 6, 2, True), Size(61, 5), Size(39, 4), Size(39, 2))
+LOW = Size(39, 3)  # on a screen, where the numbers have two rows
 
 
 def _sizes(look: Look) -> list[Size]:
     """The largest first; one that fills the room beside the panel before those of a transcript."""
     if not look.large:
         return [*SIZES]
-    straight = [size._replace(straight=True) for size in SIZES]
+    straight = [size._replace(straight=True) for size in (*SIZES[:-1], LOW, SIZES[-1])]
     width, pole = min(look.beside, MOST.width), min(look.height - 8, MOST.pole)
     if width < SIZES[1].width or pole < SIZES[1].pole:
         return straight

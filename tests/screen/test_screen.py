@@ -12,6 +12,7 @@ from rich.cells import cell_len
 
 import dmplay
 from dmplay.chance import Reals
+from dmplay.describe import ended
 from dmplay.dice import Dice
 from dmplay.finding.names import problem_names
 from dmplay.game.checking import check
@@ -490,7 +491,10 @@ def test_every_problem_is_played_to_its_end_by_keys_and_its_transcript_verifies(
     played = new(Request(name, seed=7, turns=6, others=others, record=path))
     shown = press(played, presses(played))
     assert played.session.ending in ("terminal", "horizon", "turn limit")
-    assert f"over: {played.session.ending} after {len(played.session.turns)} turns. " in shown.last
+    assert (
+        f"over: {ended(played.session.ending)} after {len(played.session.turns)} turns. "
+        in shown.last
+    )
     assert shown.last.endswith(" N new  R restart  Bksp undo  ? help  q quit  : command")
     played.finish()
     report = check(path)

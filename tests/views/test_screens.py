@@ -348,7 +348,8 @@ hint  n best  b -0.26  h -0.52  y -0.78  u -1.04"""),
                  -0.5 ← ┌─┴─┐ → best
                        →└o─o┘
    ╋━━━━━━━━━━━━━━━┷━━━━━━━━━━━━━━━╋
-x +1.01/2.4 v +0.59 th +11.0/12 om +21"""),
+place +1.01/2.4 m  speed +0.59 m/s
+lean +11.0/12 deg  swings +21 deg/s"""),
     "the cart says it where there is room": (
         now(EDGE),
         PLAIN._replace(regret=losing(0.5, 0)),
@@ -360,7 +361,8 @@ x +1.01/2.4 v +0.59 th +11.0/12 om +21"""),
                  < -0.5  > best +-+-+
                                >+o-o+
    #===============^===============#
-x +2.21/2.4 v +0.59 th +11.0/12 om +21"""),
+place +2.21/2.4 m  speed +0.59 m/s
+lean +11.0/12 deg  swings +21 deg/s"""),
     "where a push leads": (
         now(CART),
         LARGE._replace(height=17, ascii=True, outlook=foreseen(CART, 1)),
@@ -507,7 +509,7 @@ climb: rate -4.0 0.50, -6.0 0.25, -2.0 0.25"""),
  -150                     ↓ ↓ ∘ ∘ ∘ ∘
  -300
      40s     30s     20s    10s     0s
-◆ h +23 m  dh -5.0 m/s  30 s  none
+◆ +23 m  -5.0 m/s  30 s left  none
 hint  climb best  none -0.01"""),
 }  # fmt: skip
 
