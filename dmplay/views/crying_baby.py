@@ -26,7 +26,7 @@ def boards(view: View[Care], look: Look) -> Iterator[Text]:
     if look.large:
         yield _large(view, look)
     after = branches(view, look, view.problem.names)
-    told = losses(look, shown(KEYS, look)) or [_sums(view, look)] * look.large
+    told = losses(look, shown(KEYS, look)) or [_sums(view, look)] * (look.large and not view.ending)
     yield from under(_drawings(view, look), [*told, *after], look)
 
 

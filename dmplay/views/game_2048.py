@@ -178,8 +178,8 @@ def lesson(view: View[Game2048]) -> Lesson:
     return Lesson(
         "You slide all tiles of a board of four by four at once, to one of its four sides",
         "You want merges: two equal tiles that meet become one, which pays its number",
-        f"A slide is free, but after it a tile comes, {percent(view.problem.p_two) or '0%'} of them "
-        "2 and the others 4, and when nothing slides any more it is over",
+        f"A slide is free, but then a tile comes, {percent(view.problem.p_two) or '0%'} of them 2 "
+        "and the others 4, and when nothing slides any more it is over",
         "left",
     )
 

@@ -202,7 +202,7 @@ def test_c_goes_on_with_the_game_that_was_left_the_chosen_problems_own_first() -
 
 
 def test_your_best_and_your_last_result_stand_beside_the_problem() -> None:
-    assert "best" not in "\n".join(drawn(hung(chosen="prisoners-dilemma")))
+    assert "best -" not in "\n".join(drawn(hung(chosen="prisoners-dilemma")))
     played("prisoners-dilemma", *["c"] * 10)
     text = "\n".join(drawn(hung(chosen="prisoners-dilemma")))
     assert "best -10 in 10 turns, seed 7" in text

@@ -264,7 +264,7 @@ if you paper: 1 against rock, 0 paper, -1 scissors"""),
     "the hands in a small room with what is lost and paid": (
         after("rock-paper-scissors", "paper rock"),
         SMALL._replace(regret=LOST, outlook=reply(1)), """
-          │   rock   │  paper   │ scissors
+you ↓     │   rock   │  paper   │ scissors
 ──────────┼──────────┼──────────┼──────────
  rock     │   0, 0   │  -1, 1   │  1, -1
 >paper    │ [1, -1]  │   0, 0   │  -1, 1
