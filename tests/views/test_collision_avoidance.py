@@ -41,8 +41,8 @@ def test_a_collision_is_told_first() -> None:
 def test_an_advisory_reversed_is_told() -> None:
     view = started("collision-avoidance", [300.0, 0.0, 0.0, 20.0], [2, 0], [0.5], [0.5]).view(0)
     assert collision_avoidance.told(view) == (
-        "clear ahead: will pass 301 m above the intruder. changed to descend. h +301 m, "
-        "dh +0.0 m/s, 18 s left."
+        "clear ahead: will pass 301 m above the intruder. changed to descend. "
+        "height +301 m, rate +0.0 m/s, 18 s left."
     )
     assert collision_avoidance.situation(view) == (
         "clear ahead: will pass 301 m above the intruder. height +301 m, rate +0.0 m/s, 18 s "
