@@ -12,6 +12,7 @@ import numpy as np
 from dmplay import belief as beliefs
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Continuous, Memory, Outcome, Percept, Policy, Problem, asked, locked, own
+from dmplay.describe import ended
 from dmplay.dice import NATURE
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
 
@@ -247,7 +248,8 @@ class Session:
         Raises IllegalAction, and changes nothing, where the state does not allow an action.
         """
         if self.over:
-            raise EpisodeOver(f"turn {len(self.turns) + 1}: the game is over ({self.ending})")
+            why = ended(self.ending)
+            raise EpisodeOver(f"turn {len(self.turns) + 1}: the game is over ({why})")
         decided = enumerate(self.decided(actions))
         joint = np.array([self.check(seat, action) for seat, action in decided])
         number = len(self.turns) + 1
@@ -270,11 +272,8 @@ class Session:
             raise IllegalAction(f"{where}: no action given")
         done, legal = known.check(action, where), self.legal(seat)
         if legal is not None and known.labels and not legal[int(done)]:
-            raise IllegalAction(
-                f"{where}: {known.name(done)} changes nothing in "
-                f"{'this state' if problem.hidden else problem.notation(self.state)}; "
-                f"expected one of {known.words(legal)}"
-            )
+            told = f"{known.name(done)} is not legal now; expected one of {known.words(legal)}"
+            raise IllegalAction(f"{where}: {told}")
         return done
 
     def undo(self, turns: int = 1) -> list[Turn]:

@@ -175,7 +175,7 @@ class Adviser:
     def choice(self) -> str:
         """The adviser's name, and what it would do here."""
         best = self.session.problem.action_name(self.seat, self._asked(Follower.choose))
-        return f"({self.name}): {best}"
+        return f"({getattr(self._found and self._found[1], 'basis', '') or self.name}): {best}"
 
     def values(self) -> str:
         """The adviser's value of each legal action; '' where it knows none."""

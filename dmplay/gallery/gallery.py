@@ -80,6 +80,8 @@ class Gallery:
     def _title(self) -> Text:
         title = Text(" dmplay  ", style="bold")
         told = f"{counted(len(self.shown), 'problem')}   game of the day: seed {self.seed}"
+        if len(title.plain) + len(told) > self._room.width:
+            told = f"{counted(len(self.shown), 'problem')}   today's seed {self.seed}"
         return title.append(told, style="not bold")
 
     def _body(self, room: Room, body: int) -> list[Text]:
@@ -137,7 +139,10 @@ class Gallery:
             return Text(f" only {self._filter!r}; Esc shows all")
         shown = self._previews.get(self.chosen)
         if isinstance(shown, Preview) and not _beside(room):
-            return Text(f" goal: {shown.goal}")
+            goal, *_ = shown.goal.split("; ")
+            return Text(
+                f" goal: {goal}" if len(goal) + len(" goal: ") <= room.width else f" {goal}"
+            )
         return Text("")
 
     def _keys(self, room: Room) -> Text:

@@ -11,6 +11,7 @@ from dmplay.advice.adviser import Adviser
 from dmplay.advice.ghost import Ghost
 from dmplay.budget import Stopped
 from dmplay.core import Problem
+from dmplay.describe import ended
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter
 from dmplay.game.account import Account
@@ -166,7 +167,7 @@ class Game:
         """
         waiting = self.waiting if seat is None else seat
         if self.session.over:
-            raise BadParameter(f"the game is over ({self.session.ending})")
+            raise BadParameter(f"the game is over ({ended(self.session.ending)})")
         if waiting is None:
             raise BadParameter("no person plays here")
         self.session.check(waiting, action)

@@ -8,7 +8,7 @@ from tempfile import TemporaryDirectory
 
 from dmplay.advice.ghost import beside
 from dmplay.core import Problem
-from dmplay.describe import counted
+from dmplay.describe import counted, ended
 from dmplay.dice import Dice
 from dmplay.disk import apart, write
 from dmplay.errors import BadParameter
@@ -139,7 +139,7 @@ def resumed(wanted: Resumption, shown: Collection[Luck] = ()) -> Game:
     unattended(transcript, seats, wanted.turns)
     session = replay(transcript, found.problem, policies)
     if session.over and transcript.end:
-        raise BadParameter(f"{path}: the game is over ({session.ending}); nothing to resume")
+        raise BadParameter(f"{path}: the game is over ({ended(session.ending)}); nothing to resume")
     seen = luck(found.name, session.source) in shown or not sealed(transcript, found.problem)
     goes_on = seen and not session.over
     if goes_on and going_on(transcript.header, found.problem, str(path)).peeked:

@@ -23,6 +23,7 @@ ROW_KEYS = (
 )
 BARS = "▁▂▃▄▅▆▇█"
 NO_LOSS = 1e-9
+LABELS = (7, 4)  # columns of a label where not all have room
 
 
 class Key(NamedTuple):
@@ -68,6 +69,12 @@ def _forms(game: Game, advice: Advice | None) -> Iterator[Text]:
         legal = [Key(*one) for one in game.keyboard.legal(game.view())]
         yield from (_row(ranked) for ranked in _ranked(legal, advice))
         yield _row(legal)
+        for most in LABELS:
+            yield _row([one._replace(label=_cut(one.label, most)) for one in legal])
+
+
+def _cut(label: str, most: int) -> str:
+    return label if len(label) <= most else f"{label[: most - 1]}…"
 
 
 def _row(actions: Sequence[Key]) -> Text:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 from rich.text import Span, Text
 
 from dmplay.advice.adviser import Advice
+from dmplay.describe import ended, score
 from dmplay.game.facts import sentence
 from dmplay.game.game import Game
 from dmplay.rollouts import MOST_TURNS
@@ -35,7 +36,9 @@ def compose(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
         return _rows([fitted(_title(game, room), room), *rows][-room.height :])
     if room.height == SMALL and not (shown.message or shown.curtain):
         shown = shown._replace(message=_beside(game, room, shown, log))
-    return _rows([upper(game, room, shown, log), message(room, shown), below])
+    new = room.height < ROOMY and not (game.view().turn or shown.curtain or shown.page)
+    told = _goal(game, room) if new and not shown.message else message(room, shown)
+    return _rows([upper(game, room, shown, log), fitted(told, room), below])
 
 
 def _beside(game: Game, room: Room, shown: Shown, log: list[str]) -> str:
@@ -134,12 +137,15 @@ def _rows(rows: list[Text]) -> Text:
 def _title(game: Game, room: Room) -> Text:
     """The game and how it stands; closer together and without the seed where there is no room."""
     seed = [f"seed {game.seed}"] if game.shows_seed else []
-    facts = _facts(game)
+    facts = _facts(game, score(game.problem))
+    close = Text(f" {clean(game.name)} ", style="bold")
     wide = _headed(game, _name(game), "   ", [*seed, *facts])
-    if len(wide.plain) <= room.width:
-        return wide
+    for title in (wide, _headed(game, close.copy(), "  ", facts)):
+        if len(title.plain) <= room.width:
+            return title
+    facts = _facts(game, "score")
     while True:  # a fact is told whole or not at all
-        title = _headed(game, Text(f" {clean(game.name)} ", style="bold"), "  ", facts)
+        title = _headed(game, close.copy(), "  ", facts)
         if len(title.plain) <= room.width or not facts:
             return title
         facts = facts[:-1]
@@ -148,7 +154,7 @@ def _title(game: Game, room: Room) -> Text:
 def _headed(game: Game, name: Text, gap: str, facts: Sequence[str]) -> Text:
     title = name.append(gap[1:] + gap.join(facts), style="not bold")
     if game.session.over:
-        title.append(f"{gap}{game.session.ending}", style="bold")
+        title.append(f"{gap}{ended(game.session.ending)}", style="bold")
     return title
 
 
@@ -163,13 +169,13 @@ def _goal(game: Game, room: Room) -> Text:
     return told
 
 
-def _facts(game: Game) -> list[str]:
-    """Turn, return, who you are, and who the others are."""
+def _facts(game: Game, called: str) -> list[str]:
+    """Turn, score, who you are, and who the others are."""
     view = game.view()
     limit = f"/{view.limit}" if view.limit not in (None, MOST_TURNS) else ""
     facts = [f"turn {view.turn}{limit}"]
     if view.rewards is not None:
-        facts.append(f"return {game.account.returned(view):.6g}")
+        facts.append(f"{called} {game.account.returned(view):.6g}")
     if game.people:
         facts.append(f"you: {game.problem.agents[game.watcher]}")
     seats = enumerate(zip(game.problem.agents, game.seats, strict=True))

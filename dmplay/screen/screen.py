@@ -12,7 +12,6 @@ from dmplay.budget import Stopped
 from dmplay.errors import DmplayError
 from dmplay.game.answer import Page, Told
 from dmplay.game.game import Game
-from dmplay.game.keymap import SHOWN
 from dmplay.game.log import Log
 from dmplay.game.number import Number
 from dmplay.game.table import Table
@@ -23,7 +22,7 @@ from dmplay.screen.shown import KEYS_SHOWN, Room, Shown
 from dmplay.screen.timeline import Past, Verdict
 from dmplay.terminal import Terminal
 from dmplay.thought import About, think
-from dmplay.words.commands import COMMANDS, Leave, named, own_parts, typed, veiled
+from dmplay.words.commands import COMMANDS, Leave, help_page, named, own_parts, typed, veiled
 from dmplay.words.game_commands import foresee
 
 FASTER = 1.5  # the speed times this
@@ -313,21 +312,9 @@ class Screen:
 
     def show_help(self) -> None:
         """The keys of the game, of the screen and of the commands; commands without one."""
-        game = self.game
-        legal = game.keyboard.legal(game.view())[:10]
-        actions = [f"{SHOWN.get(key, key)} {label}" for key, label, _ in legal]
-        keys = [(key.shown, key.name, key.help) for key in KEYS if key.help]
-        keys += [(c.shown, f"{c.name} {c.argument}".strip(), c.help) for c in COMMANDS if c.key]
-        others = [command.name for command in COMMANDS if not command.key]
-        self.open(
-            [
-                f"actions: {',  '.join(actions) or 'a number, and Enter'}",
-                "keys",
-                *(f"  {shown:<7} {name:<14} {help_}" for shown, name, help_ in keys),
-                f"commands, typed after ':'  {' '.join(others)}",
-            ]
-        )
-        self.keys_until = len(game.session.turns) + KEYS_SHOWN
+        own = [(key.shown, key.name, key.help) for key in KEYS if key.help]
+        self.open(help_page(self.game, own))
+        self.keys_until = len(self.game.session.turns) + KEYS_SHOWN
 
     def quicken(self, times: float) -> None:
         """Lets agents play so many times as fast."""

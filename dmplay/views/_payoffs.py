@@ -36,6 +36,7 @@ def _tables(view: View[MatrixGame], look: Look) -> Iterator[Text]:
         for history in (True, False):
             canvas = Canvas()
             bottom = _table(view, canvas, width)
+            canvas.put(0, 0, f"{called(view)[0]} ↓" * look.large, "dim")
             if history:
                 rounds(view, canvas, bottom + 1, look.width, column=INITIAL)
             yield canvas.text()

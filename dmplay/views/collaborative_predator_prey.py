@@ -12,12 +12,12 @@ from dmplay.hexes import DIRECTIONS, Hex, neighbours, notation_of
 from dmplay.problems.collaborative_predator_prey import CAPTURED, MOVED, CollaborativePredatorPrey
 from dmplay.session import View
 from dmplay.views import hexgrid
+from dmplay.views._advice import losses
 from dmplay.views._belief import spark
-from dmplay.views._marks import foreseen, ranked
 from dmplay.views.canvas import percent
 from dmplay.views.generic import seen
 from dmplay.views.hexgrid import Cell, Size
-from dmplay.views.style import Look
+from dmplay.views.style import Lesson, Look
 
 FAMILY, KEYS, LEFT = hexgrid.FAMILY, hexgrid.KEYS, hexgrid.LEFT
 TOLD = 4  # likeliest hexes that are told in words
@@ -143,11 +143,10 @@ def _caption(view: View[CollaborativePredatorPrey], look: Look) -> list[str]:
         senses = view.problem.observations[view.seat]
         lines = zip(("upper", "lower"), look.outlook.states, look.outlook.chances, strict=False)
         told = [f"{line}: {senses[int(sense)]} {percent(float(p))}" for line, sense, p in lines]
-        name = DIRECTIONS[int(look.outlook.action)].upper()
-        return [f"{foreseen(look.outlook, name)}, where the prey is", ", ".join(told)]
+        return [f"{hexgrid.going(look.outlook)}, where the prey is", ", ".join(told)]
     if look.regret is not None:
         names = [hexgrid.key_of(look, way) for way in range(len(DIRECTIONS))]
-        return [part for part in (ranked(look, names),) if part]
+        return losses(look, names)
     sensed = f"sensed {seen(view)}"
     if view.beliefs is None:
         return [f"{sensed}. belief too large"]
@@ -234,6 +233,21 @@ def goal(view: View[CollaborativePredatorPrey]) -> list[str]:
         "you sense it from the next hex",
         *([f"{percent(slip)} of steps slip aside"] if slip else []),
     ]
+
+
+def lesson(view: View[CollaborativePredatorPrey]) -> Lesson:
+    """Who hunts, what is not seen, and what a turn costs."""
+    problem, others = view.problem, len(view.problem.agents) - 1
+    team = f", one of {others + 1} who cannot talk" if others else ""
+    blind = "you see your own hex" if problem.sighted else "you see nothing, not even where you are"
+    slips = f"{percent(problem.slip)} of steps slip aside" if problem.slip else "no step slips"
+    return Lesson(
+        f"You are {problem.agents[view.seat]}{team}; {blind}, and only sense a prey on your hex or "
+        "the next",
+        f"You want to be where the prey is: a turn begun there pays {'all ' * (others > 0)}"
+        f"{CAPTURED:g}",
+        f"Any other turn costs {-MOVED:g}, and {slips}",
+    )
 
 
 def panel(view: View[CollaborativePredatorPrey]) -> list[tuple[str, str]]:

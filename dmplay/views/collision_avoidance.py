@@ -22,10 +22,10 @@ from dmplay.problems.collision_avoidance import (
     CollisionAvoidance,
 )
 from dmplay.session import View
-from dmplay.views._marks import foreseen, odds, ranked
+from dmplay.views._advice import foreseen, losses, odds
 from dmplay.views._scale import Scale, plus
 from dmplay.views.canvas import Canvas, written
-from dmplay.views.style import Look
+from dmplay.views.style import Lesson, Look
 
 KEYS = {
     "j": "descend", "space": "no-advisory", "k": "climb",
@@ -83,7 +83,7 @@ def boards(view: View[CollisionAvoidance], look: Look) -> Iterator[Text]:
             _times(canvas, y, _time(size))
             if not size.ends:  # else the panel beside has it
                 y += 1
-                canvas.put(0, y, _state(view), "bold")
+                canvas.put(0, y, _standing(view) if look.large else _state(view), "bold")
             y += 1
         canvas.put(0, y, _advice(look, size.width) or _passing(view), "bold")
         yield canvas.text()
@@ -118,9 +118,10 @@ def _advice(look: Look, width: int) -> str:
     if look.outlook:
         rates = zip(look.outlook.states[:, 1], look.outlook.chances, strict=True)
         each = ", ".join(f"{plus(float(rate), 1)} {odds(float(p), 4)}" for rate, p in rates)
-        told = f"{foreseen(look.outlook, NAMES[int(look.outlook.action)])}: rate {each}"
-        return told if len(told) <= width else f"rate {each}"
-    return ranked(look, NAMES)
+        doing = foreseen(look.outlook, f"advise {NAMES[int(look.outlook.action)]}")
+        told = f"{doing}: rate {each}"
+        return told if len(told) <= width else f"{NAMES[int(look.outlook.action)]}: rate {each}"
+    return next(iter(losses(look._replace(width=width), NAMES)), "")
 
 
 def _time(size: Size) -> Scale:
@@ -210,6 +211,12 @@ def _state(view: View[CollisionAvoidance]) -> str:
     return f"◆ h {plus(h, 0)} m  dh {plus(dh, 1)} m/s  {left:g} s  {_advisory(view)}"
 
 
+def _standing(view: View[CollisionAvoidance]) -> str:
+    """The same with its units alone."""
+    h, dh, _, left = _now(view)
+    return f"◆ {plus(h, 0)} m  {plus(dh, 1)} m/s  {left:g} s left  {_advisory(view)}"
+
+
 def passed(view: View[CollisionAvoidance]) -> bool:
     """Whether the aircraft have passed one another."""
     return bool(view.observation[3] < 0)
@@ -256,6 +263,19 @@ def goal(view: View[CollisionAvoidance]) -> list[str]:
     ]
 
 
+def lesson(view: View[CollisionAvoidance]) -> Lesson:
+    """The aircraft, what to be clear of, and the price of an advice."""
+    return Lesson(
+        "You advise the aircraft ◆ to climb, to descend or neither; another, A, comes head on at "
+        "height 0",
+        f"You want to be {NEAR:g} m above or below it when they pass, {FIRST_TIME:g} s after the "
+        "start",
+        f"A collision costs {NEAR_COST:g}, each change of advice {CHANGE_COST:g}, to keep to one "
+        "nothing; gusts push the aircraft up and down",
+        "climb",
+    )
+
+
 def panel(view: View[CollisionAvoidance]) -> list[tuple[str, str]]:
     """The state and the advisories; how they will pass stands below the board."""
     h, dh, _, left = _now(view)
@@ -283,4 +303,4 @@ def situation(view: View[CollisionAvoidance]) -> str:
 
 def _numbers(view: View[CollisionAvoidance]) -> str:
     h, dh, _, left = _now(view)
-    return f"h {plus(h, 0)} m, dh {plus(dh, 1)} m/s, {left:g} s left"
+    return f"height {plus(h, 0)} m, rate {plus(dh, 1)} m/s, {left:g} s left"

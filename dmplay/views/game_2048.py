@@ -9,9 +9,9 @@ from rich.text import Text
 from dmplay.chance import Array, Reals
 from dmplay.problems.game_2048 import Game2048, slide
 from dmplay.session import View
-from dmplay.views._marks import bar, foreseen, known, lost
-from dmplay.views.canvas import Canvas, percent
-from dmplay.views.style import Look, Outlook
+from dmplay.views._advice import asked, bar, known, lost
+from dmplay.views.canvas import Canvas, percent, signed
+from dmplay.views.style import Lesson, Look, Outlook
 
 KEYS = {
     "left": "left", "down": "down", "right": "right", "up": "up",
@@ -79,8 +79,8 @@ def _after(view: View[Game2048], outlook: Outlook) -> Shown:
     action = int(outlook.action)
     (slid,), (pay,) = slide(view.observation[None], np.array([action]))
     came = (outlook.states != slid) * outlook.chances[:, None, None]
-    title = foreseen(outlook, view.problem.action_name(view.seat, action))
-    return Shown(slid, None, f" {title}: pays {pay:g} ", came.sum(axis=0))
+    title = asked(view, outlook, "go {}")
+    return Shown(slid, None, f" {title}: {signed(pay)} ", came.sum(axis=0))
 
 
 def boards(view: View[Game2048], look: Look) -> Iterator[Text]:
@@ -173,12 +173,22 @@ def goal(view: View[Game2048]) -> list[str]:
     ]
 
 
+def lesson(view: View[Game2048]) -> Lesson:
+    """The slides, what pays, and what comes after each."""
+    return Lesson(
+        "You slide all tiles of a board of four by four at once, to one of its four sides",
+        "You want merges: two equal tiles that meet become one, which pays its number",
+        f"A slide is free, but then a tile comes, {percent(view.problem.p_two) or '0%'} of them 2 "
+        "and the others 4, and when nothing slides any more it is over",
+        "left",
+    )
+
+
 def panel(view: View[Game2048]) -> list[tuple[str, str]]:
-    """Score, largest tile, last slide."""
+    """Largest tile and room, last slide; the score stands in the title."""
     board = view.observation
     rewards = view.rewards or ()
     return [
-        ("score", f"{sum(rewards):g}"),
         ("largest", _tile(int(board.max()))),
         ("empty", str(int((board == 0).sum()))),
         ("last", view.last or "-"),

@@ -56,6 +56,15 @@ class Look(NamedTuple):
         return max(self.width - PANEL - 2, 0) if self.large else 0
 
 
+class Lesson(NamedTuple):
+    """A problem in three sentences for who never saw it, and what to do in a turn as an example."""
+
+    you: str  # what one is, sees and can do
+    want: str
+    cost: str  # what a move costs, and what is left to chance
+    action: str = ""  # of the example; '' for any
+
+
 class Style(Protocol):
     """A view: a module of this shape, with the stem of its problem.
 
@@ -72,6 +81,9 @@ class Style(Protocol):
 
     def goal(self, view: View[Problem]) -> list[str]:
         """What to aim for and what it costs, in clauses, the most important first."""
+
+    def lesson(self, view: View[Problem]) -> Lesson:
+        """The problem in three sentences, without their full stops."""
 
     def panel(self, view: View[Problem]) -> list[tuple[str, str]]:
         """Facts for the side panel."""

@@ -99,9 +99,9 @@ def test_the_bare_locale_is_drawn_in_ascii(env: dict[str, str], ascii_: bool) ->
 @pytest.mark.parametrize(
     ("name", "title"),
     [
-        ("prisoners-dilemma", " prisoners-dilemma  turn 0/10  return 0"),
+        ("prisoners-dilemma", " prisoners-dilemma  turn 0/10  score 0"),
         ("multicaregiver-crying-baby", " multicaregiver-crying-baby  turn 0/20"),
-        ("hexworld", " hexworld  turn 0  return 0  you: agent"),
+        ("hexworld", " hexworld  turn 0  score 0  you: agent"),
     ],
 )
 def test_a_title_tells_a_fact_whole_or_not_at_all(name: str, title: str) -> None:
