@@ -16,9 +16,10 @@ from dmplay.game.keymap import SHOWN
 from dmplay.game.log import Log
 from dmplay.game.number import Number
 from dmplay.game.table import Table
+from dmplay.painting.painter import Painter
+from dmplay.painting.writing import Place
 from dmplay.screen import frame
 from dmplay.screen.modes import Event, Mode, Modes
-from dmplay.screen.painter import Painter, Place
 from dmplay.screen.shown import KEYS_SHOWN, Room, Shown
 from dmplay.screen.timeline import Past, Verdict
 from dmplay.terminal import Terminal

@@ -3,7 +3,7 @@
 import contextlib
 import sys
 
-from dmplay.screen.painter import Painter
+from dmplay.painting.painter import Painter
 from dmplay.screen.staged import Staged
 from dmplay.terminal import silent
 

@@ -19,9 +19,9 @@ from prompt_toolkit.input.typeahead import get_typeahead, store_typeahead
 from prompt_toolkit.key_binding import KeyPress
 from prompt_toolkit.keys import Keys
 
+from dmplay.painting.painter import Painter
 from dmplay.screen.meanwhile import LEAVES, Heed, heed
 from dmplay.screen.modes import Mode
-from dmplay.screen.painter import Painter
 from dmplay.screen.screen import Screen
 from dmplay.screen.staged import Staged
 from dmplay.signals import ENDS, GONE, INTERRUPTED

@@ -19,8 +19,8 @@ from dmplay.game.keymap import AS_DRAWN, Keys
 from dmplay.game.request import Request
 from dmplay.game.seats import HUMAN, people, seat_policy
 from dmplay.game.table import Table
+from dmplay.painting.painter import Painter
 from dmplay.screen import toolkit
-from dmplay.screen.painter import Painter
 from dmplay.screen.screen import Screen
 from dmplay.screen.shown import Room
 from dmplay.session import Session, Source
