@@ -7,15 +7,15 @@ from typing import TextIO
 from rich.cells import cell_len
 from rich.text import Text
 
+from dmplay import styles
 from dmplay.painting.lift import lifted
 from dmplay.painting.pen import PLAIN, pen, seen
-from dmplay.painting.writing import BLANK, Cell, Place, Writing
-from dmplay.styles import Row, rows
+from dmplay.painting.writing import BLANK, Cell, Place, Row, Writing
 
 ENTER, LEAVE = "\x1b[?1049h\x1b[?25l", "\x1b[m\x1b[?1049l\x1b[?25h"
 # A paste comes as one, not as keys; the wheel as itself, not as arrows, which would play.
 LISTEN, DEAF = "\x1b[?2004h\x1b[?1000h\x1b[?1006h", "\x1b[?1006l\x1b[?1000l\x1b[?2004l"
-CLEAR, REST = "\x1b[m\x1b[H\x1b[2J", "\x1b[K"
+CLEAR = "\x1b[m\x1b[H\x1b[2J"
 SHOW, HIDE = "\x1b[?25h", "\x1b[?25l"
 SIZE = (80, 24)  # of a terminal that does not tell
 HOME = Place(0, 0)
@@ -24,11 +24,14 @@ HOME = Place(0, 0)
 class Painter:
     """The alternate screen of a terminal, and what stands on it."""
 
-    def __init__(self, stream: TextIO, theme: str, width: int | None = None) -> None:
+    def __init__(
+        self, stream: TextIO, theme: str, width: int | None = None, *, fills: bool = False
+    ) -> None:
         self.stream = stream
+        self._fills = fills  # whether what is erased takes the colour that is set
         self._theme = theme
         self._width = width  # columns at most; all if None
-        self._shown: list[Row] = []
+        self._shown: list[styles.Row] = []
         self._size = (0, 0)
         self._cursor: Place | None = None
         self._pen = PLAIN
@@ -61,8 +64,8 @@ class Painter:
 
     def paint(self, frame: Text, cursor: Place | None = None) -> None:
         """Brings a frame onto the screen, the real cursor to a cell of it or out of sight."""
-        new, size = rows(frame, self._theme), self.size()
-        out = Writing(size[0], self._pen)
+        new, size = styles.rows(frame, self._theme), self.size()
+        out = Writing(size[0], self._pen, fills=self._fills)
         if self._size != size:
             self._size = size
             self._shown, self._cursor = [()] * len(new), None
@@ -73,9 +76,14 @@ class Painter:
             out.erase(lift.codes)
             out.place = None  # home, but not on every terminal
             self._shown = lift.applied(self._shown)
+        changed: dict[int, Row] = {}
         for y, (old, row) in enumerate(zip_longest(self._shown, new, fillvalue=())):
             if old != row:
-                _rewrite(out, y, old, row)
+                if _wide(old) or _wide(row):
+                    out.whole(y, _cells(row))
+                else:
+                    changed[y] = Row(_cells(old), _cells(row))
+        out.rows(changed)
         self._shown, self._pen = new, out.pen
         if cursor is not None and (str(out) or cursor != self._cursor):
             out.go(cursor)
@@ -90,35 +98,18 @@ class Painter:
         self.stream.flush()
 
 
-def _rewrite(out: Writing, y: int, old: Row, new: Row) -> None:
-    """Turns one row into another."""
-    if _wide(old) or _wide(new):
-        out.go(Place(0, y))
-        out.erase(REST)
-        out.write(_cells(new))
-        out.place = None
-        return
-    before, after = _cells(old), _cells(new)
-    while after and after[-1] == BLANK:
-        after.pop()
-    cut = before[len(after) :]
-    before += [BLANK] * (len(after) - len(before))
-    out.row(y, before[: len(after)], after)
-    if any(cell != BLANK for cell in cut):
-        out.go(Place(len(after), y))
-        out.erase(REST)
-
-
-def _wide(row: Row) -> bool:
+def _wide(row: styles.Row) -> bool:
     """Whether some character takes more than a cell, or none."""
     plain = "".join(piece for piece, _ in row)
     return not plain.isascii() and cell_len(plain) != len(plain)
 
 
-def _cells(row: Row) -> list[Cell]:
+def _cells(row: styles.Row) -> list[Cell]:
     cells: list[Cell] = []
     for piece, codes in row:
         own = pen(codes)
         of_blanks = seen(own)
         cells += [(glyph, of_blanks if glyph == " " else own) for glyph in piece]
+    while cells and cells[-1] == BLANK:
+        cells.pop()
     return cells

@@ -21,7 +21,13 @@ def pen(codes: str) -> Pen:
 @cache
 def seen(pen: Pen) -> Pen:
     """What of a pen is seen of a blank that it writes."""
-    return pen if pen & LINED else frozenset(code for code in pen if _off(code) == GROUND)
+    return pen if pen & LINED else ground(pen)
+
+
+@cache
+def ground(pen: Pen) -> Pen:
+    """The colour behind what a pen writes."""
+    return frozenset(code for code in pen if _off(code) == GROUND)
 
 
 @cache

@@ -2,9 +2,11 @@
 as do.
 """
 
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import groupby, zip_longest
 from typing import NamedTuple
 
-from dmplay.painting.pen import PLAIN, Pen, blanking, turned
+from dmplay.painting.pen import PLAIN, Pen, blanking, ground, turned
 
 Cell = tuple[str, Pen]  # a character and its pen; a blank's, what is seen of it
 BLANK: Cell = (" ", PLAIN)
@@ -18,12 +20,47 @@ class Place(NamedTuple):
     row: int
 
 
+class Row(NamedTuple):
+    """A row of the screen as it is and as it is to be, without the blanks at its end."""
+
+    before: Sequence[Cell]
+    after: Sequence[Cell]
+
+
+class Run(NamedTuple):
+    """Cells to be written from a place on, of one ground; none where the rest is to be erased."""
+
+    place: Place
+    cells: Sequence[Cell]
+
+    @property
+    def ground(self) -> Pen:
+        """The colour behind them."""
+        return ground(self.cells[0][1]) if self.cells else PLAIN
+
+    @property
+    def blank(self) -> bool:
+        """Whether they may as well be erased."""
+        return len(self.cells) >= ERASED and all(cell == (" ", self.ground) for cell in self.cells)
+
+    @property
+    def below(self) -> Place:
+        """The place under its first cell."""
+        return Place(self.place.column, self.place.row + 1)
+
+    def goes_on(self, other: "Run | None") -> bool:
+        """Whether the run below is of the same block."""
+        alike = other is not None and self.ground == other.ground
+        return alike and (bool(self.ground) or self.blank)
+
+
 class Writing:
     """What is to be sent, and what state the terminal is in then."""
 
-    def __init__(self, columns: int, pen: Pen = PLAIN) -> None:
+    def __init__(self, columns: int, pen: Pen = PLAIN, *, fills: bool = False) -> None:
         self.pen = pen
         self._columns = columns
+        self._fills = fills  # whether what is erased takes the pen's colour
         self.place: Place | None = None  # of the cursor, where it is known
         self._sent: list[str] = []
 
@@ -40,22 +77,33 @@ class Writing:
         if self.place != place:
             self.send(moved(self.place, place), place)
 
-    def row(self, y: int, before: list[Cell], after: list[Cell]) -> None:
-        """Writes what differs in a row; both are as long."""
-        for first, end in _stretches(before, after):
-            self._reach(Place(first, y), after)
-            cells = after[first:end]
-            if len(cells) >= ERASED and all(cell == BLANK for cell in cells):
-                self.erase(f"\x1b[{len(cells)}X")
-            else:
-                self.write(cells)
+    def rows(self, changed: Mapping[int, Row]) -> None:
+        """Writes what differs in rows: a coloured block row after row, so that its colour is set
+        once, all else from left to right.
+        """
+        runs = [run for y, row in changed.items() for run in _runs(y, row)]
+        waiting = {run.place: run for run in runs}
+        while waiting:
+            run: Run | None = waiting.pop(next(iter(waiting)))
+            while run:
+                self._run(run, changed[run.place.row].after)
+                run = waiting.pop(run.below, None) if run.goes_on(waiting.get(run.below)) else None
 
-    def erase(self, codes: str) -> None:
+    def _run(self, run: "Run", row: Sequence[Cell]) -> None:
+        self._reach(run.place, row)
+        if not run.cells:
+            self.erase("\x1b[K")
+        elif run.blank and (self._fills or not run.ground):
+            self.erase(f"\x1b[{len(run.cells)}X", run.ground)
+        else:
+            self.write(run.cells)
+
+    def erase(self, codes: str, ground: Pen = PLAIN) -> None:
         """Erases by a sequence that leaves the cursor where it is."""
-        self._turn(blanking(self.pen, PLAIN))
+        self._turn(blanking(self.pen, ground))
         self._sent.append(codes)
 
-    def write(self, cells: list[Cell]) -> None:
+    def write(self, cells: Sequence[Cell]) -> None:
         """Writes cells, on a row that holds them."""
         text, self.pen = _written(cells, self.pen)
         self._sent.append(text)
@@ -64,16 +112,23 @@ class Writing:
             # Behind the last column, terminals differ in where the cursor is.
             self.place = Place(column, self.place.row) if column < self._columns else None
 
+    def whole(self, y: int, cells: Sequence[Cell]) -> None:
+        """Writes a row of which nobody knows how many columns it takes."""
+        self.go(Place(0, y))
+        self.erase("\x1b[K")
+        self.write(cells)
+        self.place = None
+
     def _turn(self, pen: Pen) -> None:
         self._sent.append(turned(self.pen, pen))
         self.pen = pen
 
-    def _reach(self, place: Place, row: list[Cell]) -> None:
+    def _reach(self, place: Place, row: Sequence[Cell]) -> None:
         """Moves on to a cell, or writes what stands before it again where that is shorter."""
         if self.place and self.place.row == place.row and self.place.column < place.column:
-            between, there = row[self.place.column : place.column], row[place.column]
-            jumped = moved(self.place, place) + _written([there], self.pen)[0]
-            again = _written([*between, there], self.pen)[0]
+            between, there = row[self.place.column : place.column], row[place.column :][:1]
+            jumped = moved(self.place, place) + _written(there, self.pen)[0]
+            again = _written([*between, *there], self.pen)[0]
             if len(again.encode()) <= len(jumped.encode()):
                 self.write(between)
         self.go(place)
@@ -97,7 +152,7 @@ def _steps(many: int, on: str, back: str) -> str:
     return f"\x1b[{steps if steps > 1 else ''}{on if many > 0 else back}"
 
 
-def _written(cells: list[Cell], now: Pen) -> tuple[str, Pen]:
+def _written(cells: Sequence[Cell], now: Pen) -> tuple[str, Pen]:
     """Cells as they are sent, and the pen after them."""
     sent = []
     for glyph, wanted in cells:
@@ -107,28 +162,29 @@ def _written(cells: list[Cell], now: Pen) -> tuple[str, Pen]:
     return "".join(sent), now
 
 
-def _stretches(before: list[Cell], after: list[Cell]) -> list[tuple[int, int]]:
-    """The stretches of cells that differ; those of blanks alone, if long, by themselves."""
-    found: list[tuple[int, int]] = []
-    for x, (old, new) in enumerate(zip(before, after, strict=True)):
-        if old == new:
-            continue
-        if found and found[-1][1] == x:
-            found[-1] = (found[-1][0], x + 1)
-        else:
-            found.append((x, x + 1))
-    return [part for first, end in found for part in _parts(after, first, end)]
+def _runs(y: int, row: Row) -> Iterator[Run]:
+    """The stretches of cells that differ, of one ground each; where many are blank, by themselves;
+    at last what is to be erased up to the end.
+    """
+    before, after = row
+    both = enumerate(zip_longest(before[: len(after)], after, fillvalue=BLANK))
+    differ = [x for x, (old, new) in both if old != new]
+    for _, near in groupby(enumerate(differ), lambda at: (at[1] - at[0], ground(after[at[1]][1]))):
+        places = [x for _, x in near]
+        for first, end in _parts(after, places[0], places[-1] + 1):
+            yield Run(Place(first, y), after[first:end])
+    if any(cell != BLANK for cell in before[len(after) :]):
+        yield Run(Place(len(after), y), [])
 
 
-def _parts(row: list[Cell], first: int, end: int) -> list[tuple[int, int]]:
-    """A stretch cut where its blanks are erased."""
-    parts, begin, x = [], first, first
-    while x < end:
-        until = x
-        while until < end and row[until] == BLANK:
-            until += 1
-        if until - x >= ERASED:
-            parts += [(begin, x)] * (begin < x) + [(x, until)]
-            begin = until
-        x = max(until, x + 1)
-    return [*parts, *[(begin, end)] * (begin < end)]
+def _parts(row: Sequence[Cell], first: int, end: int) -> Iterator[tuple[int, int]]:
+    """A stretch cut where it is blank for long."""
+    for blank, near in groupby(range(first, end), lambda x: row[x][0] == " "):
+        places = [*near]
+        if blank and len(places) >= ERASED:
+            if first < places[0]:
+                yield first, places[0]
+            yield places[0], places[-1] + 1
+            first = places[-1] + 1
+    if first < end:
+        yield first, end

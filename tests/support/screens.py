@@ -118,7 +118,7 @@ class Easel(Painter):
     """A painter on paper."""
 
     def __init__(self, paper: Paper, columns: int, rows: int) -> None:
-        super().__init__(paper, "default")
+        super().__init__(paper, "default", fills=True)
         self.paper = paper
         self.resize(columns, rows)
 
