@@ -5,7 +5,7 @@ from typing import NamedTuple
 from dmplay.styles import Row
 
 LIFTS = (1, 2, 3, 4)  # by how many rows a log may move up in one go
-WORTH = 40  # characters saved that a scrolling of rows is worth
+WORTH = 25  # characters saved that a scrolling of rows may be worth
 
 
 class Lift(NamedTuple):
@@ -17,9 +17,15 @@ class Lift(NamedTuple):
 
     @property
     def codes(self) -> str:
-        """A scroll region, line feeds at its end, and the whole screen as the region again."""
-        region = f"\x1b[{self.top + 1};{self.bottom}r\x1b[{self.bottom}H"
-        return region + "\n" * self.by + "\x1b[r"
+        """Rows out at the top, blank ones in at the bottom; the cursor stays before them."""
+        many = self.by if self.by > 1 else ""
+        at = f"\x1b[{self.top + 1}H", f"\x1b[{self.below + 1}H"
+        return f"{at[0]}\x1b[{many}M{at[1]}\x1b[{many}L"
+
+    @property
+    def below(self) -> int:
+        """The first of the rows that come in."""
+        return self.bottom - self.by
 
     def applied(self, shown: list[Row]) -> list[Row]:
         """What then stands on the screen."""

@@ -1,6 +1,8 @@
 """The terminal's screen: of each frame only what differs from the last one is written."""
 
 import os
+from collections.abc import Sequence
+from functools import lru_cache
 from itertools import zip_longest
 from typing import TextIO
 
@@ -8,7 +10,7 @@ from rich.cells import cell_len
 from rich.text import Text
 
 from dmplay import styles
-from dmplay.painting.lift import lifted
+from dmplay.painting.lift import Lift, lifted
 from dmplay.painting.pen import PLAIN, pen, seen
 from dmplay.painting.writing import BLANK, Cell, Place, Row, Writing
 
@@ -18,7 +20,6 @@ LISTEN, DEAF = "\x1b[?2004h\x1b[?1000h\x1b[?1006h", "\x1b[?1006l\x1b[?1000l\x1b[
 CLEAR = "\x1b[m\x1b[H\x1b[2J"
 SHOW, HIDE = "\x1b[?25h", "\x1b[?25l"
 SIZE = (80, 24)  # of a terminal that does not tell
-HOME = Place(0, 0)
 
 
 class Painter:
@@ -65,25 +66,13 @@ class Painter:
     def paint(self, frame: Text, cursor: Place | None = None) -> None:
         """Brings a frame onto the screen, the real cursor to a cell of it or out of sight."""
         new, size = styles.rows(frame, self._theme), self.size()
-        out = Writing(size[0], self._pen, fills=self._fills)
         if self._size != size:
-            self._size = size
+            self._size, self._pen = size, PLAIN
             self._shown, self._cursor = [()] * len(new), None
-            out.send(HIDE + CLEAR, HOME)
-            out.pen = PLAIN
+            self.stream.write(HIDE + CLEAR)
         lift = lifted(self._shown, new)
-        if lift:
-            out.erase(lift.codes)
-            out.place = None  # home, but not on every terminal
-            self._shown = lift.applied(self._shown)
-        changed: dict[int, Row] = {}
-        for y, (old, row) in enumerate(zip_longest(self._shown, new, fillvalue=())):
-            if old != row:
-                if _wide(old) or _wide(row):
-                    out.whole(y, _cells(row))
-                else:
-                    changed[y] = Row(_cells(old), _cells(row))
-        out.rows(changed)
+        ways = [self._way(None, new), *([self._way(lift, new)] if lift else [])]
+        out = min(ways, key=lambda way: len(str(way).encode()))
         self._shown, self._pen = new, out.pen
         if cursor is not None and (str(out) or cursor != self._cursor):
             out.go(cursor)
@@ -91,6 +80,23 @@ class Painter:
             out.send(HIDE if cursor is None else SHOW)
         self._cursor = cursor
         self._write(str(out))
+
+    def _way(self, lift: Lift | None, new: list[styles.Row]) -> Writing:
+        """What brings the rows onto the screen, with rows moved up first or without."""
+        out = Writing(self._size[0], self._pen, fills=self._fills)
+        if lift:
+            out.erase(lift.codes)
+            out.place = Place(0, lift.below)
+        changed: dict[int, Row] = {}
+        before = lift.applied(self._shown) if lift else self._shown
+        for y, (old, row) in enumerate(zip_longest(before, new, fillvalue=())):
+            if old != row:
+                if _wide(old) or _wide(row):
+                    out.whole(y, _cells(row))
+                else:
+                    changed[y] = Row(_cells(old), _cells(row))
+        out.rows(changed)
+        return out
 
     def _write(self, text: str) -> None:
         if text:
@@ -104,7 +110,9 @@ def _wide(row: styles.Row) -> bool:
     return not plain.isascii() and cell_len(plain) != len(plain)
 
 
-def _cells(row: styles.Row) -> list[Cell]:
+@lru_cache(1000)
+def _cells(row: styles.Row) -> Sequence[Cell]:
+    """The cells of a row, without the blanks at its end."""
     cells: list[Cell] = []
     for piece, codes in row:
         own = pen(codes)

@@ -35,9 +35,9 @@ def blanking(now: Pen, wanted: Pen) -> Pen:
     """The pen nearest to this one of which so much is seen of a blank."""
     if seen(now) == wanted:
         return now
-    if not wanted or (wanted | now) & LINED:
+    if not wanted or wanted & LINED:
         return wanted
-    return now - seen(now) | wanted
+    return now - ground(now) - LINED | wanted
 
 
 @cache

@@ -78,11 +78,11 @@ class Writing:
             self.send(moved(self.place, place), place)
 
     def rows(self, changed: Mapping[int, Row]) -> None:
-        """Writes what differs in rows: a coloured block row after row, so that its colour is set
-        once, all else from left to right.
+        """Writes what differs in rows: what has no colour behind it from left to right, then colour
+        after colour, block after block, so that each is set once.
         """
         runs = [run for y, row in changed.items() for run in _runs(y, row)]
-        waiting = {run.place: run for run in runs}
+        waiting = {run.place: run for run in sorted(runs, key=lambda run: sorted(run.ground))}
         while waiting:
             run: Run | None = waiting.pop(next(iter(waiting)))
             while run:
@@ -136,20 +136,20 @@ class Writing:
 
 def moved(old: Place | None, new: Place) -> str:
     """The shortest sequence that moves the cursor."""
-    forms = [f"\x1b[{new.row + 1};{new.column + 1}H"]
-    if not new.column:
-        forms.append(f"\x1b[{new.row + 1}H" if new.row else "\x1b[H")
+    column = f";{new.column + 1}" if new.column else ""
+    forms = [f"\x1b[{new.row + 1}{column}H"]
     if old and old.row == new.row:
-        right = new.column - old.column
-        forms += ["\r"] * (not new.column) + [_steps(right, "C", "D")] * bool(right)
+        forms += [_steps(new.column - old.column, ("\x1b[C", "C"), ("\b", "D"))]
+        forms += ["\r"] * (not new.column)
     elif old and old.column == new.column:
-        forms.append(_steps(new.row - old.row, "B", "A"))
+        forms += [_steps(new.row - old.row, ("\x1bD", "B"), ("\x1bM", "A"))]
     return min(forms, key=len)
 
 
-def _steps(many: int, on: str, back: str) -> str:
-    steps = abs(many)
-    return f"\x1b[{steps if steps > 1 else ''}{on if many > 0 else back}"
+def _steps(many: int, on: tuple[str, str], back: tuple[str, str]) -> str:
+    """A move of so many columns or rows: what moves by one, and what ends the move by several."""
+    one, end = on if many > 0 else back
+    return one if abs(many) == 1 else f"\x1b[{abs(many)}{end}"
 
 
 def _written(cells: Sequence[Cell], now: Pen) -> tuple[str, Pen]:

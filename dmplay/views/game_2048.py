@@ -28,11 +28,12 @@ BOXES = ((9, 5), (9, 3), (7, 3), (6, 1), (5, 1))  # columns and rows of a cell
 EDGE = 7  # columns at either side for what is lost by a slide that way
 ARROWS = "←↓→↑"  # by action
 FROM_ABOVE = (3, 0, 2, 1)  # the actions by where they lead
+EMPTY = "·"
 FIRST = 3  # of these, the largest in a transcript
 
 
 def _tile(exponent: int) -> str:
-    return str(2**exponent) if exponent else "·"
+    return str(2**exponent) if exponent else EMPTY
 
 
 def filled(exponent: int) -> str:
@@ -131,8 +132,12 @@ def _boxes(shown: Shown, width: int, rows: int, look: Look) -> Text:
             canvas.put(x, y + below, "│", "dim")
             canvas.put(x + 1, y + below, " " * width, filled(exponent))
             canvas.put(x + width + 1, y + below, "│", "dim")
-        text = shown.text(row, column).center(width)
-        _put(canvas, (x + 1, y + rows // 2), text, exponent, (row, column) == shown.new)
+        text = shown.text(row, column)
+        if look.large and text == EMPTY:
+            continue
+        _put(
+            canvas, (x + 1, y + rows // 2), text.center(width), exponent, (row, column) == shown.new
+        )
     _margins(canvas, shown, look, (left, 4 * (width + 1), 4 * (rows + 1)))
     return canvas.text()
 
@@ -174,15 +179,12 @@ def goal(view: View[Game2048]) -> list[str]:
 
 
 def panel(view: View[Game2048]) -> list[tuple[str, str]]:
-    """Score, largest tile, last slide."""
+    """Score and largest tile."""
     board = view.observation
     rewards = view.rewards or ()
     return [
         ("score", f"{sum(rewards):g}"),
         ("largest", _tile(int(board.max()))),
-        ("empty", str(int((board == 0).sum()))),
-        ("last", view.last or "-"),
-        ("merged", f"{rewards[-1]:g}" if rewards else "-"),
     ]
 
 

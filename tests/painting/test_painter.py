@@ -74,14 +74,22 @@ def test_rows_that_move_up_look_as_if_written_anew(lines: list[Text], by: int) -
 
 
 def test_a_log_that_moves_up_is_scrolled_not_written() -> None:
-    log = [Text(f"turn {turn}. moved to e.") for turn in range(9)]
+    log = [Text(f"{'abcdefghi'[turn] * 12} {turn}.") for turn in range(9)]
     title = Text("dmplay")
     easel = painted(frame(title, *log[:5]))
     start = easel.paper.tell()
     easel.paint(frame(title, *log[1:6]))
     written = easel.paper.getvalue()[start:]
     assert easel.paper.text.split("\n")[1:] == [line.plain for line in log[1:6]]
-    assert written == "\x1b[2;6r\x1b[6H\n\x1b[r\x1b[6Hturn 5. moved to e."
+    assert written == "\x1b[2H\x1b[M\x1b[6H\x1b[Lffffffffffff 5."
+
+
+def test_rows_that_are_written_anew_in_fewer_bytes_are_not_moved() -> None:
+    title, log = Text("dmplay"), [Text(f"turn {turn}. moved on to e.") for turn in range(3)]
+    easel = painted(frame(title, *log[:2]))
+    start = easel.paper.tell()
+    easel.paint(frame(title, *log[1:]))
+    assert easel.paper.getvalue()[start:] == "\x1b[2;6H1\x1b[3;6H2"
 
 
 def test_one_changed_cell_costs_one_jump_and_one_character() -> None:
