@@ -120,10 +120,15 @@ def _pays(view: View[MatrixGame], look: Look) -> list[str]:
 
 
 def paid_rounds(view: View[MatrixGame], canvas: Canvas, y: int, width: int) -> int:
-    """Who did what and what it paid, so many columns a round, and the sums; the row after it."""
+    """Who did what and what it paid, so many columns a round, and the sums; the row after it.
+
+    The rounds move to the left by several at a time: most of them only add a column.
+    """
     problem = view.problem
     joints = [(int(first), int(second)) for first, second in view.joint or ()]
-    kept = joints[-max((width - STUB) // PAY, 1) :]
+    room = max((width - STUB) // PAY, 1)
+    step, past = max(room // 3, 1), max(len(joints) - room, 0)
+    kept = joints[-(-past // step) * step :]
     for seat, name in enumerate(called(view)):
         total = sum(float(problem.payoffs[joint][seat]) for joint in joints)
         canvas.put(0, y + 2 * seat, name)

@@ -151,7 +151,9 @@ def _caption(view: View[CollaborativePredatorPrey], look: Look) -> list[str]:
     sensed = f"sensed {seen(view)}"
     if view.beliefs is None:
         return [f"{sensed}. belief too large"]
-    full = f"{sensed}. @ you, {'#' if look.ascii else '█'} prey if likely"
+    longest = max(map(len, view.problem.observations[view.seat]))  # so that nothing beside moves
+    padded = f"{sensed}.".ljust(len("sensed .") + longest)
+    full = f"{padded} @ you, {'#' if look.ascii else '█'} prey if likely"
     return [full if len(full) <= look.width else sensed]
 
 

@@ -51,12 +51,12 @@ BOX = {
  l e  u ne  y nw  h w  b sw  n se  ? help  q quit""",
     "2048": """\
  2048  turn 1  return 4  you: agent
-┌─────────────────────┐  score   4
-│    ·    ·    ·    · │  largest 4
-│    ·    ·    ·    · │  empty   14
-│    4    2    ·    · │  last    left
-│    ·    ·    ·    · │  merged  4
-└─────────────────────┘  hint    Tab
+┌─────┬─────┬─────┬─────┐  largest 4
+│     │     │     │     │  hint    Tab
+│     │     │     │     │
+│  4  │  2  │     │     │
+│     │     │     │     │
+└─────┴─────┴─────┴─────┘
 
  turn 1. slid left. new 2 in row 3, column 2.
    reward 4. return 4.

@@ -143,11 +143,13 @@ class Watched(Screen):
         self.pipe = pipe
         self.paper = paper
         self.frames: list[str] = []
+        self.motion.step = 0.0
 
     def paint(self, painter: Painter) -> None:
-        """Paints, and looks."""
+        """Paints, and looks once nothing moves."""
         super().paint(painter)
-        self._look(None)
+        if not self.motion.moves:
+            self._look(None)
 
     def upper(self, room: Room) -> Text:
         """The screen's own, for the command row; the first time, asks to be told of its frames."""

@@ -40,6 +40,13 @@ def tiles() -> Session:
     return game
 
 
+def slid() -> Session:
+    """The same board after a slide up."""
+    game = tiles()
+    game.advance([3], np.array([0.9, 0.0]))
+    return game
+
+
 def advised() -> Session:
     """An encounter ten seconds old."""
     before, draws = [1, 1, 1, 2, 2, 2, 2, 0, 0, 1], [[0.5]] * 8 + [[0.1]] * 2
@@ -63,6 +70,7 @@ TILES, ENCOUNTER, NUMBER = tiles(), advised(), pushed()
 CART = started("cart-pole", [1.0, 0.4, 0.18, 0.6], [1])
 EDGE = started("cart-pole", [2.2, 0.4, 0.18, 0.6], [1])
 CAR = started("mountain-car", [-0.9, -0.05], [0])
+SLID = slid()
 SLIDES = losing(math.nan, 2.5, 0, 40)
 
 FRAMES = {
@@ -266,24 +274,37 @@ n best, b -0.26, h -0.52, y -0.78, u -1.04, l -1.3"""),
         SMALL._replace(regret=SLIDES),
         """
        ┌───── ↑ -40.00 █████ ──────┐
-       │  2   │  ·   │  ·   │  ·   │
+       │  2   │      │      │      │
        ├──────┼──────┼──────┼──────┤
-       │  ·   │  ·   │  ·   │  ·   │ →
+       │      │      │      │      │ →
        ├──────┼──────┼──────┼──────┤ best
-       │  ·   │  ·   │  ·   │  ·   │
+       │      │      │      │      │
        ├──────┼──────┼──────┼──────┤
-       │  2   │  4   │  ·   │  ·   │
+       │  2   │  4   │      │      │
        └──────┴ ↓ -2.50 ▎ ──┴──────┘"""),
-    "four rows of tiles in a frame": (
+    "four rows of tiles in borders": (
         now(TILES),
         SMALL._replace(height=8, regret=SLIDES),
         """
-       ┌── ↑ -40.00 █████ ───┐
-       │    2    ·    ·    · │ →
-       │    ·    ·    ·    · │ best
-       │    ·    ·    ·    · │
-       │    2    4    ·    · │
-       └──── ↓ -2.50 ▎ ──────┘"""),
+       ┌─── ↑ -40.00 █████ ────┐
+       │  2  │     │     │     │ →
+       │     │     │     │     │ best
+       │     │     │     │     │
+       │  2  │  4  │     │     │
+       └───── ↓ -2.50 ▎ ─┴─────┘"""),
+    "tiles half on their way, two of them to the same cell": (
+        now(SLID),
+        SMALL._replace(height=10, passed=0.5),
+        """
+┌──────┬──────┬──────┬──────┐
+│  2   │      │      │      │
+├──────┼──────┼──────┼──────┤
+│      │      │      │      │
+├  2   ┼  4   ┼──────┼──────┤
+│      │      │      │      │
+├──────┼──────┼──────┼──────┤
+│      │      │      │      │
+└──────┴──────┴──────┴──────┘"""),
     "four rows of tiles without one": (
         now(TILES),
         PLAIN._replace(height=4, regret=SLIDES),
