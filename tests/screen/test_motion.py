@@ -13,7 +13,7 @@ from tests.support.screens import Easel, Paper, Watched, game, play
 
 FULL = Terminal(True, "", True, True, False)
 LONG = 60.0  # seconds: no step comes while a test runs
-CORNER = ("left", "down", "left", "up")
+CORNER = ("down", "left", "down", "left")
 
 
 def screen(*seats: str, motion: bool = True, speed: float = 2.0, name: str = "2048") -> Screen:
@@ -94,8 +94,8 @@ def test_agents_that_play_faster_than_a_slide_are_not_seen_to_slide(
 
 def test_what_is_taken_back_does_not_slide_and_other_problems_stand_still() -> None:
     moving, other = screen(), screen(name="hexworld")
-    for key in ("left", "backspace"):
+    for key in ("down", "backspace"):
         moving.press(key)
     other.press("l")
-    assert len(other.game.session.turns) == 1
-    assert not (moving.motion.moves or other.motion.moves)
+    assert (len(moving.game.session.turns), len(other.game.session.turns)) == (0, 1)
+    assert [shown.motion.moves for shown in (moving, other)] == [False, False]

@@ -63,7 +63,7 @@ BOX = {
 
 
 
-[left] down  right  up  ? help  q quit""",
+[left] down  right  up  ? help  q quit  : command""",
     "crying-baby": """\
  crying-baby  turn 1/20  you: agent
 heard  quiet
