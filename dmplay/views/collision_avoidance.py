@@ -37,6 +37,7 @@ NAMES = ("descend", "none", "climb")  # of the actions, in few columns
 STEADY = 1  # the middle gust of three
 CEILINGS = (100, 200, 300, 400, 600, 800)  # m: the least that holds every height so far is on top
 LABEL = 6  # columns for heights
+EVERY = 3  # columns between two places ahead
 
 
 class Size(NamedTuple):
@@ -179,8 +180,10 @@ def _leads(
     """Where each advisory leads, and at the end of each its name."""
     time, heights = scales
     ends: dict[int, list[str]] = {}
+    first = time.column(-left) + 2
+    first += (time.right - first) % EVERY  # what is kept to stays as it is drawn
     for action, path in paths:
-        for column in range(time.column(-left) + 2, time.right + 1, 2):
+        for column in range(first, time.right + 1, EVERY):
             second = min(round(left + time.value(column)), len(path) - 1)
             row = size.rows - 1 - heights.column(path[second])
             canvas.put(column, row, AHEAD[action], "cyan")
@@ -265,7 +268,6 @@ def panel(view: View[CollisionAvoidance]) -> list[tuple[str, str]]:
         ("left", f"{left:g} s"),
         ("advice", _advisory(view)),
         ("changes", str(_changes(view))),
-        ("reward", f"{view.rewards[-1]:.2f}" if view.rewards else "-"),
     ]
 
 
