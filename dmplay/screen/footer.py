@@ -73,7 +73,7 @@ def _forms(game: Game, advice: Advice | None) -> Iterator[Text]:
 def _row(actions: Sequence[Key]) -> Text:
     row = Text()
     for action in actions:
-        row.append(action.words, style="" if action.able else "dim")
+        row.append(action.words)
     return row
 
 

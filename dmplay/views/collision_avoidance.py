@@ -7,7 +7,6 @@
 """
 
 from collections.abc import Iterable, Iterator
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -244,12 +243,6 @@ def _outcome(view: View[CollisionAvoidance]) -> str:
     return f"{'collision' if _close(view) else 'clear'}{ahead}: {_how(view)} the intruder"
 
 
-def _changes(view: View[CollisionAvoidance]) -> int:
-    """How often the advisory was changed."""
-    advisories = [a for _, _, a, _ in _states(view)]
-    return sum(a != b for a, b in pairwise(advisories))
-
-
 def goal(view: View[CollisionAvoidance]) -> list[str]:
     """What to be clear of when the other passes, and the price of an advice."""
     return [
@@ -267,7 +260,6 @@ def panel(view: View[CollisionAvoidance]) -> list[tuple[str, str]]:
         ("rate", f"{plus(dh, 1)} m/s"),
         ("left", f"{left:g} s"),
         ("advice", _advisory(view)),
-        ("changes", str(_changes(view))),
     ]
 
 

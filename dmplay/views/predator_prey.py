@@ -172,7 +172,7 @@ def goal(view: View[PredatorPrey]) -> list[str]:
 
 
 def panel(view: View[PredatorPrey]) -> list[tuple[str, str]]:
-    """Your last move, where everyone is, what shares a hex, and the scores."""
+    """Your last move, where everyone is, the scores, and what shares a hex."""
     problem, places = view.problem, _places(view)
     moved = _came(view, view.seat)[0] if view.turn else "-"
     reward = f"{view.rewards[-1]:g}" if view.rewards else "-"
@@ -180,16 +180,16 @@ def panel(view: View[PredatorPrey]) -> list[tuple[str, str]]:
     for seat, agent in enumerate(problem.agents):
         name = "you" if seat == view.seat else agent
         rows.append((f"{glyph(problem, seat)} {name}", notation_of(places[seat])))
-    for hex_ in dict.fromkeys(places):
-        marks = sorted(glyph(problem, seat) for seat, place in enumerate(places) if place == hex_)
-        if len(marks) > 1:
-            rows.append((f"* {notation_of(hex_)}", " ".join(marks)))
-    return [
-        *rows,
+    rows += [
         *_scores(view),
         ("slips aside", f"{problem.slip / 2:.2f} each"),
         ("discount", f"{problem.discount:.2f} (gamma)"),
     ]
+    for hex_ in dict.fromkeys(places):  # last, as these come and go
+        marks = sorted(glyph(problem, seat) for seat, place in enumerate(places) if place == hex_)
+        if len(marks) > 1:
+            rows.append((f"* {notation_of(hex_)}", " ".join(marks)))
+    return rows
 
 
 def _scores(view: View[PredatorPrey]) -> list[tuple[str, str]]:
