@@ -147,12 +147,12 @@ def _chosen(view: View[PredatorPrey], seat: int) -> int:
 
 
 def _came(view: View[PredatorPrey], seat: int) -> tuple[str, str]:
-    """What came of an agent's last move, for the panel and in a sentence."""
+    """What came of an agent's last move, in one word for the panel and in a sentence."""
     if _feeding(view, -2)[seat]:
-        met = "fed, stayed" if seat in view.problem.hunters else "was devoured, born again"
-        return met, met
+        hunts = seat in view.problem.hunters
+        return ("fed", "fed, stayed") if hunts else ("devoured", "was devoured, born again")
     walk = hexgrid.walked(_places(view, -2)[seat], _places(view)[seat], _chosen(view, seat))
-    return f"{'slip ' * walk.slipped}{walk.way}" or walk.said, walk.said
+    return f"{'slip ' * walk.slipped}{walk.way}" or "bumped", walk.said
 
 
 def _happened(view: View[PredatorPrey], seat: int) -> str:
