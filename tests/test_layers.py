@@ -15,13 +15,14 @@ HOUSE = HERE.parent / "dmplay"
 FLOORS = (
     "errors", "disk", "budget", "thought", "chance", "core", "dice", "describe", "hexes",
     "matrix_game", "tabular", "belief", "session", "blocks", "rollouts", "problems", "solvers",
-    "policies", "transcript", "finding", "terminal", "signals", "styles", "views", "figures",
-    "solutions", "measure", "advice", "game", "records", "words", "screen", "gallery", "reports",
-    "prompt", "front", "cli", "pytest_plugin", "__main__",
+    "policies", "transcript", "finding", "terminal", "signals", "styles", "painting", "views",
+    "figures", "solutions", "measure", "advice", "game", "records", "words", "screen", "gallery",
+    "reports", "prompt", "front", "cli", "pytest_plugin", "__main__",
 )  # fmt: skip
 SCREENS = {"rich", "typer", "prompt_toolkit"}
 ALLOWED = {  # what a floor may load beside the standard library and numpy
     "styles": {"rich"},
+    "painting": {"rich"},
     "views": {"rich"},
     "figures": {"rich"},
     "game": {"rich"},

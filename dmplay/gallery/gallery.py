@@ -12,8 +12,9 @@ from dmplay.gallery.offers import Offer
 from dmplay.gallery.preview import Preview, preview, wrapped, your_games
 from dmplay.game import saves
 from dmplay.game.game import Game
+from dmplay.painting.painter import Painter
+from dmplay.painting.writing import Place
 from dmplay.records import Record, all_records, found
-from dmplay.screen.painter import Painter, Place
 from dmplay.screen.shown import Room, fitted
 from dmplay.terminal import Terminal, clean
 from dmplay.thought import About, think

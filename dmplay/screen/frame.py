@@ -219,6 +219,7 @@ def _board(game: Game, room: Room, shown: Shown, within: Room) -> Text:
         large=True,
         regret=shown.advice and shown.advice.regret,
         outlook=shown.outlook,
+        passed=shown.passed,
     )
     return game.draw(look)
 

@@ -33,6 +33,7 @@ class Shown(NamedTuple):
     advice: Advice | None = None  # marked on the board and the keys
     outlook: Outlook | None = None  # what an action may bring
     past: bool = False  # whether an earlier turn of a game that is over is shown
+    passed: float = 1.0  # the share of the last turn's motion that is over
     best: str = ""  # your best return of such a game before this one
 
 

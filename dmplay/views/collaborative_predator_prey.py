@@ -1,5 +1,6 @@
 """How the blind hunt looks: for each hex how likely the prey is there, and how likely you are."""
 
+import math
 from collections.abc import Iterator
 from string import ascii_uppercase
 from typing import NamedTuple
@@ -21,6 +22,7 @@ from dmplay.views.style import Lesson, Look
 
 FAMILY, KEYS, LEFT = hexgrid.FAMILY, hexgrid.KEYS, hexgrid.LEFT
 TOLD = 4  # likeliest hexes that are told in words
+SHADES = 4  # of the prey, the darkest where it is likeliest
 FEW = 3  # likeliest hexes that have their percent
 CERTAIN = 1 - 1e-9
 
@@ -110,16 +112,16 @@ def _shade(belief: Reals, at: int, room: int, plain: bool) -> str:
     share, most = float(belief[at]), float(belief.max())
     if share < 1e-9:
         return " " * (room - 1) + "." if room == 1 else ""
-    shade = spark([share / most * 0.999], plain)
+    shade = spark([math.ceil(SHADES * share / most - 1e-9) / SHADES - 1e-9], plain)
     many = int((belief >= share - 1e-9).sum())
     told = percent(share) if many <= FEW else ""
     return told.center(room, shade) if len(told) < room else shade * room
 
 
 def _density(belief: Reals, at: int, room: int) -> str:
-    """A sign for each fifth of the likeliest hex's probability that you are here."""
+    """A sign for each third of the likeliest hex's probability that you are here."""
     share, most = float(belief[at]), float(belief.max())
-    signs = round(min(room, 5) * share / most)
+    signs = round(min(room, 3) * share / most)
     if most >= CERTAIN:
         return "@" * (signs > 0)
     told = percent(share) if share >= most - 1e-9 and (belief >= most - 1e-9).sum() == 1 else ""
@@ -150,8 +152,8 @@ def _caption(view: View[CollaborativePredatorPrey], look: Look) -> list[str]:
     sensed = f"sensed {seen(view)}"
     if view.beliefs is None:
         return [f"{sensed}. belief too large"]
-    full = f"{sensed}. @ you, {'#' if look.ascii else '█'} prey if likely"
-    return [full if len(full) <= look.width else sensed]
+    reading = f"@ you, {'#' if look.ascii else '█'} prey if likely"
+    return [reading if len(reading) <= look.width else sensed]
 
 
 def _numbered(view: View[CollaborativePredatorPrey], look: Look) -> Iterator[Text]:
@@ -251,15 +253,10 @@ def lesson(view: View[CollaborativePredatorPrey]) -> Lesson:
 
 
 def panel(view: View[CollaborativePredatorPrey]) -> list[tuple[str, str]]:
-    """What you did and sensed, and the likeliest hexes; the reward would betray a capture."""
+    """What you did and sensed; the board has what is likely, a reward would betray a capture."""
     sensed = seen(view) if view.turn else "-"
     reward = f"{view.rewards[-1]:g}" if view.rewards else "hidden"
     rows = [("last", view.last.upper() or "-"), ("sensed", sensed), ("reward", reward)]
-    known = marginals(view)
-    for name, shares in known._asdict().items() if known else ():
-        ((hex_, share),) = _likeliest(view, shares, 1)
-        anywhere = shares.max() - shares.min() < 1e-9
-        rows.append((name, "anywhere" if anywhere else f"{hex_} {percent(share)}"))
     if len(view.problem.agents) > 1:
         rows.append(("partner", "unseen"))
     return [*rows, ("discount", f"{view.problem.discount:.2f} (gamma)")]

@@ -7,7 +7,6 @@
 """
 
 from collections.abc import Iterable, Iterator
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -37,6 +36,7 @@ NAMES = ("descend", "none", "climb")  # of the actions, in few columns
 STEADY = 1  # the middle gust of three
 CEILINGS = (100, 200, 300, 400, 600, 800)  # m: the least that holds every height so far is on top
 LABEL = 6  # columns for heights
+EVERY = 3  # columns between two places ahead
 
 
 class Size(NamedTuple):
@@ -180,8 +180,10 @@ def _leads(
     """Where each advisory leads, and at the end of each its name."""
     time, heights = scales
     ends: dict[int, list[str]] = {}
+    first = time.column(-left) + 2
+    first += (time.right - first) % EVERY  # what is kept to stays as it is drawn
     for action, path in paths:
-        for column in range(time.column(-left) + 2, time.right + 1, 2):
+        for column in range(first, time.right + 1, EVERY):
             second = min(round(left + time.value(column)), len(path) - 1)
             row = size.rows - 1 - heights.column(path[second])
             canvas.put(column, row, AHEAD[action], "cyan")
@@ -248,12 +250,6 @@ def _outcome(view: View[CollisionAvoidance]) -> str:
     return f"{'collision' if _close(view) else 'clear'}{ahead}: {_how(view)} the intruder"
 
 
-def _changes(view: View[CollisionAvoidance]) -> int:
-    """How often the advisory was changed."""
-    advisories = [a for _, _, a, _ in _states(view)]
-    return sum(a != b for a, b in pairwise(advisories))
-
-
 def goal(view: View[CollisionAvoidance]) -> list[str]:
     """What to be clear of when the other passes, and the price of an advice."""
     return [
@@ -284,8 +280,6 @@ def panel(view: View[CollisionAvoidance]) -> list[tuple[str, str]]:
         ("rate", f"{plus(dh, 1)} m/s"),
         ("left", f"{left:g} s"),
         ("advice", _advisory(view)),
-        ("changes", str(_changes(view))),
-        ("reward", f"{view.rewards[-1]:.2f}" if view.rewards else "-"),
     ]
 
 

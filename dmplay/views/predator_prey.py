@@ -146,12 +146,12 @@ def _chosen(view: View[PredatorPrey], seat: int) -> int:
 
 
 def _came(view: View[PredatorPrey], seat: int) -> tuple[str, str]:
-    """What came of an agent's last move, for the panel and in a sentence."""
+    """What came of an agent's last move, in one word for the panel and in a sentence."""
     if _feeding(view, -2)[seat]:
-        met = "fed, stayed" if seat in view.problem.hunters else "was devoured, born again"
-        return met, met
+        hunts = seat in view.problem.hunters
+        return ("fed", "fed, stayed") if hunts else ("devoured", "was devoured, born again")
     walk = hexgrid.walked(_places(view, -2)[seat], _places(view)[seat], _chosen(view, seat))
-    return f"{'slip ' * walk.slipped}{walk.way}" or walk.said, walk.said
+    return f"{'slip ' * walk.slipped}{walk.way}" or "bumped", walk.said
 
 
 def _happened(view: View[PredatorPrey], seat: int) -> str:
@@ -186,7 +186,7 @@ def lesson(view: View[PredatorPrey]) -> Lesson:
 
 
 def panel(view: View[PredatorPrey]) -> list[tuple[str, str]]:
-    """Your last move, where everyone is, what shares a hex, and the scores."""
+    """Your last move, where everyone is, the scores, and what shares a hex."""
     problem, places = view.problem, _places(view)
     moved = _came(view, view.seat)[0] if view.turn else "-"
     reward = f"{view.rewards[-1]:g}" if view.rewards else "-"
@@ -194,16 +194,16 @@ def panel(view: View[PredatorPrey]) -> list[tuple[str, str]]:
     for seat, agent in enumerate(problem.agents):
         name = "you" if seat == view.seat else agent
         rows.append((f"{glyph(problem, seat)} {name}", notation_of(places[seat])))
-    for hex_ in dict.fromkeys(places):
-        marks = sorted(glyph(problem, seat) for seat, place in enumerate(places) if place == hex_)
-        if len(marks) > 1:
-            rows.append((f"* {notation_of(hex_)}", " ".join(marks)))
-    return [
-        *rows,
+    rows += [
         *_scores(view),
         ("slips aside", f"{problem.slip / 2:.2f} each"),
         ("discount", f"{problem.discount:.2f} (gamma)"),
     ]
+    for hex_ in dict.fromkeys(places):  # last, as these come and go
+        marks = sorted(glyph(problem, seat) for seat, place in enumerate(places) if place == hex_)
+        if len(marks) > 1:
+            rows.append((f"* {notation_of(hex_)}", " ".join(marks)))
+    return rows
 
 
 def _scores(view: View[PredatorPrey]) -> list[tuple[str, str]]:

@@ -48,6 +48,7 @@ class Look(NamedTuple):
     large: bool = False  # whether drawings may be larger than a transcript's frames
     regret: Reals | None = None  # [A], what each action loses against the best; nan: not legal
     outlook: Outlook | None = None  # what an action may bring, to be drawn on the board
+    passed: float = 1.0  # the share of the last turn's motion that is over
     ghost: Array | None = None  # the state of an agent that plays beside, to be drawn faintly
 
     @property
@@ -69,7 +70,8 @@ class Style(Protocol):
     """A view: a module of this shape, with the stem of its problem.
 
     It may also have NUDGES, keys that add so much to a typed number; LEFT, the keys of a second
-    person; and FAMILY, the name under which a player sets its keys where that is not the problem's.
+    person; FAMILY, the name under which a player sets its keys where that is not the problem's;
+    and MOVES, where a turn is seen to happen: it then draws what `Look.passed` says.
     """
 
     @property

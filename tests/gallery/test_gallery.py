@@ -17,9 +17,9 @@ from dmplay.gallery.offers import INSTALLED, KINDS, Offer, offers
 from dmplay.game.request import Request
 from dmplay.game.start import begin
 from dmplay.game.table import Table
+from dmplay.painting.painter import Painter
 from dmplay.screen import toolkit
 from dmplay.screen.frame import compose
-from dmplay.screen.painter import Painter
 from dmplay.screen.screen import Screen
 from dmplay.screen.shown import Room
 from dmplay.terminal import Terminal as Way

@@ -65,6 +65,20 @@ def test_a_screen_recording_is_an_asciicast_of_a_frame_a_turn(file: Path) -> Non
     assert all(frame[1] == "o" and "hexworld" in frame[2] for frame in frames)
 
 
+def test_a_screen_recording_of_version_3_tells_how_long_each_frame_comes_after_the_last(
+    file: Path,
+) -> None:
+    head, *frames = map(json.loads, export(file, "--cast3").splitlines())
+    older = [json.loads(row) for row in export(file, "--cast").splitlines()[1:]]
+    assert head == {
+        "version": 3,
+        "term": {"cols": 80, "rows": 24},
+        "title": "dmplay hexworld",
+    }
+    assert [frame[0] for frame in frames] == [0.0, 1.0, 1.0, 1.0, 1.0]
+    assert [frame[1:] for frame in frames] == [frame[1:] for frame in older]
+
+
 def test_text_tells_every_screen(file: Path) -> None:
     told = export(file, "--text")
     assert told.count("dmplay hexworld") == 5

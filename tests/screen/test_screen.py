@@ -52,19 +52,19 @@ BOX = {
  l e  u ne  y nw  h w  b sw  n se  ? help  q quit""",
     "2048": """\
  2048  turn 1  score 4  you: agent
-┌─────────────────────┐  largest 4
-│    ·    ·    ·    · │  empty   14
-│    ·    ·    ·    · │  last    left
-│    4    2    ·    · │  merged  4
-│    ·    ·    ·    · │  hint    Tab
-└─────────────────────┘
+┌─────┬─────┬─────┬─────┐  largest 4
+│     │     │     │     │  hint    Tab
+│     │     │     │     │
+│  4  │  2  │     │     │
+│     │     │     │     │
+└─────┴─────┴─────┴─────┘
 
  turn 1. slid left. new 2 in row 3, column 2.
    reward 4. score 4.
 
 
 
- [left]  down  right  up  ? help  q quit""",
+[left] down  right  up  ? help  q quit  : command""",
     "crying-baby": """\
  crying-baby  turn 1/20  you: agent
 heard  quiet

@@ -7,8 +7,8 @@ import pytest
 
 from dmplay.game.game import Game
 from dmplay.game.table import Table
+from dmplay.painting.painter import LISTEN
 from dmplay.screen.frame import compose
-from dmplay.screen.painter import LISTEN
 from dmplay.screen.screen import Screen
 from dmplay.screen.shown import Room
 from dmplay.terminal import Terminal

@@ -54,7 +54,6 @@ def test_the_panel_has_what_the_board_does_not_say() -> None:
     view = advised().view(0)
     assert collision_avoidance.panel(view) == [
         ("height", "+23 m"), ("rate", "-5.0 m/s"), ("left", "30 s"), ("advice", "none"),
-        ("changes", "3"), ("reward", "-0.01"),
     ]  # fmt: skip
 
 

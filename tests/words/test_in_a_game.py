@@ -61,7 +61,7 @@ def test_a_game_without_a_turn_and_a_script_are_not_asked(table: Table) -> None:
     assert typed(table, "set slip 0.1").startswith("new game")
 
 
-@pytest.mark.parametrize("form", ["svg", "film", "html", "cast"])
+@pytest.mark.parametrize("form", ["svg", "film", "html", "cast", "cast3"])
 def test_a_picture_is_written_to_a_file_not_over_the_board(
     form: str, table: Table, tmp_path: Path
 ) -> None:
