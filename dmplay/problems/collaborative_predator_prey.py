@@ -157,19 +157,28 @@ class CollaborativePredatorPrey(Hunt):
         on where the prey was. A row has the same bits in any batch: its products are its own.
         """
         size = len(self.hexes)
-        walks = [(self.walks.mean(axis=0) if a is None else self.walks[a]).T for a in actions]
-        stays = np.eye(size, dtype=bool)[:, None]  # from the hex of the prey
-        fed = [np.where(stays, np.eye(size), walk) for walk in walks]
+        taken = [-1 if a is None else a for a in actions]
+        walks, fed = ([led[a] for a in taken] for led in self._led)
         before = belief.reshape(-1, self.states // size, size)
         hunted, caught = np.where(self._caught, 0.0, before), np.where(self._caught, before, 0.0)
         fled = np.matmul(hunted[:, :, None], self.flights.reshape(-1, size, size))
-        after: Reals = _walked(fled, [walk[None] for walk in walks]).reshape(len(before), -1, size)
+        after: Reals = _walked(fled, walks).reshape(len(before), -1, size)
         after += _walked(caught.swapaxes(1, 2), fed).sum(axis=1)[:, :, None] / size
         after = after.reshape(belief.shape)
         for seat, observation in enumerate(observations):
             if observation is not None:
                 after = after * (self._observed[:, seat] == observation)
         return after
+
+    @cached_property
+    def _led(self) -> tuple[Reals, Reals]:
+        """How likely each direction, and any of them, leads to a hex from another: `[7, 1, H, H]`,
+        and `[7, H, H, H]` with a prey on each hex, on which a predator feeds and stays.
+        """
+        size = len(self.hexes)
+        walks = np.vstack([self.walks, self.walks.mean(axis=0)[None]]).swapaxes(1, 2)[:, None]
+        stays = np.eye(size, dtype=bool)[:, None]  # from the hex of the prey
+        return walks, np.where(stays, np.eye(size), walks)
 
     @cached_property
     def _caught(self) -> Bools:

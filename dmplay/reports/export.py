@@ -11,6 +11,7 @@ from rich.text import Text
 from dmplay.describe import counted
 from dmplay.disk import apart
 from dmplay.errors import BadParameter
+from dmplay.game.errand import Printout
 from dmplay.game.formats import FORMATS
 from dmplay.game.playback import Playback
 from dmplay.reports.drawing import film as pictures
@@ -59,8 +60,8 @@ def svg(game: Playback, turn: int | None, room: Room) -> Iterator[str]:
 
 def film(game: Playback, turn: int | None, room: Room) -> Iterator[str]:
     """The screen turn by turn, as an animated picture."""
-    shown = [*screens(game, room._replace(height=SHORT_ROOM_ROWS))]
-    yield pictures(shown, f"dmplay {game.name}", room.width)
+    shown = screens(game, room._replace(height=SHORT_ROOM_ROWS))
+    yield from pictures(shown, 1 + game.steps, f"dmplay {game.name}", room.width)
 
 
 def html(game: Playback, turn: int | None, room: Room) -> Iterator[str]:
@@ -168,7 +169,7 @@ def exported(  # noqa: PLR0913 - a file, and what is wanted of it
     force: bool = False,
     trusted: bool = False,
     peek: bool = False,
-) -> str:
+) -> Printout:
     """A transcript in the one form chosen; nothing where it is written to a file."""
     if len(chosen) != 1:
         raise BadParameter(f"export: choose one of {', '.join(f'--{name}' for name in FORMATS)}")
