@@ -220,6 +220,7 @@ def _board(game: Game, room: Room, shown: Shown, within: Room) -> Text:
         regret=shown.advice and shown.advice.regret,
         outlook=shown.outlook,
         passed=shown.passed,
+        panel=max(PANEL + 2 - (room.width - within.width), 0),
     )
     return game.draw(look)
 
