@@ -402,6 +402,13 @@ def test_a_curtain_on_the_smallest_screens_names_who_is_next(rows: int) -> None:
     assert "heard" not in drawn
 
 
+def test_a_log_begins_with_the_goal_where_that_has_no_row_of_its_own() -> None:
+    for rows in (19, 24):
+        begun, moved = play(game("hexworld"), "l", size=(80, rows)).frames
+        assert begun.count("reach +10 or +5") == 1
+        assert moved.count("reach +10 or +5") == (rows == 24)
+
+
 @pytest.mark.parametrize("problem", PROBLEMS)
 @pytest.mark.parametrize("rows", [1, 2, 3, 4, 5])
 def test_the_smallest_screens_tell_what_is_most_urgent(problem: str, rows: int) -> None:
