@@ -23,10 +23,8 @@ from tests.support.games import session
 from tests.support.glyphs import GLYPHS, PLAIN
 from tests.support.looks import foreseen
 
-crying_baby = style_of(dmplay.load("crying-baby"))
 game_2048 = style_of(dmplay.load("2048"))
 hexworld = style_of(dmplay.load("hexworld"))
-prisoners_dilemma = style_of(dmplay.load("prisoners-dilemma"))
 
 SIZES = [(80, 24), (80, 12), (50, 14), (40, 8), (12, 2)]
 
@@ -45,24 +43,6 @@ def played(problem: Problem, turns: int) -> Session:
     while len(game.turns) < turns and not game.over:
         game.advance()
     return game
-
-
-def test_hexworld_at_its_start() -> None:
-    view = session("hexworld", [0.5], [0.0]).view(0)
-    assert (
-        fit(hexworld, view, Look(80, 24, keys=True)).plain
-        == """\
- ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲
-│     │     │     │     │  h  │  @  │  l  │     │     │     │
-│     │     │     │     │     │     │     │     │     │     │
-  ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
-   │  ◆  │     │     │     │  b  │           │     │     │
-   │  +5 │     │     │     │     │           │     │     │
- ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲     ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲
-│     │     │  ✗  │     │     │     │     │     │     │  ◆  │
-│     │     │ -10 │     │     │     │     │     │     │ +10 │
-  ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱"""
-    )
 
 
 def test_hexworld_in_compact_ascii_with_its_policy() -> None:
@@ -120,37 +100,6 @@ def test_2048_with_its_new_tile_underlined() -> None:
     ·    ·    ·    ·
     ·    ·    ·    ·
     2    4    ·    ·"""
-    )
-
-
-def test_the_crying_baby_heard_twice() -> None:
-    game = session("crying-baby", [0.9], [0.0], [0.75])
-    game.advance([2])
-    game.advance([1])
-    assert (
-        fit(crying_baby, game.view(0), Look(80, 24)).plain
-        == """\
-heard  crying
-
-sated   ···················· 0.000
-hungry  ████████████████████ 1.000
-history of hungry ▅██·················"""
-    )
-
-
-def test_the_prisoners_dilemma_with_its_last_play() -> None:
-    game = session("prisoners-dilemma", [], [], [])
-    game.advance([1, 0])
-    assert (
-        fit(prisoners_dilemma, game.view(0), Look(80, 24)).plain
-        == """\
-          │cooperate │  defect
-──────────┼──────────┼──────────
- cooperate│  -1, -1  │  -4, 0
->defect   │ [0, -4]  │  -3, -3
-
-agent1 (you) D
-agent2       C"""
     )
 
 
