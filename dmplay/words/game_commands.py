@@ -166,7 +166,7 @@ def foresee(game: Game, action: float) -> str:
     return told
 
 
-def drawn_ahead(game: Game, action: float, width: int) -> str:
+def ahead(game: Game, action: float, width: int) -> str:
     """What an action may bring, in so many columns where a board draws it: no row of numbers."""
     told = foresee(game, action)
     if len(told) < width and not isinstance(game.problem.states, Continuous):
