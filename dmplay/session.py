@@ -15,6 +15,7 @@ from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Continuous, Memory, Outcome, Percept, Policy, Problem, asked, locked, own
 from dmplay.describe import ended
 from dmplay.dice import NATURE
+from dmplay.displayed import Displayed
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
 
 LARGEST_BELIEF = 4096  # states that a view shows a belief over, where it is quick to have
@@ -193,7 +194,7 @@ class _Known(NamedTuple):
     terminal: bool
 
 
-class Session:
+class Session(Displayed):
     """One game; a seat without a policy is played from outside, through `advance`."""
 
     def __init__(
