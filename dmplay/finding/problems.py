@@ -1,23 +1,29 @@
-"""Problems by name: built in, installed or in a file.
+"""Problems by name, found in one of these ways, the first that takes the name:
 
-A problem is `NAME`, `NAME:VARIANT`, the name of an installed entry point (group
-`dmplay.problems`), `MODULE:ATTRIBUTE` or `./FILE.py:ATTRIBUTE`. A module of a problem may offer
-VARIANTS, name -> instance.
+- `NAME` or `NAME:VARIANT`, built in or that of an installed entry point (group `dmplay.problems`)
+- `FILE.pomdp`, `.mdp`, `.dpomdp`, `.nfg`, `.efg`: data, which is read
+- `gymnasium:ID`, `pettingzoo:ID`, `openspiel:GAME(ARGUMENTS)`: of another library
+- `./FILE.py:ATTRIBUTE`, `MODULE:ATTRIBUTE`: code of the user's
+
+A module of a problem may offer VARIANTS, name -> instance.
 """
 
 import inspect
 from collections.abc import Mapping
 from dataclasses import fields, replace
 from importlib import import_module
+from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
 
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, UnknownName
+from dmplay.finding import data, guests
 from dmplay.finding.names import problem_names, stem_of
 from dmplay.finding.outside import attribute, is_outside
 from dmplay.finding.sound import sound
 from dmplay.finding.typed import typed
+from dmplay.finding.ways import CODE, HERE, Found, Way, is_data, moved
 
 GROUP = "dmplay.problems"
 
@@ -28,6 +34,7 @@ class Loaded(NamedTuple):
     name: str
     problem: Problem
     parameters: dict[str, object]
+    origin: str = ""  # by which another is told: a file's hash, a library's version
 
 
 def load(name: str, **parameters: object) -> Problem:
@@ -38,26 +45,24 @@ def load(name: str, **parameters: object) -> Problem:
     return resolve(name, parameters).problem
 
 
-def resolve(name: str, given: Mapping[str, object], *, trusted: bool = True) -> Loaded:
-    """The problem of this name; nothing but built-in code is imported unless `trusted`."""
-    base, _, variant = name.partition(":")
-    base = _plain(base)
-    if base in problem_names():
-        variant = variant.lower()
-        plain = _of_module(_built_in(base), base, variant)
-        name = f"{base}:{variant}" if variant else base
-    elif not trusted:
+def resolve(
+    name: str, given: Mapping[str, object], *, trusted: bool = True, folder: Path = HERE
+) -> Loaded:
+    """The problem of this name, a path in it told from `folder`.
+
+    Nothing but dmplay's own code runs unless `trusted`.
+    """
+    name = moved(name, folder, HERE)
+    way = next(way for way in WAYS if way.takes(name))
+    if not (way.safe or trusted):
         raise UnknownName("built-in problem", name, problem_names())
-    elif base.endswith(".py") and not variant:
-        raise BadParameter(f"got {name!r}, expected the problem in it too, as {base}:Problem")
-    else:
-        plain = _brought(name) if is_outside(name) else _installed(base, variant)
-    problem = configured(plain, given)
-    if base not in problem_names():
-        sound(name, problem)
-    usual = parameters(plain)
+    found = way.find(name)
+    problem = configured(found.problem, given)
+    if not stem(problem):
+        sound(found.name, problem)
+    usual = parameters(found.problem)
     changed = {key: one for key, one in parameters(problem).items() if one != usual[key]}
-    return Loaded(name, problem, changed)
+    return Loaded(found.name, problem, changed, found.origin)
 
 
 def _plain(name: str) -> str:
@@ -102,8 +107,25 @@ def docs(problem: Problem) -> str:
     return inspect.getdoc(inspect.getmodule(type(problem))) or inspect.getdoc(problem) or ""
 
 
+def brought(problem: Problem) -> bool:
+    """Whether the code of a problem is not dmplay's, so that its transcripts need trust."""
+    return not type(problem).__module__.startswith("dmplay.")
+
+
 def _built_in(base: str) -> ModuleType:
     return import_module(f"dmplay.problems.{stem_of(base)}")
+
+
+def _is_built_in(name: str) -> bool:
+    return _plain(name.partition(":")[0]) in problem_names()
+
+
+def _own(name: str) -> Found:
+    """A built-in problem."""
+    base, _, variant = name.partition(":")
+    base, variant = _plain(base), variant.lower()
+    problem = _of_module(_built_in(base), base, variant)
+    return Found(f"{base}:{variant}" if variant else base, problem)
 
 
 def installed() -> dict[str, str]:
@@ -113,21 +135,28 @@ def installed() -> dict[str, str]:
     return {point.name: point.module for point in entry_points(group=GROUP)}
 
 
-def _installed(name: str, variant: str) -> Problem:
-    """The problem of an entry point."""
-    known = installed()
-    if name not in known:
-        raise UnknownName("problem", name, [*problem_names(), *known])
-    return _of_module(import_module(known[name]), name, variant)
+def _installed(name: str) -> Found:
+    """The problem of an entry point; of no other way, raises UnknownName."""
+    base, _, variant = name.partition(":")
+    base, known = _plain(base), installed()
+    if base not in known:
+        raise UnknownName("problem", base, [*problem_names(), *known])
+    return Found(name, _of_module(import_module(known[base]), base, variant))
 
 
-def _brought(name: str) -> Problem:
-    """The problem of a module or a file."""
+def _is_code(name: str) -> bool:
+    return is_outside(name) or name.endswith(CODE)
+
+
+def _brought(name: str) -> Found:
+    """The problem of a module or a file of code."""
+    if name.endswith(CODE):
+        raise BadParameter(f"got {name!r}, expected the problem in it too, as {name}:Problem")
     found = attribute(name)
     made = found() if isinstance(found, type) else found
     if not isinstance(made, Problem):
         raise BadParameter(f"{name}: got {type(made).__name__}, expected a dmplay Problem")
-    return made
+    return Found(name, made)
 
 
 def _of_module(module: ModuleType, name: str, variant: str) -> Problem:
@@ -146,3 +175,12 @@ def _problem_class(module: ModuleType) -> type[Problem]:
         if issubclass(value, Problem) and not inspect.isabstract(value):
             return value
     raise BadParameter(f"{module.__name__} offers no Problem")
+
+
+WAYS = (
+    Way(_is_built_in, _own, safe=True),
+    Way(is_data, data.find, safe=True),
+    Way(guests.takes, guests.find),
+    Way(_is_code, _brought),
+    Way(lambda name: True, _installed),  # entry points last: to look for them takes time
+)
