@@ -92,8 +92,8 @@ def configured(problem: Problem, given: Mapping[str, object]) -> Problem:
 
 
 def parameters(problem: Problem) -> dict[str, object]:
-    """The parameters of a problem with their values."""
-    return {one.name: getattr(problem, one.name) for one in fields(problem)}
+    """The parameters of a problem with their values; what it does not show of itself is none."""
+    return {one.name: getattr(problem, one.name) for one in fields(problem) if one.repr}
 
 
 def stem(problem: Problem) -> str:
@@ -142,6 +142,11 @@ def _installed(name: str) -> Found:
     if base not in known:
         raise UnknownName("problem", base, [*problem_names(), *known])
     return Found(name, _of_module(import_module(known[base]), base, variant))
+
+
+def is_elsewhere(name: str) -> bool:
+    """Whether a name holds a path, under which another problem may stand tomorrow."""
+    return is_data(name) or _is_code(name)
 
 
 def _is_code(name: str) -> bool:

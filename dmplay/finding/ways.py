@@ -41,5 +41,10 @@ def moved(name: str, before: Path, after: Path) -> str:
     return os.path.relpath(before / place, after) + colon + rest
 
 
+def beside(path: Path) -> Path:
+    """The folder from which a transcript tells of paths: its own, or for a stream this one."""
+    return HERE if path.is_relative_to("/dev") else path.parent
+
+
 def _same(before: Path, after: Path, place: str) -> bool:
     return before.resolve() == after.resolve() and not Path(place).is_absolute()

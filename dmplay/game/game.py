@@ -47,6 +47,7 @@ class Game:
         self.recorder = recorder
         self.asked = asked  # None for a recording
         self.style = style_of(session.problem)
+        self.warning = ""  # for whoever goes on with it, or looks at it
         self.notes = ""  # for the end of the transcript
         self.verdict: Sequence[str] = ()  # what its moves and dice were worth, once it is over
         self.ghost: Ghost | None = None

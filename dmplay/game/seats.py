@@ -9,6 +9,7 @@ from dmplay.disk import content
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.finding import agents, problems
 from dmplay.finding.outside import is_outside
+from dmplay.finding.ways import HERE, beside, moved
 from dmplay.game.keyboard import action_of
 from dmplay.game.request import Request
 from dmplay.game.saves import readable
@@ -102,12 +103,20 @@ def _asked(problem: Problem, seat: int, who: str, trusted: bool) -> Policy | Non
     return None if timed else policy
 
 
-def header(loaded: problems.Loaded, seats: Sequence[str], dice: Dice, request: Request) -> Header:
-    """The transcript header of a game; scripts are named without their place."""
+def told_in(name: str, path: Path | None) -> str:
+    """The name of a problem as a transcript there has it."""
+    return moved(name, HERE, beside(path)) if path else name
+
+
+def header(
+    loaded: problems.Loaded, seats: Sequence[str], dice: Dice, request: Request, path: Path | None
+) -> Header:
+    """The header of a game's transcript there; scripts are named without their place."""
     names = [
         who.partition(":")[0] if who.startswith(("script:", "replay:")) else who for who in seats
     ]
     told = {line.field: getattr(request, line.field) for line in LINES}
-    told |= {"problem": loaded.name, "parameters": loaded.parameters, "seed": dice.seed}
+    told |= {"problem": told_in(loaded.name, path), "origin": loaded.origin, "seed": dice.seed}
+    told["parameters"] = loaded.parameters
     told["seats"] = dict(zip(loaded.problem.agents, map(clean, names), strict=True))
     return Header(**told)

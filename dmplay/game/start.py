@@ -15,14 +15,14 @@ from dmplay.errors import BadParameter
 from dmplay.finding import agents, problems
 from dmplay.game import saves
 from dmplay.game.account import frame
-from dmplay.game.checking import loaded
+from dmplay.game.checking import altered, loaded
 from dmplay.game.game import Game
 from dmplay.game.keyboard import Keyboard
 from dmplay.game.keymap import hands
 from dmplay.game.playback import Playback
 from dmplay.game.request import Branching, Recording, Request, Resumption, Wanted, pairs, repeated
 from dmplay.game.saves import OUTPUT, readable, standard
-from dmplay.game.seats import HUMAN, header, people, seat_policy, sitting
+from dmplay.game.seats import HUMAN, header, people, seat_policy, sitting, told_in
 from dmplay.session import Session
 from dmplay.transcript.format import Frame, turn_limit
 from dmplay.transcript.header import Header
@@ -65,13 +65,14 @@ def new(request: Request, shown: Collection[Luck] = ()) -> Game:
     limit = turn_limit(problem, seats, request.turns)
     session = Session(problem, dice, policies, limit=limit)
     ghost = beside(session, people(seats), request.ghost) if request.ghost else None
-    told = header(found, seats, dice, replace(request, peeked=False, branched=None))
+    path = request.record and standard(request.record, OUTPUT)
+    told = header(found, seats, dice, replace(request, peeked=False, branched=None), path)
     if luck(found.name, dice) in shown:
         told = going_on(told, problem)
     request = replace(request, peeked=told.peeked)
-    path = request.record and standard(request.record, OUTPUT)
     if path is None and (request.keep or HUMAN in seats):
         path = saves.new(found.name)
+        told = replace(told, problem=told_in(found.name, path))
     recorder = None
     if path:
         recorder = Recorder.create(
@@ -146,7 +147,9 @@ def resumed(wanted: Resumption, shown: Collection[Luck] = ()) -> Game:
     recorder.private = saves.keeps(path)
     if not transcript.blocks:
         recorder.turn()
-    return _repeated(found, transcript.header, seats, wanted, recorder)
+    game = _repeated(found, transcript.header, seats, wanted, recorder)
+    game.warning = altered(transcript, found)
+    return game
 
 
 def branched(wanted: Branching, shown: Collection[Luck] = ()) -> Game:
@@ -162,7 +165,14 @@ def branched(wanted: Branching, shown: Collection[Luck] = ()) -> Game:
     seats, policies = sitting(found.problem, transcript.header.seats, trusted=wanted.trusted)
     _answered(found.problem, seats, asks=wanted.asks)
     names = dict(zip(found.problem.agents, seats, strict=True))
-    header = replace(transcript.header, seats=names, branched=wanted.turn)
+    place = told_in(found.name, wanted.record)
+    header = replace(
+        transcript.header,
+        problem=place,
+        origin=found.origin,
+        seats=names,
+        branched=wanted.turn,
+    )
     header = going_on(header, found.problem, transcript.path)
     if luck(found.name, header.dice) not in shown:
         opened(transcript, found.problem, peek=wanted.peek)
@@ -172,9 +182,12 @@ def branched(wanted: Branching, shown: Collection[Luck] = ()) -> Game:
     recorder = Recorder.create(
         wanted.record, header, session, frame=_framing(transcript), force=wanted.force
     )
+    warning = altered(transcript, found)
     del transcript  # what it holds of every turn is held by both sessions
     _retell(past, wanted.turn, session, recorder)
-    return _repeated(found, header, seats, wanted, recorder)
+    game = _repeated(found, header, seats, wanted, recorder)
+    game.warning = warning
+    return game
 
 
 def _repeated(
@@ -185,7 +198,7 @@ def _repeated(
     recorder: Recorder,
 ) -> Game:
     """A game that goes on from a transcript."""
-    asked = repeated(header, seats, recorder.path, wanted.keys)
+    asked = repeated(replace(header, problem=found.name), seats, recorder.path, wanted.keys)
     keyboard = Keyboard(found.problem, people(seats), wanted.keys)
     return Game(found.name, recorder.session, seats, keyboard, recorder, asked)
 
@@ -221,7 +234,7 @@ def retold(game: Game, path: Path) -> None:
         draft = Path(place, path.name)
         framing = frame if asked.frames else None
         recorder = Recorder.create(
-            draft, header(found, game.seats, dice, asked), session, frame=framing
+            draft, header(found, game.seats, dice, asked, path), session, frame=framing
         )
         _retell(played, len(played.turns), session, recorder)
         if played.over:

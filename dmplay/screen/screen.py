@@ -63,6 +63,7 @@ class Screen:
         self._sit()
         if table.game.people and table.game.asked and table.game.recorder is None:
             self.message = "this game is not kept: there is no place to write to"
+        self.message = table.game.warning or self.message
 
     def _sit(self) -> None:
         """Forgets the game before this one."""
