@@ -14,8 +14,10 @@ from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Continuous, Memory, Outcome, Percept, Policy, Problem, asked, locked, own
 from dmplay.dice import NATURE
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
+from dmplay.tabular import Tabular
 
 LARGEST_BELIEF = 4096  # states that a view shows a belief over, where it is quick to have
+LARGEST_ROWS = 2**16  # of them where what can happen is listed
 PART = 256  # turns of a part of what a seat was told
 LONGEST_LIST = 64  # states; a longer belief, written as a list, is no use to a reader
 
@@ -321,6 +323,8 @@ class Session:
     @property
     def believes(self) -> bool:
         """Whether seats have a belief to show: hidden states, finite and few enough."""
+        if isinstance(self.problem, Tabular):
+            return believed(self.problem) <= LARGEST_ROWS
         quick = type(self.problem).carry is not Problem.carry
         return believed(self.problem) <= (LARGEST_BELIEF if quick else LONGEST_LIST)
 

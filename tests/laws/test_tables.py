@@ -5,7 +5,7 @@ import pytest
 
 from dmplay.chance import Array, Bools
 from dmplay.core import Problem, exact
-from dmplay.tabular import Tabular, tabulate
+from dmplay.tabular import Tables, Tabular, tabulate
 from tests.support.brought import Heap, Key
 from tests.support.cases import anything, every_problem, load
 from tests.support.pools import WALK, lists, pool
@@ -102,5 +102,6 @@ def test_nobody_writes_into_the_tables_of_a_game() -> None:
     for name in ("machine-replacement", "catch", "crying-baby"):
         problem = load(name)
         assert isinstance(problem, Tabular)
+        assert isinstance(problem.tables, Tables)
         for array in problem.tables:
             assert array is None or not array.flags.writeable
