@@ -2,7 +2,7 @@
 
 import math
 
-from dmplay.core import Continuous, Problem
+from dmplay.core import Continuous, Labels, Numbers, Problem, Sight
 
 VARIES = "varies"
 
@@ -19,7 +19,7 @@ def summary(problem: Problem) -> dict[str, str]:
     agents = VARIES if varies(problem, "agents") else str(len(problem.agents)) if many else "-"
     each = " per agent" if many else ""
     observations = problem.observations
-    seen = f"{len(observations[0])}{each}" if observations else "-"
+    seen = f"{_kinds(observations[0])}{each}" if observations else "-"
     return {
         "agents": agents,
         "states": VARIES if varies(problem, "states") else _states(problem),
@@ -27,6 +27,16 @@ def summary(problem: Problem) -> dict[str, str]:
         "observations": seen,
         "discount": f"{problem.discount:g}",
     }
+
+
+def _kinds(observed: Sight) -> str:
+    """How many things can be observed."""
+    match observed:
+        case Labels():
+            return str(len(observed))
+        case Numbers(many):
+            return f"in R^{many}" if many > 1 else "in R"
+    return "text"
 
 
 def _states(problem: Problem) -> str:

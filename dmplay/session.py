@@ -11,7 +11,18 @@ import numpy as np
 
 from dmplay import belief as beliefs
 from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Continuous, Memory, Outcome, Percept, Policy, Problem, asked, locked, own
+from dmplay.core import (
+    Continuous,
+    Labels,
+    Memory,
+    Outcome,
+    Percept,
+    Policy,
+    Problem,
+    asked,
+    locked,
+    own,
+)
 from dmplay.dice import NATURE
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
 from dmplay.tabular import Tabular
@@ -146,7 +157,8 @@ class View(Generic[P_co]):
 
 def believed(problem: Problem) -> float:
     """How many hidden states a belief is over; infinity where there is no belief."""
-    if not problem.hidden or isinstance(problem.states, Continuous):
+    labelled = all(isinstance(known, Labels) for known in problem.observations)
+    if not problem.hidden or not labelled or isinstance(problem.states, Continuous):
         return math.inf
     return problem.states
 

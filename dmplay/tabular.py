@@ -172,7 +172,7 @@ class Tabular(Problem):
     @cached_property
     def _each(self) -> Ints:
         """The observation of each agent in each joint observation `[O, n]`."""
-        return np.array(list(product(*(range(len(labels)) for labels in self.observations))))
+        return np.array(list(product(*map(range, self.observation_counts))))
 
     def _row(self, s: Array, a: Array) -> Ints:
         row = s
@@ -259,8 +259,8 @@ def joint_actions(problem: Problem) -> Ints:
 def joint_observation(problem: Problem, observations: Array) -> Ints:
     """The row-major index of joint observations `[..., n]`."""
     joint = np.zeros(observations.shape[:-1], np.int64)
-    for seat, labels in enumerate(problem.observations):
-        joint = joint * len(labels) + observations[..., seat]
+    for seat, many in enumerate(problem.observation_counts):
+        joint = joint * many + observations[..., seat]
     return joint
 
 
@@ -278,7 +278,7 @@ def _dense(problem: Tabular) -> Tables:
     tables = problem.tables
     if isinstance(tables, Tables):
         return tables.dense
-    return tables.dense(problem.states, prod(map(len, problem.observations)))
+    return tables.dense(problem.states, prod(problem.observation_counts))
 
 
 def tabulate(problem: Problem) -> Tables:
@@ -292,7 +292,7 @@ def tabulate(problem: Problem) -> Tables:
     choices = joint_actions(problem)
     size, many = len(states), len(choices)
     budget = Budget("tables", "fewer states or actions, or an agent that lists none: search")
-    kinds = prod(map(len, problem.observations))
+    kinds = prod(problem.observation_counts)
     budget.hold(8.0 * size * many * (size + kinds * (2 if problem.hidden else 0)))
     s, a = np.repeat(states, many, axis=0), np.tile(choices, (size, 1))
     a = _allowed(problem, s, a)

@@ -12,11 +12,11 @@ import pytest
 HERE = Path(__file__).parent
 HOUSE = HERE.parent / "dmplay"
 FLOORS = (
-    "errors", "disk", "budget", "thought", "chance", "core", "dice", "describe", "hexes",
-    "matrix_game", "rows", "tabular", "belief", "session", "rollouts", "problems", "solvers",
-    "policies", "transcript", "finding", "terminal", "signals", "styles", "views", "figures",
-    "solutions", "advice", "game", "records", "words", "screen", "gallery", "reports", "prompt",
-    "front", "cli", "pytest_plugin", "__main__",
+    "errors", "places", "disk", "budget", "thought", "chance", "core", "dice", "describe", "hexes",
+    "matrix_game", "rows", "tabular", "sound", "belief", "session", "rollouts", "laws", "problems",
+    "solvers", "policies", "transcript", "finding", "terminal", "signals", "styles", "views",
+    "figures", "solutions", "advice", "game", "records", "words", "screen", "gallery", "reports",
+    "prompt", "front", "cli", "pytest_plugin", "__main__",
 )  # fmt: skip
 SCREENS = {"rich", "typer", "prompt_toolkit"}
 ALLOWED = {  # what a floor may load beside the standard library and numpy

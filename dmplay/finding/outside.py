@@ -2,36 +2,16 @@
 
 import importlib
 import importlib.util
-import os
-import sysconfig
-import traceback
 from pathlib import Path
 from typing import Any
 
 from dmplay.errors import BadParameter, UnknownName
-
-INSTALLED = (
-    str(Path(__file__).parent.parent),
-    *map(sysconfig.get_path, ("stdlib", "purelib", "platlib")),
-)
 
 
 def is_outside(name: str) -> bool:
     """Whether a name points into a file or a module by path."""
     base, colon, _ = name.partition(":")
     return bool(colon) and (base.endswith(".py") or "/" in base or "." in base)
-
-
-def blamed(error: BaseException) -> str:
-    """The line of code outside of dmplay and of packages that an error comes from, and the error;
-    '' where there is none.
-    """
-    frames = traceback.extract_tb(error.__traceback__)
-    own = [frame for frame in frames if not frame.filename.startswith((*INSTALLED, "<"))]
-    if not own:
-        return ""
-    what = f"{type(error).__name__}: {error}".partition("\n")[0].removesuffix(": ")
-    return f"{os.path.relpath(own[-1].filename)}:{own[-1].lineno}: {what}"
 
 
 def attribute(name: str) -> Any:

@@ -21,9 +21,9 @@ from dmplay.errors import BadParameter, UnknownName
 from dmplay.finding import data, guests
 from dmplay.finding.names import problem_names, stem_of
 from dmplay.finding.outside import attribute, is_outside
-from dmplay.finding.sound import sound
 from dmplay.finding.typed import typed
 from dmplay.finding.ways import CODE, HERE, Found, Way, is_data, moved
+from dmplay.sound import sound
 
 GROUP = "dmplay.problems"
 

@@ -10,8 +10,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from dmplay.core import Interval, Labels
-from dmplay.describe import summary
+from dmplay.core import Interval, Labels, Problem, Texts
+from dmplay.describe import counted, summary
 from dmplay.errors import UnknownName
 from dmplay.finding import agents, problems
 from dmplay.finding.names import problem_names
@@ -135,7 +135,7 @@ def about(name: str, keys: Keys = AS_DRAWN) -> About:
         agents=list(problem.agents),
         states=summary(problem)["states"],
         actions=_actions(problem.actions[0]),
-        observations=list(problem.observations[0]) if problem.hidden else "the state",
+        observations=_observed(problem),
         turns=problem.horizon,
         parameters={
             one.name: {
@@ -148,6 +148,16 @@ def about(name: str, keys: Keys = AS_DRAWN) -> About:
         players={agent: _first_line(make) for agent, make in agents.roster(problem).agents.items()},
         keys=dict(hands(problem, keys).keys),
     )
+
+
+def _observed(problem: Problem) -> Space:
+    """What the first agent observes."""
+    if not problem.hidden:
+        return "the state"
+    known = problem.observations[0]
+    if isinstance(known, Labels):
+        return list(known)
+    return "a line of text" if isinstance(known, Texts) else counted(known.many, "number")
 
 
 def _first_line(make: object) -> str:
