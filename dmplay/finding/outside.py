@@ -1,42 +1,42 @@
-"""What a name finds outside of dmplay: an attribute of a module, or of a Python file."""
+"""What a name finds outside of dmplay: a module or a Python file, and what is in it."""
 
-import importlib
-import importlib.util
-from pathlib import Path
+from collections.abc import Mapping
+from importlib.util import find_spec
+from types import ModuleType
 from typing import Any
 
 from dmplay.errors import BadParameter, UnknownName
+from dmplay.finding import code
+from dmplay.finding.ways import CODE
 
 
 def is_outside(name: str) -> bool:
-    """Whether a name points into a file or a module by path."""
+    """Whether a name points into a file or a module."""
     base, colon, _ = name.partition(":")
-    return bool(colon) and (base.endswith(".py") or "/" in base or "." in base)
+    return base.endswith(CODE) or bool(colon) and ("/" in base or "." in base or _importable(base))
+
+
+def _importable(base: str) -> bool:
+    try:
+        return base.isidentifier() and find_spec(base) is not None
+    except (ImportError, ValueError):
+        return False
+
+
+def module(place: str) -> ModuleType:
+    """The module that a path or a dotted name is."""
+    return code.of_file(place) if place.endswith(CODE) else code.of_name(place)
 
 
 def attribute(name: str) -> Any:
     """What a name `MODULE:ATTRIBUTE` or `FILE.py:ATTRIBUTE` points to."""
     place, _, wanted = name.partition(":")
-    if place.endswith(".py"):
-        file = Path(place)
-        if not file.is_file():
-            raise BadParameter(f"no such file: {place}")
-        spec = importlib.util.spec_from_file_location(file.stem, file)
-        if spec is None or spec.loader is None:
-            raise BadParameter(f"cannot load {place}")
-        module = importlib.util.module_from_spec(spec)
-        try:
-            spec.loader.exec_module(module)
-        except SyntaxError as error:
-            raise BadParameter(f"{error.filename}:{error.lineno}: {error.msg}") from None
-    elif not all(map(str.isidentifier, place.split("."))):
-        raise BadParameter(f"no module {place!r} for {name!r}")
-    else:
-        try:
-            module = importlib.import_module(place)
-        except ModuleNotFoundError as error:
-            raise BadParameter(f"no module {error.name!r} for {name!r}") from None
-    if not hasattr(module, wanted):
-        public = [one for one in vars(module) if not one.startswith("_")]
-        raise UnknownName("attribute", wanted, public, where=place)
-    return getattr(module, wanted)
+    return within(module(place), wanted, place)
+
+
+def within(found: ModuleType, wanted: str, place: str, more: Mapping[str, Any] = {}) -> Any:
+    """What a module calls so, or what else goes by that name."""
+    if not hasattr(found, wanted) and wanted not in more:
+        public = [one for one in vars(found) if not one.startswith("_")]
+        raise UnknownName("attribute", wanted, [*more, *public], where=place)
+    return more[wanted] if wanted in more else getattr(found, wanted)
