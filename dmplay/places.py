@@ -39,10 +39,11 @@ def place(kind: type, name: str = "", argument: str = "", order: Sequence[str] =
 
 
 def named(file: str, line: int | None) -> str:
-    """A line of a file as a person types it: `./tiger.py:14`."""
+    """A file, and a line of it, as a person types it: `./tiger.py:14`."""
     path = os.path.relpath(file)
     path = file if path.startswith(os.path.join("..", "..")) else path
-    return f"{path if path.startswith(('.', os.sep)) else os.path.join('.', path)}:{line}"
+    path = path if path.startswith((".", os.sep)) else os.path.join(".", path)
+    return f"{path}:{line}" if line else path
 
 
 def _file(kind: type) -> str:

@@ -7,7 +7,7 @@ import importlib
 import sys
 from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec
-from importlib.util import spec_from_file_location
+from importlib.util import find_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
 
@@ -25,7 +25,9 @@ class _Files(MetaPathFinder):
         """How to load a module under this one; of any other, nothing."""
         if not fullname.startswith(PREFIX):
             return None
-        return spec_from_file_location(fullname, bytes.fromhex(fullname.rpartition("_")[2]).decode())
+        return spec_from_file_location(
+            fullname, bytes.fromhex(fullname.rpartition("_")[2]).decode()
+        )
 
 
 sys.meta_path.append(_Files())
@@ -45,24 +47,37 @@ def of_file(place: str) -> ModuleType:
     return module
 
 
-def of_name(place: str) -> ModuleType:
-    """The module of a dotted name, in the current folder too."""
+def of_name(place: str, name: str) -> ModuleType:
+    """The module of a dotted name, in the current folder too, in which `name` is looked up."""
     if not all(map(str.isidentifier, place.split("."))):
-        raise BadParameter(f"no module {place!r}")
+        raise BadParameter(f"no module {place!r} for {name!r}")
     try:
         return _imported(place, Path.cwd() / place)
     except ModuleNotFoundError as error:
         if error.name and f"{place}.".startswith(f"{error.name}."):
-            raise BadParameter(f"no module {error.name!r}") from None
+            raise BadParameter(f"no module {error.name!r} for {name!r}") from None
         raise
 
 
-def _imported(name: str, file: Path) -> ModuleType:
-    """A module; its folder comes last where names are looked up, so that it hides none."""
-    folder = str(file.parent)
-    if folder not in sys.path:
-        sys.path.append(folder)
+def importable(name: str) -> bool:
+    """Whether there is a module of this name, in the current folder too."""
+    _beside(Path.cwd() / name)
+    try:
+        return name.isidentifier() and find_spec(name) is not None
+    except (ImportError, ValueError):
+        return False
+
+
+def _beside(file: Path) -> None:
+    """Has what is beside a file found; its folder comes last, so that it hides nothing."""
+    if str(file.parent) not in sys.path:
+        sys.path.append(str(file.parent))
     importlib.invalidate_caches()
+
+
+def _imported(name: str, file: Path) -> ModuleType:
+    """A module, which can import what is beside its file."""
+    _beside(file)
     try:
         return importlib.import_module(name)
     except SyntaxError as error:

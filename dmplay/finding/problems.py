@@ -18,11 +18,10 @@ from typing import NamedTuple
 
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, UnknownName
-from dmplay.finding import data, guests
+from dmplay.finding import code, data, guests, modules, outside
 from dmplay.finding.names import problem_names, stem_of
-from dmplay.finding.outside import attribute, is_outside
 from dmplay.finding.typed import typed
-from dmplay.finding.ways import CODE, HERE, Found, Way, is_data, moved
+from dmplay.finding.ways import HERE, Found, Way, is_data, moved
 from dmplay.sound import sound
 
 GROUP = "dmplay.problems"
@@ -53,7 +52,7 @@ def resolve(
     Nothing but dmplay's own code runs unless `trusted`.
     """
     name = moved(name, folder, HERE)
-    way = next(way for way in WAYS if way.takes(name))
+    way = _way(name)
     if not (way.safe or trusted):
         raise UnknownName("built-in problem", name, problem_names())
     found = way.find(name)
@@ -65,18 +64,31 @@ def resolve(
     return Loaded(found.name, problem, changed, found.origin)
 
 
+def _way(name: str) -> Way:
+    """The first way that takes a name."""
+    return next(way for way in WAYS if way.takes(name))
+
+
 def _plain(name: str) -> str:
     """A name however it is written; a path as it is."""
     return name if "/" in name or "." in name else name.lower().replace("_", "-")
 
 
 def variants(name: str) -> dict[str, Problem]:
-    """The named variants of a built-in problem, the standard one first as ''; no others'."""
-    base = _plain(name)
-    if base not in problem_names():
+    """The named variants of a problem, the standard one first as '', where it is the only one."""
+    find = _way(name).find
+    base = name.partition(":")[0]
+    if find is _own:
+        module = _built_in(_plain(base))
+    elif find is _brought:
+        module = outside.module(name)
+    elif find is _installed:
+        module = import_module(installed()[_plain(base)].partition(":")[0])
+    else:
         return {}
-    module = _built_in(base)
-    return {"": _problem_class(module)(), **getattr(module, "VARIANTS", {})}
+    kinds = modules.problems(module)
+    only = {"": modules.made(name, *kinds.values())} if len(kinds) == 1 else {}
+    return only | modules.variants(module)
 
 
 def configured(problem: Problem, given: Mapping[str, object]) -> Problem:
@@ -109,7 +121,8 @@ def docs(problem: Problem) -> str:
 
 def brought(problem: Problem) -> bool:
     """Whether the code of a problem is not dmplay's, so that its transcripts need trust."""
-    return not type(problem).__module__.startswith("dmplay.")
+    home = type(problem).__module__
+    return home.startswith(code.PREFIX) or not home.startswith("dmplay.")
 
 
 def _built_in(base: str) -> ModuleType:
@@ -129,63 +142,70 @@ def _own(name: str) -> Found:
 
 
 def installed() -> dict[str, str]:
-    """The problems of entry points by name, and the module of each, which is not imported."""
+    """The problems of entry points by name, and what each points to, which is not imported."""
     from importlib.metadata import entry_points
 
-    return {point.name: point.module for point in entry_points(group=GROUP)}
+    return {point.name: point.value for point in entry_points(group=GROUP)}
+
+
+def _is_installed(name: str) -> bool:
+    return _plain(name.partition(":")[0]) in installed()
 
 
 def _installed(name: str) -> Found:
-    """The problem of an entry point; of no other way, raises UnknownName."""
+    """The problem of an entry point, `MODULE` or `MODULE:PROBLEM`."""
     base, _, variant = name.partition(":")
-    base, known = _plain(base), installed()
-    if base not in known:
-        raise UnknownName("problem", base, [*problem_names(), *known])
-    return Found(name, _of_module(import_module(known[base]), base, variant))
-
-
-def is_elsewhere(name: str) -> bool:
-    """Whether a name holds a path, under which another problem may stand tomorrow."""
-    return is_data(name) or _is_code(name)
-
-
-def _is_code(name: str) -> bool:
-    return is_outside(name) or name.endswith(CODE)
+    place, _, wanted = installed()[_plain(base)].partition(":")
+    module = import_module(place)
+    if wanted and not variant:
+        return Found(name, modules.made(name, getattr(module, wanted)))
+    return Found(name, _of_module(module, base, variant))
 
 
 def _brought(name: str) -> Found:
-    """The problem of a module or a file of code."""
-    if name.endswith(CODE):
-        raise BadParameter(f"got {name!r}, expected the problem in it too, as {name}:Problem")
-    found = attribute(name)
-    made = found() if isinstance(found, type) else found
-    if not isinstance(made, Problem):
-        raise BadParameter(f"{name}: got {type(made).__name__}, expected a dmplay Problem")
-    return Found(name, made)
+    """The problem of a module or a file of code: the one that is named, else the only one."""
+    place, _, wanted = name.partition(":")
+    module = outside.module(name)
+    first, _, variant = wanted.partition(":")
+    if not hasattr(module, first) and wanted in ("", *modules.variants(module)):
+        return Found(name, _of_module(module, place, wanted))
+    if variant:
+        return Found(name, _of_module(module, place, variant))
+    return Found(name, modules.made(name, outside.attribute(name)))
+
+
+def is_elsewhere(name: str) -> bool:
+    """Whether a name holds a path or a module, under which another problem may stand tomorrow."""
+    return _way(name).find not in (_own, _installed)
+
+
+def _unknown(name: str) -> Found:
+    """None: no way leads there."""
+    raise UnknownName("problem", name.partition(":")[0], [*problem_names(), *installed()])
 
 
 def _of_module(module: ModuleType, name: str, variant: str) -> Problem:
-    if not variant or variant == "standard":
-        return _problem_class(module)()
-    named: dict[str, Problem] = getattr(module, "VARIANTS", {})
-    if variant not in named:
-        raise UnknownName("variant", variant, ["standard", *named], where=name)
-    return named[variant]
-
-
-def _problem_class(module: ModuleType) -> type[Problem]:
-    for value in vars(module).values():
-        if not isinstance(value, type) or value.__module__ != module.__name__:
-            continue
-        if issubclass(value, Problem) and not inspect.isabstract(value):
-            return value
-    raise BadParameter(f"{module.__name__} offers no Problem")
+    """The only problem of a module, or a variant."""
+    named = modules.variants(module)
+    if variant and variant != "standard":
+        if variant not in named:
+            raise UnknownName("variant", variant, ["standard", *named], where=name)
+        return named[variant]
+    kinds = modules.problems(module)
+    if len(kinds) > 1:
+        each = " or ".join(f"{name}:{kind}" for kind in kinds)
+        raise BadParameter(f"{name}: got several problems, expected one, as {each}")
+    if not kinds:
+        raise BadParameter(f"{name}: no dmplay Problem in it")
+    return modules.made(name, *kinds.values())
 
 
 WAYS = (
     Way(_is_built_in, _own, safe=True),
+    Way(outside.is_file, _brought),
     Way(is_data, data.find, safe=True),
     Way(guests.takes, guests.find),
-    Way(_is_code, _brought),
-    Way(lambda name: True, _installed),  # entry points last: to look for them takes time
+    Way(_is_installed, _installed),  # to look for entry points takes time
+    Way(outside.is_module, _brought),
+    Way(lambda name: True, _unknown),
 )

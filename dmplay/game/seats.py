@@ -8,7 +8,6 @@ from dmplay.dice import Dice
 from dmplay.disk import content
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.finding import agents, problems
-from dmplay.finding.outside import is_outside
 from dmplay.finding.ways import HERE, beside, moved
 from dmplay.game.keyboard import action_of
 from dmplay.game.request import Request
@@ -96,7 +95,7 @@ def sitting(
 
 
 def _asked(problem: Problem, seat: int, who: str, trusted: bool) -> Policy | None:
-    if who in UNASKED or (is_outside(who) and not trusted):
+    if who in UNASKED or (agents.is_brought(problem, seat, who) and not trusted):
         return None
     policy = agents.agent(problem, seat, who)
     timed = isinstance(policy, Seated) and policy.timed  # it may do otherwise next time
