@@ -15,7 +15,8 @@ from dmplay import places
 from dmplay.chance import Array, Categorical, Chance, Normal, Pick, Span, sample
 from dmplay.core import Continuous, Interval, Labels, Numbers, Outcome, Problem, Texts, placed
 from dmplay.errors import BadParameter
-from dmplay.tabular import Tables, Tabular
+from dmplay.rows import Rows
+from dmplay.tabular import Sparse, Tables, Tabular
 
 ROWS = 2  # of the turn that is tried
 CLOSE = 1e-6  # how near to 1 probabilities sum
@@ -65,16 +66,15 @@ def broken(problem: Problem, facts: Callable[[Problem], Facts]) -> Iterator[Brea
     """What does not hold of some facts, up to the first on which the others rest."""
     for fact in facts(problem):
         if not fact.holds:
-            yield breach(problem, fact.said, fact.told)
+            yield breach(type(problem), fact.said, fact.told)
             if not fact.alone:
                 return
 
 
-def breach(problem: Problem, said: str, told: str) -> Breach:
-    """What is wrong with an attribute, and the line that says it."""
+def breach(owner: type, said: str, told: str) -> Breach:
+    """What is wrong with an attribute of a class, and the line that says it."""
     name, _, argument = said.partition(".")
-    where = places.place(type(problem), name, argument, Tables._fields)
-    return Breach(where, told)
+    return Breach(places.place(owner, name, argument, Tables._fields), told)
 
 
 def _agents(problem: Problem) -> Facts:
@@ -170,41 +170,47 @@ def _transition(problem: Problem) -> Facts:
     yield Fact(all(problem.action_counts), "actions", told)
     tables = problem.tables
     told = f"tables: got {type(tables).__name__}, expected Tables(...)"
-    yield Fact(isinstance(tables, Tables), "tables", told)
-    rows = [list(problem.names), _joint([known.labels for known in problem.actions])]
-    yield from _shares(
-        "tables.transition", "tables.transition", tables.transition, [*rows, list(problem.names)]
-    )
+    yield Fact(isinstance(tables, Tables | Sparse), "tables", told)
+    names, did = list(problem.names), _joint([known.labels for known in problem.actions])
+    yield from _shares("tables.transition", tables.transition, [names, did, names])
 
 
 def _rewards(problem: Problem) -> Facts:
-    """The array R of the same."""
-    if isinstance(problem, Tabular):
-        shape = len(problem.names), math.prod(problem.action_counts), len(problem.agents)
-        yield from _reals("tables.rewards", "tables.rewards", problem.tables.rewards, shape)
+    """The array R of the same, by state and action, and by what comes of them."""
+    if not isinstance(problem, Tabular):
+        return
+    tables, agents = problem.tables, len(problem.agents)
+    many, each = len(problem.names), math.prod(problem.action_counts)
+    kinds = math.prod(problem.observation_counts)
+    shapes = [(many, each, agents), (many, each, many, agents), (many, each, many, kinds, agents)]
+    if isinstance(tables, Sparse):
+        listed = len(tables.transition.columns)
+        shapes = [(many * each, agents), (listed, agents), (listed * kinds, agents)]
+    fitting = [shape for shape in shapes if np.shape(tables.rewards) == shape]
+    yield from _reals("tables.rewards", "tables.rewards", tables.rewards, *(fitting or shapes)[:1])
 
 
 def _seen(problem: Problem) -> Facts:
     """The array O of the same."""
     if not isinstance(problem, Tabular):
         return
-    told, said = problem.tables.observation, "tables.observation"
+    told = problem.tables.observation
     if not problem.hidden:
         what = "tables.observations: expected None where no observations are named"
-        yield Fact(told is None, said, what)
+        yield Fact(told is None, "tables.observation", what)
         return
     labels = [known for known in problem.observations if isinstance(known, Labels)]
     what = "observations: expected Labels, which are columns of the array"
     yield Fact(len(labels) == len(problem.agents), "observations", what)
-    rows = [_joint([known.labels for known in problem.actions]), list(problem.names)]
-    yield from _shares("tables.observations", said, told, [*rows, _joint(labels)])
+    did = _joint([known.labels for known in problem.actions])
+    yield from _shares("tables.observations", told, [did, list(problem.names), _joint(labels)])
 
 
 def _belief(problem: Problem) -> Facts:
     """The start of the same."""
     if isinstance(problem, Tabular):
         names = list(problem.names)
-        yield from _shares("start_belief", "start_belief", problem.start_belief, [names])
+        yield from _shares("start_belief", problem.start_belief, [names])
 
 
 def _start(problem: Problem) -> Facts:
@@ -410,14 +416,25 @@ def _reals(what: str, said: str, told: object, shape: tuple[int, ...]) -> Facts:
     yield Fact(holds, said, f"{what}: expected numbers, none infinite and none missing")
 
 
-def _shares(what: str, said: str, told: object, names: Sequence[Sequence[str]]) -> Facts:
-    """An array whose rows are probabilities; its axes have these names."""
-    yield from _reals(what, said, told, tuple(map(len, names)))
-    array = np.asarray(told)
-    sums = array.sum(axis=-1)
-    for place in np.argwhere(array < 0)[:TOLD]:
-        got = f"{what}{_at(names, place)} is {array[tuple(place)]:g}"
-        yield Fact(False, said, f"{got}, expected no negative probability", alone=True)
+def _shares(what: str, told: object, names: Sequence[Sequence[str]]) -> Facts:
+    """An array, or rows of what can be, whose rows are probabilities; its axes have these names."""
+    said = what.removesuffix("s") if "." in what else what
+    sizes = tuple(map(len, names))
+    if isinstance(told, Rows):
+        least, shape = told.columns.min() >= 0, (math.prod(sizes[:-1]) + 1,)
+        holds = told.starts.shape == shape and least and told.columns.max() < sizes[-1]
+        yield Fact(holds, said, f"{what}: got other rows or columns than there are names")
+        yield from _reals(what, said, told.values, told.columns.shape)
+        sums, worst = told.sums(told.values).reshape(sizes[:-1]), told.values.min()
+        told_of = f"{what}: got {worst:g}, expected no negative probability"
+        yield Fact(bool(worst >= 0), said, told_of)
+    else:
+        yield from _reals(what, said, told, sizes)
+        array = np.asarray(told)
+        sums = array.sum(axis=-1)
+        for place in np.argwhere(array < 0)[:TOLD]:
+            got = f"{what}{_at(names, place)} is {array[tuple(place)]:g}"
+            yield Fact(False, said, f"{got}, expected no negative probability", alone=True)
     for place in np.argwhere(abs(sums - 1) > CLOSE)[:TOLD]:
         got = f"{what}{_at(names, place)} sums to {sums[tuple(place)]:g}"
         yield Fact(False, said, f"{got}, expected 1", alone=True)

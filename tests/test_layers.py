@@ -15,8 +15,8 @@ FLOORS = (
     "errors", "places", "disk", "budget", "thought", "chance", "core", "dice", "describe", "hexes",
     "matrix_game", "rows", "tabular", "sound", "belief", "session", "rollouts", "laws", "problems",
     "solvers", "policies", "transcript", "finding", "terminal", "signals", "styles", "views",
-    "figures", "solutions", "advice", "game", "records", "words", "screen", "gallery", "reports",
-    "prompt", "front", "cli", "pytest_plugin", "__main__",
+    "figures", "solutions", "advice", "game", "conformance", "records", "words", "screen",
+    "gallery", "reports", "prompt", "front", "cli", "pytest_plugin", "__main__",
 )  # fmt: skip
 SCREENS = {"rich", "typer", "prompt_toolkit"}
 ALLOWED = {  # what a floor may load beside the standard library and numpy
@@ -24,6 +24,7 @@ ALLOWED = {  # what a floor may load beside the standard library and numpy
     "views": {"rich"},
     "figures": {"rich"},
     "game": {"rich"},
+    "conformance": {"rich"},
     "words": {"prompt_toolkit"},
     "screen": {"rich", "prompt_toolkit"},
     "gallery": {"rich"},

@@ -45,6 +45,7 @@ app.command()(printing.solve)
 app.command()(printing.figure)
 app.command()(printing.agents)
 app.command()(printing.info)
+app.command()(printing.check)
 app.command()(printing.guide)
 
 configuration = typer.Typer(

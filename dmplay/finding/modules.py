@@ -67,6 +67,12 @@ def _instance(kind: type[Problem]) -> Problem:
     return kind()
 
 
+def agents(problem: Problem) -> list[str]:
+    """The names of the agents that a problem's module brings."""
+    brought = getattr(_module(problem), "AGENTS", {})
+    return [*(brought.agents if isinstance(brought, Roster) else brought)]
+
+
 def roster(problem: Problem, seat: int, usual: Roster) -> Roster:
     """Who can play a seat: the agents that a problem's module brings, then the usual ones."""
     brought = getattr(_module(problem), "AGENTS", None)
@@ -111,7 +117,8 @@ def keys(problem: Problem) -> dict[str, str]:
 
 def _module(problem: Problem) -> ModuleType | None:
     """The module of a problem that is not dmplay's."""
-    return sys.modules.get(type(problem).__module__)
+    home = type(problem).__module__
+    return None if home.startswith("dmplay.problems.") else sys.modules.get(home)
 
 
 def _file(module: ModuleType | None) -> str:

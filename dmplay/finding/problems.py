@@ -47,18 +47,26 @@ def load(name: str, **parameters: object) -> Problem:
 def resolve(
     name: str, given: Mapping[str, object], *, trusted: bool = True, folder: Path = HERE
 ) -> Loaded:
-    """The problem of this name, a path in it told from `folder`.
+    """The problem of this name, a path in it told from `folder`, if it can be played.
 
     Nothing but dmplay's own code runs unless `trusted`.
     """
+    loaded = found(name, given, trusted=trusted, folder=folder)
+    if not stem(loaded.problem):
+        sound(loaded.name, loaded.problem)
+    return loaded
+
+
+def found(
+    name: str, given: Mapping[str, object], *, trusted: bool = True, folder: Path = HERE
+) -> Loaded:
+    """The problem of this name as it is."""
     name = moved(name, folder, HERE)
     way = _way(name)
     if not (way.safe or trusted):
         raise UnknownName("built-in problem", name, problem_names())
     found = way.find(name)
     problem = configured(found.problem, given)
-    if not stem(problem):
-        sound(found.name, problem)
     usual = parameters(found.problem)
     changed = {key: one for key, one in parameters(problem).items() if one != usual[key]}
     return Loaded(found.name, problem, changed, found.origin)

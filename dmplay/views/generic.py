@@ -5,11 +5,12 @@ from collections.abc import Iterator
 
 from rich.text import Text
 
+from dmplay.chance import Array
 from dmplay.core import Problem
 from dmplay.session import View
 from dmplay.views._advice import branches, label, loss, losses, ranked, under
 from dmplay.views._belief import bars, words
-from dmplay.views.canvas import Canvas, signed
+from dmplay.views.canvas import Canvas, picture, signed
 from dmplay.views.style import Look
 
 TOLD = 3  # states that are told in words
@@ -23,6 +24,26 @@ def seen(view: View[Problem]) -> str:
 
 
 def boards(view: View[Problem], look: Look) -> Iterator[Text]:
+    """The picture that the problem brings; else the observation and the belief; then the actions.
+
+    Of a hidden state there is a picture only once it is told, below what the seat saw.
+    """
+    shown = pictured(view, look.state)
+    if shown is None:
+        yield from _written(view, look)
+    elif view.problem.hidden:
+        yield from (Text("\n\n").join([drawn, shown]) for drawn in _written(view, look))
+        yield from _written(view, look)
+    else:
+        labels, below = view.problem.actions[view.seat].labels, Canvas()
+        after = branches(view, look, [])
+        _actions(view, below, 0, look)
+        full = Text("\n\n").join([shown, below.text()])
+        yield from under([full], ["", *after] if after else [], look)
+        yield from under([shown], [*losses(look, labels), *after], look)
+
+
+def _written(view: View[Problem], look: Look) -> Iterator[Text]:
     """The observation, the belief where there is one, and the actions with their digits."""
     labels = view.problem.actions[view.seat].labels
     after = branches(view, look, _names(view) if view.beliefs is not None else [])
@@ -36,6 +57,13 @@ def boards(view: View[Problem], look: Look) -> Iterator[Text]:
     if not labels:
         _actions(view, small, 2, look)
     yield from under([small.text()], [*losses(look, labels), *after], look)
+
+
+def pictured(view: View[Problem], state: Array | None) -> Text | None:
+    """The picture that a problem brings of a state, of one that is hidden only once it is told."""
+    draw = getattr(view.problem, "picture", None)
+    known = state if view.problem.hidden else view.observation
+    return None if draw is None or known is None else picture(draw(known))
 
 
 def _seen(view: View[Problem], look: Look) -> Canvas:

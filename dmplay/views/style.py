@@ -9,7 +9,7 @@ from rich.text import Text
 
 from dmplay.chance import Array, Reals
 from dmplay.core import Problem
-from dmplay.finding import problems
+from dmplay.finding import modules, problems
 from dmplay.session import View
 from dmplay.views.canvas import plainly, size
 
@@ -88,7 +88,12 @@ def style_of(problem: Problem) -> Style:
     own = problems.stem(problem)
     name = own if own and importlib.util.find_spec(f"dmplay.views.{own}") else "generic"
     # A view is shown games of its own problem alone: the one whose stem it has.
-    return cast(Style, importlib.import_module(f"dmplay.views.{name}"))
+    found = cast(Style, importlib.import_module(f"dmplay.views.{name}"))
+    look, keys = modules.look(problem), modules.keys(problem)
+    if look is None and not keys:
+        return found
+    brought = importlib.import_module("dmplay.views.brought")  # which needs this module
+    return cast(Style, brought.Brought(look, keys))
 
 
 class Needed(Text):

@@ -9,8 +9,8 @@ from dmplay import Labels, Outcome, Tables
 from dmplay.chance import Array, Categorical, Chance, Normal, Pick, Span
 from dmplay.core import Problem
 from dmplay.errors import BadParameter
-from dmplay.places import blamed
 from dmplay.finding.problems import resolve
+from dmplay.places import blamed
 from dmplay.sound import sound
 from tests.support.brought import Heap, Key
 
