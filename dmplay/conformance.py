@@ -16,11 +16,12 @@ from dmplay.game.keymap import AS_DRAWN, hands
 from dmplay.laws import Turns, parts
 from dmplay.policies.general import Random
 from dmplay.session import Session
-from dmplay.sound import FACTS, Breach, Fact, Facts
+from dmplay.sound import STAGES, Breach, Fact, Facts
 from dmplay.views.style import Look, Style, fit, style_of
 
 ROWS = 200  # turns that each law is asked of
 GAMES, TURNS = 30, 60  # of random play, to meet its ends
+NOTED = 40  # states of random play that are written and read
 ALONE = (slice(0, 1), slice(7, 8), slice(1, 4), slice(90, 190))  # rows apart from the others
 ASKED = 7  # games in which an agent is asked
 SHOWN = 4  # turns after which a look is drawn
@@ -42,15 +43,17 @@ def check(problem: Problem) -> list[Breach]:
 
 def _facts(problem: Problem) -> Iterator[Breach]:
     """What it says of itself."""
-    for facts in FACTS:
-        found = [*laws.held(type(problem), partial(facts, problem))]
+    for stage in STAGES:
+        found = [
+            one for facts in stage for one in laws.held(type(problem), partial(facts, problem))
+        ]
         yield from found
-        if found and facts in FACTS[:2]:
+        if found:
             return
 
 
 def _dynamics(problem: Problem) -> Iterator[Breach]:
-    """The laws of what happens, over turns of random play."""
+    """The laws of what happens, over turns of random play; each group rests on those before."""
 
     @cache
     def found() -> Turns:
@@ -60,21 +63,27 @@ def _dynamics(problem: Problem) -> Iterator[Breach]:
     def whole() -> tuple[Array, ...]:
         return laws.everything(problem, found())
 
-    def states() -> Array:
-        return laws.final(problem, GAMES, TURNS)
+    def ends() -> Array:
+        return np.concatenate([found().s, laws.final(problem, GAMES, TURNS)])
 
     def apart(rows: slice) -> Facts:
         return laws.alone(problem, Turns(*parts(found(), rows)), parts(whole(), rows))
 
-    asked: list[Callable[[], Facts]] = [
-        lambda: laws.repeated(problem, found(), whole()),
-        *(partial(apart, rows) for rows in ALONE),
-        *(partial(lambda law: law(problem, found()), law) for law in laws.LAWS),
-        lambda: laws.written(problem, np.concatenate([found().s[:40], states()[-40:]])),
-        lambda: laws.absorbing(problem, np.concatenate([found().s, states()])),
+    groups: list[list[Callable[[], Facts]]] = [
+        [lambda: laws.repeated(problem, found(), whole())],
+        *([partial(apart, rows)] for rows in ALONE),
+        [lambda: laws.shaped(problem, found())],
+        [
+            *(partial(lambda law: law(problem, found()), law) for law in laws.LAWS),
+            lambda: laws.written(problem, ends()[:: ROWS // NOTED]),
+            lambda: laws.absorbing(problem, ends()),
+        ],
     ]
-    for law in asked:
-        yield from laws.held(type(problem), law)
+    for group in groups:
+        broken = [one for law in group for one in laws.held(type(problem), law)]
+        yield from broken
+        if broken:
+            return
 
 
 def _agents(problem: Problem) -> Iterator[Breach]:

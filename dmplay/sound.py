@@ -13,7 +13,7 @@ import numpy as np
 
 from dmplay import places
 from dmplay.chance import Array, Categorical, Chance, Normal, Pick, Span, sample
-from dmplay.core import Continuous, Interval, Labels, Numbers, Outcome, Problem, Texts, placed
+from dmplay.core import Continuous, Interval, Labels, Numbers, Outcome, Problem, Texts
 from dmplay.errors import BadParameter
 from dmplay.rows import Rows
 from dmplay.tabular import Sparse, Tables, Tabular
@@ -42,6 +42,10 @@ class Breach(NamedTuple):
         """Both in one line."""
         return f"{self.where} {self.what}".strip()
 
+    def of(self, name: str) -> str:
+        """The same in one line, with the name of the problem where no line is known."""
+        return str(self) if self.where or self.what[:1] in "./" else f"{name}: {self.what}"
+
 
 class Fact(NamedTuple):
     """Whether something holds, the attribute that says it, and what is told where it does not."""
@@ -57,18 +61,10 @@ Facts = Iterator[Fact]
 
 def sound(name: str, problem: Problem) -> None:
     """Raises BadParameter where a fact, an array or the first turn of a problem cannot be."""
-    for facts in FACTS:
-        for breach in broken(problem, facts):
-            raise BadParameter(str(breach if breach.where else breach._replace(where=f"{name}:")))
-
-
-def broken(problem: Problem, facts: Callable[[Problem], Facts]) -> Iterator[Breach]:
-    """What does not hold of some facts, up to the first on which the others rest."""
-    for fact in facts(problem):
+    every = (fact for stage in STAGES for facts in stage for fact in facts(problem))
+    for fact in every:
         if not fact.holds:
-            yield breach(type(problem), fact.said, fact.told)
-            if not fact.alone:
-                return
+            raise BadParameter(breach(type(problem), fact.said, fact.told).of(name))
 
 
 def breach(owner: type, said: str, told: str) -> Breach:
@@ -162,16 +158,25 @@ def _parameters(problem: Problem) -> Facts:
         yield Fact(holds, one.name, told, alone=True)
 
 
-def _transition(problem: Problem) -> Facts:
-    """The array T of a problem that is made of arrays."""
+def _tables(problem: Problem) -> Facts:
+    """What is made of arrays has them, and names for their rows and columns."""
     if not isinstance(problem, Tabular):
         return
     told = "actions: expected Labels, which are rows of the arrays"
     yield Fact(all(problem.action_counts), "actions", told)
-    tables = problem.tables
-    told = f"tables: got {type(tables).__name__}, expected Tables(...)"
-    yield Fact(isinstance(tables, Tables | Sparse), "tables", told)
-    names, did = list(problem.names), _joint([known.labels for known in problem.actions])
+    labelled = all(isinstance(known, Labels) for known in problem.observations)
+    told = "observations: expected Labels, which are columns of the array"
+    yield Fact(labelled, "observations", told)
+    told = f"tables: got {type(problem.tables).__name__}, expected Tables(...)"
+    yield Fact(isinstance(problem.tables, Tables | Sparse), "tables", told)
+
+
+def _transition(problem: Problem) -> Facts:
+    """The array T of a problem that is made of arrays."""
+    if not isinstance(problem, Tabular):
+        return
+    tables, names = problem.tables, list(problem.names)
+    did = _joint([known.labels for known in problem.actions])
     yield from _shares("tables.transition", tables.transition, [names, did, names])
 
 
@@ -200,8 +205,6 @@ def _seen(problem: Problem) -> Facts:
         yield Fact(told is None, "tables.observation", what)
         return
     labels = [known for known in problem.observations if isinstance(known, Labels)]
-    what = "observations: expected Labels, which are columns of the array"
-    yield Fact(len(labels) == len(problem.agents), "observations", what)
     did = _joint([known.labels for known in problem.actions])
     yield from _shares("tables.observations", told, [did, list(problem.names), _joint(labels)])
 
@@ -224,15 +227,24 @@ def _start(problem: Problem) -> Facts:
     holds = problem.states != 1 or (s.shape == (ROWS,) and not np.any(s))
     told = f"states: got 1, expected how many, as place gives {_shape(s)}; Continuous(n) for reals"
     yield Fact(holds, "states", told)
-    counted = isinstance(problem.states, int)
-    told = f"place: got {s!r}, expected whole numbers, where states are counted"
-    yield Fact(not counted or problem.index(s).dtype.kind in "iu", "place", told)
     if isinstance(problem.states, Continuous):
         shape = (ROWS, problem.states.dimensions)
         told = f"place: got {_shape(s)}, expected reals of shape {shape}, as states says"
         yield Fact(s.shape == shape and s.dtype.kind == "f", "place", told)
-    placed(problem, s)
+    yield from _counted(problem, "place", s)
     yield from _notes(problem, s)
+
+
+def _counted(problem: Problem, said: str, s: Array) -> Facts:
+    """States that are counted are of those that there are."""
+    if isinstance(problem.states, int) and len(s):
+        places, last = problem.index(s), problem.states - 1
+        told = f"{said}: got {s!r}, expected whole numbers, where states are counted"
+        yield Fact(places.dtype.kind in "iu", said, told)
+        far = [one for one in (places.min(), places.max()) if not 0 <= one <= last]
+        told = f"{said}: got state {[*far, 0][0]}, expected 0 to {last}, as states says"
+        alone = f"states: got 1, expected how many, as {said} gives state {[*far, 0][0]}"
+        yield Fact(not far, said if last else "states", told if last else alone)
 
 
 def _notes(problem: Problem, s: Array) -> Facts:
@@ -275,6 +287,7 @@ def outcomes(problem: Problem, s: Array, outcome: Outcome) -> Facts:
     holds = _shaped(moved, s.shape) and moved.dtype.kind == s.dtype.kind
     told = f"move: got the states {moved!r}, expected them of shape {s.shape}, as from place"
     yield Fact(holds, "move", told)
+    yield from _counted(problem, "move", moved)
     rows = len(s), len(problem.agents)
     yield from _reals("move: rewards", "move", rewards, rows)
     if problem.shared_reward:
@@ -319,10 +332,14 @@ def _observed(problem: Problem, rows: tuple[int, int], seen: Array) -> Facts:
         yield Fact(lines, "move", f"{got}, expected lines of at most {LONGEST} characters")
 
 
-FACTS: tuple[Callable[[Problem], Facts], ...] = (
-    _agents, _actions, _observations, _spaces, _parameters,
-    _transition, _rewards, _seen, _belief, _start, _turn,
-)  # fmt: skip
+STAGES: tuple[tuple[Callable[[Problem], Facts], ...], ...] = (  # each rests on those before
+    (_agents,),
+    (_actions, _observations, _spaces, _parameters),
+    (_tables,),
+    (_transition, _rewards, _seen, _belief),
+    (_start,),
+    (_turn,),
+)
 
 
 def _plain(label: str) -> str:

@@ -16,7 +16,7 @@ from typing import Any
 
 from dmplay import places
 from dmplay.core import Problem
-from dmplay.errors import BadParameter
+from dmplay.errors import BadParameter, UnknownName
 from dmplay.policies.kinds import Seated
 from dmplay.policies.roster import Roster
 
@@ -112,7 +112,14 @@ def look(problem: Problem) -> Any:
 
 def keys(problem: Problem) -> dict[str, str]:
     """The keys that a problem's module brings."""
-    return dict(getattr(_module(problem), "KEYS", {}))
+    found: dict[str, str] = dict(getattr(_module(problem), "KEYS", {}))
+    known = [label for each in problem.actions for label in each.labels]
+    for key, label in found.items():
+        if label not in known:
+            raise UnknownName(
+                "action", label, known, where=f"{_file(_module(problem))}: KEYS: {key}"
+            )
+    return found
 
 
 def _module(problem: Problem) -> ModuleType | None:

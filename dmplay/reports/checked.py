@@ -19,7 +19,7 @@ def report(name: str, given: Mapping[str, object], *, json: bool) -> Printout:
     if json:
         told = {"problem": loaded.name, "faults": [one._asdict() for one in faults]}
         return Printout(dumps(told), code=code)
-    rows = [str(one if one.where else one._replace(where=f"{name}:")) for one in faults]
+    rows = [one.of(name) for one in faults]
     return Printout("\n".join([*rows, _sum(loaded.name, len(faults))]), code=code)
 
 

@@ -7,6 +7,8 @@ from rich.text import Text
 
 from dmplay.chance import Array
 from dmplay.core import Problem
+from dmplay.errors import BadParameter
+from dmplay.places import place
 from dmplay.session import View
 from dmplay.views._advice import branches, label, loss, losses, ranked, under
 from dmplay.views._belief import bars, words
@@ -63,7 +65,13 @@ def pictured(view: View[Problem], state: Array | None) -> Text | None:
     """The picture that a problem brings of a state, of one that is hidden only once it is told."""
     draw = getattr(view.problem, "picture", None)
     known = state if view.problem.hidden else view.observation
-    return None if draw is None or known is None else picture(draw(known))
+    if draw is None or known is None:
+        return None
+    drawn = draw(known)
+    if not isinstance(drawn, str | Text):
+        where = place(type(view.problem), "picture")
+        raise BadParameter(f"{where} picture: got {drawn!r}, expected text, or Text of rich")
+    return picture(drawn)
 
 
 def _seen(view: View[Problem], look: Look) -> Canvas:
