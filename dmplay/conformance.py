@@ -69,9 +69,10 @@ def _dynamics(problem: Problem) -> Iterator[Breach]:
     def apart(rows: slice) -> Facts:
         return laws.alone(problem, Turns(*parts(found(), rows)), parts(whole(), rows))
 
+    singly: list[list[Callable[[], Facts]]] = [[partial(apart, rows)] for rows in ALONE]
     groups: list[list[Callable[[], Facts]]] = [
         [lambda: laws.repeated(problem, found(), whole())],
-        *([partial(apart, rows)] for rows in ALONE),
+        *singly,
         [lambda: laws.shaped(problem, found())],
         [
             *(partial(lambda law: law(problem, found()), law) for law in laws.LAWS),
