@@ -10,6 +10,7 @@ from rich.text import Text
 from dmplay.advice.adviser import Adviser
 from dmplay.advice.ghost import Ghost
 from dmplay.budget import Stopped
+from dmplay.chance import Array
 from dmplay.core import Problem
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter
@@ -23,7 +24,7 @@ from dmplay.terminal import clean
 from dmplay.thought import About, think
 from dmplay.transcript.recorder import Recorder
 from dmplay.transcript.seal import LEFT, secret
-from dmplay.views.style import Look, fit, style_of
+from dmplay.views.style import Look, fit, pictured, style_of
 
 NOTHING: Mapping[int, float] = {}
 
@@ -152,12 +153,22 @@ class Game:
 
     def draw(self, look: Look) -> Text:
         """The board in the room there is; the state too where it is revealed."""
-        if self.reveal or (self.session.over and self.problem.hidden):
-            look = look._replace(state=self.session.state)
+        look = look._replace(state=self._told)
         if self.ghost and self.ghost.early:
             look = look._replace(ghost=self.ghost.session.state)
         look = look._replace(names={**self.keyboard.names(self.watcher), **look.names})
         return fit(self.style, self.view(), look)
+
+    @property
+    def _told(self) -> Array | None:
+        """The state where what is hidden is told."""
+        told = self.reveal or (self.session.over and self.problem.hidden)
+        return self.session.state if told else None
+
+    def pictured(self) -> list[str]:
+        """The rows of the picture that a problem brings of what the watcher may see; else none."""
+        drawn = pictured(self.style, self.view(), self._told)
+        return drawn.plain.split("\n") if drawn else []
 
     def choose(self, action: float, seat: int | None = None) -> bool:
         """Takes a person's choice, the next one's to choose unless `seat` says whose.

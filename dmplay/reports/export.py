@@ -21,10 +21,11 @@ from dmplay.screen.shown import Room, Shown
 from dmplay.styles import ansi
 from dmplay.transcript.format import end_facts
 from dmplay.transcript.header import header_facts
-from dmplay.views.style import Look
+from dmplay.views.style import Look, whole
 
 ROOM = Room(80, 24)
 SHORT_ROOM_ROWS = 18
+AROUND = 8  # rows of title, goal, log, message and keys
 DICE = ("seed", "episode")
 CLEAR = "\x1b[H\x1b[2J"
 
@@ -43,11 +44,23 @@ def _told(game: Playback) -> Iterator[list[str]]:
         yield log
 
 
+def _roomy(game: Playback, room: Room) -> Room:
+    """The room, or a larger one where the picture that a problem brings would not be whole."""
+    most = room.width, room.height - AROUND
+    width, height = whole(game.style, game.view(), game.session.state, *most)
+    return room._replace(width=width, height=height + AROUND)
+
+
+def _short(game: Playback, room: Room) -> Room:
+    """The same, of few rows."""
+    return _roomy(game, room._replace(height=SHORT_ROOM_ROWS))
+
+
 def _last(game: Playback, turn: int | None, room: Room) -> Text:
     """The screen after a turn, or after the last."""
     for log in _told(game):
         if len(game.session.turns) == turn or (turn is None and game.whole):
-            return compose(game, room._replace(height=SHORT_ROOM_ROWS), Shown(), log)
+            return compose(game, _short(game, room), Shown(), log)
     turns = counted(len(game.session.turns), "turn")
     raise BadParameter(f"--at: got {turn}, the game has {turns}")
 
@@ -59,7 +72,7 @@ def svg(game: Playback, turn: int | None, room: Room) -> Iterator[str]:
 
 def film(game: Playback, turn: int | None, room: Room) -> Iterator[str]:
     """The screen turn by turn, as an animated picture."""
-    shown = [*screens(game, room._replace(height=SHORT_ROOM_ROWS))]
+    shown = [*screens(game, _short(game, room))]
     yield pictures(shown, f"dmplay {game.name}", room.width)
 
 
@@ -84,7 +97,7 @@ def cast(game: Playback, turn: int | None, room: Room) -> Iterator[str]:
 
 def text(game: Playback, turn: int | None, room: Room) -> Iterator[str]:
     """Every turn in words, with the board under it."""
-    for shown in screens(game, room._replace(height=SHORT_ROOM_ROWS)):
+    for shown in screens(game, _short(game, room)):
         rows = [row.rstrip() for row in shown.plain.split("\n")]
         yield "\n".join(rows).rstrip() + "\n\n"
 
@@ -167,5 +180,5 @@ def exported(  # noqa: PLR0913 - a file, and what is wanted of it
     game = Playback(file, trusted=trusted, peek=peek)
     if output:
         apart(output, game.transcript.path)
-    room = Room(width or ROOM.width, ROOM.height, ascii_)
+    room = _roomy(game, Room(width or ROOM.width, ROOM.height, ascii_))
     return kept(output, WRITERS[form](game, turn, room), force=force)

@@ -2,7 +2,7 @@
 
 import importlib
 import importlib.util
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import NamedTuple, Protocol, cast
 
 from rich.text import Text
@@ -94,6 +94,22 @@ def style_of(problem: Problem) -> Style:
         return found
     brought = importlib.import_module("dmplay.views.brought")  # which needs this module
     return cast(Style, brought.Brought(look, keys))
+
+
+def pictured(style: Style, view: View[Problem], state: Array | None) -> Text | None:
+    """The picture that a problem brings of what a seat sees, of a hidden state once it is told."""
+    draw: Callable[[View[Problem], Array | None], Text | None] | None
+    draw = getattr(style, "pictured", None)
+    return draw(view, state) if draw else None
+
+
+def whole(
+    style: Style, view: View[Problem], state: Array, columns: int, rows: int
+) -> tuple[int, int]:
+    """So much room, or more where the picture that a problem brings needs it."""
+    drawn = pictured(style, view, state if view.problem.hidden else None)
+    width, height = size(drawn) if drawn else (0, 0)
+    return max(columns, width), max(rows, height)
 
 
 class Needed(Text):

@@ -76,8 +76,8 @@ def _played(game: Game, command: str, turns: int) -> str:
 
 
 def look(game: Game, argument: str) -> str:
-    """The situation in sentences."""
-    return game.account.situation(game.view())
+    """The situation in sentences, below the picture where the problem brings one."""
+    return answer([*game.pictured(), game.account.situation(game.view())])
 
 
 def legal(game: Game, argument: str) -> str:

@@ -52,7 +52,7 @@ class Sentences(Reporter):
             return
         help_ = "type help, look, legal, or an action."
         print(f"plain mode (from {self._terminal.why}). {clean(game.name)}{seed}. {help_}")
-        print(game.account.situation(game.view()), flush=True)
+        print(*game.pictured(), game.account.situation(game.view()), sep="\n", flush=True)
 
     def turn(self, game: Game) -> None:
         """One line; one for each of several people who see different things, if none looks on."""
