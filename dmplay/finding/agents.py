@@ -57,13 +57,17 @@ def adviser(
 ) -> tuple[str, Seated] | None:
     """The agent whose values and choices serve as hints, as suits this game, with its name.
 
-    The game is of so many turns, against those who sit in the other `seats`.
+    The game is of so many turns, against those who sit in the other `seats`. None where there is
+    none, or where it refuses the problem.
     """
     name = roster(problem, seat).adviser
     if name is None:
         return None
     rivals = [who for other, who in enumerate(seats) if other != seat]
-    suited = _of_roster(problem, seat, name).in_game(turns, rivals)
+    try:
+        suited = _of_roster(problem, seat, name).in_game(turns, rivals)
+    except BadPolicy:
+        return None
     return _named(name, suited), suited
 
 

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Mapping, Sequence
 
-from dmplay.core import Problem
+from dmplay.core import Interval, Labels, Problem
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.game import keymap
 from dmplay.game.keymap import DIGITS, Keys
@@ -11,6 +11,7 @@ from dmplay.session import View
 from dmplay.views.style import style_of
 
 PAIR = 2
+FINE, COARSE = 40, 5  # parts of an interval that a nudge adds, and how many a larger one
 NUMERIC = re.compile(r"\s*[-+]?\.?\d")
 
 
@@ -21,7 +22,8 @@ class Keyboard:
         self.problem = problem
         self.people = people
         self.hands = keymap.hands(problem, wanted)
-        self.nudges: Mapping[str, float] = getattr(style_of(problem), "NUDGES", {})
+        own: Mapping[str, float] | None = getattr(style_of(problem), "NUDGES", None)
+        self.nudges = _nudges(problem.actions[0]) if own is None else own
 
     def read(self, seat: int, word: str) -> float:
         """The action that a person typed: its name, an alias, its number or a key."""
@@ -63,6 +65,14 @@ class Keyboard:
             (keys.get(label, ""), label, view.legal is None or bool(view.legal[index]))
             for index, label in enumerate(labels)
         ]
+
+
+def _nudges(actions: Labels | Interval) -> dict[str, float]:
+    """Keys that add a small or a larger part of an interval; none to names."""
+    if isinstance(actions, Labels):
+        return {}
+    small = (actions.high - actions.low) / FINE
+    return {"left": -small, "right": small, "down": -small * COARSE, "up": small * COARSE}
 
 
 def action_of(
