@@ -17,7 +17,7 @@ FRAME = Look(width=80, height=24)
 def frame(session: Session) -> str:
     """What the first seat's screen shows, as the transcript's plain-text frame."""
     style, view = style_of(session.problem), session.view(0)
-    width, height = whole(style, view, session.state, FRAME.width, FRAME.height)
+    width, height = whole(style, view, FRAME.width, FRAME.height)
     drawn = fit(style, view, FRAME._replace(width=width, height=height))
     return "\n".join(row.rstrip() for row in drawn.plain.split("\n"))
 

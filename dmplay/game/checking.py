@@ -6,6 +6,7 @@ from dataclasses import replace
 from json import dumps
 from pathlib import Path
 
+from dmplay.core import Policy, Problem
 from dmplay.describe import one_line
 from dmplay.disk import GIVEN, write
 from dmplay.errors import BadParameter, BadTranscript, DmplayError, UnknownName
@@ -70,13 +71,19 @@ def altered(transcript: Transcript, found: problems.Loaded) -> str:
     return "" if before == now else f"{found.name} is {now or 'another'}, was {before or 'another'}"
 
 
+def _asked(transcript: Transcript, problem: Problem, *, trusted: bool) -> list[Policy | None]:
+    """The agents of a transcript that can be asked again."""
+    folder = beside(Path(transcript.path))
+    return asked_again(problem, transcript.header.seats, trusted=trusted, folder=folder)
+
+
 def check(path: Path, *, trusted: bool = False) -> Report:
     """Verifies one file; a fault of form is a finding too."""
     try:
         transcript = read(path)
         found = loaded(transcript, trusted=trusted)
         problem = found.problem
-        policies = asked_again(problem, transcript.header.seats, trusted=trusted)
+        policies = _asked(transcript, problem, trusted=trusted)
     except BadTranscript as error:
         return Report(str(path), [fault(error, "form")])
     except OSError as error:
@@ -101,7 +108,7 @@ def update(path: Path, *, trusted: bool = False) -> str:
     problem = found.problem
     opened(transcript, problem)
     transcript = replace(transcript, header=replace(transcript.header, origin=found.origin))
-    policies = asked_again(problem, transcript.header.seats, trusted=trusted)
+    policies = _asked(transcript, problem, trusted=trusted)
     before = path.read_text(encoding="utf-8")
     after = rewritten(transcript, problem, policies, frame)
     if after == before:

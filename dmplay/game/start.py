@@ -7,12 +7,12 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from dmplay.advice.ghost import beside
-from dmplay.core import Problem
+from dmplay.core import Policy, Problem
 from dmplay.describe import counted
 from dmplay.dice import Dice
 from dmplay.disk import apart, write
 from dmplay.errors import BadParameter
-from dmplay.finding import agents, problems
+from dmplay.finding import agents, problems, ways
 from dmplay.game import saves
 from dmplay.game.account import frame
 from dmplay.game.checking import altered, loaded
@@ -72,7 +72,8 @@ def new(request: Request, shown: Collection[Luck] = ()) -> Game:
     request = replace(request, peeked=told.peeked)
     if path is None and (request.keep or HUMAN in seats):
         path = saves.new(found.name)
-        told = replace(told, problem=told_in(found.name, path))
+        names = {name: told_in(who, path) for name, who in told.seats.items()}
+        told = replace(told, problem=told_in(found.name, path), seats=names)
     recorder = None
     if path:
         recorder = Recorder.create(
@@ -133,7 +134,7 @@ def resumed(wanted: Resumption, shown: Collection[Luck] = ()) -> Game:
             raise BadParameter(
                 f"{path}: a seat was played by a {kind}, which the file does not hold"
             )
-    seats, policies = sitting(found.problem, transcript.header.seats, trusted=wanted.trusted)
+    seats, policies = _sitting(transcript, found.problem, trusted=wanted.trusted)
     _answered(found.problem, seats, asks=wanted.asks)
     unattended(transcript, seats, wanted.turns)
     session = replay(transcript, found.problem, policies)
@@ -162,9 +163,10 @@ def branched(wanted: Branching, shown: Collection[Luck] = ()) -> Game:
     if wanted.turn > len(past.turns):
         turns = counted(len(past.turns), "turn")
         raise BadParameter(f"--at: got {wanted.turn}, {wanted.path} has {turns}")
-    seats, policies = sitting(found.problem, transcript.header.seats, trusted=wanted.trusted)
+    seats, policies = _sitting(transcript, found.problem, trusted=wanted.trusted)
     _answered(found.problem, seats, asks=wanted.asks)
-    names = dict(zip(found.problem.agents, seats, strict=True))
+    told = [told_in(who, wanted.record) for who in seats]
+    names = dict(zip(found.problem.agents, told, strict=True))
     place = told_in(found.name, wanted.record)
     header = replace(
         transcript.header,
@@ -188,6 +190,14 @@ def branched(wanted: Branching, shown: Collection[Luck] = ()) -> Game:
     game = _repeated(found, header, seats, wanted, recorder)
     game.warning = warning
     return game
+
+
+def _sitting(
+    transcript: Transcript, problem: Problem, *, trusted: bool
+) -> tuple[list[str], list[Policy | None]]:
+    """Who plays on where a transcript leaves off."""
+    folder = ways.beside(Path(transcript.path))
+    return sitting(problem, transcript.header.seats, trusted=trusted, folder=folder)
 
 
 def _repeated(

@@ -47,7 +47,7 @@ def _told(game: Playback) -> Iterator[list[str]]:
 def _roomy(game: Playback, room: Room) -> Room:
     """The room, or a larger one where the picture that a problem brings would not be whole."""
     most = room.width, room.height - AROUND
-    width, height = whole(game.style, game.view(), game.session.state, *most)
+    width, height = whole(game.style, game.view(), *most)
     return room._replace(width=width, height=height + AROUND)
 
 

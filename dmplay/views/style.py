@@ -103,11 +103,9 @@ def pictured(style: Style, view: View[Problem], state: Array | None) -> Text | N
     return draw(view, state) if draw else None
 
 
-def whole(
-    style: Style, view: View[Problem], state: Array, columns: int, rows: int
-) -> tuple[int, int]:
-    """So much room, or more where the picture that a problem brings needs it."""
-    drawn = pictured(style, view, state if view.problem.hidden else None)
+def whole(style: Style, view: View[Problem], columns: int, rows: int) -> tuple[int, int]:
+    """So much room, or more where the picture of a state that is seen needs it."""
+    drawn = pictured(style, view, None)
     width, height = size(drawn) if drawn else (0, 0)
     return max(columns, width), max(rows, height)
 
