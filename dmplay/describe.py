@@ -8,9 +8,14 @@ VARIES = "varies"
 
 
 def varies(problem: Problem, fact: str) -> bool:
-    """Whether a fact depends on the parameters: a property of the class, not an attribute."""
-    own = getattr(type(problem), fact)
-    return isinstance(own, property) and own is not getattr(Problem, fact)
+    """Whether a fact depends on the parameters: a property of the class, not an attribute.
+
+    Of what is made of arrays, the states are as many as have names.
+    """
+    home = next(kind for kind in type(problem).__mro__ if fact in vars(kind))
+    if home.__module__ == "dmplay.tabular":
+        return varies(problem, "names")
+    return home is not Problem and isinstance(vars(home)[fact], property)
 
 
 def summary(problem: Problem) -> dict[str, str]:

@@ -10,6 +10,7 @@ from typer.core import TyperGroup
 
 from dmplay.cli import config
 from dmplay.errors import DmplayError, UnknownName
+from dmplay.finding.installed import installed
 from dmplay.finding.names import problem_names
 from dmplay.words.completion import lists
 
@@ -32,7 +33,8 @@ class Commands(TyperGroup):
         if args and not args[0].startswith("-") and args[0] not in self.commands:
             word = args[0].partition(":")[0]
             commands = get_close_matches(word, self.commands, cutoff=0.75)
-            if commands and not get_close_matches(word, problem_names(), cutoff=0.75):
+            near = get_close_matches(word, problem_names(), cutoff=0.75)
+            if commands and not near and word not in installed():
                 raise UnknownName("command", word, self.commands)
             args = ["play", *args]
         if "--rate" in args and not _numeric(args[args.index("--rate") + 1 :]):

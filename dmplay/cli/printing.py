@@ -25,7 +25,7 @@ def list_(kind: options.Kind = "", *, wishes: Wishes) -> object:
     if kind == "games":
         return games.listing(json=wishes.json)
 
-    return Printout(problems.listing(kind, wishes), wishes)
+    return Printout(problems.listing(kind, wishes), wishes, errors=problems.unlisted())
 
 
 def records(json: options.Json = False) -> object:

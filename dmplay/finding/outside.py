@@ -5,17 +5,12 @@ from typing import Any
 
 from dmplay.errors import UnknownName
 from dmplay.finding import code
-from dmplay.finding.ways import CODE
+from dmplay.finding.ways import is_file
 
 
 def is_outside(name: str) -> bool:
     """Whether a name points into a file or a module."""
     return is_file(name) or ":" in name
-
-
-def is_file(name: str) -> bool:
-    """Whether a name points into a Python file, or is one."""
-    return name.partition(":")[0].endswith(CODE)
 
 
 def is_module(name: str) -> bool:

@@ -9,7 +9,7 @@ A module of a problem may offer VARIANTS, name -> instance.
 """
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import fields, replace
 from importlib import import_module
 from pathlib import Path
@@ -17,14 +17,14 @@ from types import ModuleType
 from typing import NamedTuple
 
 from dmplay.core import Problem
-from dmplay.errors import BadParameter, UnknownName
+from dmplay.errors import BadParameter, DmplayError, UnknownName
 from dmplay.finding import code, data, guests, modules, outside
+from dmplay.finding.installed import installed
 from dmplay.finding.names import problem_names, stem_of
 from dmplay.finding.typed import typed
-from dmplay.finding.ways import HERE, Found, Way, is_data, moved
+from dmplay.finding.ways import HERE, Found, Way, is_data, is_file, moved
+from dmplay.places import blamed
 from dmplay.sound import sound
-
-GROUP = "dmplay.problems"
 
 
 class Loaded(NamedTuple):
@@ -149,11 +149,15 @@ def _own(name: str) -> Found:
     return Found(f"{base}:{variant}" if variant else base, problem)
 
 
-def installed() -> dict[str, str]:
-    """The problems of entry points by name, and what each points to, which is not imported."""
-    from importlib.metadata import entry_points
-
-    return {point.name: point.value for point in entry_points(group=GROUP)}
+def others() -> Iterator[tuple[str, Problem | str]]:
+    """The installed problems, or why one of them cannot be loaded."""
+    for name in sorted(installed()):
+        try:
+            yield name, load(name)
+        except DmplayError as error:
+            yield name, str(error)
+        except Exception as error:  # of code that is not ours
+            yield name, blamed(error) or f"{type(error).__name__}: {error}"
 
 
 def _is_installed(name: str) -> bool:
@@ -204,13 +208,13 @@ def _of_module(module: ModuleType, name: str, variant: str) -> Problem:
         each = " or ".join(f"{name}:{kind}" for kind in kinds)
         raise BadParameter(f"{name}: got several problems, expected one, as {each}")
     if not kinds:
-        raise BadParameter(f"{name}: no dmplay Problem in it")
+        raise BadParameter(f"{name} offers no Problem")
     return modules.made(name, *kinds.values())
 
 
 WAYS = (
     Way(_is_built_in, _own, safe=True),
-    Way(outside.is_file, _brought),
+    Way(is_file, _brought),
     Way(is_data, data.find, safe=True),
     Way(guests.takes, guests.find),
     Way(_is_installed, _installed),  # to look for entry points takes time

@@ -28,6 +28,11 @@ class Way(NamedTuple):
     safe: bool = False  # whether it runs no code but dmplay's, so that a transcript may name it
 
 
+def is_file(name: str) -> bool:
+    """Whether a name points into a Python file, or is one."""
+    return name.partition(":")[0].endswith(CODE)
+
+
 def is_data(name: str) -> bool:
     """Whether a name is that of a file that is read, and never run."""
     return Path(name).suffix.lower() in DATA

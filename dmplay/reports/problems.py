@@ -29,12 +29,16 @@ Space = str | list[str] | dict[str, float]  # what can be done or seen: words, n
 
 
 def facts() -> list[dict[str, str]]:
-    """Table F.1: every built-in problem with its kind."""
-    rows = []
-    for name in problem_names():
-        problem = problems.load(name)
-        rows.append({"problem": name, "kind": problem.kind} | summary(problem))
-    return rows
+    """Table F.1: every built-in problem with its kind; those that are installed come last."""
+    known = [(name, problems.load(name)) for name in problem_names()]
+    known += [(name, one) for name, one in problems.others() if isinstance(one, Problem)]
+    return [{"problem": name, "kind": one.kind} | summary(one) for name, one in known]
+
+
+def unlisted() -> str:
+    """The installed problems that cannot be loaded, a line each."""
+    told = [f"{name}: {why}" for name, why in problems.others() if isinstance(why, str)]
+    return "\n".join(told)
 
 
 def of_kind(kind: str) -> list[dict[str, str]]:
@@ -127,7 +131,6 @@ class About(NamedTuple):
 def about(name: str, keys: Keys = AS_DRAWN) -> About:
     """Everything about a problem, with the keys in force."""
     problem = problems.load(name)
-    base = name.partition(":")[0]
     return About(
         problem=name,
         kind=problem.kind,
@@ -144,7 +147,7 @@ def about(name: str, keys: Keys = AS_DRAWN) -> About:
             }
             for one in fields(problem)
         },
-        variants=[variant or "standard" for variant in problems.variants(base) or [""]],
+        variants=[variant or "standard" for variant in problems.variants(name) or [""]],
         players={agent: _first_line(make) for agent, make in agents.roster(problem).agents.items()},
         keys=dict(hands(problem, keys).keys),
     )

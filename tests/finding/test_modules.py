@@ -16,8 +16,10 @@ from dmplay.game.account import frame
 from dmplay.game.game import Game
 from dmplay.game.keymap import AS_DRAWN, hands
 from dmplay.game.table import Table
+from dmplay.reports import problems as reports
 from dmplay.views.style import Look, fit, style_of
 from dmplay.words.commands import typed
+from dmplay.words.completion import lists
 from tests.support.blocks import TIGER
 from tests.support.brought import WALK
 from tests.support.programs import run
@@ -189,3 +191,29 @@ def test_a_file_imports_what_is_beside_it_under_the_program_too(tmp_path: Path) 
     done = run(tmp_path, "elsewhere/doors.py", "--agent", "random", "--seed", "3", "-o", "g.dmt")
     assert done.returncode == 0, done.stderr
     assert run(folder, "verify", "../g.dmt", "--trust").returncode == 0
+
+
+def test_installed_problems_are_listed_completed_and_played(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    facts = tmp_path / "walks-1.dist-info"
+    facts.mkdir()
+    (facts / "METADATA").write_text("Name: walks\nVersion: 1\n")
+    points = "stroll = stroll_module\nlong = stroll_module:Long\nlame = lame_module\n"
+    (facts / "entry_points.txt").write_text(f"[dmplay.problems]\n{points}")
+    (tmp_path / "stroll_module.py").write_text(WALK + MORE)
+    (tmp_path / "lame_module.py").write_text("raise ValueError('no leg')\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    assert values(dmplay.load("long"))["slip"] == 0.3
+    assert values(dmplay.load("stroll:icy"))["slip"] == 0.5
+    assert [row["problem"] for row in reports.facts()][-1] == "long"
+    stroll, lame = sorted(reports.unlisted().split("\n"), reverse=True)
+    assert stroll.endswith("got several problems, expected one, as stroll:Walk or stroll:Long")
+    assert lame == "lame: ./lame_module.py:1: ValueError: no leg"
+    assert {"stroll", "long", "lame"} <= {*lists.problems()}
+
+
+def test_what_is_made_of_arrays_has_as_many_states_as_names() -> None:
+    Path("tiger.py").write_text(TIGER)
+    assert reports.about("./tiger.py").states == "2"
+    assert reports.about("hexworld").states == "varies"
