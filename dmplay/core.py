@@ -452,6 +452,15 @@ class Problem(ABC):
         """Which actions `[B, n, A]` the state allows; None for all."""
         return None
 
+    def called(self, s: Array) -> tuple[Labels, ...] | None:
+        """What the actions of each agent are called in one state, where that depends on it.
+
+        As many names as there are labels in `actions`, which mean the same in every state, and
+        which transcripts hold; None stands for these. A seat reads its names: they tell it no more
+        than it may know.
+        """
+        return None
+
     def enumerated(self) -> Array:
         """Every state of a finite problem `[S, ...]`, in the order of their indices."""
         if not isinstance(self.states, int):

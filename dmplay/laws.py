@@ -13,7 +13,7 @@ from dmplay.core import Interval, Labels, Memory, Outcome, Policy, Problem, exac
 from dmplay.dice import NATURE, uniforms
 from dmplay.errors import BadParameter, TooMuch
 from dmplay.places import blamed
-from dmplay.sound import Breach, Fact, Facts, breach, outcomes
+from dmplay.sound import Breach, Fact, Facts, breach, outcomes, typable
 from dmplay.tabular import tabulate
 
 SEED = 7
@@ -113,7 +113,9 @@ def held(owner: type, law: Callable[[], Facts]) -> Iterator[Breach]:
                 yield breach(owner, fact.said, fact.told)
                 if not fact.alone:
                     return
-    except (BadParameter, TooMuch) as error:
+    except TooMuch:  # which is no fault
+        return
+    except BadParameter as error:
         placed = str(error)[:1] in "./"  # else of what nature or the game made of a move
         yield Breach("", str(error)) if placed else breach(owner, "move", f"move: {error}")
     except Exception as error:  # of code that is not ours
@@ -239,6 +241,16 @@ def able(problem: Problem, found: Turns) -> Facts:
         yield Fact(not stuck.any(), "legal", told)
 
 
+def named(problem: Problem, found: Turns) -> Facts:
+    """What actions are called in a state are names, each another, that can be typed."""
+    for s in found.s[:SOME]:
+        for called, known in zip(problem.called(s) or (), problem.actions, strict=False):
+            told = f"called: got {called!r}, expected Labels, a name for each of {known!r}"
+            holds = isinstance(called, Labels) and len(called) == len(known.labels)
+            yield Fact(holds, "called", told)
+            yield from typable("called", called)
+
+
 def summed(problem: Problem, found: Turns) -> Facts:
     """Probabilities are none below 0, and sum to 1."""
     s, a = found.s[:SOME], found.a[:SOME]
@@ -336,7 +348,7 @@ def final(problem: Problem, games: int, most: int) -> Array:
 
 
 LAWS: tuple[Callable[[Problem, Turns], Facts], ...] = (
-    sampled, listed, able, summed, tabulated, carried, extreme,
+    sampled, listed, able, named, summed, tabulated, carried, extreme,
 )  # fmt: skip
 
 

@@ -106,6 +106,7 @@ class _Told(NamedTuple):
     joint: Telling[Array]
     rewards: Telling[float]
     beliefs: Telling[Reals]  # one more than turns, where there are any
+    said: Telling[str]  # what its actions were called, where that depends on the state
 
     def until(self, turns: int) -> "_Told":
         """What it was told up to a turn."""
@@ -115,6 +116,7 @@ class _Told(NamedTuple):
             self.joint.until(turns),
             self.rewards.until(turns),
             self.beliefs.until(turns + 1),
+            self.said.until(turns),
         )
 
 
@@ -132,6 +134,8 @@ class View(Generic[P_co]):
     beliefs: Sequence[Reals] | None  # [S] each, where states are hidden and few enough
     ending: str | None
     limit: int | None
+    called: Labels | None = None  # what its actions are called now, where that depends on the state
+    said: Sequence[str] = ()  # and what its own were called, then
 
     @property
     def turn(self) -> int:
@@ -146,7 +150,14 @@ class View(Generic[P_co]):
     @property
     def last(self) -> str:
         """The name of its latest action; nothing before the first."""
+        if self.said:
+            return self.said[-1]
         return self.problem.action_name(self.seat, self.actions[-1]) if self.actions else ""
+
+    @property
+    def labels(self) -> Labels:
+        """What its actions are called now; none of reals."""
+        return self.problem.actions[self.seat].labels if self.called is None else self.called
 
     @property
     def belief(self) -> Reals:
@@ -243,6 +254,16 @@ class Session:
         legal = self._now().legal
         return None if legal is None else own(legal[seat])
 
+    def labels(self, seat: int) -> Labels:
+        """What the actions of a seat are called now; none of reals."""
+        called = self.problem.called(self.state)
+        return called[seat] if called else self.problem.actions[seat].labels
+
+    def action_name(self, seat: int, action: float) -> str:
+        """What an action is called now, or its number."""
+        labels = self.labels(seat)
+        return labels[int(action)] if labels else self.problem.action_name(seat, action)
+
     def choices(self) -> list[float | None]:
         """What each policy does now; None for a seat played from outside."""
         return [None if follower is None else follower.choose() for follower in self.followers]
@@ -284,10 +305,11 @@ class Session:
             raise IllegalAction(f"{where}: no action given")
         done, legal = known.check(action, where), self.legal(seat)
         if legal is not None and known.labels and not legal[int(done)]:
+            labels = self.labels(seat)
             raise IllegalAction(
-                f"{where}: {known.name(done)} changes nothing in "
+                f"{where}: {labels[int(done)]} changes nothing in "
                 f"{'this state' if problem.hidden else problem.notation(self.state)}; "
-                f"expected one of {known.words(legal)}"
+                f"expected one of {labels.words(legal)}"
             )
         return done
 
@@ -361,7 +383,10 @@ class Session:
             self._told[seat] = _Told(*(Telling() for _ in _Told._fields))
             self._told[seat].observations.append(own(self.observation(seat, 0)))
         told = self._told[seat]
-        for turn in self.turns[len(told.actions) :]:
+        for number, turn in enumerate(self.turns[len(told.actions) :], len(told.actions)):
+            called = self.problem.called(self.turns[number - 1].state if number else self.first)
+            if called:
+                told.said.append(called[seat][int(turn.actions[seat])])
             told.observations.append(own(self._seen(seat, turn)))
             told.actions.append(float(turn.actions[seat].item()))
             if not self.problem.hidden:
@@ -389,6 +414,8 @@ class Session:
             beliefs=Past(told.beliefs) if self.believes else None,
             ending=self.ending,
             limit=self.limit,
+            called=self.labels(seat) if problem.called(self.state) else None,
+            said=Past(told.said),
         )
 
     def returns(self) -> Reals:

@@ -4,6 +4,7 @@ Each breach is one sentence, with the line of their file that says what is wrong
 """
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import fields
 from itertools import product
@@ -22,6 +23,7 @@ ROWS = 2  # of the turn that is tried
 CLOSE = 1e-6  # how near to 1 probabilities sum
 LONGEST = 1000  # characters of a name, or of a state in a line
 MOST = 2**63 - 1  # states, turns
+SHOWN = 300  # characters of a sentence
 TOLD = 3  # rows of an array that are told of
 UNTYPED = ",;#"  # characters that a typed action cannot have
 COMMANDS = frozenset({  # what a typed word does in a game, unless an action has its name
@@ -70,7 +72,9 @@ def sound(name: str, problem: Problem) -> None:
 def breach(owner: type, said: str, told: str) -> Breach:
     """What is wrong with an attribute of a class, and the line that says it."""
     name, _, argument = said.partition(".")
-    return Breach(places.place(owner, name, argument, Tables._fields), told)
+    what = " ".join(told.split())
+    what = what if len(what) <= SHOWN else f"{what[: SHOWN // 2]} ... {what[-SHOWN // 2 :]}"
+    return Breach(places.place(owner, name, argument, Tables._fields), what)
 
 
 def _agents(problem: Problem) -> Facts:
@@ -88,7 +92,7 @@ def _actions(problem: Problem) -> Facts:
     for known in actions:
         told = f"actions: got {known!r}, expected Labels of names, each another, or an Interval"
         yield Fact(isinstance(known, Interval) or _labels(known), "actions", told)
-        yield from _span(known) if isinstance(known, Interval) else _typed(known)
+        yield from _span(known) if isinstance(known, Interval) else typable("actions", known)
 
 
 def _span(known: Interval) -> Facts:
@@ -97,18 +101,18 @@ def _span(known: Interval) -> Facts:
     yield Fact(holds, "actions", f"actions: got {known!r}, expected two numbers, the lower first")
 
 
-def _typed(labels: Labels) -> Facts:
+def typable(said: str, labels: Labels) -> Facts:
     """Labels of actions can be typed, and mean nothing else."""
     for label in labels:
-        word = label.lower()
-        told = f"actions: got {label!r}, which is a command in a game; expected another name"
-        yield Fact(word not in COMMANDS, "actions", told, alone=True)
+        told = f"{said}: got {label!r}, which is a command in a game; expected another name"
+        yield Fact(label.lower() not in COMMANDS, said, told, alone=True)
         holds = label == label.strip() and not {*label} & {*UNTYPED}
-        told = f"actions: got {label!r}, expected no '{UNTYPED}' in it and no blanks around it"
-        yield Fact(holds, "actions", told, alone=True)
-    alike = [label for label in labels if [*map(_plain, labels)].count(_plain(label)) > 1]
-    told = f"actions: got {', '.join(alike)}, which are typed alike; expected each another"
-    yield Fact(not alike, "actions", told)
+        told = f"{said}: got {label!r}, expected no '{UNTYPED}' in it and no blanks around it"
+        yield Fact(holds, said, told, alone=True)
+    plain = Counter(map(_plain, labels))
+    alike = [label for label in labels if plain[_plain(label)] > 1]
+    told = f"{said}: got {', '.join(alike)}, which are typed alike; expected each another"
+    yield Fact(not alike, said, told)
 
 
 def _observations(problem: Problem) -> Facts:
@@ -219,8 +223,7 @@ def _belief(problem: Problem) -> Facts:
 def _start(problem: Problem) -> Facts:
     """A start, tried."""
     opening = problem.opening(ROWS)
-    told = f"opening: got {opening!r}, expected what can be drawn, or ()"
-    yield Fact(_chances(opening), "opening", told)
+    yield from _chances("opening", opening)
     s = problem.place(ROWS, _events(opening))
     told = f"place: got {s!r}, expected an array, a state for each of {ROWS} rows"
     yield Fact(_rows(s), "place", told)
@@ -272,8 +275,7 @@ def _turn(problem: Problem) -> Facts:
     if legal is not None:
         a = legal.argmax(axis=2)
     chances = problem.chance(s, a)
-    told = f"chance: got {chances!r}, expected what can be drawn, or ()"
-    yield Fact(_chances(chances), "chance", told)
+    yield from _chances("chance", chances)
     outcome = problem.move(s, a, _events(chances))
     told = f"move: got {outcome!r}, expected Outcome(state, rewards, observations)"
     holds = isinstance(outcome, tuple) and len(outcome) == len(Outcome._fields)
@@ -394,24 +396,39 @@ def _able(legal: Array, over: Array) -> bool:
     return bool(np.all(able | over))
 
 
-def _chances(told: object) -> bool:
-    return isinstance(told, tuple) and all(map(_drawn, told))
+def _chances(said: str, told: object) -> Facts:
+    """What nature draws."""
+    kinds = Categorical | Pick | Span | Normal
+    holds = isinstance(told, tuple) and all(isinstance(chance, kinds) for chance in told)
+    yield Fact(holds, said, f"{said}: got {told!r}, expected what can be drawn, or ()")
+    assert isinstance(told, tuple)
+    for chance in told:
+        if isinstance(chance, Categorical):
+            yield from _categorical(said, np.asarray(chance.cumulative))
+        got = f"{said}: got {chance!r}, expected what can be drawn"
+        yield Fact(_drawn(chance), said, got)
+
+
+def _categorical(said: str, edges: Array) -> Facts:
+    """Cumulative probabilities, a row for each, or one for all."""
+    holds = edges.ndim == 2 and len(edges) in (1, ROWS) and edges.dtype.kind in "fiu"
+    got = f"{said}: got a Categorical of {_shape(edges)}, expected rows of cumulative probabilities"
+    yield Fact(holds, said, got)
+    p = np.diff(edges, prepend=0, append=1)
+    got = f"{said}: got probabilities {p.min():g} to {p.max():g}, expected 0 to 1"
+    yield Fact(bool((p >= -CLOSE).all()), said, got)
 
 
 def _drawn(chance: object) -> bool:
-    """Whether this is something that nature can draw."""
+    """Whether the numbers of this are such that nature can draw it."""
     match chance:
-        case Categorical(cumulative):
-            edges = np.asarray(cumulative)
-            shaped = edges.ndim == 2 and len(edges) in (1, ROWS) and edges.dtype.kind in "fiu"
-            return shaped and bool((np.diff(edges, prepend=0, append=1) >= -CLOSE).all())
         case Pick(n, most):
             return bool(((np.asarray(n) >= 1) & (np.asarray(n) <= most)).all())
         case Span(low, high):
             return bool(np.isfinite(low).all() and np.isfinite(high).all())
         case Normal():
             return all(np.isfinite(one).all() for one in vars(chance).values())
-    return False
+    return True
 
 
 def _events(chances: tuple[Chance, ...]) -> tuple[Array, ...]:

@@ -63,7 +63,8 @@ FAULTS = [
      "discount = 1.5", "discount = 1.5", "discount: got 1.5, expected a number from 0 to 1"),
     ("walk", "slip: float = 0.1", "slip: float", "@dataclass", "non-default argument 'slip'"),
     ("walk", "slip: float = 0.1", "slip: object = None", "slip: o", "slip: got NoneType"),
-    ("walk", "slip: float = 0.1", "slip: float = 1.4", "def chance", "chance: got (Categorical"),
+    ("walk", "slip: float = 0.1", "slip: float = 1.4", "def chance",
+     "chance: got probabilities -0.4 to 1.4, expected 0 to 1"),
     ("walk", "(0.0, 1.0)\n\n", "(0.0, 0.5)\n\n", "def move",
      "move: got 0 to 1, expected reward_bounds, 0.0 to 0.5"),
     # methods
@@ -104,6 +105,10 @@ FAULTS = [
      "def index", "index: got [4, 3, 2, 1, 0], expected 0 to 4 in order"),
     ("walk", "self.slip)),)", "self.slip)),) * (1 + (s.max() > 0))", "def chance",
      "draws, expected 1"),
+    ("walk", "    def notation(", "    def called(self, s):\n        return (Labels('aa'),)\n\n"
+     "    def notation(", "def called", "called: got a, a, which are typed alike"),
+    ("walk", "    def notation(", "    def called(self, s):\n        return (Labels('a'),)\n\n"
+     "    def notation(", "def called", "called: got ('a',), expected Labels, a name for each of"),
     # observations
     ("walk", "actions =", 'observations = (Labels(("x", "y")),)\n    actions =', "def move",
      "move: got the observations"),

@@ -108,7 +108,7 @@ def _believed(view: View[Problem], action: float) -> Outlook:
 def told(session: Session, seat: int, outlook: Outlook) -> str:
     """What an action may bring, in a line."""
     problem = session.problem
-    name = problem.action_name(seat, outlook.action)
+    name = session.action_name(seat, outlook.action)
     others = ", the others at random" if len(problem.agents) > 1 else ""
     how = f" ({len(outlook.chances)} samples)" if outlook.sampled else ""
     if problem.states == 1 and not outlook.sampled:

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 
 from dmplay.core import Interval, Labels, Problem
 from dmplay.errors import BadParameter, UnknownName
@@ -25,9 +26,12 @@ class Keyboard:
         own: Mapping[str, float] | None = getattr(style_of(problem), "NUDGES", None)
         self.nudges = _nudges(problem.actions[0]) if own is None else own
 
-    def read(self, seat: int, word: str) -> float:
-        """The action that a person typed: its name, an alias, its number or a key."""
-        return action_of(self.problem, seat, word, self.of(seat))
+    def read(self, view: View[Problem], word: str) -> float:
+        """The action that a person typed: its name here, or anywhere, an alias, number or key."""
+        if view.called is not None:
+            with suppress(UnknownName):
+                return view.called.read(word)
+        return action_of(self.problem, view.seat, word, self.of(view.seat))
 
     def pressed(self, seat: int, key: str) -> tuple[int, float] | None:
         """Whose action a key plays, and which: of this seat, or each with keys of its own where
@@ -62,8 +66,8 @@ class Keyboard:
         keys = dict(zip(labels, digits, strict=False))
         keys |= {label: key for key, label in reversed([*self.of(view.seat).items()])}  # the first
         return [
-            (keys.get(label, ""), label, view.legal is None or bool(view.legal[index]))
-            for index, label in enumerate(labels)
+            (keys.get(label, ""), name, view.legal is None or bool(view.legal[index]))
+            for index, (label, name) in enumerate(zip(labels, view.labels, strict=True))
         ]
 
 

@@ -246,7 +246,7 @@ class Screen:
         """Writes or nudges a number, and plays it on Enter."""
         if key == "enter" and self.number.text:
             with veiled(self.table):
-                self.act(self.game.keyboard.read(self.game.watcher, self.number.taken()))
+                self.act(self.game.keyboard.read(self.game.view(), self.number.taken()))
             return True
         ahead = key == "enter" and self.modes.shows is Mode.AHEAD  # plays what was looked at
         if ahead or not self.number.press(self.game, key):

@@ -37,7 +37,7 @@ def boards(view: View[Problem], look: Look) -> Iterator[Text]:
         yield from (Text("\n\n").join([drawn, shown]) for drawn in _written(view, look))
         yield from _written(view, look)
     else:
-        labels, below = view.problem.actions[view.seat].labels, Canvas()
+        labels, below = view.labels, Canvas()
         after = branches(view, look, [])
         _actions(view, below, 0, look)
         full = Text("\n\n").join([shown, below.text()])
@@ -47,7 +47,7 @@ def boards(view: View[Problem], look: Look) -> Iterator[Text]:
 
 def _written(view: View[Problem], look: Look) -> Iterator[Text]:
     """The observation, the belief where there is one, and the actions with their digits."""
-    labels = view.problem.actions[view.seat].labels
+    labels = view.labels
     after = branches(view, look, _names(view) if view.beliefs is not None else [])
     full, small = _seen(view, look), _seen(view, look)
     y = 2
@@ -84,13 +84,16 @@ def _seen(view: View[Problem], look: Look) -> Canvas:
 
 def _actions(view: View[Problem], canvas: Canvas, y: int, look: Look) -> None:
     """What can be done: the best first, with what each loses, where that is told."""
-    actions = view.problem.actions[view.seat]
-    if not actions.labels:
-        canvas.put(0, y, actions.words())
-    longest = max(map(len, actions.labels), default=0)
-    for row, action in enumerate(ranked(look, len(actions.labels)), y):
+    labels = view.labels
+    if not labels:
+        canvas.put(0, y, view.problem.actions[view.seat].words())
+    longest = max(map(len, labels), default=0)
+    order = ranked(look, len(labels))
+    if view.called is not None and view.legal is not None:  # of other states, names say nothing
+        order = [action for action in order if view.legal[action]]
+    for row, action in enumerate(order, y):
         legal = view.legal is None or view.legal[action]
-        name = f"{action + 1} {actions.labels[action]}"
+        name = f"{action + 1} {labels[action]}"
         canvas.put(0, row, name if legal else f"[{name}]")
         canvas.put(longest + 6, row, loss(look, action, BAR), "yellow")
 
@@ -114,7 +117,7 @@ def told(view: View[Problem]) -> str:
 
 def situation(view: View[Problem]) -> str:
     """What was seen last and what can be done."""
-    can = view.problem.actions[view.seat].words(view.legal)
+    can = (view.labels or view.problem.actions[view.seat]).words(view.legal)
     return f"{seen(view)}.{_believed(view)} actions: {can or 'none'}."
 
 

@@ -83,9 +83,9 @@ def _act(table: Table, argument: str) -> str:
 def _played(table: Table, argument: str) -> str:
     game = table.game
     try:
-        action = game.keyboard.read(game.watcher, argument)
+        action = game.keyboard.read(game.view(), argument)
     except UnknownName:
-        known = game.problem.actions[game.watcher].labels
+        known = game.session.labels(game.watcher)
         word, _, rest = argument.partition(" ")
         if not word or (rest and word.lower() in known):
             told = f"act: got {argument!r}, expected one action; ';' stands between several"
@@ -283,4 +283,4 @@ def _done(command: Command, table: Table, argument: str) -> str:
 def _names_action(table: Table, word: str) -> bool:
     if not table.playing:
         return False
-    return word.lower() in table.game.problem.actions[table.game.watcher].labels
+    return word.lower() in map(str.lower, table.game.session.labels(table.game.watcher))

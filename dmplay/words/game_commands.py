@@ -98,7 +98,7 @@ def legal(game: Game, argument: str) -> str:
 
 def _typed(game: Game, word: str) -> str:
     """The action that a typed word plays: a name before a key."""
-    return game.problem.action_name(game.watcher, game.keyboard.read(game.watcher, word))
+    return game.session.action_name(game.watcher, game.keyboard.read(game.view(), word))
 
 
 def belief(game: Game, argument: str) -> str:
@@ -154,7 +154,7 @@ def whatif(game: Game, argument: str) -> str:
     """What an action may bring about, before it is played."""
     if not argument:
         raise BadParameter("whatif: expected an action")
-    return foresee(game, game.keyboard.read(game.watcher, argument))
+    return foresee(game, game.keyboard.read(game.view(), argument))
 
 
 def foresee(game: Game, action: float) -> str:

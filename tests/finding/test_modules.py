@@ -17,6 +17,7 @@ from dmplay.game.game import Game
 from dmplay.game.keymap import AS_DRAWN, hands
 from dmplay.game.table import Table
 from dmplay.reports import problems as reports
+from dmplay.transcript.format import turn_facts
 from dmplay.views.style import Look, fit, style_of
 from dmplay.words.commands import typed
 from dmplay.words.completion import lists
@@ -217,3 +218,28 @@ def test_what_is_made_of_arrays_has_as_many_states_as_names() -> None:
     Path("tiger.py").write_text(TIGER)
     assert reports.about("./tiger.py").states == "2"
     assert reports.about("hexworld").states == "varies"
+
+
+CALLED = """
+    def called(self, s):
+        return (Labels((f"down-to-{int(s) - 1}", f"up-to-{int(s) + 1}")),)
+
+    def notation"""
+
+
+def test_what_actions_are_called_may_depend_on_the_state() -> None:
+    Path("steps.py").write_text(WALK.replace("\n    def notation", CALLED))
+    assert not dmplay.check(dmplay.load("./steps.py"))
+    played = game("./steps.py")
+    table = Table(played)
+    assert typed(table, "up-to-1") == "turn 1. at 1. chose up-to-1. reward 0. return 0."
+    assert typed(table, "right") == "turn 2. at 2. chose up-to-2. reward 0. return 0."
+    assert typed(table, "legal") == "legal: down-to-1 (1), up-to-3 (l)."
+    assert typed(table, "hint") == "hint (patient): up-to-3"
+    assert "1 down-to-1\n2 up-to-3" in told(played)
+    with pytest.raises(DmplayError, match="unknown action 'up-to-4'; did you mean up-to-3"):
+        typed(table, "up-to-4")
+    played.undo(2)
+    assert played.view().last == ""
+    assert typed(table, "up-to-1").endswith("chose up-to-1. reward 0. return 0.")
+    assert turn_facts(played.session)["actions"] == {"agent": "right"}
