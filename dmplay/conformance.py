@@ -7,6 +7,7 @@ import numpy as np
 from rich.text import Text
 
 from dmplay import laws
+from dmplay.breach import Breach, Fact, Facts
 from dmplay.chance import Array
 from dmplay.core import Policy, Problem
 from dmplay.dice import Dice
@@ -16,7 +17,7 @@ from dmplay.game.keymap import AS_DRAWN, hands
 from dmplay.laws import Turns, parts
 from dmplay.policies.general import Random
 from dmplay.session import Session
-from dmplay.sound import STAGES, Breach, Fact, Facts
+from dmplay.sound import STAGES
 from dmplay.views.style import Look, Style, fit, style_of
 
 ROWS = 200  # turns that each law is asked of

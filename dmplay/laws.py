@@ -8,12 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dmplay.breach import Breach, Fact, Facts, breach
 from dmplay.chance import Array, Bools, Chance, Normal, Reals, Span, sample
 from dmplay.core import Interval, Labels, Memory, Outcome, Policy, Problem, exact
 from dmplay.dice import NATURE, uniforms
 from dmplay.errors import BadParameter, TooMuch
 from dmplay.places import blamed
-from dmplay.sound import Breach, Fact, Facts, breach, outcomes, typable
+from dmplay.sound import outcomes, typable
 from dmplay.tabular import tabulate
 
 SEED = 7

@@ -1,30 +1,23 @@
-"""What must hold of a problem that somebody brings before it is played: facts, arrays, a turn.
-
-Each breach is one sentence, with the line of their file that says what is wrong.
-"""
+"""What must hold of a problem that somebody brings before it is played: facts, arrays, a turn."""
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from dataclasses import fields
-from itertools import product
-from typing import NamedTuple
 
 import numpy as np
 
-from dmplay import places
+from dmplay import arrays
+from dmplay.breach import Fact, Facts, breach, reals, shaped
 from dmplay.chance import Array, Categorical, Chance, Normal, Pick, Span, sample
 from dmplay.core import Continuous, Interval, Labels, Numbers, Outcome, Problem, Texts
 from dmplay.errors import BadParameter
-from dmplay.rows import Rows
-from dmplay.tabular import Sparse, Tables, Tabular
+from dmplay.tabular import Tabular
 
 ROWS = 2  # of the turn that is tried
 CLOSE = 1e-6  # how near to 1 probabilities sum
 LONGEST = 1000  # characters of a name, or of a state in a line
 MOST = 2**63 - 1  # states, turns
-SHOWN = 300  # characters of a sentence
-TOLD = 3  # rows of an array that are told of
 UNTYPED = ",;#"  # characters that a typed action cannot have
 COMMANDS = frozenset({  # what a typed word does in a game, unless an action has its name
     "act", "agent", "agents", "auto", "belief", "branch", "exit", "export", "figure", "guide",
@@ -34,47 +27,12 @@ COMMANDS = frozenset({  # what a typed word does in a game, unless an action has
 })  # fmt: skip
 
 
-class Breach(NamedTuple):
-    """How a problem breaks a law: the line that does, '' where none is known, and a sentence."""
-
-    where: str
-    what: str
-
-    def __str__(self) -> str:
-        """Both in one line."""
-        return f"{self.where} {self.what}".strip()
-
-    def of(self, name: str) -> str:
-        """The same in one line, with the name of the problem where no line is known."""
-        return str(self) if self.where or self.what[:1] in "./" else f"{name}: {self.what}"
-
-
-class Fact(NamedTuple):
-    """Whether something holds, the attribute that says it, and what is told where it does not."""
-
-    holds: bool
-    said: str  # NAME, or NAME.ARGUMENT
-    told: str
-    alone: bool = False  # whether what follows can be looked at though it does not hold
-
-
-Facts = Iterator[Fact]
-
-
 def sound(name: str, problem: Problem) -> None:
     """Raises BadParameter where a fact, an array or the first turn of a problem cannot be."""
     every = (fact for stage in STAGES for facts in stage for fact in facts(problem))
     for fact in every:
         if not fact.holds:
             raise BadParameter(breach(type(problem), fact.said, fact.told).of(name))
-
-
-def breach(owner: type, said: str, told: str) -> Breach:
-    """What is wrong with an attribute of a class, and the line that says it."""
-    name, _, argument = said.partition(".")
-    what = " ".join(told.split())
-    what = what if len(what) <= SHOWN else f"{what[: SHOWN // 2]} ... {what[-SHOWN // 2 :]}"
-    return Breach(places.place(owner, name, argument, Tables._fields), what)
 
 
 def _agents(problem: Problem) -> Facts:
@@ -162,64 +120,6 @@ def _parameters(problem: Problem) -> Facts:
         yield Fact(holds, one.name, told, alone=True)
 
 
-def _tables(problem: Problem) -> Facts:
-    """What is made of arrays has them, and names for their rows and columns."""
-    if not isinstance(problem, Tabular):
-        return
-    told = "actions: expected Labels, which are rows of the arrays"
-    yield Fact(all(problem.action_counts), "actions", told)
-    labelled = all(isinstance(known, Labels) for known in problem.observations)
-    told = "observations: expected Labels, which are columns of the array"
-    yield Fact(labelled, "observations", told)
-    told = f"tables: got {type(problem.tables).__name__}, expected Tables(...)"
-    yield Fact(isinstance(problem.tables, Tables | Sparse), "tables", told)
-
-
-def _transition(problem: Problem) -> Facts:
-    """The array T of a problem that is made of arrays."""
-    if not isinstance(problem, Tabular):
-        return
-    tables, names = problem.tables, list(problem.names)
-    did = _joint([known.labels for known in problem.actions])
-    yield from _shares("tables.transition", tables.transition, [names, did, names])
-
-
-def _rewards(problem: Problem) -> Facts:
-    """The array R of the same, by state and action, and by what comes of them."""
-    if not isinstance(problem, Tabular):
-        return
-    tables, agents = problem.tables, len(problem.agents)
-    many, each = len(problem.names), math.prod(problem.action_counts)
-    kinds = math.prod(problem.observation_counts)
-    shapes = [(many, each, agents), (many, each, many, agents), (many, each, many, kinds, agents)]
-    if isinstance(tables, Sparse):
-        listed = len(tables.transition.columns)
-        shapes = [(many * each, agents), (listed, agents), (listed * kinds, agents)]
-    fitting = [shape for shape in shapes if np.shape(tables.rewards) == shape]
-    yield from _reals("tables.rewards", "tables.rewards", tables.rewards, *(fitting or shapes)[:1])
-
-
-def _seen(problem: Problem) -> Facts:
-    """The array O of the same."""
-    if not isinstance(problem, Tabular):
-        return
-    told = problem.tables.observation
-    if not problem.hidden:
-        what = "tables.observations: expected None where no observations are named"
-        yield Fact(told is None, "tables.observation", what)
-        return
-    labels = [known for known in problem.observations if isinstance(known, Labels)]
-    did = _joint([known.labels for known in problem.actions])
-    yield from _shares("tables.observations", told, [did, list(problem.names), _joint(labels)])
-
-
-def _belief(problem: Problem) -> Facts:
-    """The start of the same."""
-    if isinstance(problem, Tabular):
-        names = list(problem.names)
-        yield from _shares("start_belief", problem.start_belief, [names])
-
-
 def _start(problem: Problem) -> Facts:
     """A start, tried."""
     opening = problem.opening(ROWS)
@@ -268,7 +168,7 @@ def _turn(problem: Problem) -> Facts:
     told = f"terminal: got {over!r}, expected true or false for each of {ROWS} rows"
     yield Fact(holds, "terminal", told)
     shape = (ROWS, len(problem.agents), max(problem.action_counts))
-    holds = legal is None or (_shaped(legal, shape) and legal.dtype == bool and _able(legal, over))
+    holds = legal is None or (shaped(legal, shape) and legal.dtype == bool and _able(legal, over))
     told = f"legal: got {legal!r}, expected None, or one action at least, of shape {shape}"
     yield Fact(holds, "legal", told)
     a = np.tile([known.grid()[0] for known in problem.actions], (ROWS, 1))
@@ -286,19 +186,19 @@ def _turn(problem: Problem) -> Facts:
 def outcomes(problem: Problem, s: Array, outcome: Outcome) -> Facts:
     """What a turn brought about has the shapes and ranges that the problem states."""
     moved, rewards, seen = outcome
-    holds = _shaped(moved, s.shape) and moved.dtype.kind == s.dtype.kind
+    holds = shaped(moved, s.shape) and moved.dtype.kind == s.dtype.kind
     told = f"move: got the states {moved!r}, expected them of shape {s.shape}, as from place"
     yield Fact(holds, "move", told)
     yield from _counted(problem, "move", moved)
     rows = len(s), len(problem.agents)
-    yield from _reals("move: rewards", "move", rewards, rows)
+    yield from reals("move: rewards", "move", rewards, rows)
     if problem.shared_reward:
         told = "move: got rewards that differ, expected the same for all, as shared_reward says"
         yield Fact(bool((rewards == rewards[:, :1]).all()), "move", told)
     yield from _within("reward_bounds", problem.reward_bounds, rewards)
     yield from _within("state_bounds", problem.state_bounds, moved)
     if not problem.hidden:
-        holds = _shaped(seen, s.shape) and seen.dtype == moved.dtype and (seen == moved).all()
+        holds = shaped(seen, s.shape) and seen.dtype == moved.dtype and (seen == moved).all()
         told = f"move: got {seen!r} to be seen, expected the new states"
         yield Fact(bool(holds), "move", told)
         return
@@ -322,7 +222,7 @@ def _observed(problem: Problem, rows: tuple[int, int], seen: Array) -> Facts:
     letters, what = {Labels: ("iu", "whole numbers"), Numbers: ("f", "reals")}.get(
         type(kind), ("U", "an array of text")
     )
-    holds = _shaped(seen, shape) and seen.dtype.kind in letters
+    holds = shaped(seen, shape) and seen.dtype.kind in letters
     yield Fact(holds, "move", f"{got}, expected {what} of shape {shape}")
     if isinstance(kind, Numbers):
         yield Fact(bool(np.isfinite(seen).all()), "move", f"{got}, expected none infinite or NaN")
@@ -337,8 +237,8 @@ def _observed(problem: Problem, rows: tuple[int, int], seen: Array) -> Facts:
 STAGES: tuple[tuple[Callable[[Problem], Facts], ...], ...] = (  # each rests on those before
     (_agents,),
     (_actions, _observations, _spaces, _parameters),
-    (_tables,),
-    (_transition, _rewards, _seen, _belief),
+    (arrays.tables,),
+    (arrays.transition, arrays.rewards, arrays.observations, arrays.start),
     (_start,),
     (_turn,),
 )
@@ -377,10 +277,6 @@ def _count(told: object) -> bool:
 
 def _rows(told: object) -> bool:
     return isinstance(told, np.ndarray) and told.shape[:1] == (ROWS,)
-
-
-def _shaped(told: object, shape: tuple[int, ...]) -> bool:
-    return isinstance(told, np.ndarray) and told.shape == shape
 
 
 def _shape(told: object) -> str:
@@ -434,47 +330,3 @@ def _drawn(chance: object) -> bool:
 def _events(chances: tuple[Chance, ...]) -> tuple[Array, ...]:
     """What comes of them in the middle of the dice."""
     return sample(chances, np.full((ROWS, sum(chance.draws for chance in chances)), 0.5))
-
-
-def _joint(labels: Sequence[Sequence[str]]) -> list[str]:
-    """The names of what several agents do or see at once, the first agent's the slowest."""
-    return [" ".join(each) for each in product(*labels)]
-
-
-def _reals(what: str, said: str, told: object, shape: tuple[int, ...]) -> Facts:
-    """An array of real numbers of a shape."""
-    got = f"shape {told.shape}" if isinstance(told, np.ndarray) else repr(told)
-    yield Fact(_shaped(told, shape), said, f"{what}: got {got}, expected an array of shape {shape}")
-    array = np.asarray(told)
-    holds = array.dtype.kind in "fiu" and bool(np.isfinite(array).all())
-    yield Fact(holds, said, f"{what}: expected numbers, none infinite and none missing")
-
-
-def _shares(what: str, told: object, names: Sequence[Sequence[str]]) -> Facts:
-    """An array, or rows of what can be, whose rows are probabilities; its axes have these names."""
-    said = what.removesuffix("s") if "." in what else what
-    sizes = tuple(map(len, names))
-    if isinstance(told, Rows):
-        least, shape = told.columns.min() >= 0, (math.prod(sizes[:-1]) + 1,)
-        holds = told.starts.shape == shape and least and told.columns.max() < sizes[-1]
-        yield Fact(holds, said, f"{what}: got other rows or columns than there are names")
-        yield from _reals(what, said, told.values, told.columns.shape)
-        sums, worst = told.sums(told.values).reshape(sizes[:-1]), told.values.min()
-        told_of = f"{what}: got {worst:g}, expected no negative probability"
-        yield Fact(bool(worst >= 0), said, told_of)
-    else:
-        yield from _reals(what, said, told, sizes)
-        array = np.asarray(told)
-        sums = array.sum(axis=-1)
-        for place in np.argwhere(array < 0)[:TOLD]:
-            got = f"{what}{_at(names, place)} is {array[tuple(place)]:g}"
-            yield Fact(False, said, f"{got}, expected no negative probability", alone=True)
-    for place in np.argwhere(abs(sums - 1) > CLOSE)[:TOLD]:
-        got = f"{what}{_at(names, place)} sums to {sums[tuple(place)]:g}"
-        yield Fact(False, said, f"{got}, expected 1", alone=True)
-
-
-def _at(names: Sequence[Sequence[str]], place: Sequence[int]) -> str:
-    """A place in an array, by name."""
-    told = ", ".join(axis[at] for axis, at in zip(names, place, strict=False))
-    return f"[{told}]" if told else ""

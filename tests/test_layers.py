@@ -13,7 +13,8 @@ HERE = Path(__file__).parent
 HOUSE = HERE.parent / "dmplay"
 FLOORS = (
     "errors", "places", "disk", "budget", "thought", "chance", "core", "dice", "describe", "hexes",
-    "matrix_game", "rows", "tabular", "sound", "belief", "session", "rollouts", "laws", "problems",
+    "matrix_game", "rows", "tabular", "breach", "arrays", "sound", "belief", "session",
+    "rollouts", "laws", "problems",
     "solvers", "policies", "transcript", "finding", "terminal", "signals", "styles", "views",
     "figures", "solutions", "advice", "game", "conformance", "records", "words", "screen",
     "gallery", "reports", "prompt", "front", "cli", "pytest_plugin", "__main__",

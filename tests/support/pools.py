@@ -4,9 +4,9 @@ from collections.abc import Callable
 from functools import cache
 
 from dmplay import laws
+from dmplay.breach import Breach, Facts
 from dmplay.core import Problem
 from dmplay.laws import WALK, Turns
-from dmplay.sound import Breach, Facts
 from tests.support.cases import ROWS, anything, frozen, load
 
 
