@@ -76,7 +76,7 @@ class Record:
 def noted(recorder: Recorder) -> None:
     """Adds a game that ended, if a person played it to its end."""
     over = recorder.session.ending in NATURAL and not recorder.fault
-    if not over or disk.stream(recorder.path):
+    if not over or None not in recorder.session.followers or disk.stream(recorder.path):
         return
     with contextlib.suppress(DmplayError, OSError):  # a file that was changed meanwhile
         transcript = read(recorder.path)

@@ -8,13 +8,15 @@ class Format(NamedTuple):
 
     help: str
     still: bool = False  # whether it shows one turn
+    ending: str = ""  # of its file, where it is no text to read
 
 
 FORMATS = {
-    "svg": Format("a picture of the screen", still=True),
-    "film": Format("an animated picture"),
-    "html": Format("a page with every turn, to step through", still=True),
-    "cast": Format("a recording, asciicast v2"),
+    "svg": Format("a picture of the screen", still=True, ending="svg"),
+    "film": Format("an animated picture", ending="svg"),
+    "html": Format("a page with every turn, to step through", still=True, ending="html"),
+    "cast": Format("a recording, asciicast v2", ending="cast"),
+    "cast3": Format("a recording, asciicast v3", ending="cast"),
     "text": Format("every screen as text"),
     "csv": Format("a row a turn"),
     "json": Format("the game as one object"),

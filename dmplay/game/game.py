@@ -12,6 +12,7 @@ from dmplay.advice.ghost import Ghost
 from dmplay.budget import Stopped
 from dmplay.chance import Array
 from dmplay.core import Problem
+from dmplay.describe import ended
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter
 from dmplay.game.account import Account
@@ -52,6 +53,7 @@ class Game:
         self.notes = ""  # for the end of the transcript
         self.verdict: Sequence[str] = ()  # what its moves and dice were worth, once it is over
         self.ghost: Ghost | None = None
+        self.removed = 0  # older games that had to make room for it where games are kept
         agents = {clean(who): None for seat, who in enumerate(seats) if seat not in self.people}
         self._agents = " and ".join(agents) + (" are" if len(agents) > 1 else " is") + " thinking"
         self._chosen: dict[int, float] = {}
@@ -177,7 +179,7 @@ class Game:
         """
         waiting = self.waiting if seat is None else seat
         if self.session.over:
-            raise BadParameter(f"the game is over ({self.session.ending})")
+            raise BadParameter(f"the game is over ({ended(self.session.ending)})")
         if waiting is None:
             raise BadParameter("no person plays here")
         self.session.check(waiting, action)

@@ -53,6 +53,11 @@ class Playback(Game):
         return True
 
     @property
+    def steps(self) -> int:
+        """How many turns and events there are to be shown: a reroll and its turn are one."""
+        return len(self._blocks) - sum(block.kind == "reroll" for block in self._blocks[:-1])
+
+    @property
     def whole(self) -> bool:
         """Whether all of it was shown."""
         return self._place >= len(self._blocks)

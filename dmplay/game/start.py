@@ -8,7 +8,7 @@ from tempfile import TemporaryDirectory
 
 from dmplay.advice.ghost import beside
 from dmplay.core import Policy, Problem
-from dmplay.describe import counted
+from dmplay.describe import counted, ended
 from dmplay.dice import Dice
 from dmplay.disk import apart, write
 from dmplay.errors import BadParameter
@@ -70,8 +70,9 @@ def new(request: Request, shown: Collection[Luck] = ()) -> Game:
     if luck(found.name, dice) in shown:
         told = going_on(told, problem)
     request = replace(request, peeked=told.peeked)
+    removed = 0
     if path is None and (request.keep or HUMAN in seats):
-        path = saves.new(found.name)
+        removed, path = saves.cleared(), saves.new(found.name)
         names = {name: told_in(who, path) for name, who in told.seats.items()}
         told = replace(told, problem=told_in(found.name, path), seats=names)
     recorder = None
@@ -87,6 +88,7 @@ def new(request: Request, shown: Collection[Luck] = ()) -> Game:
     keyboard = Keyboard(problem, people(seats), request.keys)
     game = Game(found.name, session, seats, keyboard, recorder, request)
     game.ghost = game.account.ghost = ghost
+    game.removed = removed
     return game
 
 
@@ -139,7 +141,7 @@ def resumed(wanted: Resumption, shown: Collection[Luck] = ()) -> Game:
     unattended(transcript, seats, wanted.turns)
     session = replay(transcript, found.problem, policies)
     if session.over and transcript.end:
-        raise BadParameter(f"{path}: the game is over ({session.ending}); nothing to resume")
+        raise BadParameter(f"{path}: the game is over ({ended(session.ending)}); nothing to resume")
     seen = luck(found.name, session.source) in shown or not sealed(transcript, found.problem)
     goes_on = seen and not session.over
     if goes_on and going_on(transcript.header, found.problem, str(path)).peeked:

@@ -34,6 +34,7 @@ class Table:
     ) -> None:
         self.typed = False  # whether people type here; else a script is done
         self.ended: list[Recorder] = []  # of the games so far, each once
+        self.removed = 0  # older games that had to make room for them
         self.open_screen: Callable[[], str] | None = None  # where there is one to open
         self.aliases = aliases
         self._program, self._ends = program, ends  # does what words say; hears of each end
@@ -65,6 +66,7 @@ class Table:
         """Plays this game from now on."""
         self.end()
         self._game = game
+        self.removed += game.removed
         if game.problem.hidden:
             self._shown.add(luck(game.name, game.session.source))
         self.change_places()
@@ -130,8 +132,10 @@ class Table:
 
     def free(self, path: Path) -> Path:
         """A name for a game that goes on from this file: beside it, or where games are kept."""
-        kept = None if self.game.recorder else saves.new(self.game.name)
-        return kept or following(path)
+        if self.game.recorder:
+            return following(path)
+        self.removed += saves.cleared()
+        return saves.new(self.game.name) or following(path)
 
     def ask(self, words: Sequence[str]) -> str:
         """Does what the command line would do with these words: a game is played here, a report

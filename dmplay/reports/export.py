@@ -11,6 +11,7 @@ from rich.text import Text
 from dmplay.describe import counted
 from dmplay.disk import apart
 from dmplay.errors import BadParameter
+from dmplay.game.errand import Printout
 from dmplay.game.formats import FORMATS
 from dmplay.game.playback import Playback
 from dmplay.reports.drawing import film as pictures
@@ -72,8 +73,8 @@ def svg(game: Playback, turn: int | None, room: Room) -> Iterator[str]:
 
 def film(game: Playback, turn: int | None, room: Room) -> Iterator[str]:
     """The screen turn by turn, as an animated picture."""
-    shown = [*screens(game, _short(game, room))]
-    yield pictures(shown, f"dmplay {game.name}", room.width)
+    shown = screens(game, _short(game, room))
+    yield from pictures(shown, 1 + game.steps, f"dmplay {game.name}", room.width)
 
 
 def html(game: Playback, turn: int | None, room: Room) -> Iterator[str]:
@@ -83,16 +84,28 @@ def html(game: Playback, turn: int | None, room: Room) -> Iterator[str]:
 
 def cast(game: Playback, turn: int | None, room: Room) -> Iterator[str]:
     """A screen recording, asciicast version 2, a second a turn."""
-    head = {
-        "version": 2,
-        "width": room.width,
-        "height": room.height,
-        "title": f"dmplay {game.name}",
-    }
-    yield f"{json.dumps(head)}\n"
-    for second, shown in enumerate(screens(game, room)):
-        drawn = ansi(shown, "default").replace("\n", "\r\n")  # as to a terminal in raw mode
-        yield f"{json.dumps([float(second), 'o', f'{CLEAR}{drawn}'])}\n"
+    size = {"width": room.width, "height": room.height}
+    yield _line({"version": 2, **size, "title": f"dmplay {game.name}"})
+    for second, shown in enumerate(_written(game, room)):
+        yield _line([float(second), "o", shown])
+
+
+def cast3(game: Playback, turn: int | None, room: Room) -> Iterator[str]:
+    """The same as asciicast version 3, where each screen tells how long after the last it comes."""
+    term = {"cols": room.width, "rows": room.height}
+    yield _line({"version": 3, "term": term, "title": f"dmplay {game.name}"})
+    for number, shown in enumerate(_written(game, room)):
+        yield _line([float(number > 0), "o", shown])
+
+
+def _written(game: Playback, room: Room) -> Iterator[str]:
+    """The screens as a terminal in raw mode is sent them."""
+    drawn = (ansi(shown, "default") for shown in screens(game, room))
+    return (CLEAR + one.replace("\n", "\r\n") for one in drawn)
+
+
+def _line(value: object) -> str:
+    return f"{json.dumps(value)}\n"
 
 
 def text(game: Playback, turn: int | None, room: Room) -> Iterator[str]:
@@ -153,8 +166,8 @@ def _facts(game: Playback) -> Iterator[dict[str, object]]:
 
 
 WRITERS: dict[str, Callable[[Playback, int | None, Room], Iterator[str]]] = {
-    "svg": svg, "film": film, "html": html, "cast": cast, "text": text, "csv": rows_of_turns,
-    "json": data,
+    "svg": svg, "film": film, "html": html, "cast": cast, "cast3": cast3, "text": text,
+    "csv": rows_of_turns, "json": data,
 }  # fmt: skip
 
 
@@ -169,7 +182,7 @@ def exported(  # noqa: PLR0913 - a file, and what is wanted of it
     force: bool = False,
     trusted: bool = False,
     peek: bool = False,
-) -> str:
+) -> Printout:
     """A transcript in the one form chosen; nothing where it is written to a file."""
     if len(chosen) != 1:
         raise BadParameter(f"export: choose one of {', '.join(f'--{name}' for name in FORMATS)}")

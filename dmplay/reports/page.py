@@ -10,7 +10,7 @@ from typing import NamedTuple
 from rich.text import Text
 
 from dmplay.core import Problem
-from dmplay.describe import counted
+from dmplay.describe import counted, score
 from dmplay.errors import BadParameter
 from dmplay.game.playback import Playback
 from dmplay.session import View
@@ -52,7 +52,7 @@ def page(game: Playback, turn: int | None, look: Look) -> str:
         "width": WIDTH,
     }
     shown = steps[at]
-    plots = [_plot("score so far (return)", returns), _plot("belief", beliefs)]
+    plots = [_plot(f"{score(game.problem)} so far", returns), _plot("belief", beliefs)]
     template = Template(files("dmplay.reports").joinpath("page.html").read_text(encoding="utf-8"))
     return template.substitute(
         title=_escaped(f"dmplay {game.name}"),

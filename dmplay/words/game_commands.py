@@ -6,7 +6,7 @@ from itertools import islice
 import numpy as np
 
 from dmplay.advice.adviser import Adviser
-from dmplay.describe import counted
+from dmplay.describe import counted, ended
 from dmplay.errors import BadParameter
 from dmplay.finding.typed import whole
 from dmplay.game.answer import Told, answer
@@ -72,7 +72,7 @@ def _played(game: Game, command: str, turns: int) -> str:
     told = [game.account.change(game.view(), before) for before in run]
     if len(told) > 1:
         return Told("\n".join(told))
-    return told[0] if told else f"the game is over ({game.session.ending})"
+    return told[0] if told else f"the game is over ({ended(game.session.ending)})"
 
 
 def look(game: Game, argument: str) -> str:

@@ -12,7 +12,7 @@ from dmplay.errors import DmplayError
 from dmplay.game.errand import Sitting
 from dmplay.game.start import begin
 from dmplay.game.table import Table
-from dmplay.screen.painter import Painter
+from dmplay.painting.painter import Painter
 from dmplay.screen.screen import Screen
 from dmplay.terminal import Terminal
 from dmplay.words.commands import Leave

@@ -41,7 +41,7 @@ def test_where_the_state_is_seen_the_ghost_stands_on_the_board_after_each_turn(
     assert "@ you, & ghost, " in told
     assert "ghost    0\n" in told
     assert "lead     +0\n" in told
-    assert "turn 1. at (6,2). chose W, moved W. reward 0. return 0. ghost 0, lead +0." in told
+    assert "turn 1. at (6,2). chose W, moved W. reward 0. score 0. ghost 0, lead +0." in told
     assert "ghost    8.1\n" in shown(game, "h", "h")
     assert "lead     -8.1\n" in shown(game)
 

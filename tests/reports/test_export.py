@@ -3,13 +3,19 @@
 import csv
 import io
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+from rich.text import Text
 
+from dmplay.cli.errands import do
 from dmplay.game.checking import check
-from tests.support.games import read
+from dmplay.game.errand import Printout
+from dmplay.reports.drawing import film
+from dmplay.reports.export import exported
+from tests.support.games import read, recorded
 from tests.support.programs import run
 
 pytestmark = pytest.mark.slow  # starts the program again and again
@@ -63,6 +69,20 @@ def test_a_screen_recording_is_an_asciicast_of_a_frame_a_turn(file: Path) -> Non
     assert head["version"] == 2
     assert [frame[0] for frame in frames] == [0.0, 1.0, 2.0, 3.0, 4.0]
     assert all(frame[1] == "o" and "hexworld" in frame[2] for frame in frames)
+
+
+def test_a_screen_recording_of_version_3_tells_how_long_each_frame_comes_after_the_last(
+    file: Path,
+) -> None:
+    head, *frames = map(json.loads, export(file, "--cast3").splitlines())
+    older = [json.loads(row) for row in export(file, "--cast").splitlines()[1:]]
+    assert head == {
+        "version": 3,
+        "term": {"cols": 80, "rows": 24},
+        "title": "dmplay hexworld",
+    }
+    assert [frame[0] for frame in frames] == [0.0, 1.0, 1.0, 1.0, 1.0]
+    assert [frame[1:] for frame in frames] == [frame[1:] for frame in older]
 
 
 def test_text_tells_every_screen(file: Path) -> None:
@@ -165,3 +185,27 @@ def test_a_branch_keeps_the_dice_that_were_thrown_anew(tmp_path: Path) -> None:
     draws = [block["draws"] for block in read(tmp_path / "g.dmt").blocks if block.kind == "turn"]
     told = [block["draws"] for block in read(tmp_path / "b.dmt").blocks if block.kind == "turn"]
     assert told == [*draws[:3], *draws[4:], draws[4]]
+
+
+def test_a_film_holds_one_of_its_pictures_at_a_time() -> None:
+    drawn: list[int] = []
+    parts = film((drawn.append(n) or Text("x") for n in range(3)), 3, "three", 9)  # type: ignore[func-returns-value]
+    seen = [(len(drawn), part.count("</svg>")) for part in parts]
+    assert seen == [(1, 0), (1, 0), (1, 1), (2, 1), (3, 1), (3, 1)]
+
+
+@pytest.mark.parametrize("form", ["text", "cast", "film"])
+def test_what_is_printed_is_drawn_when_it_is_told(form: str, tmp_path: Path) -> None:
+    recorded(tmp_path / "g.dmt", "hexworld", "random", turns=9)
+    parts = exported(tmp_path / "g.dmt", [form], None, None).parts
+    assert iter(parts) is parts  # made one by one, and by nobody before
+
+
+def test_what_is_told_part_by_part_is_printed_so(capsys: pytest.CaptureFixture[str]) -> None:
+    def parts() -> Iterator[str]:
+        yield "one\n"
+        assert capsys.readouterr().out == "one\n"
+        yield "t\x1bwo"
+
+    assert do(Printout("", parts=parts())) == 0
+    assert capsys.readouterr().out == "t\\x1bwo\n"

@@ -12,6 +12,7 @@ from rich.cells import cell_len
 
 import dmplay
 from dmplay.chance import Reals
+from dmplay.describe import ended
 from dmplay.dice import Dice
 from dmplay.finding.names import problem_names
 from dmplay.game.checking import check
@@ -35,7 +36,7 @@ SIZES = ((80, 24), (60, 20), (50, 14), (200, 60), (20, 5), (9, 3))
 OPEN_BOARD = 1  # a seed of 2048 whose first board slides every way
 BOX = {
     "hexworld": """\
- hexworld  turn 1  return 0  you: agent
+ hexworld  turn 1  score 0  you: agent
  ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲
 │   │   │   │   │   │   │ h │ @ │ l │   │
  ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱
@@ -46,24 +47,24 @@ BOX = {
 @ you, ◆ pays, ✗ costs, letters are keys
 
  turn 1. at (6,2). chose W, moved W. reward 0.
-   return 0.
+   score 0.
 
  l e  u ne  y nw  h w  b sw  n se  ? help  q quit""",
     "2048": """\
- 2048  turn 1  return 4  you: agent
-┌─────────────────────┐  score   4
-│    ·    ·    ·    · │  largest 4
-│    ·    ·    ·    · │  empty   14
-│    4    2    ·    · │  last    left
-│    ·    ·    ·    · │  merged  4
-└─────────────────────┘  hint    Tab
+ 2048  turn 1  score 4  you: agent
+┌─────┬─────┬─────┬─────┐  largest 4
+│     │     │     │     │  hint    Tab
+│     │     │     │     │
+│  4  │  2  │     │     │
+│     │     │     │     │
+└─────┴─────┴─────┴─────┘
 
  turn 1. slid left. new 2 in row 3, column 2.
-   reward 4. return 4.
+   reward 4. score 4.
 
 
 
- [left]  down  right  up  ? help  q quit""",
+[left] down  right  up  ? help  q quit  : command""",
     "crying-baby": """\
  crying-baby  turn 1/20  you: agent
 heard  quiet
@@ -71,17 +72,17 @@ heard  quiet
 sated   ████████████████████ 1.000
 hungry  ···················· 0.000
 history of hungry ▅▁··················
+pays  f -5.00  s -0.50  i +0.00
 
  turn 1. quiet. chose feed. belief: sated 1.000,
    hungry 0.000.
 
 
 
-
  f feed  s sing  i ignore  ? help  q quit""",
     "prisoners-dilemma": """\
- prisoners-dilemma  turn 1/10  return -4
-          │cooperate │  defect
+ prisoners-dilemma  turn 1/10  score -4
+you ↓     │cooperate │  defect
 ──────────┼──────────┼──────────
 >cooperate│  -1, -1  │ [-4, 0]
  defect   │  0, -4   │  -3, -3
@@ -90,7 +91,7 @@ agent1 (you) C
 agent2       D
 
  turn 1. agent1 chose cooperate. agent2 chose
-   defect. reward -4. return -4.
+   defect. reward -4. score -4.
 
 
  c cooperate  d defect  ? help  q quit  : command""",
@@ -112,7 +113,7 @@ def test_what_the_terminal_shows_is_what_was_composed(problem: str, size: tuple[
     untouched = compose(game(problem), Room(*size), Shown(), [])
     assert shown.frames[0].split("\n") == [row.rstrip() for row in untouched.plain.split("\n")]
     assert len(shown.frames) == 4
-    assert "keys\n" in shown.last
+    assert "You " in shown.last
 
 
 # Keys
@@ -169,7 +170,7 @@ def together() -> Session:
 
 
 def test_a_fact_that_is_too_long_for_its_row_goes_on_in_the_next() -> None:
-    facts = [("last", "NE"), ("slips aside", "0.15 each"), ("who", "one two three four five")]
+    facts = ("last", "NE"), ("slips aside", "0.15 each"), ("who", "one two three four five")
     told = [row.plain.rstrip() for row in panel_rows(facts, 17)]
     assert told == [
         "last NE",
@@ -204,9 +205,9 @@ def test_a_turn_under_other_dice_is_in_the_log() -> None:
     shown = play(game("2048"), *keys, size=(80, 40)).last
     told = [row.strip() for row in shown.split("\n") if "slid left." in row]
     assert told == [
-        "turn 1. slid left. new 2 in row 3, column 2. reward 4. return 4.",
-        "turn 1, under other dice. slid left. new 2 in row 3, column 2. reward 4.",
-        "turn 1, under other dice. slid left. new 4 in row 4, column 1. reward 4.",
+        "turn 1. slid left. new 2 in row 3, column 2. reward 4. score 4.",
+        "turn 1, under other dice. slid left. new 2 in row 3, column 2. reward 4. score",
+        "turn 1, under other dice. slid left. new 4 in row 4, column 1. reward 4. score",
     ]
 
 
@@ -255,13 +256,13 @@ def test_a_typed_move_closes_the_help() -> None:
 
 
 def test_help_that_is_longer_than_the_screen_comes_in_parts() -> None:
-    shown = play(game("hexworld"), "?", *["space"] * 4, "h", size=(50, 14))
-    for number in (1, 2, 3, 4):
-        goes_on = "Space goes on" if number < 4 else "any key goes back"
-        assert f"part {number} of 4. {goes_on}" in shown.frames[number]
-    parts = "".join(shown.frames[1:5])
+    shown = play(game("hexworld"), "?", *["space"] * 5, "h", size=(50, 14))
+    for number in range(1, 6):
+        goes_on = "Space goes on" if number < 5 else "any key goes back"
+        assert f"part {number} of 5. {goes_on}" in shown.frames[number]
+    parts = "".join(shown.frames[1:6])
     assert all(command.name in parts for command in COMMANDS)
-    assert "part" not in shown.frames[5]
+    assert "part" not in shown.frames[6]
     assert "turn 1 " in shown.last
 
 
@@ -282,7 +283,7 @@ def test_overlays_take_turns() -> None:
     assert "overlay: none" in shown.frames[4]
 
 
-@pytest.mark.parametrize(("problem", "size"), [("crying-baby", (80, 24)), ("hexworld", (40, 12))])
+@pytest.mark.parametrize(("problem", "size"), [("crying-baby", (80, 24)), ("hexworld", (40, 20))])
 def test_a_board_without_overlays_says_so(problem: str, size: tuple[int, int]) -> None:
     shown = play(game(problem), "V", size=size)
     assert "this board has no overlays" in shown.last
@@ -410,7 +411,7 @@ def test_the_smallest_screens_tell_what_is_most_urgent(problem: str, rows: int) 
     begun = " ".join(shown.frames[0].split())
     assert ("need " in begun and "; playing in text" in begun) or rows > 3
     assert played.account.situation(played.view())[:20] in " ".join(shown.frames[1].split())
-    assert "actions: " in shown.frames[2]
+    assert " You " in shown.frames[2]
 
 
 def test_a_terminal_of_one_row_shows_one_line_of_text_while_keys_act() -> None:
@@ -419,7 +420,7 @@ def test_a_terminal_of_one_row_shows_one_line_of_text_while_keys_act() -> None:
         " need 19x9; playing in text. at (7,2). …",
         " turn 1. at (8,2). chose E, moved E. re…",
         " e: no such key; ? shows them",
-        " actions: l e,  u ne,  y nw,  h w,  b",
+        " You are @ and walk from hex to hex;",
     ]
 
 
@@ -490,7 +491,8 @@ def test_every_problem_is_played_to_its_end_by_keys_and_its_transcript_verifies(
     played = new(Request(name, seed=7, turns=6, others=others, record=path))
     shown = press(played, presses(played))
     assert played.session.ending in ("terminal", "horizon", "turn limit")
-    assert f"over: {played.session.ending} after {len(played.session.turns)} turns. " in shown.last
+    end = f"over: {ended(played.session.ending)} after {len(played.session.turns)} turns. "
+    assert end in shown.last
     assert shown.last.endswith(" N new  R restart  Bksp undo  ? help  q quit  : command")
     played.finish()
     report = check(path)
@@ -624,12 +626,12 @@ def test_a_path_that_no_row_holds_is_told_whole() -> None:
 def test_a_title_without_room_gives_up_the_seed_before_the_others() -> None:
     whole = play(game("prisoners-dilemma", "human", "tit-for-tat"), size=(100, 24)).last
     assert whole.startswith(
-        " dmplay prisoners-dilemma    seed 7   turn 0/10   return 0   "
+        " dmplay prisoners-dilemma    seed 7   turn 0/10   score 0   "
         "you: agent1   agent2: tit-for-tat\n"
     )
     narrow = play(game("prisoners-dilemma", "human", "tit-for-tat"), size=(80, 24)).last
     assert narrow.startswith(
-        " prisoners-dilemma  turn 0/10  return 0  you: agent1  agent2: tit-for-tat\n"
+        " prisoners-dilemma  turn 0/10  score 0  you: agent1  agent2: tit-for-tat\n"
     )
 
 

@@ -58,6 +58,14 @@ def waited(keys: Sequence[str]) -> Iterator[str]:
         yield "" if key == SHARE else key
 
 
+def until_judged(game: Game) -> Iterator[str]:
+    """Keys that end a heap, then frames until it was looked back at, and one after that."""
+    yield from ("1", "1")
+    while not game.verdict:
+        yield ""
+    yield "z"
+
+
 def test_an_agent_that_thinks_is_named_with_the_share_that_is_done() -> None:
     game = against(Deep())
     frames = played(game, "c", SHARE, "c-c").frames
@@ -150,7 +158,8 @@ def test_a_game_that_is_over_is_shown_while_it_is_looked_back_at() -> None:
 
 def test_what_is_over_before_it_is_cancelled_is_looked_back_at() -> None:
     RELEASED.set()
-    assert "review: " in played(heap(), "1", "1").last
+    game = heap()
+    assert "review: " in press(game, until_judged(game), (80, 24), moment=0.0).last
 
 
 @dataclass(frozen=True)

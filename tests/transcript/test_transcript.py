@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import dmplay
+from dmplay import disk
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter, BadTranscript
 from dmplay.game.checking import check, update
@@ -318,7 +319,8 @@ def test_a_folder_that_is_not_there_is_one_clear_line(tmp_path: Path) -> None:
         new(Request("hexworld", seed=7, record=tmp_path / "no" / "game.dmt"))
 
 
-def test_a_full_disk_stops_neither_the_game_nor_its_player() -> None:
+def test_a_full_disk_stops_neither_the_game_nor_its_player(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(disk, "WRITTEN", ("/dev/full",))  # a device, which nobody else may name
     game = new(Request("crying-baby", agent="random", seed=7, record=Path("/dev/full")))
     while game.unattended():
         pass

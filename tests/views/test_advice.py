@@ -73,8 +73,8 @@ history of hungry =#
 
 expected reward  hunger  effort     sum  in the end
 s sing            -9.07   -0.50   -9.57  best
-f feed            -9.07   -5.00  -14.07  #......... 0.4
-i ignore          -9.07   +0.00   -9.07  ########## 3.25
+f feed            -9.07   -5.00  -14.07  #......... -0.4
+i ignore          -9.07   +0.00   -9.07  ########## -3.25
 
 if you sing  sated  hungry
  82% crying   0.00    1.00
@@ -87,7 +87,7 @@ heard  crying
 sated   █▉·················· 0.093
 hungry  ██████████████████▏· 0.907
 history of hungry ▅█··················
-loses  s best  f ▌··· 0.4  i ████ 3.25
+hint  s best  f ▌··· -0.4  i ████ -3.25
 if you sing  sated  hungry
  82% crying   0.00    1.00
  18% quiet    0.48    0.52"""),
@@ -127,22 +127,22 @@ r replace     -2.000                   ╱                   ╲
                                       ───────────────────────
 ● the belief, · before: the nearer a  1 failed       2 failed
 corner, the likelier that many failed;
-on the base something failed for sure"""),
+Tab writes what is best where"""),
     "the machine in ascii with what is lost and seen": (
         after("machine-replacement", "manufacture", "manufacture"),
         ASCII._replace(regret=WEARS, outlook=EXAMINED, state=np.array(1)), r"""
 saw  nondefective                            0 failed
                                                  .
 0 failed  #############....... 0.656            / \
-1 failed  ######.............. 0.308           .   \
-2 failed  #................... 0.036          o     \
-history of a failure _.:                     /*      \
-                                            /         \
-expected at once, and loses in the end     /           \
-m manufacture +0.747 best                 /             \
-e examine     +0.497 #....... 0.25       /               \
-i interrupt   -0.880 ####.... 1.5       /                 \
-r replace     -2.000 ######## 2.75     /                   \
+1 failed  ######.............. 0.308           . m \
+2 failed  #................... 0.036          o m m \
+history of a failure _.:                     /*m m m \
+                                            / m m m e \
+expected at once; in the end               / m m m e e \
+m manufacture +0.747 best                 / m m m i i e \
+e examine     +0.497 #....... -0.25      / i i i i i i i \
+i interrupt   -0.880 ####.... -1.5      / i i i i i i i r \
+r replace     -2.000 ######## -2.75    / i i i i i i r r r \
 truly 1 failed                        -----o-----------------
 if you examine        0     1     2   1 failed       2 failed
  75% nondefective  0.71  0.27  0.03
@@ -155,7 +155,7 @@ saw  nondefective
 1 failed  ███▋················ 0.180
 2 failed  ▎··················· 0.010
 m +0.82  e +0.57  i -0.70  r -2.00
-loses  m best  e ▍··· 0.25  i ██▏· 1.5"""),
+hint  m best  e -0.25  i -1.5  r -2.75"""),
     "the catches as rows of heat": (
         after("catch", "50", "100", "60"),
         LARGE, """
@@ -188,7 +188,7 @@ skill believed throw  10  20  30  40  50  60  70  80  90 100
                       ++  ##  ##  ##  ##  ##  ##  ##  **  ==
 pays on average        9  17  23  26  26  24  20  15  10   7
                       ++  ::  ..  __      __  ..  ::  ++  ##
-loses (* is best)    9.0 4.5 2.2 1.0   * 0.5 1.8 4.0 8.0  12
+loses (* is best)      9 4.5 2.2   1   * 0.5 1.8   4   8  12
 
 throws 50v 100x 60x
 
@@ -206,7 +206,7 @@ expected  9 18 25 31 34 33 30 24 18  12
 60 m  ██████▋············· 0.330
 80 m  ████████▊··········· 0.440
 throws 50✓
-loses  50 m best  60 m ▏··· 0.5  40 m ▍··· 1"""),
+hint  50 m best  60 m -0.5  40 m -1  70 m -1.75"""),
     "the prisoners before their first choice": (
         after("prisoners-dilemma"),
         LARGE, """
@@ -228,7 +228,7 @@ total 0"""),
         LARGE._replace(regret=BLAMED, outlook=reply(1)), """
 agent1        agent2 (you) chooses
 chooses     │  cooperate    │> defect
-            │  ████ 1.5     │  best
+            │  ████ -1.5    │  best
 ────────────┼───────────────┼───────────────
   cooperate │  agent1   -1  │  agent1   -4
             │  you      -1  │  you       0
@@ -248,13 +248,13 @@ agent1 (you)  agent2 chooses
 chooses     |> rock         |  paper        |  scissors
 ------------+---------------+---------------+---------------
   rock      |  you       0  |  you      -1  |  you       1
-  .... 0.4  |  agent2    0  |  agent2    1  |  agent2   -1
+  .... -0.4 |  agent2    0  |  agent2    1  |  agent2   -1
 ------------+---------------+---------------+---------------
 > paper     | [you       1] |  you       0  |  you      -1
   best      | [agent2   -1] |  agent2    0  |  agent2    1
 ------------+---------------+---------------+---------------
   scissors  |  you      -1  |  you       1  |  you       0
-  #### 3.25 |  agent2    1  |  agent2   -1  |  agent2    0
+  #### -3.25|  agent2    1  |  agent2   -1  |  agent2    0
 
 you             R    P
 total 1         0    1
@@ -264,12 +264,12 @@ if you paper: 1 against rock, 0 paper, -1 scissors"""),
     "the hands in a small room with what is lost and paid": (
         after("rock-paper-scissors", "paper rock"),
         SMALL._replace(regret=LOST, outlook=reply(1)), """
-          │   rock   │  paper   │ scissors
+you ↓     │   rock   │  paper   │ scissors
 ──────────┼──────────┼──────────┼──────────
  rock     │   0, 0   │  -1, 1   │  1, -1
 >paper    │ [1, -1]  │   0, 0   │  -1, 1
  scissors │  -1, 1   │  1, -1   │   0, 0
-loses  paper best  rock ▌··· 0.4
+hint  paper best  rock -0.4  scissors -3.25
 if you paper: 1 against rock, 0 paper, -1 scissors"""),
     "the travelers before their first claim": (
         after("travelers-dilemma"),
@@ -328,7 +328,7 @@ agent1 v   agent2 (you) >   cells pay agent1, agent2
 2 +------------------------------o--------------------*+ 100
                                  agent1 60, paid 62
   #######******+++++++======-------::::::......._____*__
-* best 97; others lose up to 47.5
+* best 97; the worst -47.5
 if you claim 97: if equal 97, lower 99, higher theirs less 2"""),
     "the travelers in a small room with what is lost and paid": (
         after("travelers-dilemma", "60 99"),
@@ -337,7 +337,7 @@ agent1 (you)  60
 agent2        99
 both are paid the lower claim,
 its author 2 more, the other 2 less
-loses  97 best  96 ···· 0.5  98 ···· 0.5
+hint  97 best  96 -0.5  98 -0.5  95 -1  99 -1
 if you claim 97: if equal 97, lower 99, higher
 theirs less 2"""),
     "generic with a belief, what is lost and seen": (
@@ -349,8 +349,8 @@ sated   ███▊······························
 hungry  ████████████████████████████████████▎··· 0.907
 
 2 sing      best
-1 feed      ██▌················· 0.4
-3 ignore    ████████████████████ 3.25
+1 feed      ██▌················· -0.4
+3 ignore    ████████████████████ -3.25
 
 if you sing  sated  hungry
  82% crying   0.00    1.00
@@ -359,7 +359,7 @@ if you sing  sated  hungry
         after("crying-baby", "ignore"),
         SMALL._replace(height=6, regret=LOST, outlook=HEARD._replace(sampled=True)), """
 seen  crying
-loses  sing best  feed ▌··· 0.4  ignore ████ 3.25
+hint  sing best  feed ▌··· -0.4  ignore ████ -3.25
 if you sing (samples)  sated  hungry
  82% crying             0.00    1.00
  18% quiet              0.48    0.52"""),
@@ -369,8 +369,8 @@ if you sing (samples)  sated  hungry
 state  . . . ./. . . ./. . . ./. 2 2 .
 
 1 left     best
-4 up       ···················· 1.5
-3 right    ████████████████████ 2000
+4 up       ···················· -1.5
+3 right    ████████████████████ -2000
 [2 down]
 
 if you left

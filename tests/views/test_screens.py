@@ -40,6 +40,13 @@ def tiles() -> Session:
     return game
 
 
+def slid() -> Session:
+    """The same board after a slide up."""
+    game = tiles()
+    game.advance([3], np.array([0.9, 0.0]))
+    return game
+
+
 def advised() -> Session:
     """An encounter ten seconds old."""
     before, draws = [1, 1, 1, 2, 2, 2, 2, 0, 0, 1], [[0.5]] * 8 + [[0.1]] * 2
@@ -63,6 +70,7 @@ TILES, ENCOUNTER, NUMBER = tiles(), advised(), pushed()
 CART = started("cart-pole", [1.0, 0.4, 0.18, 0.6], [1])
 EDGE = started("cart-pole", [2.2, 0.4, 0.18, 0.6], [1])
 CAR = started("mountain-car", [-0.9, -0.05], [0])
+SLID = slid()
 SLIDES = losing(math.nan, 2.5, 0, 40)
 
 FRAMES = {
@@ -87,27 +95,27 @@ any key collects +10"""),
         """
  ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲
 │     │     │     │     │     │     │     │     │y ██▍│u ▍  │
-│     │     │     │     │     │     │     │     │-1.20│-0.21│
+│     │     │     │     │     │     │     │     │ -1.2│-0.21│
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
    │  ◆  │     │     │     │     │           │h ███│  @  │
-   │  +5 │     │     │     │     │           │-1.50│     │
+   │  +5 │     │     │     │     │           │ -1.5│     │
  ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲     ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲
 │     │     │  ✗  │     │     │     │     │     │     │◆ n ▊│
-│     │     │ -10 │     │     │     │     │     │     │-0.40│
+│     │     │ -10 │     │     │     │     │     │     │ -0.4│
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱
-walls: l best b -0.90"""),
+walls: l best b -0.9"""),
     "each way on says what is lost by it, small and in ascii": (
         now(BORDER),
         PLAIN._replace(regret=losing(0, 0.21, 1.2, 1.5, 0.9, 0.4)),
         r"""
  / \ / \ / \ / \ / \ / \ / \ / \ / \ / \
-|   |   |   |   |   |   |   |   | y | u |
+|   |   |   |   |   |   |   |   | y#| u |
  \ / \ / \ / \ / \ / \ / \ / \ / \ / \ /
   | + |   |   |   |   |       | h#| @ |
  / \ / \ / \ / \   \ / \ / \ / \ / \ / \
 |   |   | x |   |   |   |   |   |   |+ n|
  \ / \ / \ / \ /     \ / \ / \ /     \ /
-walls: l best b -0.90"""),
+walls: l best b -0.9"""),
     "each hex says how likely a step ends there": (
         now(BORDER),
         LARGE._replace(outlook=foreseen(BORDER, 2)),
@@ -122,7 +130,7 @@ walls: l best b -0.90"""),
 │     │     │  ✗  │     │     │     │     │     │     │  ◆  │
 │     │     │ -10 │     │     │     │     │     │     │ +10 │
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱
-if NW, how likely each hex is"""),
+if you go NW, how likely each hex is"""),
     "each hex says how likely a step ends there, small and in ascii": (
         now(BORDER),
         PLAIN._replace(outlook=foreseen(BORDER, 2)),
@@ -134,7 +142,7 @@ if NW, how likely each hex is"""),
  / \ / \ / \ / \   \ / \ / \ / \ / \ / \
 |   |   | x |   |   |   |   |   |   | + |
  \ / \ / \ / \ /     \ / \ / \ /     \ /
-if NW, how likely each hex is"""),
+if you go NW, how likely each hex is"""),
     "the predator sees who it is": (
         now(HUNT),
         SMALL._replace(width=60, height=12, keys=True),
@@ -167,15 +175,15 @@ A is you, o is the prey"""),
         """
     ╱   ╲ ╱   ╲ ╱   ╲
    │     │y ███│u ██ │
-   │     │-3.00│-2.00│
+   │     │  -3 │  -2 │
  ╱   ╲ ╱   ╲ ╱   ╲ ╱     ╱   ╲ ╱   ╲
 │     │     │  A  │     │     │     │
 │     │     │ you │     │     │     │
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
    │     │b █  │ o n │     │     │
-   │     │-1.00│ best│     │     │
+   │     │  -1 │ best│     │     │
      ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
-walls: l -1.00 h -2.00"""),
+walls: l -1 h -2"""),
     "in the hunt both may come to a hex": (
         now(HUNT),
         LARGE._replace(width=60, ascii=True, outlook=foreseen(HUNT, 5)),
@@ -190,49 +198,49 @@ walls: l -1.00 h -2.00"""),
    |     | 0.15|  o  |o0.70|     |
    |     |     | 0.70|     |     |
      \ /   \ /   \ /   \ /   \ /
-if SE, how likely"""),
+if you go SE, how likely"""),
     "the blind hunt in shades": (
         now(BLIND),
         LARGE._replace(width=60),
         """
     ╱   ╲ ╱   ╲ ╱   ╲
-   │  @@ │  @  │ @@@@│
-   │█████│▇▇▇▇▇│▅▅▅▅▅│
+   │  @  │  @  │  @@ │
+   │█████│█████│▆▆▆▆▆│
  ╱   ╲ ╱   ╲ ╱   ╲ ╱     ╱   ╲ ╱   ╲
-│  @  │     │  @  │     │  @@ │ @28%│
-│█10%█│     │█████│     │▇▇▇▇▇│▆▆▆▆▆│
+│     │     │  @  │     │  @  │ @28%│
+│█10%█│     │█████│     │█████│▆▆▆▆▆│
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
-   │  @  │     │  @  │     │  @  │
-   │██9%█│█10%█│█████│▇▇▇▇▇│▇▇▇▇▇│
+   │     │     │  @  │     │     │
+   │██9%█│█10%█│█████│█████│█████│
      ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
-sensed nothing. @ you, █ prey if likely"""),
+@ you, █ prey if likely"""),
     "the blind hunt in shades, small and in ascii": (
         now(BLIND),
         PLAIN,
         r"""
    / \ / \ / \
-  |@##|@**|@==|
+  |@##|@##|@++|
  / \ / \ / \ /   / \ / \
-|###|   |@##|   |@**|@++|
+|###|   |@##|   |@##|@++|
  \ / \ / \ / \ / \ / \ /
-  |#9%|###|@##|***|***|
+  |#9%|###|@##|###|###|
    \ / \ / \ / \ / \ /
-sensed nothing. @ you, # prey if likely"""),
+@ you, # prey if likely"""),
     "where the prey would be after either sense": (
         now(BLIND),
         LARGE._replace(width=60, height=13, outlook=foreseen(BLIND, 4)),
         """
     ╱   ╲ ╱   ╲ ╱   ╲
-   │▇▇▇▇▇│█10%█│▅▅▅▅▅│
-   │▃▃▃▃▃│▄▄▄▄▄│▁▁▁▁▁│
+   │█████│█10%█│▆▆▆▆▆│
+   │▄▄▄▄▄│▄▄▄▄▄│▂▂▂▂▂│
  ╱   ╲ ╱   ╲ ╱   ╲ ╱     ╱   ╲ ╱   ╲
-│█10%█│     │█10%█│     │█████│▅▅▅▅▅│
-│▂▂▂▂▂│     │█19%█│     │▂▂▂▂▂│▁▁▁▁▁│
+│█10%█│     │█10%█│     │█████│▆▆▆▆▆│
+│▂▂▂▂▂│     │█19%█│     │▂▂▂▂▂│▂▂▂▂▂│
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
-   │▇▇▇▇▇│▇▇▇▇▇│▆▆▆▆▆│▆▆▆▆▆│█████│
-   │▃▃▃▃▃│█17%█│█18%█│▇▇▇▇▇│▂▂▂▂▂│
+   │█████│█████│▆▆▆▆▆│▆▆▆▆▆│█████│
+   │▄▄▄▄▄│█17%█│█18%█│█████│▂▂▂▂▂│
      ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
-if SW, where the prey is
+if you go SW, where the prey is
 upper: nothing 95%, lower: prey 5%"""),
     "who truly was where": (
         now(BLIND),
@@ -240,13 +248,13 @@ upper: nothing 95%, lower: prey 5%"""),
         """
     ╱   ╲ ╱   ╲ ╱   ╲
    │     │     │     │
-   │█████│▇▇▇▇▇│▅▅▅▅▅│
+   │█████│█████│▆▆▆▆▆│
  ╱   ╲ ╱   ╲ ╱   ╲ ╱     ╱   ╲ ╱   ╲
 │  @  │     │  B  │     │  o  │     │
-│█10%█│     │█████│     │▇▇▇▇▇│▆▆▆▆▆│
+│█10%█│     │█████│     │█████│▆▆▆▆▆│
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
    │     │     │     │     │     │
-   │██9%█│█10%█│█████│▇▇▇▇▇│▇▇▇▇▇│
+   │██9%█│█10%█│█████│█████│█████│
      ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
 truly @ predator1, B predator2, o prey"""),
     "the actions of the blind from the best down": (
@@ -254,49 +262,62 @@ truly @ predator1, B predator2, o prey"""),
         SMALL._replace(regret=losing(1.3, 1.04, 0.78, 0.52, 0.26, 0)),
         """
    ╱ ╲ ╱ ╲ ╱ ╲
-  │@██│@▇▇│@▅▅│
+  │@██│@██│@▆▆│
  ╱ ╲ ╱ ╲ ╱ ╲ ╱   ╱ ╲ ╱ ╲
-│███│   │@██│   │@▇▇│@▆▆│
+│███│   │@██│   │@██│@▆▆│
  ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱
-  │█9%│███│@██│▇▇▇│▇▇▇│
+  │█9%│███│@██│███│███│
    ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱
-n best, b -0.26, h -0.52, y -0.78, u -1.04, l -1.3"""),
+hint  n best  b -0.26  h -0.52  y -0.78  u -1.04"""),
     "each edge says what is lost by a slide": (
         now(TILES),
         SMALL._replace(regret=SLIDES),
         """
-       ┌───── ↑ -40.00 █████ ──────┐
-       │  2   │  ·   │  ·   │  ·   │
+       ┌────── ↑ -40 █████ ─┬──────┐
+       │  2   │      │      │      │
        ├──────┼──────┼──────┼──────┤
-       │  ·   │  ·   │  ·   │  ·   │ →
+       │      │      │      │      │ →
        ├──────┼──────┼──────┼──────┤ best
-       │  ·   │  ·   │  ·   │  ·   │
+       │      │      │      │      │
        ├──────┼──────┼──────┼──────┤
-       │  2   │  4   │  ·   │  ·   │
-       └──────┴ ↓ -2.50 ▎ ──┴──────┘"""),
-    "four rows of tiles in a frame": (
+       │  2   │  4   │      │      │
+       └──────┴─ ↓ -2.5 ▎ ──┴──────┘"""),
+    "four rows of tiles in borders": (
         now(TILES),
         SMALL._replace(height=8, regret=SLIDES),
         """
-       ┌── ↑ -40.00 █████ ───┐
-       │    2    ·    ·    · │ →
-       │    ·    ·    ·    · │ best
-       │    ·    ·    ·    · │
-       │    2    4    ·    · │
-       └──── ↓ -2.50 ▎ ──────┘"""),
+       ┌──── ↑ -40 █████ ┬─────┐
+       │  2  │     │     │     │ →
+       │     │     │     │     │ best
+       │     │     │     │     │
+       │  2  │  4  │     │     │
+       └─────┴ ↓ -2.5 ▎ ─┴─────┘"""),
+    "tiles half on their way, two of them to the same cell": (
+        now(SLID),
+        SMALL._replace(height=10, passed=0.5),
+        """
+┌──────┬──────┬──────┬──────┐
+│  2   │      │      │      │
+├──────┼──────┼──────┼──────┤
+│      │      │      │      │
+├  2   ┼  4   ┼──────┼──────┤
+│      │      │      │      │
+├──────┼──────┼──────┼──────┤
+│      │      │      │      │
+└──────┴──────┴──────┴──────┘"""),
     "four rows of tiles without one": (
         now(TILES),
         PLAIN._replace(height=4, regret=SLIDES),
         """
-    2    .    .    .  ^ -40.00
+    2    .    .    .  ^ -40
     .    .    .    .
     .    .    .    .  > best
-    2    4    .    .  v -2.50"""),
+    2    4    .    .  v -2.5"""),
     "the board after a slide, and where a tile may come": (
         now(TILES),
         SMALL._replace(outlook=foreseen(TILES, 2)),
         """
-┌ if right: pays 0 ──┬──────┐
+┌ if you go right: 0 ┬──────┐
 │  8%  │  8%  │  8%  │  2   │
 ├──────┼──────┼──────┼──────┤
 │  8%  │  8%  │  8%  │  8%  │
@@ -309,7 +330,7 @@ n best, b -0.26, h -0.52, y -0.78, u -1.04, l -1.3"""),
         now(TILES),
         PLAIN._replace(outlook=foreseen(TILES, 1)),
         """
-+ if down: pays 4 ---+------+
++ if you go down: +4 +------+
 |  7%  |  7%  |  7%  |  7%  |
 +------+------+------+------+
 |  7%  |  7%  |  7%  |  7%  |
@@ -345,10 +366,11 @@ n best, b -0.26, h -0.52, y -0.78, u -1.04, l -1.3"""),
                            │
                            │
                           │
-                -0.50 ← ┌─┴─┐ → best
+                 -0.5 ← ┌─┴─┐ → best
                        →└o─o┘
    ╋━━━━━━━━━━━━━━━┷━━━━━━━━━━━━━━━╋
-x +1.01/2.4 v +0.59 th +11.0/12 om +21"""),
+place +1.01/2.4 m  speed +0.59 m/s
+lean +11.0/12 deg  swings +21 deg/s"""),
     "the cart says it where there is room": (
         now(EDGE),
         PLAIN._replace(regret=losing(0.5, 0)),
@@ -357,10 +379,11 @@ x +1.01/2.4 v +0.59 th +11.0/12 om +21"""),
                                    |
                                    |
                                   |
-                < -0.50  > best +-+-+
+                 < -0.5  > best +-+-+
                                >+o-o+
    #===============^===============#
-x +2.21/2.4 v +0.59 th +11.0/12 om +21"""),
+place +2.21/2.4 m  speed +0.59 m/s
+lean +11.0/12 deg  swings +21 deg/s"""),
     "where a push leads": (
         now(CART),
         LARGE._replace(height=17, ascii=True, outlook=foreseen(CART, 1)),
@@ -381,12 +404,12 @@ x +2.21/2.4 v +0.59 th +11.0/12 om +21"""),
    +--------------------------+------------------------*o+
 -12                      lean theta                   +12 deg
 
-if right: place +1.020 m, lean +11.42 deg"""),
+if you push right: place +1.020 m, lean +11.42 deg"""),
     "the car says what is lost by its engine": (
         now(CAR),
         LARGE._replace(height=14, regret=losing(0, 0.25, 1)),
         """
-│← best  · -0.25  → -1.00
+│← best  · -0.25  → -1
 │                                                           F
 │                                                           │
 │                                                ▁▃▄▅▆▇▇████▇
@@ -415,7 +438,7 @@ if right: place +1.020 m, lean +11.42 deg"""),
  +--------*o------------------+----------------------------+
 -0.07                      speed v                      +0.07
 
-if right: x -0.994 v -0.0453"""),
+if you drive right: x -0.994 v -0.0453"""),
     "the number beside the panel that tells it": (
         now(NUMBER),
         LARGE,
@@ -447,7 +470,7 @@ if right: x -0.994 v -0.0453"""),
                    ▁   ▁▁▆▆██████▇▇▄▄▁▁
  ├──────────────┬──────────●──┼──────────────┬─────────────┤
 -1            -0.5            0            +0.5           +1
-if +0.100 (samples): costs 0.010 now, 0.011 next on average"""),
+if you push +0.100 (samples): costs 0.010 now, 0.011 next on average"""),
     "what a push costs, small and in ascii": (
         now(NUMBER),
         PLAIN._replace(outlook=foreseen(NUMBER, 0.1)),
@@ -466,14 +489,14 @@ if +0.100 (samples): costs 0.010 now, 0.011 next on average"""),
  +300
 
 
- +150                                     ↑ ↑ ↑  climb
-                                    ↑ ↑ ↑
-      ···↑↑↑↑↓↓·              ↑ ↑ ↑           ▒▒
-    0 ┄┄┄┄┄┄┄┄┄┄◆┄↑┄↑┄↑┄↑┄↑┄↑┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄▒A
-                        ↓ ∘ ∘ ∘ ∘ ∘ ∘         ▒▒
-                                ↓ ↓ ↓ ∘ ∘ ∘ ∘ ∘
- -150                                 ↓ ↓ ↓      none
-                                            ↓ ↓  descend
+ +150                                       ↑  ↑ climb
+                                   ↑  ↑  ↑
+      ···↑↑↑↑↓↓·             ↑  ↑             ▒▒
+    0 ┄┄┄┄┄┄┄┄┄┄◆┄┄┄↑┄┄↑┄┄↑┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄▒A
+                       ↓  ∘  ∘  ∘  ∘          ▒▒
+                                ↓  ↓  ∘  ∘  ∘
+ -150                                 ↓  ↓     ∘ none
+                                            ↓  ↓ descend
 
  -300
      40s       30s        20s       10s       0s
@@ -482,13 +505,13 @@ will pass 127 m below A: clear"""),
         now(ENCOUNTER),
         LARGE._replace(height=16, ascii=True, outlook=foreseen(ENCOUNTER, 2)),
         """
- +200                                         ^  climb
-                                          ^ ^ ^  climb
-                                      ^ ^ ^ ^ ^  climb
- +100                             ^ ^ ^ ^ ^
-                              ^ ^ ^ ^ ^       ::
-      ...^^^^vv.+     ^ ^ ^ ^ ^ ^ ^           ::
-    0 ------------^-^-^-^-^-^-^---------------:A
+ +200                                          ^ climb
+                                            ^  ^ climb
+                                      ^  ^  ^  ^ climb
+ +100                              ^  ^  ^
+                             ^  ^  ^  ^       ::
+      ...^^^^vv.+      ^  ^  ^  ^             ::
+    0 --------------^--^--^--^----------------:A
                                               ::
 
  -100
@@ -496,19 +519,19 @@ will pass 127 m below A: clear"""),
 
  -200
      40s       30s        20s       10s       0s
-if climb: rate -4.0 0.50, -6.0 0.25, -2.0 0.25"""),
+climb: rate -4.0 0.50, -6.0 0.25, -2.0 0.25"""),
     "what is lost by each advisory": (
         now(ENCOUNTER),
         SMALL._replace(regret=losing(0.3, 0.01, 0)),
         """
  +300
- +150                       ↑ ↑ ↑ ↑ ↑
-    0 ··↑↑↑↓↓·◆┄↑┄↑┄↑┄↑┄↑┄↑┄∘┄┄┄┄┄┄┄▒A
- -150                     ↓ ↓ ∘ ∘ ∘ ∘
+ +150                       ↑  ↑  ↑  ↑
+    0 ··↑↑↑↓↓·◆┄↑┄┄↑┄┄↑┄┄↑┄┄∘┄┄┄┄┄┄┄▒A
+ -150                    ↓  ↓  ∘  ∘  ∘
  -300
      40s     30s     20s    10s     0s
-◆ h +23 m  dh -5.0 m/s  30 s  none
-climb best, none -0.01, descend -0.30"""),
+◆ +23 m  -5.0 m/s  30 s left  none
+hint  climb best  none -0.01"""),
 }  # fmt: skip
 
 
