@@ -36,9 +36,7 @@ def compose(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
         return _rows([fitted(_title(game, room), room), *rows][-room.height :])
     if room.height == SMALL and not (shown.message or shown.curtain):
         shown = shown._replace(message=_beside(game, room, shown, log))
-    new = room.height < ROOMY and not (game.view().turn or shown.curtain or shown.page)
-    told = _goal(game, room) if new and not shown.message else message(room, shown)
-    return _rows([upper(game, room, shown, log), fitted(told, room), below])
+    return _rows([upper(game, room, shown, log), message(room, shown), below])
 
 
 def _beside(game: Game, room: Room, shown: Shown, log: list[str]) -> str:
@@ -86,7 +84,7 @@ def upper(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
     elif shown.page:
         title, parts = _title(game, room), _part(room, shown)
     else:
-        aim = [_goal(game, room)] if room.height >= ROOMY else []
+        aim = [_goal(game, room)] if aimed(room) else []
         title, parts = _title(game, room), [*aim, *_body(game, room, shown, log, body)]
     body = room.height - 3
     parts += [Text("")] * (body - len(parts))
@@ -95,7 +93,12 @@ def upper(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
 
 def _height(room: Room) -> int:
     """The rows of board and log: all but title, goal, message and keys."""
-    return room.height - 3 - (room.height >= ROOMY)
+    return room.height - 3 - aimed(room)
+
+
+def aimed(room: Room) -> bool:
+    """Whether the goal has a row of its own; else the log begins with it."""
+    return room.height >= ROOMY
 
 
 def _part(room: Room, shown: Shown) -> list[Text]:
@@ -156,6 +159,11 @@ def _headed(game: Game, name: Text, gap: str, facts: Sequence[str]) -> Text:
     if game.session.over:
         title.append(f"{gap}{ended(game.session.ending)}", style="bold")
     return title
+
+
+def _aim(game: Game) -> str:
+    """What to aim for and what it costs."""
+    return "; ".join(map(clean, game.style.goal(game.view())))
 
 
 def _goal(game: Game, room: Room) -> Text:
@@ -220,6 +228,7 @@ def _board(game: Game, room: Room, shown: Shown, within: Room) -> Text:
         regret=shown.advice and shown.advice.regret,
         outlook=shown.outlook,
         passed=shown.passed,
+        panel=max(PANEL + 2 - (room.width - within.width), 0),
     )
     return game.draw(look)
 
@@ -271,12 +280,13 @@ def _body(game: Game, room: Room, shown: Shown, log: list[str], body: int) -> li
     """Board, panel and log."""
     laid = _laid(game, room, shown, body)
     long = [shown.message] if too_long(shown, room) else []
+    aim = [] if aimed(room) or game.session.turns else [_aim(game)]
     if isinstance(laid, Needed):
         left = Room(room.width, max(body - 1, 0), room.ascii)
         if log or long:
             return [laid, *_log(game, left, long, log, shown.back)]
-        return [laid, *_page([game.account.situation(game.view())], room)[: left.height]]
-    told = _log(game, laid.log, long, log, shown.back, column=laid.beside)
+        return [laid, *_page([game.account.situation(game.view()), *aim], room)[: left.height]]
+    told = _log(game, laid.log, long, log or aim, shown.back, column=laid.beside)
     if not laid.beside:
         return [*laid.rows, *told]
     rows = [*laid.rows]

@@ -55,6 +55,7 @@ class Screen:
         self.modes = Modes()
         self.motion = Motion()
         self.message = ""
+        self._foretold = ""  # what an action may bring, in words
         self.thinking = ""  # what is computed now, in place of the message
         self.overlay = 0
         self._advised: tuple[object, ...] = ()  # where an overlay was counted last
@@ -118,11 +119,18 @@ class Screen:
         page = self.page if self.modes.shows is Mode.PAGE else ()
         unstarted = self.modes.moves is Mode.CLOCK and self.countdown is None
         starts = STARTS if unstarted and self.game.waiting is not None else ""
-        message, adviser = self.thinking or self.message or starts, self.game.adviser
+        message, adviser = self.thinking or self._answer or starts, self.game.adviser
         past = self._past
         given = (past.advice, None) if past else (adviser.given, adviser.foreseen)
         told = (self.back, curtain, self.keys_until, *given, past is not None, self.motion.passed)
         return Shown(message, kind, page, self.part, *told, self._best)
+
+    @property
+    def _answer(self) -> str:
+        """The message; where the board has room to tell what an action may bring, how to go on."""
+        if not self._foretold or self.message != self._foretold or not frame.aimed(self._room):
+            return self.message
+        return f"{self.message.partition(':')[0]}: Enter plays it, Esc leaves"
 
     @property
     def _past(self) -> Past | None:
@@ -263,6 +271,7 @@ class Screen:
         if self.modes.shows is Mode.AHEAD:
             mine = seat in (None, self.game.watcher)
             self.message = foresee(self.game, action) if mine else "another's key"
+            self._foretold = self.message if mine else ""
             return
         if self.rate:
             self.held = action

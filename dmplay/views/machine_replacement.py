@@ -30,8 +30,8 @@ LEGEND = (
     "Tab writes what is best where",
 )
 REGIONS = (
-    "● the belief; a letter is the key that",
-    "is best at a belief where it stands,",
+    "● the belief; letters: the best key",
+    "at a belief that is where they stand,",
     "with the turns that are left",
 )
 REGION = ("dim", "cyan", "magenta", "yellow")  # the style of each action
@@ -99,7 +99,8 @@ def _large(view: View[MachineReplacement], look: Look) -> Text:
         canvas.put(0, row, f"{key} {name:<11} {reward:+.3f}")
         canvas.put(21, row, loss(look, action, LOSS), "yellow")
     truth(canvas, y + 7, NAMES, look)
-    legend = LEGEND if look.regret is None else REGIONS
+    open_ = LEGEND if view.rewards is None else LEGEND[:-1]  # no hint is given after the end
+    legend = open_ if look.regret is None else REGIONS
     for row, words_ in enumerate(branches(view, look, view.problem.names) or legend, y + 8):
         canvas.put(0, row, words_, "" if look.outlook else "dim")
     _tall(view, canvas, BARS + 2, look)

@@ -112,7 +112,7 @@ def _costs(view: View[SimpleRegulator], outlook: Outlook, brief: bool) -> str:
         samples = " (samples)" * outlook.sampled
         return f"{plus(outlook.action, 2)}: {now * now:.2f} now, {after:.2f} next{samples}"
     push = foreseen(outlook, f"push {plus(outlook.action, 3)}")
-    return f"{push}: costs {now * now:.3f} now, {after:.3f} next on average"
+    return f"{push}: costs {now * now:.3f} now, {after:.3f} next"
 
 
 def price(view: View[SimpleRegulator], push: float) -> str:

@@ -50,11 +50,12 @@ class Look(NamedTuple):
     outlook: Outlook | None = None  # what an action may bring, to be drawn on the board
     passed: float = 1.0  # the share of the last turn's motion that is over
     ghost: Array | None = None  # the state of an agent that plays beside, to be drawn faintly
+    panel: int = PANEL + 2  # columns of the width that the side panel needs
 
     @property
     def beside(self) -> int:
         """The columns that a drawing may have with the side panel beside it; none without one."""
-        return max(self.width - PANEL - 2, 0) if self.large else 0
+        return max(self.width - self.panel, 0) if self.large else 0
 
 
 class Lesson(NamedTuple):

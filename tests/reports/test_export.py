@@ -41,6 +41,24 @@ def test_a_picture_is_the_same_every_time_and_of_the_turn_asked_for(file: Path) 
     assert "turn&#160;1" in first
 
 
+def test_a_picture_of_any_size_shows_who_chooses_what_is_best(file: Path) -> None:
+    wishes = ("--width", "100", "--height", "30", "--at", "1")
+    watched, advised = export(file, "--svg", *wishes), export(file, "--svg", *wishes, "--hint")
+    assert "hint&#160;(optimal)" not in watched
+    assert "hint&#160;(optimal):&#160;sw" in advised
+    assert "b&#160;sw&#160;best" in advised  # the row of keys
+    assert advised.count("<clipPath") == 30
+    higher = export(file, "--text", "--height", "20").split("\n dmplay")
+    assert "reach +10 or +5" in higher[1]
+
+
+def test_nobody_is_advised_after_the_end(tmp_path: Path) -> None:
+    run(tmp_path, "hexworld", "--agent", "optimal", "--seed", "7", "-o", "g.dmt")
+    done = run(tmp_path, "export", "g.dmt", "--svg", "--hint")
+    told = "error: --hint: nobody chooses after the end; --at shows an earlier turn\n"
+    assert (done.returncode, done.stderr) == (2, told)
+
+
 def test_a_film_shows_every_screen_for_a_second_and_the_last_where_nothing_may_move(
     file: Path,
 ) -> None:
@@ -130,6 +148,7 @@ def test_data_is_one_object(file: Path) -> None:
         (["--svg", "--csv"], "export: choose one of"),
         (["--svg", "--at", "9"], "--at: got 9, the game has 2 turns"),
         (["--text", "--at", "1"], "--at: a turn of --svg or --html, not of --text"),
+        (["--film", "--hint"], "--hint: on a picture, --svg, not on --film"),
         (["--csv", "-o", "no/g.csv"], "cannot write no/g.csv: No such file or directory"),
     ],
 )

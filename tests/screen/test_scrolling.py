@@ -109,6 +109,14 @@ def test_the_log_stands_at_the_right_from_a_hundred_columns_on() -> None:
         assert row.index("turn 1. ") == column
 
 
+def test_a_board_with_the_log_at_the_right_is_no_smaller() -> None:
+    ends = {"collision-avoidance": "descend", "cart-pole": "┤", "mountain-car": "┤"}
+    for name, end in ends.items():
+        both = (play(game(name), size=size).last.split("\n")[:-1] for size in ((80, 30), (100, 30)))
+        below, right = (max(row.find(end) for row in rows) for rows in both)
+        assert right >= below, name
+
+
 def test_a_log_below_the_board_has_eight_rows() -> None:
     played = game("2048", seed=1)
     shown = play(played, *("left", "down", "right", "down") * 6, size=(70, 40)).last
