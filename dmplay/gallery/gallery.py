@@ -73,15 +73,15 @@ class Gallery:
     def compose(self, room: Room) -> list[Text]:
         """The whole screen: exactly as many rows as the room has, none wider."""
         body = max(room.height - AROUND, 1)
-        rows = [self._title(), *self._body(room, body), self._message(room), self._keys(room)]
+        rows = [self._title(room), *self._body(room, body), self._message(room), self._keys(room)]
         if room.height <= AROUND:
             rows = [rows[1], rows[-1], rows[0]][: room.height]
         return [fitted(row, room) for row in rows]
 
-    def _title(self) -> Text:
+    def _title(self, room: Room) -> Text:
         title = Text(" dmplay  ", style="bold")
         told = f"{counted(len(self.shown), 'problem')}   game of the day: seed {self.seed}"
-        if len(title.plain) + len(told) > self._room.width:
+        if len(title.plain) + len(told) > room.width:
             told = f"{counted(len(self.shown), 'problem')}   today's seed {self.seed}"
         return title.append(told, style="not bold")
 

@@ -28,6 +28,7 @@ from dmplay.transcript.seal import LEFT, secret
 from dmplay.views.style import Look, fit, pictured, style_of
 
 NOTHING: Mapping[int, float] = {}
+AGAIN = "# again: under dice that were played before\n"
 
 
 class Game:
@@ -54,6 +55,7 @@ class Game:
         self.verdict: Sequence[str] = ()  # what its moves and dice were worth, once it is over
         self.ghost: Ghost | None = None
         self.removed = 0  # older games that had to make room for it where games are kept
+        self.repeats = False  # whether one of the same dice was played before it
         agents = {clean(who): None for seat, who in enumerate(seats) if seat not in self.people}
         self._agents = " and ".join(agents) + (" are" if len(agents) > 1 else " is") + " thinking"
         self._chosen: dict[int, float] = {}
@@ -272,6 +274,11 @@ class Game:
             self._record()
         self._haunt()
 
+    def haunt(self, ghost: Ghost | None) -> None:
+        """Has this ghost play beside, up to the present turn."""
+        self.ghost = self.account.ghost = ghost
+        self._haunt()
+
     def _haunt(self) -> None:
         """Has the ghost play as far as the person did, where it may be seen before the end."""
         ghost = self.ghost
@@ -311,4 +318,5 @@ class Game:
         with whole():
             self.session.end(reason)
             if self.recorder:
-                self.recorder.end((self.ghost.note() if self.ghost else "") + self.notes)
+                ghost = self.ghost.note() if self.ghost else ""
+                self.recorder.end(f"{ghost}{AGAIN * self.repeats}{self.notes}")

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from dmplay.advice.ghost import beside
+from dmplay.advice.ghost import Ghost, beside, noted
 from dmplay.core import Policy, Problem
 from dmplay.describe import counted, ended
 from dmplay.dice import Dice
@@ -16,7 +16,7 @@ from dmplay.finding import agents, problems, ways
 from dmplay.game import saves
 from dmplay.game.account import frame
 from dmplay.game.checking import altered, loaded
-from dmplay.game.game import Game
+from dmplay.game.game import AGAIN, Game
 from dmplay.game.keyboard import Keyboard
 from dmplay.game.keymap import hands
 from dmplay.game.playback import Playback
@@ -64,7 +64,7 @@ def new(request: Request, shown: Collection[Luck] = ()) -> Game:
     request, dice = _thrown(request)
     limit = turn_limit(problem, seats, request.turns)
     session = Session(problem, dice, policies, limit=limit)
-    ghost = beside(session, people(seats), request.ghost) if request.ghost else None
+    ghost = _ghost(session, seats, request.ghost)
     path = request.record and standard(request.record, OUTPUT)
     told = header(found, seats, dice, replace(request, peeked=False, branched=None), path)
     if luck(found.name, dice) in shown:
@@ -87,9 +87,14 @@ def new(request: Request, shown: Collection[Luck] = ()) -> Game:
         recorder.private = saves.keeps(path)
     keyboard = Keyboard(problem, people(seats), request.keys)
     game = Game(found.name, session, seats, keyboard, recorder, request)
-    game.ghost = game.account.ghost = ghost
     game.removed = removed
+    game.haunt(ghost)
     return game
+
+
+def _ghost(session: Session, seats: Sequence[str], name: str) -> Ghost | None:
+    """The agent of this name beside the person, if one is wanted."""
+    return beside(session, people(seats), name) if name else None
 
 
 def _thrown(request: Request) -> tuple[Request, Dice]:
@@ -146,12 +151,15 @@ def resumed(wanted: Resumption, shown: Collection[Luck] = ()) -> Game:
     goes_on = seen and not session.over
     if goes_on and going_on(transcript.header, found.problem, str(path)).peeked:
         transcript = marked(transcript)
+    ghost = _ghost(session, seats, wanted.ghost or noted(transcript.last, found.problem))
     recorder = Recorder.resume(path, transcript.content, session, _framing(transcript))
     recorder.private = saves.keeps(path)
     if not transcript.blocks:
         recorder.turn()
     game = _repeated(found, transcript.header, seats, wanted, recorder)
     game.warning = altered(transcript, found)
+    game.repeats = AGAIN in transcript.last
+    game.haunt(ghost)
     return game
 
 

@@ -40,6 +40,7 @@ class Table:
         self._program, self._ends = program, ends  # does what words say; hears of each end
         self._game: Game | None = None
         self._shown: set[Luck] = set()  # of games whose secrets are told once they are left
+        self._played: set[Luck] = set()  # of all games
         self._asked_for = ("", 0)  # the line that would end a game, and after how many turns
         self._before = 0  # the seat of who sits at the terminal
         if game:
@@ -67,8 +68,11 @@ class Table:
         self.end()
         self._game = game
         self.removed += game.removed
+        dice = luck(game.name, game.session.source)
+        game.repeats |= dice in self._played and not game.session.turns
+        self._played.add(dice)
         if game.problem.hidden:
-            self._shown.add(luck(game.name, game.session.source))
+            self._shown.add(dice)
         self.change_places()
 
     @property

@@ -25,7 +25,7 @@ from dmplay.screen.timeline import Past, Verdict
 from dmplay.terminal import Terminal
 from dmplay.thought import About, think
 from dmplay.words.commands import COMMANDS, Leave, help_page, named, own_parts, typed, veiled
-from dmplay.words.game_commands import foresee
+from dmplay.words.game_commands import ahead
 
 FASTER = 1.5  # the speed times this
 COUNTDOWN, BEATS = 3, 2.0  # beats before real time begins, and how many a second
@@ -270,7 +270,8 @@ class Screen:
         """Plays an action, or shows what it may bring; in real time, keeps it for the clock."""
         if self.modes.shows is Mode.AHEAD:
             mine = seat in (None, self.game.watcher)
-            self.message = foresee(self.game, action) if mine else "another's key"
+            room = self._room.width
+            self.message = ahead(self.game, action, room) if mine else "another's key"
             self._foretold = self.message if mine else ""
             return
         if self.rate:

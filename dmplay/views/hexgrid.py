@@ -152,7 +152,8 @@ def key_of(look: Look, way: int) -> str:
 
 def way_on(look: Look, way: int, size: Size) -> Cell:
     """The key that leads on, and if that is asked, what is lost by it: a bar and the number."""
-    key, loss, room = key_of(look, way), lost(look, way), size.width - 1
+    key, room = key_of(look, way), size.width - 1
+    loss = lost(look, way, room)
     if not loss:
         return Cell(key, style="green")
     best = known(look)[way] < ALIKE

@@ -134,6 +134,12 @@ def test_a_small_terminal_has_the_list_alone_and_the_goal_below() -> None:
     assert not any("agents" in row for row in rows)
 
 
+def test_a_small_terminal_has_the_whole_seed_of_the_day_and_a_whole_goal() -> None:
+    shown = drawn(hung(), 50, 14)
+    assert shown[0].strip() == f"dmplay  15 problems   today's seed {hung().seed}"
+    assert not any("…" in row for row in shown)
+
+
 def test_a_row_of_keys_that_has_no_room_keeps_the_most_important() -> None:
     assert "Enter play" in drawn(hung(), 80)[-1]
     assert "c go on" in drawn(hung(), 80)[-1]

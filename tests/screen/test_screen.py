@@ -404,6 +404,40 @@ def test_a_distance_is_typed_or_nudged_and_thrown_by_enter(keys: str) -> None:
     assert len(played.session.turns) == 1
 
 
+@pytest.mark.parametrize(
+    ("name", "keys", "told"),
+    [
+        ("catch", "6", "6, that is 60   Enter plays it"),
+        ("catch", "6 1", "61   Enter plays it"),
+        ("simple-regulator", "- . 2", "-.2 aims at -0.037; costs 0.027 now, 0.011 next on average"),
+    ],
+)
+def test_what_a_number_means_or_costs_is_told_before_it_is_played(
+    name: str, keys: str, told: str
+) -> None:
+    assert f" {told}" in play(game(name), *keys.split()).last
+
+
+def test_a_small_screen_tells_the_goal_until_the_first_turn() -> None:
+    shown = play(game("hexworld"), "h", size=(50, 14))
+    assert "\n reach +10 or +5; keep off -10; a bump costs 1\n" in shown.frames[0]
+    assert "reach" not in shown.last
+
+
+@pytest.mark.parametrize("name", ["machine-replacement", "collision-avoidance"])
+def test_a_narrow_key_row_shortens_actions_but_shows_them_all(name: str) -> None:
+    row = play(game(name), size=(50, 14)).last.split("\n")[-1]
+    assert row.endswith("? help  q quit")
+    labels = game(name).problem.actions[0].labels
+    assert all(f" {label[:3]}" in row for label in labels)
+
+
+def test_advice_where_two_choose_at_once_says_what_it_rests_on() -> None:
+    shown = play(game("prisoners-dilemma", "human", "grim"), "c", "tab").last
+    assert " hint (best reply to what the other played so far): defect\n" in shown
+    assert "  ████ -1" in shown
+
+
 # Whole games
 
 
