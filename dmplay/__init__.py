@@ -20,6 +20,7 @@ _HOMES = {
     "Tables": "tabular",
     "Tabular": "tabular",
     "agent": "finding.agents",
+    "check": "conformance",
     "exact": "core",
     "load": "finding.problems",
     "rollout": "rollouts",

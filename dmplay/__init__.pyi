@@ -2,6 +2,7 @@ from dmplay.chance import Categorical as Categorical
 from dmplay.chance import Normal as Normal
 from dmplay.chance import Pick as Pick
 from dmplay.chance import Span as Span
+from dmplay.conformance import check as check
 from dmplay.core import Interval as Interval
 from dmplay.core import Labels as Labels
 from dmplay.core import Outcome as Outcome

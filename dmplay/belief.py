@@ -55,5 +55,9 @@ def _impossible(
     problem: Problem, actions: Sequence[int | None], observations: Sequence[int | None]
 ) -> str:
     did = [problem.action_name(i, a) for i, a in enumerate(actions) if a is not None]
-    saw = [problem.observations[i][o] for i, o in enumerate(observations) if o is not None]
+    saw = [
+        problem.observations[i].told(np.array(o))
+        for i, o in enumerate(observations)
+        if o is not None
+    ]
     return f"observation {', '.join(saw)} after {', '.join(did)} has probability 0 in this belief"

@@ -1,15 +1,17 @@
 """The problem, the outcome of a turn, and the policy: what everything else is written against."""
 
+import inspect
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import Field, dataclass, field, fields
 from functools import cached_property
 from itertools import product
-from typing import Any, ClassVar, NamedTuple, Protocol, TypeVar
+from typing import Any, ClassVar, NamedTuple, Protocol, Self, TypeVar
 
 import numpy as np
 
+from dmplay import places
 from dmplay.budget import Budget
 from dmplay.chance import Array, Bools, Chance, Finite, Ints, Reals, anyone, sample
 from dmplay.errors import BadParameter, BadPolicy, IllegalAction, UnknownName
@@ -17,6 +19,8 @@ from dmplay.errors import BadParameter, BadPolicy, IllegalAction, UnknownName
 DECIMALS = 9  # of a real-valued action, so that its text is the number
 GRID = 21  # actions that stand for an interval
 LISTED = 384 * 2**20  # bytes of all states of a problem, or of what may come of them
+PARAMETERS = "parameters are fields with a default, as `price: float = 5.0`, not of __init__"
+NOTHING_YET = "nothing yet"
 LARGEST = 1e6  # a parameter that says no bounds of its own, either way
 
 T = TypeVar("T")
@@ -34,12 +38,26 @@ class Labels(tuple[str, ...]):
         """The names to choose from: all of them."""
         return self
 
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """That of one observation: an index."""
+        return ()
+
+    def unseen(self, rows: int) -> Ints:
+        """What stands for nothing observed before the first turn `[B]`."""
+        return np.full(rows, -1)
+
+    def told(self, observation: Array) -> str:
+        """An observation in words."""
+        return NOTHING_YET if observation < 0 else self[int(observation)]
+
     def read(self, text: str) -> int:
         """The action that a text names."""
         word = _plain(text)
-        if word not in self:
+        known: Sequence[str] = self if word in self else [_plain(label) for label in self]
+        if word not in known:
             raise UnknownName("action", text.strip(), self)
-        return self.index(word)
+        return known.index(word)
 
     def name(self, action: float) -> str:
         """The label of an action."""
@@ -125,6 +143,55 @@ def _plain(text: str) -> str:
     return text.strip().lower().replace("_", "-")
 
 
+@dataclass(frozen=True)
+class Numbers:
+    """What an agent observes as real numbers: one, or a vector of so many."""
+
+    many: int = 1
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """That of one observation."""
+        return (self.many,) if self.many > 1 else ()
+
+    def unseen(self, rows: int) -> Reals:
+        """What stands for nothing before the first turn `[B, ...]`."""
+        return np.full((rows, *self.shape), np.nan)
+
+    def told(self, observation: Array) -> str:
+        """An observation in words."""
+        if np.isnan(observation).any():
+            return NOTHING_YET
+        return ", ".join(f"{number:.6g}" for number in np.atleast_1d(observation))
+
+    def fact(self, observation: Array) -> float | list[float]:
+        """An observation as a transcript has it."""
+        found: float | list[float] = observation.tolist()
+        return found
+
+
+@dataclass(frozen=True)
+class Texts:
+    """What an agent observes as a line of text."""
+
+    shape: ClassVar[tuple[int, ...]] = ()
+
+    def unseen(self, rows: int) -> Array:
+        """What stands for nothing before the first turn `[B]`."""
+        return np.full(rows, "")
+
+    def told(self, observation: Array) -> str:
+        """An observation in words."""
+        return str(observation) or NOTHING_YET
+
+    def fact(self, observation: Array) -> str:
+        """An observation as a transcript has it."""
+        return str(observation)
+
+
+Sight = Labels | Numbers | Texts  # what an agent can observe
+
+
 class Continuous(NamedTuple):
     """A state space that is part of R^dimensions."""
 
@@ -143,14 +210,14 @@ class Outcome(NamedTuple):
 
     state: Array  # [B, ...]
     rewards: Reals  # [B, n]
-    observations: Array  # [B, n]; the next state itself where agents see everything
+    observations: Array  # [B, n, ...]; the next state itself where agents see everything
 
 
 class Percept(NamedTuple):
     """What one turn teaches one seat, for B rows."""
 
     action: Array  # [B], its own
-    observation: Array  # [B] or, where agents see everything, the next state [B, ...]
+    observation: Array  # [B, ...]; the next state where agents see everything
     actions: Array | None  # [B, n], the joint action where it is public
     reward: Reals | None  # [B], its own where it is observable
 
@@ -165,7 +232,8 @@ class Policy(Protocol):
     def begin(self, observation: Array) -> Memory:
         """The memory before the first turn: arrays, first axis the row.
 
-        The observation is the start state where agents see everything, else -1 in every row.
+        The observation is the start state where agents see everything, else nothing: -1 of labels,
+        NaN of numbers, '' of texts.
         """
 
     def update(self, memory: Memory, percept: Percept) -> Memory:
@@ -263,6 +331,24 @@ class Problem(ABC):
 
     discount: float = parameter(1.0, "factor on the rewards of each later turn", 0.0, 1.0)
 
+    def __init_subclass__(cls) -> None:
+        """Takes a plain attribute of a parameter's name, as `discount = 0.95`, for its default."""
+        super().__init_subclass__()
+        if "__init__" in vars(cls):
+            where = places.place(cls, "__init__")
+            raise BadParameter(f"{where} __init__: {PARAMETERS}")
+        bases = [_settled(base) for base in cls.__bases__ if issubclass(base, Problem)]
+        known = {one.name: one.type for base in bases for one in fields(base)}
+        own = inspect.get_annotations(cls)
+        plain = {name: known[name] for name in known if name in vars(cls) and name not in own}
+        if plain:
+            cls.__annotations__ = plain | own
+
+    def __new__(cls, *given: object, **named: object) -> Self:
+        """An instance, of a subclass without a decorator too."""
+        _settled(cls)
+        return super().__new__(cls)
+
     @property
     def agents(self) -> tuple[str, ...]:
         """The names of the agents, in seat order."""
@@ -279,9 +365,18 @@ class Problem(ABC):
         return tuple(len(known.labels) for known in self.actions)
 
     @property
-    def observations(self) -> tuple[Labels, ...]:
-        """The observation set of each agent; () where every agent sees the state."""
+    def observations(self) -> tuple[Sight, ...]:
+        """What each agent observes, all of one kind; () where every agent sees the state."""
         return ()
+
+    @cached_property
+    def observation_counts(self) -> tuple[int, ...]:
+        """How many observations each agent can make; BadParameter where they have no labels."""
+        labels = [one for one in self.observations if isinstance(one, Labels)]
+        if len(labels) < len(self.observations):
+            name = type(self).__name__
+            raise BadParameter(f"{name} has observations without labels: they cannot be listed")
+        return tuple(map(len, labels))
 
     @cached_property
     def hidden(self) -> bool:
@@ -302,6 +397,16 @@ class Problem(ABC):
     def shared_reward(self) -> bool:
         """Whether all agents always receive the same reward."""
         return False
+
+    @property
+    def reward_bounds(self) -> tuple[float, float] | None:
+        """The least and the greatest reward of a turn; None where the problem does not say."""
+        return None
+
+    @property
+    def state_bounds(self) -> tuple[Array, Array] | None:
+        """The least and the greatest of each number of a state, where the problem says so."""
+        return None
 
     @property
     def rewards_observed(self) -> bool:
@@ -347,6 +452,15 @@ class Problem(ABC):
 
     def legal(self, s: Array) -> Bools | None:
         """Which actions `[B, n, A]` the state allows; None for all."""
+        return None
+
+    def called(self, s: Array) -> tuple[Labels, ...] | None:
+        """What the actions of each agent are called in one state, where that depends on it.
+
+        As many names as there are labels in `actions`, which mean the same in every state, and
+        which transcripts hold; None stands for these. A seat reads its names: they tell it no more
+        than it may know.
+        """
         return None
 
     def enumerated(self) -> Array:
@@ -401,8 +515,8 @@ class Problem(ABC):
         return self.move(s, a, sample(self.chance(s, a), u))
 
     def first_sight(self, s: Array) -> Array:
-        """What a seat sees before the first turn: the state `[B, ...]`, or -1 if it is hidden."""
-        return own(np.full(len(s), -1) if self.hidden else s)
+        """What a seat sees before the first turn: the state `[B, ...]`, or nothing if hidden."""
+        return own(self.observations[0].unseen(len(s)) if self.hidden else s)
 
     def percept(self, seat: int, actions: Array, outcome: Outcome) -> Percept:
         """What a turn by the joint actions `[B, n]` teaches a seat, in arrays of its own."""
@@ -437,6 +551,11 @@ class Problem(ABC):
     def action_name(self, seat: int, action: float) -> str:
         """The label of an action, or its number."""
         return self.actions[seat].name(action)
+
+
+def _settled(kind: type[Problem]) -> type[Problem]:
+    """A subclass, made the frozen dataclass that it stands for where no decorator did."""
+    return kind if "__dataclass_fields__" in vars(kind) else dataclass(frozen=True)(kind)
 
 
 class Exact(NamedTuple):

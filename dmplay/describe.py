@@ -2,15 +2,20 @@
 
 import math
 
-from dmplay.core import Continuous, Problem
+from dmplay.core import Continuous, Labels, Numbers, Problem, Sight
 
 VARIES = "varies"
 
 
 def varies(problem: Problem, fact: str) -> bool:
-    """Whether a fact depends on the parameters: a property of the class, not an attribute."""
-    own = getattr(type(problem), fact)
-    return isinstance(own, property) and own is not getattr(Problem, fact)
+    """Whether a fact depends on the parameters: a property of the class, not an attribute.
+
+    Of what is made of arrays, the states are as many as have names.
+    """
+    home = next(kind for kind in type(problem).__mro__ if fact in vars(kind))
+    if home.__module__ == "dmplay.tabular":
+        return varies(problem, "names")
+    return home is not Problem and isinstance(vars(home)[fact], property)
 
 
 def summary(problem: Problem) -> dict[str, str]:
@@ -19,7 +24,7 @@ def summary(problem: Problem) -> dict[str, str]:
     agents = VARIES if varies(problem, "agents") else str(len(problem.agents)) if many else "-"
     each = " per agent" if many else ""
     observations = problem.observations
-    seen = f"{len(observations[0])}{each}" if observations else "-"
+    seen = f"{_kinds(observations[0])}{each}" if observations else "-"
     return {
         "agents": agents,
         "states": VARIES if varies(problem, "states") else _states(problem),
@@ -27,6 +32,16 @@ def summary(problem: Problem) -> dict[str, str]:
         "observations": seen,
         "discount": f"{problem.discount:g}",
     }
+
+
+def _kinds(observed: Sight) -> str:
+    """How many things can be observed."""
+    match observed:
+        case Labels():
+            return str(len(observed))
+        case Numbers(many):
+            return f"in R^{many}" if many > 1 else "in R"
+    return "text"
 
 
 def _states(problem: Problem) -> str:

@@ -127,7 +127,7 @@ def epilogue(table: Table) -> None:
     rows = [f"transcript: {recorder.path}" for recorder in whole]
     sealed = table.playing and table.game.sealed  # and so neither looked at nor begun again
     if whole:
-        trust = "" if problems.stem(whole[-1].session.problem) else " --trust"
+        trust = " --trust" if problems.brought(whole[-1].session.problem) else ""
         does = "resume" if sealed and whole[-1].path == table.game.source else "replay"
         rows.append(f"{does}: dmplay {does} {quote(str(whole[-1].path))}{trust}")
     if table.playing and table.game.again and not sealed:

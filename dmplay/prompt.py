@@ -63,7 +63,7 @@ def toolbar(shell: Shell) -> str:
             at = view.problem.notation(view.observation)
             facts += [f"at {at}"] if len(at) <= SHORT else []
         elif view.problem.hidden and view.turn:
-            facts.append(f"saw {view.problem.observations[view.seat][int(view.observation)]}")
+            facts.append(f"saw {view.problem.observations[view.seat].told(view.observation)}")
     between = " - " if shell.terminal.ascii else " · "
     return f" {between.join([*facts, 'F1 help'])}"
 

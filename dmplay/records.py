@@ -24,7 +24,6 @@ from dmplay.advice.ghost import GHOST
 from dmplay.core import Problem
 from dmplay.errors import DmplayError
 from dmplay.finding import agents, problems
-from dmplay.finding.outside import is_outside
 from dmplay.game.game import AGAIN, Game
 from dmplay.game.saves import folder
 from dmplay.transcript.format import EVENTS, NATURAL, PERSON
@@ -107,7 +106,7 @@ def all_records() -> list[Record]:
 def of(game: Game) -> Record | None:
     """The record of the kind of game that is played; None where it could not count."""
     seat = _seat(game.problem, game.seats)
-    if seat is None or game.asked is None or is_outside(game.name):
+    if seat is None or game.asked is None or problems.is_elsewhere(game.name):
         return None
     usual = problems.parameters(problems.load(game.name))
     own = problems.parameters(game.problem)
@@ -155,7 +154,7 @@ def _record(transcript: Transcript, problem: Problem) -> Record | None:
     header = transcript.header
     seat = _seat(problem, [*header.seats.values()])
     told = transcript.end["end"] if transcript.end else None
-    if seat is None or not isinstance(told, dict) or is_outside(header.problem):
+    if seat is None or not isinstance(told, dict) or problems.is_elsewhere(header.problem):
         return None
     result = Result(told["return"][seat], told["turns"], header.seed, strftime("%Y-%m-%d"))
     alone = header.branched is None and not (header.peeked or header.reveal)

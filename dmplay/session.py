@@ -12,13 +12,26 @@ import numpy as np
 
 from dmplay import belief as beliefs
 from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Continuous, Memory, Outcome, Percept, Policy, Problem, asked, locked, own
+from dmplay.core import (
+    Continuous,
+    Labels,
+    Memory,
+    Outcome,
+    Percept,
+    Policy,
+    Problem,
+    asked,
+    locked,
+    own,
+)
 from dmplay.describe import ended
 from dmplay.dice import NATURE
 from dmplay.displayed import Displayed
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
+from dmplay.tabular import Tabular
 
 LARGEST_BELIEF = 4096  # states that a view shows a belief over, where it is quick to have
+LARGEST_ROWS = 2**16  # of them where what can happen is listed
 PART = 256  # turns of a part of what a seat was told
 WORKING = Lock()  # had by who works out beliefs: a view may be drawn beside a thought
 LONGEST_LIST = 64  # states; a longer belief, written as a list, is no use to a reader
@@ -97,6 +110,7 @@ class _Told(NamedTuple):
     joint: Telling[Array]
     rewards: Telling[float]
     beliefs: Telling[Reals]  # as many as were looked at so far, one more than turns at most
+    said: Telling[str]  # what its actions were called, where that depends on the state
 
     def until(self, turns: int) -> "_Told":
         """What it was told up to a turn."""
@@ -106,6 +120,7 @@ class _Told(NamedTuple):
             self.joint.until(turns),
             self.rewards.until(turns),
             self.beliefs.until(turns + 1),
+            self.said.until(turns),
         )
 
 
@@ -156,6 +171,8 @@ class View(Generic[P_co]):
     beliefs: Sequence[Reals] | None  # [S] each, where states are hidden and few enough
     ending: str | None
     limit: int | None
+    called: Labels | None = None  # what its actions are called now, where that depends on the state
+    said: Sequence[str] = ()  # and what its own were called, then
 
     @property
     def turn(self) -> int:
@@ -170,7 +187,14 @@ class View(Generic[P_co]):
     @property
     def last(self) -> str:
         """The name of its latest action; nothing before the first."""
+        if self.said:
+            return self.said[-1]
         return self.problem.action_name(self.seat, self.actions[-1]) if self.actions else ""
+
+    @property
+    def labels(self) -> Labels:
+        """What its actions are called now; none of reals."""
+        return self.problem.actions[self.seat].labels if self.called is None else self.called
 
     @property
     def belief(self) -> Reals:
@@ -181,7 +205,8 @@ class View(Generic[P_co]):
 
 def believed(problem: Problem) -> float:
     """How many hidden states a belief is over; infinity where there is no belief."""
-    if not problem.hidden or isinstance(problem.states, Continuous):
+    labelled = all(isinstance(known, Labels) for known in problem.observations)
+    if not problem.hidden or not labelled or isinstance(problem.states, Continuous):
         return math.inf
     return problem.states
 
@@ -265,6 +290,16 @@ class Session(Displayed):
         legal = self._now().legal
         return None if legal is None else own(legal[seat])
 
+    def labels(self, seat: int) -> Labels:
+        """What the actions of a seat are called now; none of reals."""
+        called = self.problem.called(self.state)
+        return called[seat] if called else self.problem.actions[seat].labels
+
+    def action_name(self, seat: int, action: float) -> str:
+        """What an action is called now, or its number."""
+        labels = self.labels(seat)
+        return labels[int(action)] if labels else self.problem.action_name(seat, action)
+
     def choices(self) -> list[float | None]:
         """What each policy does now; None for a seat played from outside."""
         return [None if follower is None else follower.choose() for follower in self.followers]
@@ -307,7 +342,8 @@ class Session(Displayed):
             raise IllegalAction(f"{where}: no action given")
         done, legal = known.check(action, where), self.legal(seat)
         if legal is not None and known.labels and not legal[int(done)]:
-            told = f"{known.name(done)} is not legal now; expected one of {known.words(legal)}"
+            labels = self.labels(seat)
+            told = f"{labels[int(done)]} is not legal now; expected one of {labels.words(legal)}"
             raise IllegalAction(f"{where}: {told}")
         return done
 
@@ -354,6 +390,8 @@ class Session(Displayed):
     @property
     def believes(self) -> bool:
         """Whether seats have a belief to show: hidden states, finite and few enough."""
+        if isinstance(self.problem, Tabular):
+            return believed(self.problem) <= LARGEST_ROWS
         quick = type(self.problem).carry is not Problem.carry
         return believed(self.problem) <= (LARGEST_BELIEF if quick else LONGEST_LIST)
 
@@ -368,7 +406,10 @@ class Session(Displayed):
             self._told[seat] = _Told(*(Telling() for _ in _Told._fields))
             self._told[seat].observations.append(own(self.observation(seat, 0)))
         told = self._told[seat]
-        for turn in self.turns[len(told.actions) :]:
+        for number, turn in enumerate(self.turns[len(told.actions) :], len(told.actions)):
+            called = self.problem.called(self.turns[number - 1].state if number else self.first)
+            if called:
+                told.said.append(called[seat][int(turn.actions[seat])])
             told.observations.append(own(self._seen(seat, turn)))
             told.actions.append(float(turn.actions[seat].item()))
             if not self.problem.hidden:
@@ -393,6 +434,8 @@ class Session(Displayed):
             beliefs=Beliefs(problem, seat, told) if self.believes else None,
             ending=self.ending,
             limit=self.limit,
+            called=self.labels(seat) if problem.called(self.state) else None,
+            said=Past(told.said),
         )
 
     def returns(self) -> Reals:

@@ -13,10 +13,11 @@ import pytest
 HERE = Path(__file__).parent
 HOUSE = HERE.parent / "dmplay"
 FLOORS = (
-    "errors", "disk", "budget", "thought", "chance", "core", "dice", "describe", "hexes",
-    "matrix_game", "tabular", "belief", "displayed", "session", "blocks", "rollouts", "problems",
-    "solvers", "policies", "transcript", "finding", "terminal", "signals", "styles", "painting",
-    "views", "figures", "solutions", "measure", "advice", "game", "records", "words", "screen",
+    "errors", "places", "disk", "budget", "thought", "chance", "core", "dice", "describe", "hexes",
+    "matrix_game", "rows", "tabular", "breach", "arrays", "sound", "samples", "laws", "choices",
+    "belief", "displayed", "session", "blocks", "rollouts", "problems", "solvers", "policies",
+    "transcript", "finding", "terminal", "signals", "styles", "painting", "views", "figures",
+    "solutions", "measure", "advice", "game", "conformance", "records", "words", "screen",
     "gallery", "reports", "prompt", "front", "cli", "pytest_plugin", "__main__",
 )  # fmt: skip
 SCREENS = {"rich", "typer", "prompt_toolkit"}
@@ -26,6 +27,7 @@ ALLOWED = {  # what a floor may load beside the standard library and numpy
     "views": {"rich"},
     "figures": {"rich"},
     "game": {"rich"},
+    "conformance": {"rich"},
     "words": {"prompt_toolkit"},
     "screen": {"rich", "prompt_toolkit"},
     "gallery": {"rich"},

@@ -132,7 +132,7 @@ class Adviser:
         if why:
             return f"no hint: {why}"
         choice = self.choice()
-        labels = self.session.problem.actions[self.seat].labels
+        labels = self.session.labels(self.seat)
         advice = Advice(choice, labels, self._values())
         self._given = (*self._now, advice)
         return str(advice)
@@ -174,12 +174,12 @@ class Adviser:
 
     def choice(self) -> str:
         """The adviser's name, and what it would do here."""
-        best = self.session.problem.action_name(self.seat, self._asked(Follower.choose))
+        best = self.session.action_name(self.seat, self._asked(Follower.choose))
         return f"({getattr(self._found and self._found[1], 'basis', '') or self.name}): {best}"
 
     def values(self) -> str:
         """The adviser's value of each legal action; '' where it knows none."""
-        labels = self.session.problem.actions[self.seat].labels
+        labels = self.session.labels(self.seat)
         return Advice("", labels, self._values()).told
 
     def _values(self) -> Reals | None:

@@ -93,9 +93,9 @@ def _believed(view: View[Problem], action: float) -> Outlook:
     nothing: list[int | None] = [None] * len(problem.agents)
     did, rows = nothing.copy(), []
     did[seat] = int(action)
-    names = problem.observations[seat]
-    for number in range(len(names)):
-        budget.spend(float(len(view.belief)) * len(view.belief), number / len(names))
+    kinds = problem.observation_counts[seat]
+    for number in range(kinds):
+        budget.spend(float(len(view.belief)) * len(view.belief), number / kinds)
         seen = nothing.copy()
         seen[seat] = number
         rows.append(problem.carry(view.belief, did, seen))
@@ -108,7 +108,7 @@ def _believed(view: View[Problem], action: float) -> Outlook:
 def told(session: Session, seat: int, outlook: Outlook) -> str:
     """What an action may bring, in a line."""
     problem = session.problem
-    name = problem.action_name(seat, outlook.action)
+    name = session.action_name(seat, outlook.action)
     others = ", the others at random" if len(problem.agents) > 1 else ""
     how = f" ({len(outlook.chances)} samples)" if outlook.sampled else ""
     if problem.states == 1 and not outlook.sampled:
@@ -130,7 +130,7 @@ def _named(problem: Problem, seat: int, outlook: Outlook, place: int) -> str:
     """An outcome: the state, or what is seen and then believed."""
     if outlook.beliefs is None:
         return _state(problem, outlook.states[place])
-    seen = problem.observations[seat][int(outlook.states[place])]
+    seen = problem.observations[seat].told(outlook.states[place])
     belief = outlook.beliefs[place]
     states = problem.enumerated()
     likely = [at for at in np.argsort(-belief, kind="stable")[:LIKELIEST] if belief[at] >= LEAST]

@@ -9,7 +9,6 @@ from dmplay.core import Policy, Problem
 from dmplay.dice import NATURE, Dice
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.finding import agents
-from dmplay.finding.outside import is_outside
 from dmplay.rollouts import MOST_TURNS
 from dmplay.session import Session
 from dmplay.terminal import clean
@@ -93,9 +92,9 @@ def beside(session: Session, who: Sequence[int], name: str) -> Ghost:
         raise BadParameter("--ghost: it plays beside a person, and here agents play alone")
     if not _together(session.problem, who):
         raise BadParameter("--ghost: it plays beside one person, and here several play")
-    if name.partition(":")[0] not in agents.roster(session.problem).agents and not is_outside(name):
-        known = ", ".join(agents.roster(session.problem).agents)
-        raise BadParameter(f"--ghost: got {name!r}, expected one of {known}")
+    known = agents.roster(session.problem).agents
+    if name.partition(":")[0] not in known and not agents.is_brought(session.problem, 0, name):
+        raise BadParameter(f"--ghost: got {name!r}, expected one of {', '.join(known)}")
     return Ghost(name, session, {seat: agents.agent(session.problem, seat, name) for seat in who})
 
 

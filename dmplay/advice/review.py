@@ -62,7 +62,7 @@ def moves(session: Session, who: Sequence[int], seats: Sequence[str] = ()) -> It
 
 def _move(past: Session, seat: int, turn: int, action: int, values: Reals) -> Move:
     """A move valued against the best that was open."""
-    labels = past.problem.actions[seat].labels
+    labels = past.labels(seat)
     legal = past.legal(seat)
     able = np.ones(len(labels), bool) if legal is None else legal
     known = np.where(able, values, -np.inf)

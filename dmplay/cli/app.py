@@ -48,6 +48,7 @@ app.command()(measuring.tournament)
 app.command()(printing.figure)
 app.command()(printing.agents)
 app.command()(printing.info)
+app.command()(printing.check)
 app.command()(printing.guide)
 
 configuration = typer.Typer(

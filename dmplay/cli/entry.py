@@ -47,7 +47,7 @@ def run() -> int:
     except typer.Abort:  # Ctrl-C
         raise KeyboardInterrupt from None
     except Exception as error:  # of code that is not ours: a problem or an agent that was brought
-        from dmplay.finding.outside import blamed
+        from dmplay.places import blamed
         from dmplay.terminal import clean
 
         told = "" if os.environ.get("DMPLAY_DEBUG") else blamed(error)

@@ -10,6 +10,7 @@ from typer.core import TyperGroup
 
 from dmplay.cli import config
 from dmplay.errors import DmplayError, UnknownName
+from dmplay.finding.installed import installed
 from dmplay.finding.names import problem_names
 from dmplay.words.completion import lists
 
@@ -35,7 +36,8 @@ class Commands(TyperGroup):
                 get_close_matches(word, names, cutoff=0.75)
                 for names in (self.commands, problem_names())
             )
-            if near and not other and not ctx.resilient_parsing:
+            known = bool(other) or word in installed()
+            if near and not known and not ctx.resilient_parsing:
                 raise UnknownName("command", word, self.commands)
             args = ["play", *args]
         if "--rate" in args and not _numeric(args[args.index("--rate") + 1 :]):

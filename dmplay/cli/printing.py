@@ -25,7 +25,7 @@ def list_(kind: options.Kind = "", *, wishes: Wishes) -> object:
     if kind == "games":
         return games.listing(json=wishes.json)
 
-    return Printout(problems.listing(kind, wishes), wishes)
+    return Printout(problems.listing(kind, wishes), wishes, errors=problems.unlisted())
 
 
 def records(json: options.Json = False) -> object:
@@ -112,6 +112,27 @@ def info(problem: options.Name, json: options.Json = False, keys: options.Keys =
     from dmplay.reports import problems
 
     return problems.info(problem, options.wanted_keys(keys), json=json)
+
+
+def check(
+    problem: options.Name,
+    variant: options.Variant = "",
+    set_: options.Set = [],  # noqa: B006 - typer reads it once
+    json: options.Json = False,
+) -> object:
+    """Check a problem of yours: arrays, labels, chances, states, agents and look.
+
+    A line for each fault, with the line of your file; exit code 2 where there is one.
+
+    \b
+      dmplay check ./tiger.py
+      dmplay check ./shop.py:Shop --set price=9
+    """
+    from dmplay.game.request import pairs
+    from dmplay.reports import checked
+
+    name = f"{problem}:{variant}" if variant else problem
+    return checked.report(name, pairs(set_, "--set"), json=json)
 
 
 @options.wishes("plain", "color", "ascii", "theme", "width")

@@ -11,6 +11,7 @@ from typing import Any
 
 from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter, BadPolicy, UnknownName
+from dmplay.finding import modules
 from dmplay.finding.outside import attribute, is_outside
 from dmplay.finding.problems import stem
 from dmplay.finding.typed import typed
@@ -24,18 +25,31 @@ def roster(problem: Problem, seat: int = 0) -> Roster:
     if not own or find_spec(f"dmplay.policies.{own}") is None:
         own = "brought"
     first, rest = _listed(own, problem, seat), _listed("general", problem, seat)
-    return replace(first, agents={**first.agents, **rest.agents})
+    usual = replace(first, agents={**first.agents, **rest.agents})
+    return usual if stem(problem) else modules.roster(problem, seat, usual)
 
 
 def agent(problem: Problem, seat: int, name: str) -> Policy:
     """The agent of this name for a seat, `NAME` or `NAME:PARAMETER=VALUE,...`."""
-    if not is_outside(name):
+    if not is_brought(problem, seat, name):
         return _of_roster(problem, seat, name)
-    made: Policy = attribute(name)(problem, seat)
+    place, _, rest = name.partition(":")
+    wanted, _, given = rest.partition(":")
+    make = attribute(f"{place}:{wanted}")
+    made: Policy = make(problem, seat, **(_settings(make, given, name) if given else {}))
     missing = [part for part in ("begin", "update", "choose") if not hasattr(made, part)]
     if missing:
         raise BadPolicy(f"{name}: not a policy, it lacks {', '.join(missing)}")
     return made
+
+
+def is_brought(problem: Problem, seat: int, name: str) -> bool:
+    """Whether an agent's name points outside of those that can play a seat, into a file or module.
+
+    What it names then runs only where it is trusted.
+    """
+    known = (*modules.TAKEN, *roster(problem, seat).agents)
+    return is_outside(name) and name.partition(":")[0] not in known
 
 
 def adviser(
@@ -43,13 +57,17 @@ def adviser(
 ) -> tuple[str, Seated] | None:
     """The agent whose values and choices serve as hints, as suits this game, with its name.
 
-    The game is of so many turns, against those who sit in the other `seats`.
+    The game is of so many turns, against those who sit in the other `seats`. None where there is
+    none, or where it refuses the problem.
     """
     name = roster(problem, seat).adviser
     if name is None:
         return None
     rivals = [who for other, who in enumerate(seats) if other != seat]
-    suited = _of_roster(problem, seat, name).in_game(turns, rivals)
+    try:
+        suited = _of_roster(problem, seat, name).in_game(turns, rivals)
+    except BadPolicy:
+        return None
     return _named(name, suited), suited
 
 

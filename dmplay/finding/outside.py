@@ -1,62 +1,35 @@
-"""What a name finds outside of dmplay: an attribute of a module, or of a Python file."""
+"""What a name finds outside of dmplay: a module or a Python file, and what is in it."""
 
-import importlib
-import importlib.util
-import os
-import sysconfig
-import traceback
-from pathlib import Path
+from types import ModuleType
 from typing import Any
 
-from dmplay.errors import BadParameter, UnknownName
-
-INSTALLED = (
-    str(Path(__file__).parent.parent),
-    *map(sysconfig.get_path, ("stdlib", "purelib", "platlib")),
-)
+from dmplay.errors import UnknownName
+from dmplay.finding import code
+from dmplay.finding.ways import is_file
 
 
 def is_outside(name: str) -> bool:
-    """Whether a name points into a file or a module by path."""
+    """Whether a name points into a file or a module."""
+    return is_file(name) or ":" in name
+
+
+def is_module(name: str) -> bool:
+    """Whether a name points into a module that can be imported."""
     base, colon, _ = name.partition(":")
-    return bool(colon) and (base.endswith(".py") or "/" in base or "." in base)
+    return bool(colon) and ("." in base or "/" in base or code.importable(base))
 
 
-def blamed(error: BaseException) -> str:
-    """The line of code outside of dmplay and of packages that an error comes from, and the error;
-    '' where there is none.
-    """
-    frames = traceback.extract_tb(error.__traceback__)
-    own = [frame for frame in frames if not frame.filename.startswith((*INSTALLED, "<"))]
-    if not own:
-        return ""
-    what = f"{type(error).__name__}: {error}".partition("\n")[0].removesuffix(": ")
-    return f"{os.path.relpath(own[-1].filename)}:{own[-1].lineno}: {what}"
+def module(name: str) -> ModuleType:
+    """The module that a name points into: a path or a dotted name before the colon."""
+    place = name.partition(":")[0]
+    return code.of_file(place) if is_file(place) else code.of_name(place, name)
 
 
 def attribute(name: str) -> Any:
     """What a name `MODULE:ATTRIBUTE` or `FILE.py:ATTRIBUTE` points to."""
     place, _, wanted = name.partition(":")
-    if place.endswith(".py"):
-        file = Path(place)
-        if not file.is_file():
-            raise BadParameter(f"no such file: {place}")
-        spec = importlib.util.spec_from_file_location(file.stem, file)
-        if spec is None or spec.loader is None:
-            raise BadParameter(f"cannot load {place}")
-        module = importlib.util.module_from_spec(spec)
-        try:
-            spec.loader.exec_module(module)
-        except SyntaxError as error:
-            raise BadParameter(f"{error.filename}:{error.lineno}: {error.msg}") from None
-    elif not all(map(str.isidentifier, place.split("."))):
-        raise BadParameter(f"no module {place!r} for {name!r}")
-    else:
-        try:
-            module = importlib.import_module(place)
-        except ModuleNotFoundError as error:
-            raise BadParameter(f"no module {error.name!r} for {name!r}") from None
-    if not hasattr(module, wanted):
-        public = [one for one in vars(module) if not one.startswith("_")]
+    found = module(name)
+    if not hasattr(found, wanted):
+        public = [one for one in vars(found) if not one.startswith("_")]
         raise UnknownName("attribute", wanted, public, where=place)
-    return getattr(module, wanted)
+    return getattr(found, wanted)

@@ -1,25 +1,30 @@
-"""Problems by name: built in, installed or in a file.
+"""Problems by name, found in one of these ways, the first that takes the name:
 
-A problem is `NAME`, `NAME:VARIANT`, the name of an installed entry point (group
-`dmplay.problems`), `MODULE:ATTRIBUTE` or `./FILE.py:ATTRIBUTE`. A module of a problem may offer
-VARIANTS, name -> instance.
+- `NAME` or `NAME:VARIANT`, built in or that of an installed entry point (group `dmplay.problems`)
+- `FILE.pomdp`, `.mdp`, `.dpomdp`, `.nfg`, `.efg`: data, which is read
+- `gymnasium:ID`, `pettingzoo:ID`, `openspiel:GAME(ARGUMENTS)`: of another library
+- `./FILE.py:ATTRIBUTE`, `MODULE:ATTRIBUTE`: code of the user's
+
+A module of a problem may offer VARIANTS, name -> instance.
 """
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import fields, replace
 from importlib import import_module
+from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
 
 from dmplay.core import Problem
-from dmplay.errors import BadParameter, UnknownName
+from dmplay.errors import BadParameter, DmplayError, UnknownName
+from dmplay.finding import code, data, guests, modules, outside
+from dmplay.finding.installed import installed
 from dmplay.finding.names import problem_names, stem_of
-from dmplay.finding.outside import attribute, is_outside
-from dmplay.finding.sound import sound
 from dmplay.finding.typed import typed
-
-GROUP = "dmplay.problems"
+from dmplay.finding.ways import HERE, Found, Way, is_data, is_file, moved
+from dmplay.places import blamed
+from dmplay.sound import sound
 
 
 class Loaded(NamedTuple):
@@ -28,6 +33,7 @@ class Loaded(NamedTuple):
     name: str
     problem: Problem
     parameters: dict[str, object]
+    origin: str = ""  # by which another is told: a file's hash, a library's version
 
 
 def load(name: str, **parameters: object) -> Problem:
@@ -38,26 +44,37 @@ def load(name: str, **parameters: object) -> Problem:
     return resolve(name, parameters).problem
 
 
-def resolve(name: str, given: Mapping[str, object], *, trusted: bool = True) -> Loaded:
-    """The problem of this name; nothing but built-in code is imported unless `trusted`."""
-    base, _, variant = name.partition(":")
-    base = _plain(base)
-    if base in problem_names():
-        variant = variant.lower()
-        plain = _of_module(_built_in(base), base, variant)
-        name = f"{base}:{variant}" if variant else base
-    elif not trusted:
+def resolve(
+    name: str, given: Mapping[str, object], *, trusted: bool = True, folder: Path = HERE
+) -> Loaded:
+    """The problem of this name, a path in it told from `folder`, if it can be played.
+
+    Nothing but dmplay's own code runs unless `trusted`.
+    """
+    loaded = found(name, given, trusted=trusted, folder=folder)
+    if not stem(loaded.problem):
+        sound(loaded.name, loaded.problem)
+    return loaded
+
+
+def found(
+    name: str, given: Mapping[str, object], *, trusted: bool = True, folder: Path = HERE
+) -> Loaded:
+    """The problem of this name as it is."""
+    name = moved(name, folder, HERE)
+    way = _way(name)
+    if not (way.safe or trusted):
         raise UnknownName("built-in problem", name, problem_names())
-    elif base.endswith(".py") and not variant:
-        raise BadParameter(f"got {name!r}, expected the problem in it too, as {base}:Problem")
-    else:
-        plain = _brought(name) if is_outside(name) else _installed(base, variant)
-    problem = configured(plain, given)
-    if base not in problem_names():
-        sound(name, problem)
-    usual = parameters(plain)
+    found = way.find(name)
+    problem = configured(found.problem, given)
+    usual = parameters(found.problem)
     changed = {key: one for key, one in parameters(problem).items() if one != usual[key]}
-    return Loaded(name, problem, changed)
+    return Loaded(found.name, problem, changed, found.origin)
+
+
+def _way(name: str) -> Way:
+    """The first way that takes a name."""
+    return next(way for way in WAYS if way.takes(name))
 
 
 def _plain(name: str) -> str:
@@ -66,12 +83,20 @@ def _plain(name: str) -> str:
 
 
 def variants(name: str) -> dict[str, Problem]:
-    """The named variants of a built-in problem, the standard one first as ''; no others'."""
-    base = _plain(name)
-    if base not in problem_names():
+    """The named variants of a problem, the standard one first as '', where it is the only one."""
+    find = _way(name).find
+    base = name.partition(":")[0]
+    if find is _own:
+        module = _built_in(_plain(base))
+    elif find is _brought:
+        module = outside.module(name)
+    elif find is _installed:
+        module = import_module(installed()[_plain(base)].partition(":")[0])
+    else:
         return {}
-    module = _built_in(base)
-    return {"": _problem_class(module)(), **getattr(module, "VARIANTS", {})}
+    kinds = modules.problems(module)
+    only = {"": modules.made(name, *kinds.values())} if len(kinds) == 1 else {}
+    return only | modules.variants(module)
 
 
 def configured(problem: Problem, given: Mapping[str, object]) -> Problem:
@@ -87,8 +112,8 @@ def configured(problem: Problem, given: Mapping[str, object]) -> Problem:
 
 
 def parameters(problem: Problem) -> dict[str, object]:
-    """The parameters of a problem with their values."""
-    return {one.name: getattr(problem, one.name) for one in fields(problem)}
+    """The parameters of a problem with their values; what it does not show of itself is none."""
+    return {one.name: getattr(problem, one.name) for one in fields(problem) if one.repr}
 
 
 def stem(problem: Problem) -> str:
@@ -102,47 +127,97 @@ def docs(problem: Problem) -> str:
     return inspect.getdoc(inspect.getmodule(type(problem))) or inspect.getdoc(problem) or ""
 
 
+def brought(problem: Problem) -> bool:
+    """Whether the code of a problem is not dmplay's, so that its transcripts need trust."""
+    home = type(problem).__module__
+    return home.startswith(code.PREFIX) or not home.startswith("dmplay.")
+
+
 def _built_in(base: str) -> ModuleType:
     return import_module(f"dmplay.problems.{stem_of(base)}")
 
 
-def installed() -> dict[str, str]:
-    """The problems of entry points by name, and the module of each, which is not imported."""
-    from importlib.metadata import entry_points
-
-    return {point.name: point.module for point in entry_points(group=GROUP)}
+def _is_built_in(name: str) -> bool:
+    return _plain(name.partition(":")[0]) in problem_names()
 
 
-def _installed(name: str, variant: str) -> Problem:
-    """The problem of an entry point."""
-    known = installed()
-    if name not in known:
-        raise UnknownName("problem", name, [*problem_names(), *known])
-    return _of_module(import_module(known[name]), name, variant)
+def _own(name: str) -> Found:
+    """A built-in problem."""
+    base, _, variant = name.partition(":")
+    base, variant = _plain(base), variant.lower()
+    problem = _of_module(_built_in(base), base, variant)
+    return Found(f"{base}:{variant}" if variant else base, problem)
 
 
-def _brought(name: str) -> Problem:
-    """The problem of a module or a file."""
-    found = attribute(name)
-    made = found() if isinstance(found, type) else found
-    if not isinstance(made, Problem):
-        raise BadParameter(f"{name}: got {type(made).__name__}, expected a dmplay Problem")
-    return made
+def others() -> Iterator[tuple[str, Problem | str]]:
+    """The installed problems, or why one of them cannot be loaded."""
+    for name in sorted(installed()):
+        try:
+            yield name, load(name)
+        except DmplayError as error:
+            yield name, str(error)
+        except Exception as error:  # of code that is not ours
+            yield name, blamed(error) or f"{type(error).__name__}: {error}"
+
+
+def _is_installed(name: str) -> bool:
+    return _plain(name.partition(":")[0]) in installed()
+
+
+def _installed(name: str) -> Found:
+    """The problem of an entry point, `MODULE` or `MODULE:PROBLEM`."""
+    base, _, variant = name.partition(":")
+    place, _, wanted = installed()[_plain(base)].partition(":")
+    module = import_module(place)
+    if wanted and not variant:
+        return Found(name, modules.made(name, getattr(module, wanted)))
+    return Found(name, _of_module(module, base, variant))
+
+
+def _brought(name: str) -> Found:
+    """The problem of a module or a file of code: the one that is named, else the only one."""
+    place, _, wanted = name.partition(":")
+    module = outside.module(name)
+    first, _, variant = wanted.partition(":")
+    if not hasattr(module, first) and wanted in ("", *modules.variants(module)):
+        return Found(name, _of_module(module, place, wanted))
+    if variant:
+        return Found(name, _of_module(module, place, variant))
+    return Found(name, modules.made(name, outside.attribute(name)))
+
+
+def is_elsewhere(name: str) -> bool:
+    """Whether a name holds a path or a module, under which another problem may stand tomorrow."""
+    return _way(name).find not in (_own, _installed)
+
+
+def _unknown(name: str) -> Found:
+    """None: no way leads there."""
+    raise UnknownName("problem", name.partition(":")[0], [*problem_names(), *installed()])
 
 
 def _of_module(module: ModuleType, name: str, variant: str) -> Problem:
-    if not variant or variant == "standard":
-        return _problem_class(module)()
-    named: dict[str, Problem] = getattr(module, "VARIANTS", {})
-    if variant not in named:
-        raise UnknownName("variant", variant, ["standard", *named], where=name)
-    return named[variant]
+    """The only problem of a module, or a variant."""
+    named = modules.variants(module)
+    if variant and variant != "standard":
+        if variant not in named:
+            raise UnknownName("variant", variant, ["standard", *named], where=name)
+        return named[variant]
+    kinds = modules.problems(module)
+    if len(kinds) > 1:
+        each = " or ".join(f"{name}:{kind}" for kind in kinds)
+        raise BadParameter(f"{name}: got several problems, expected one, as {each}")
+    if not kinds:
+        raise BadParameter(f"{name} offers no Problem")
+    return modules.made(name, *kinds.values())
 
 
-def _problem_class(module: ModuleType) -> type[Problem]:
-    for value in vars(module).values():
-        if not isinstance(value, type) or value.__module__ != module.__name__:
-            continue
-        if issubclass(value, Problem) and not inspect.isabstract(value):
-            return value
-    raise BadParameter(f"{module.__name__} offers no Problem")
+WAYS = (
+    Way(_is_built_in, _own, safe=True),
+    Way(is_file, _brought),
+    Way(is_data, data.find, safe=True),
+    Way(guests.takes, guests.find),
+    Way(_is_installed, _installed),  # to look for entry points takes time
+    Way(outside.is_module, _brought),
+    Way(lambda name: True, _unknown),
+)

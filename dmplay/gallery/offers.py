@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 from dmplay.finding import problems
+from dmplay.finding.installed import installed
 from dmplay.finding.names import problem_names
 
 KINDS = {  # in the order of the list
@@ -32,4 +33,4 @@ def offers() -> list[Offer]:
         for name in problem_names()
         if kinds[name] == kind
     ]
-    return [*built_in, *(Offer(name, INSTALLED) for name in sorted(problems.installed()))]
+    return [*built_in, *(Offer(name, INSTALLED) for name in sorted(installed()))]

@@ -9,14 +9,16 @@ from dmplay.game import facts
 from dmplay.session import Session, View
 from dmplay.transcript.format import number, turn_facts
 from dmplay.transcript.seal import LEFT
-from dmplay.views.style import Look, fit, style_of
+from dmplay.views.style import Look, fit, style_of, whole
 
 FRAME = Look(width=80, height=24)
 
 
 def frame(session: Session) -> str:
     """What the first seat's screen shows, as the transcript's plain-text frame."""
-    drawn = fit(style_of(session.problem), session.view(0), FRAME)
+    style, view = style_of(session.problem), session.view(0)
+    width, height = whole(style, view, FRAME.width, FRAME.height)
+    drawn = fit(style, view, FRAME._replace(width=width, height=height))
     return "\n".join(row.rstrip() for row in drawn.plain.split("\n"))
 
 

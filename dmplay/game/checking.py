@@ -2,13 +2,16 @@
 
 import os
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from json import dumps
 from pathlib import Path
 
+from dmplay.core import Policy, Problem
 from dmplay.describe import one_line
 from dmplay.disk import GIVEN, write
-from dmplay.errors import BadParameter, BadTranscript, DmplayError
+from dmplay.errors import BadParameter, BadTranscript, DmplayError, UnknownName
 from dmplay.finding import problems
+from dmplay.finding.ways import beside
 from dmplay.game.account import frame
 from dmplay.game.saves import INPUT, standard
 from dmplay.game.seats import asked_again
@@ -50,22 +53,37 @@ def _found(folder: Path) -> list[Path]:
 def loaded(transcript: Transcript, *, trusted: bool) -> problems.Loaded:
     """The problem of a transcript; nothing that the file names is imported unless trusted."""
     header, entries = transcript.header, transcript.header_block.entries
+    folder = beside(Path(transcript.path))
     for key, parameters in (("problem", {}), ("set", header.parameters)):
         try:
-            found = problems.resolve(header.problem, parameters, trusted=trusted)
+            found = problems.resolve(header.problem, parameters, trusted=trusted, folder=folder)
         except DmplayError as error:
             line = entries.get(key, entries["problem"]).line
-            hint = "" if trusted else "; if it is yours, add --trust"
-            raise transcript.fault(line, f"{error}{hint if key == 'problem' else ''}") from None
+            untrusted = isinstance(error, UnknownName) and key == "problem" and not trusted
+            hint = "; if it is yours, add --trust" if untrusted else ""
+            raise transcript.fault(line, f"{error}{hint}") from None
     return found
+
+
+def altered(transcript: Transcript, found: problems.Loaded) -> str:
+    """That a problem is not what it was when its game was played; '' where it is."""
+    before, now = transcript.header.origin, found.origin
+    return "" if before == now else f"{found.name} is {now or 'another'}, was {before or 'another'}"
+
+
+def _asked(transcript: Transcript, problem: Problem, *, trusted: bool) -> list[Policy | None]:
+    """The agents of a transcript that can be asked again."""
+    folder = beside(Path(transcript.path))
+    return asked_again(problem, transcript.header.seats, trusted=trusted, folder=folder)
 
 
 def check(path: Path, *, trusted: bool = False) -> Report:
     """Verifies one file; a fault of form is a finding too."""
     try:
         transcript = read(path)
-        problem = loaded(transcript, trusted=trusted).problem
-        policies = asked_again(problem, transcript.header.seats, trusted=trusted)
+        found = loaded(transcript, trusted=trusted)
+        problem = found.problem
+        policies = _asked(transcript, problem, trusted=trusted)
     except BadTranscript as error:
         return Report(str(path), [fault(error, "form")])
     except OSError as error:
@@ -75,6 +93,7 @@ def check(path: Path, *, trusted: bool = False) -> Report:
         line = transcript.header_block.entries["seats"].line
         return Report(str(path), [Finding("facts", str(path), line, "seats", str(error))])
     report = verify(transcript, problem, policies, frame)
+    report.altered = altered(transcript, found)
     if sealed(transcript, problem):
         report.findings = [one.veiled for one in report.findings]
     return report
@@ -85,9 +104,11 @@ def update(path: Path, *, trusted: bool = False) -> str:
     import difflib
 
     transcript = read(path)
-    problem = loaded(transcript, trusted=trusted).problem
+    found = loaded(transcript, trusted=trusted)
+    problem = found.problem
     opened(transcript, problem)
-    policies = asked_again(problem, transcript.header.seats, trusted=trusted)
+    transcript = replace(transcript, header=replace(transcript.header, origin=found.origin))
+    policies = _asked(transcript, problem, trusted=trusted)
     before = path.read_text(encoding="utf-8")
     after = rewritten(transcript, problem, policies, frame)
     if after == before:
@@ -145,5 +166,6 @@ def _data(report: Report, fine: bool) -> dict[str, object]:
         "unasked": report.unasked,
         "peeked": report.peeked,
         "help": report.help,
+        "altered": report.altered,
         "findings": findings,
     }

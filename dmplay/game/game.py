@@ -10,6 +10,7 @@ from rich.text import Text
 from dmplay.advice.adviser import Adviser
 from dmplay.advice.ghost import Ghost
 from dmplay.budget import Stopped
+from dmplay.chance import Array
 from dmplay.core import Problem
 from dmplay.describe import ended
 from dmplay.dice import Dice
@@ -24,7 +25,7 @@ from dmplay.terminal import clean
 from dmplay.thought import About, think
 from dmplay.transcript.recorder import Recorder
 from dmplay.transcript.seal import LEFT, secret
-from dmplay.views.style import Look, fit, style_of
+from dmplay.views.style import Look, fit, pictured, style_of
 
 NOTHING: Mapping[int, float] = {}
 AGAIN = "# again: under dice that were played before\n"
@@ -49,6 +50,7 @@ class Game:
         self.recorder = recorder
         self.asked = asked  # None for a recording
         self.style = style_of(session.problem)
+        self.warning = ""  # for whoever goes on with it, or looks at it
         self.notes = ""  # for the end of the transcript
         self.verdict: Sequence[str] = ()  # what its moves and dice were worth, once it is over
         self.ghost: Ghost | None = None
@@ -155,12 +157,22 @@ class Game:
 
     def draw(self, look: Look) -> Text:
         """The board in the room there is; the state too where it is revealed."""
-        if self.reveal or (self.session.over and self.problem.hidden):
-            look = look._replace(state=self.session.state)
+        look = look._replace(state=self._told)
         if self.ghost and self.ghost.early:
             look = look._replace(ghost=self.ghost.session.state)
         look = look._replace(names={**self.keyboard.names(self.watcher), **look.names})
         return fit(self.style, self.view(), look)
+
+    @property
+    def _told(self) -> Array | None:
+        """The state where what is hidden is told."""
+        told = self.reveal or (self.session.over and self.problem.hidden)
+        return self.session.state if told else None
+
+    def pictured(self) -> list[str]:
+        """The rows of the picture that a problem brings of what the watcher may see; else none."""
+        drawn = pictured(self.style, self.view(), self._told)
+        return drawn.plain.split("\n") if drawn else []
 
     def choose(self, action: float, seat: int | None = None) -> bool:
         """Takes a person's choice, the next one's to choose unless `seat` says whose.

@@ -2,8 +2,9 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 
-from dmplay.core import Problem
+from dmplay.core import Interval, Labels, Problem
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.game import keymap
 from dmplay.game.keymap import DIGITS, Keys
@@ -11,6 +12,7 @@ from dmplay.session import View
 from dmplay.views.style import style_of
 
 PAIR = 2
+FINE, COARSE = 40, 5  # parts of an interval that a nudge adds, and how many a larger one
 NUMERIC = re.compile(r"\s*[-+]?\.?\d")
 
 
@@ -21,11 +23,15 @@ class Keyboard:
         self.problem = problem
         self.people = people
         self.hands = keymap.hands(problem, wanted)
-        self.nudges: Mapping[str, float] = getattr(style_of(problem), "NUDGES", {})
+        own: Mapping[str, float] | None = getattr(style_of(problem), "NUDGES", None)
+        self.nudges = _nudges(problem.actions[0]) if own is None else own
 
-    def read(self, seat: int, word: str) -> float:
-        """The action that a person typed: its name, an alias, its number or a key."""
-        return action_of(self.problem, seat, word, self.of(seat))
+    def read(self, view: View[Problem], word: str) -> float:
+        """The action that a person typed: its name here, or anywhere, an alias, number or key."""
+        if view.called is not None:
+            with suppress(UnknownName):
+                return view.called.read(word)
+        return action_of(self.problem, view.seat, word, self.of(view.seat))
 
     def pressed(self, seat: int, key: str) -> tuple[int, float] | None:
         """Whose action a key plays, and which: of this seat, or each with keys of its own where
@@ -60,9 +66,17 @@ class Keyboard:
         keys = dict(zip(labels, digits, strict=False))
         keys |= {label: key for key, label in reversed([*self.of(view.seat).items()])}  # the first
         return [
-            (keys.get(label, ""), label, view.legal is None or bool(view.legal[index]))
-            for index, label in enumerate(labels)
+            (keys.get(label, ""), name, view.legal is None or bool(view.legal[index]))
+            for index, (label, name) in enumerate(zip(labels, view.labels, strict=True))
         ]
+
+
+def _nudges(actions: Labels | Interval) -> dict[str, float]:
+    """Keys that add a small or a larger part of an interval; none to names."""
+    if isinstance(actions, Labels):
+        return {}
+    small = (actions.high - actions.low) / FINE
+    return {"left": -small, "right": small, "down": -small * COARSE, "up": small * COARSE}
 
 
 def action_of(

@@ -38,11 +38,11 @@ class Number:
     def _meaning(self, game: Game) -> str:
         """Which action is meant where that is written otherwise; what it costs, if a view says."""
         with suppress(DmplayError):
-            action = game.keyboard.read(game.watcher, self.text)
+            action = game.keyboard.read(game.view(), self.text)
             price = getattr(game.style, "price", None)
             if price:
                 return f" {price(game.view(), action)}"
-            name = game.problem.action_name(game.watcher, action)
+            name = game.session.action_name(game.watcher, action)
             return f", that is {name}" if float(self.text) != float(name) else ""
         return ""
 

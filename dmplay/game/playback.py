@@ -4,7 +4,7 @@ from pathlib import Path
 
 from dmplay.displayed import Displayed
 from dmplay.errors import BadParameter
-from dmplay.game.checking import loaded
+from dmplay.game.checking import altered, loaded
 from dmplay.game.game import Game
 from dmplay.game.keyboard import Keyboard
 from dmplay.game.keymap import AS_DRAWN
@@ -30,6 +30,7 @@ class Playback(Displayed, Game):
         seats = list(self.transcript.header.seats.values())
         keyboard = Keyboard(found.problem, [], AS_DRAWN)  # nobody plays
         super().__init__(found.name, self._session(0), seats, keyboard)
+        self.warning = altered(transcript, found)
 
     def _session(self, blocks: int) -> Session:
         session = start(self.transcript, self._problem, self.transcript.header.dice)

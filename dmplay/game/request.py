@@ -32,6 +32,7 @@ class Request:
     reveal: bool = False
     branched: int | None = None
     peeked: bool = False
+    origin: str = ""
     parameters: Mapping[str, object] = field(default_factory=dict)
     keep: bool = False  # in the state folder, though nobody plays
     keys: Keys = AS_DRAWN

@@ -8,7 +8,7 @@ from dmplay.dice import Dice
 from dmplay.disk import content
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.finding import agents, problems
-from dmplay.finding.outside import is_outside
+from dmplay.finding.ways import HERE, beside, moved
 from dmplay.game.keyboard import action_of
 from dmplay.game.request import Request
 from dmplay.game.saves import readable
@@ -73,20 +73,26 @@ def _is_file(path: str) -> bool:
 
 
 def asked_again(
-    problem: Problem, seats: Mapping[str, str], *, trusted: bool
+    problem: Problem, seats: Mapping[str, str], *, trusted: bool, folder: Path = HERE
 ) -> list[Policy | None]:
-    """The agents of a transcript that can be asked what they would do; None for the others."""
-    return [_asked(problem, seat, who, trusted) for seat, who in enumerate(seats.values())]
+    """The agents of a transcript that can be asked what they would do; None for the others.
+
+    A path is told from `folder`.
+    """
+    names = [moved(who, folder, HERE) for who in seats.values()]
+    return [_asked(problem, seat, who, trusted) for seat, who in enumerate(names)]
 
 
 def sitting(
-    problem: Problem, seats: Mapping[str, str], *, trusted: bool
+    problem: Problem, seats: Mapping[str, str], *, trusted: bool, folder: Path = HERE
 ) -> tuple[list[str], list[Policy | None]]:
     """Who plays on where a transcript leaves off: its agents, people for all other seats.
 
-    What a file names is imported only where it is trusted; raises BadParameter otherwise.
+    What a file names, a path told from `folder`, is imported only where it is trusted; raises
+    BadParameter otherwise.
     """
-    names = [HUMAN if who.partition(":")[0] in UNASKED else who for who in seats.values()]
+    known = [HUMAN if who.partition(":")[0] in UNASKED else who for who in seats.values()]
+    names = [moved(who, folder, HERE) for who in known]
     for name in names:
         base = name.partition(":")[0]
         if name != HUMAN and base not in agents.roster(problem).agents and not trusted:
@@ -95,19 +101,28 @@ def sitting(
 
 
 def _asked(problem: Problem, seat: int, who: str, trusted: bool) -> Policy | None:
-    if who in UNASKED or (is_outside(who) and not trusted):
+    if who in UNASKED or (agents.is_brought(problem, seat, who) and not trusted):
         return None
     policy = agents.agent(problem, seat, who)
     timed = isinstance(policy, Seated) and policy.timed  # it may do otherwise next time
     return None if timed else policy
 
 
-def header(loaded: problems.Loaded, seats: Sequence[str], dice: Dice, request: Request) -> Header:
-    """The transcript header of a game; scripts are named without their place."""
+def told_in(name: str, path: Path | None) -> str:
+    """The name of a problem or an agent as a transcript there has it."""
+    return moved(name, HERE, beside(path)) if path else name
+
+
+def header(
+    loaded: problems.Loaded, seats: Sequence[str], dice: Dice, request: Request, path: Path | None
+) -> Header:
+    """The header of a game's transcript there; scripts are named without their place."""
     names = [
-        who.partition(":")[0] if who.startswith(("script:", "replay:")) else who for who in seats
+        who.partition(":")[0] if who.startswith(("script:", "replay:")) else told_in(who, path)
+        for who in seats
     ]
     told = {line.field: getattr(request, line.field) for line in LINES}
-    told |= {"problem": loaded.name, "parameters": loaded.parameters, "seed": dice.seed}
+    told |= {"problem": told_in(loaded.name, path), "origin": loaded.origin, "seed": dice.seed}
+    told["parameters"] = loaded.parameters
     told["seats"] = dict(zip(loaded.problem.agents, map(clean, names), strict=True))
     return Header(**told)

@@ -7,22 +7,22 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from dmplay.advice.ghost import Ghost, beside, noted
-from dmplay.core import Problem
+from dmplay.core import Policy, Problem
 from dmplay.describe import counted, ended
 from dmplay.dice import Dice
 from dmplay.disk import apart, write
 from dmplay.errors import BadParameter
-from dmplay.finding import agents, problems
+from dmplay.finding import agents, problems, ways
 from dmplay.game import saves
 from dmplay.game.account import frame
-from dmplay.game.checking import loaded
+from dmplay.game.checking import altered, loaded
 from dmplay.game.game import AGAIN, Game
 from dmplay.game.keyboard import Keyboard
 from dmplay.game.keymap import hands
 from dmplay.game.playback import Playback
 from dmplay.game.request import Branching, Recording, Request, Resumption, Wanted, pairs, repeated
 from dmplay.game.saves import OUTPUT, readable, standard
-from dmplay.game.seats import HUMAN, header, people, seat_policy, sitting
+from dmplay.game.seats import HUMAN, header, people, seat_policy, sitting, told_in
 from dmplay.session import Session
 from dmplay.transcript.format import Frame, turn_limit
 from dmplay.transcript.header import Header
@@ -65,14 +65,16 @@ def new(request: Request, shown: Collection[Luck] = ()) -> Game:
     limit = turn_limit(problem, seats, request.turns)
     session = Session(problem, dice, policies, limit=limit)
     ghost = _ghost(session, seats, request.ghost)
-    told = header(found, seats, dice, replace(request, peeked=False, branched=None))
+    path = request.record and standard(request.record, OUTPUT)
+    told = header(found, seats, dice, replace(request, peeked=False, branched=None), path)
     if luck(found.name, dice) in shown:
         told = going_on(told, problem)
     request = replace(request, peeked=told.peeked)
-    path = request.record and standard(request.record, OUTPUT)
     removed = 0
     if path is None and (request.keep or HUMAN in seats):
         removed, path = saves.cleared(), saves.new(found.name)
+        names = {name: told_in(who, path) for name, who in told.seats.items()}
+        told = replace(told, problem=told_in(found.name, path), seats=names)
     recorder = None
     if path:
         recorder = Recorder.create(
@@ -139,7 +141,7 @@ def resumed(wanted: Resumption, shown: Collection[Luck] = ()) -> Game:
             raise BadParameter(
                 f"{path}: a seat was played by a {kind}, which the file does not hold"
             )
-    seats, policies = sitting(found.problem, transcript.header.seats, trusted=wanted.trusted)
+    seats, policies = _sitting(transcript, found.problem, trusted=wanted.trusted)
     _answered(found.problem, seats, asks=wanted.asks)
     unattended(transcript, seats, wanted.turns)
     session = replay(transcript, found.problem, policies)
@@ -155,6 +157,7 @@ def resumed(wanted: Resumption, shown: Collection[Luck] = ()) -> Game:
     if not transcript.blocks:
         recorder.turn()
     game = _repeated(found, transcript.header, seats, wanted, recorder)
+    game.warning = altered(transcript, found)
     game.repeats = AGAIN in transcript.last
     game.haunt(ghost)
     return game
@@ -170,10 +173,18 @@ def branched(wanted: Branching, shown: Collection[Luck] = ()) -> Game:
     if wanted.turn > len(past.turns):
         turns = counted(len(past.turns), "turn")
         raise BadParameter(f"--at: got {wanted.turn}, {wanted.path} has {turns}")
-    seats, policies = sitting(found.problem, transcript.header.seats, trusted=wanted.trusted)
+    seats, policies = _sitting(transcript, found.problem, trusted=wanted.trusted)
     _answered(found.problem, seats, asks=wanted.asks)
-    names = dict(zip(found.problem.agents, seats, strict=True))
-    header = replace(transcript.header, seats=names, branched=wanted.turn)
+    told = [told_in(who, wanted.record) for who in seats]
+    names = dict(zip(found.problem.agents, told, strict=True))
+    place = told_in(found.name, wanted.record)
+    header = replace(
+        transcript.header,
+        problem=place,
+        origin=found.origin,
+        seats=names,
+        branched=wanted.turn,
+    )
     header = going_on(header, found.problem, transcript.path)
     if luck(found.name, header.dice) not in shown:
         opened(transcript, found.problem, peek=wanted.peek)
@@ -183,9 +194,20 @@ def branched(wanted: Branching, shown: Collection[Luck] = ()) -> Game:
     recorder = Recorder.create(
         wanted.record, header, session, frame=_framing(transcript), force=wanted.force
     )
+    warning = altered(transcript, found)
     del transcript  # what it holds of every turn is held by both sessions
     _retell(past, wanted.turn, session, recorder)
-    return _repeated(found, header, seats, wanted, recorder)
+    game = _repeated(found, header, seats, wanted, recorder)
+    game.warning = warning
+    return game
+
+
+def _sitting(
+    transcript: Transcript, problem: Problem, *, trusted: bool
+) -> tuple[list[str], list[Policy | None]]:
+    """Who plays on where a transcript leaves off."""
+    folder = ways.beside(Path(transcript.path))
+    return sitting(problem, transcript.header.seats, trusted=trusted, folder=folder)
 
 
 def _repeated(
@@ -196,7 +218,7 @@ def _repeated(
     recorder: Recorder,
 ) -> Game:
     """A game that goes on from a transcript."""
-    asked = repeated(header, seats, recorder.path, wanted.keys)
+    asked = repeated(replace(header, problem=found.name), seats, recorder.path, wanted.keys)
     keyboard = Keyboard(found.problem, people(seats), wanted.keys)
     return Game(found.name, recorder.session, seats, keyboard, recorder, asked)
 
@@ -232,7 +254,7 @@ def retold(game: Game, path: Path) -> None:
         draft = Path(place, path.name)
         framing = frame if asked.frames else None
         recorder = Recorder.create(
-            draft, header(found, game.seats, dice, asked), session, frame=framing
+            draft, header(found, game.seats, dice, asked, path), session, frame=framing
         )
         _retell(played, len(played.turns), session, recorder)
         if played.over:

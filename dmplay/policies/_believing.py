@@ -79,7 +79,7 @@ class Believing(Seated, ABC):
         problem = self.problem
         states = problem.enumerated()
         size = len(states)
-        kinds = len(problem.observations[self.seat])
+        kinds = problem.observation_counts[self.seat]
         choices = [range(many) for many in problem.action_counts]
         choices[self.seat] = range(action, action + 1)
         joints = list(product(*choices))

@@ -47,7 +47,7 @@ class JointPlan(Seated):
     def _foreseen(self) -> Reals:
         """The probability of what is heard and the next state, `[A, A of the other, O, S, S]`."""
         tables = tabulate(self.problem)
-        kinds = len(self.problem.observations[self.seat])
+        kinds = self.problem.observation_counts[self.seat]
         own = tables.seen.reshape(*tables.seen.shape[:2], -1, kinds).sum(axis=3 - self.seat)
         both = tables._replace(observation=own).joint.transpose(1, 2, 0, 3)
         shaped: Reals = both.reshape(*self.problem.action_counts, *both.shape[1:])

@@ -44,8 +44,8 @@ class Sweep(Seated):
 
     def _near(self, observation: Array) -> Bools:
         """Whether a prey was sensed: the first half of the labels say so."""
-        labels = self.problem.observations[self.seat]
-        return np.asarray(observation < len(labels) // len(SENSES))
+        kinds = self.problem.observation_counts[self.seat]
+        return np.asarray(observation < kinds // len(SENSES))
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """The direction."""
@@ -127,8 +127,8 @@ class ByTheSense(Reactive):
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """A direction drawn by the rule; before the first sense it takes it to be nothing."""
-        labels = self.problem.observations[self.seat]
-        each = len(labels) // len(SENSES)
+        kinds = self.problem.observation_counts[self.seat]
+        each = kinds // len(SENSES)
         sense = np.where(memory[0] < 0, SENSES.index("nothing"), memory[0] // each)
         return np.asarray(Categorical.of(self._rule[sense]).sample(u))
 

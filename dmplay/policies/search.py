@@ -35,6 +35,7 @@ class Search(Believing):
         if self.problem.hidden:
             try:
                 belief.prior(self.problem)
+                _ = self.problem.observation_counts
                 first = self.problem.enumerated()[:1]
                 exact(self.problem, first, np.zeros((1, len(self.problem.agents)), np.int64))
             except (BadParameter, TooMuch) as error:

@@ -28,9 +28,10 @@ from dmplay.screen.shown import Room, Shown
 from dmplay.styles import ansi
 from dmplay.transcript.format import end_facts
 from dmplay.transcript.header import header_facts
-from dmplay.views.style import Look
+from dmplay.views.style import Look, whole
 
 COLUMNS = 80  # of a screen
+AROUND = 8  # rows of title, goal, log, message and keys
 DICE = ("seed", "episode")
 CLEAR = "\x1b[H\x1b[2J"
 
@@ -55,6 +56,13 @@ def _told(game: Playback) -> Iterator[list[str]]:
     for before in game.run():
         log.append(game.account.change(game.view(), before))
         yield log
+
+
+def _roomy(game: Playback, room: Room) -> Room:
+    """The room, or a larger one where the picture that a problem brings would not be whole."""
+    most = room.width, room.height - AROUND
+    width, height = whole(game.style, game.view(), *most)
+    return room._replace(width=width, height=height + AROUND)
 
 
 def _last(game: Playback, wanted: Wanted) -> Text:
@@ -212,5 +220,5 @@ def exported(  # noqa: PLR0913 - a file, and what is wanted of it
     game = Playback(file, trusted=trusted, peek=peek)
     if output:
         apart(output, game.transcript.path)
-    room = Room(width or COLUMNS, height or FORMATS[form].rows, ascii_)
+    room = _roomy(game, Room(width or COLUMNS, height or FORMATS[form].rows, ascii_))
     return kept(output, WRITERS[form](game, Wanted(room, turn, hint)), force=force)

@@ -10,8 +10,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from dmplay.core import Interval, Labels
-from dmplay.describe import summary
+from dmplay.core import Interval, Labels, Problem, Texts
+from dmplay.describe import counted, summary
 from dmplay.errors import UnknownName
 from dmplay.finding import agents, problems
 from dmplay.finding.names import problem_names
@@ -29,12 +29,16 @@ Space = str | list[str] | dict[str, float]  # what can be done or seen: words, n
 
 
 def facts() -> list[dict[str, str]]:
-    """Table F.1: every built-in problem with its kind."""
-    rows = []
-    for name in problem_names():
-        problem = problems.load(name)
-        rows.append({"problem": name, "kind": problem.kind} | summary(problem))
-    return rows
+    """Table F.1: every built-in problem with its kind; those that are installed come last."""
+    known = [(name, problems.load(name)) for name in problem_names()]
+    known += [(name, one) for name, one in problems.others() if isinstance(one, Problem)]
+    return [{"problem": name, "kind": one.kind} | summary(one) for name, one in known]
+
+
+def unlisted() -> str:
+    """The installed problems that cannot be loaded, a line each."""
+    told = [f"{name}: {why}" for name, why in problems.others() if isinstance(why, str)]
+    return "\n".join(told)
 
 
 def of_kind(kind: str) -> list[dict[str, str]]:
@@ -127,7 +131,6 @@ class About(NamedTuple):
 def about(name: str, keys: Keys = AS_DRAWN) -> About:
     """Everything about a problem, with the keys in force."""
     problem = problems.load(name)
-    base = name.partition(":")[0]
     return About(
         problem=name,
         kind=problem.kind,
@@ -135,7 +138,7 @@ def about(name: str, keys: Keys = AS_DRAWN) -> About:
         agents=list(problem.agents),
         states=summary(problem)["states"],
         actions=_actions(problem.actions[0]),
-        observations=list(problem.observations[0]) if problem.hidden else "the state",
+        observations=_observed(problem),
         turns=problem.horizon,
         parameters={
             one.name: {
@@ -144,10 +147,20 @@ def about(name: str, keys: Keys = AS_DRAWN) -> About:
             }
             for one in fields(problem)
         },
-        variants=[variant or "standard" for variant in problems.variants(base) or [""]],
+        variants=[variant or "standard" for variant in problems.variants(name) or [""]],
         players={agent: _first_line(make) for agent, make in agents.roster(problem).agents.items()},
         keys=dict(hands(problem, keys).keys),
     )
+
+
+def _observed(problem: Problem) -> Space:
+    """What the first agent observes."""
+    if not problem.hidden:
+        return "the state"
+    known = problem.observations[0]
+    if isinstance(known, Labels):
+        return list(known)
+    return "a line of text" if isinstance(known, Texts) else counted(known.many, "number")
 
 
 def _first_line(make: object) -> str:

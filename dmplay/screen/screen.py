@@ -66,6 +66,7 @@ class Screen:
         self._sit()
         if table.game.people and table.game.asked and table.game.recorder is None:
             self.message = "this game is not kept: there is no place to write to"
+        self.message = table.game.warning or self.message
 
     def _sit(self) -> None:
         """Forgets the game before this one."""
@@ -257,7 +258,7 @@ class Screen:
         """Writes or nudges a number, and plays it on Enter."""
         if key == "enter" and self.number.text:
             with veiled(self.table):
-                self.act(self.game.keyboard.read(self.game.watcher, self.number.taken()))
+                self.act(self.game.keyboard.read(self.game.view(), self.number.taken()))
             return True
         ahead = key == "enter" and self.modes.shows is Mode.AHEAD  # plays what was looked at
         if ahead or not self.number.press(self.game, key):

@@ -8,7 +8,7 @@ import numpy as np
 from dmplay.budget import between
 from dmplay.chance import Ints, Reals
 from dmplay.core import Policy, Problem
-from dmplay.finding.agents import agent, roster
+from dmplay.finding.agents import adviser, agent, roster
 from dmplay.rollouts import rollout
 from dmplay.solutions.solution import Row, Solution
 
@@ -45,10 +45,16 @@ def mean(sample: Reals) -> dict[str, object]:
     return {"mean return": float(sample.mean()), "standard error": float(error)}
 
 
+def _usual(problem: Problem, seat: int) -> str:
+    """Who plays a seat unless somebody is named: whoever advises there, if anybody does."""
+    known = roster(problem, seat)
+    advises = known.quick or (known.adviser if adviser(problem, seat) else None)
+    return advises or known.partner
+
+
 def simulation(problem: Problem, agents: Sequence[str] = ()) -> Solution:
     """What these agents earn, or the usual ones."""
-    usual = [roster(problem, seat) for seat in range(len(problem.agents))]
-    names = agents or [one.quick or one.adviser or one.partner for one in usual]
+    names = agents or [_usual(problem, seat) for seat in range(len(problem.agents))]
     policies = [agent(problem, seat, name) for seat, name in enumerate(names)]
     played = games(problem, policies, episodes=GAMES, turns=problem.horizon)
     rows: list[Row] = [

@@ -78,13 +78,13 @@ def _before(problem: Problem, after: Stage, budget: Budget) -> Stage:
 
 def _many(problem: Problem, after: Stage, seat: int) -> int:
     """How many plans an agent has with one more action in front."""
-    kinds = len(problem.observations[seat])
+    kinds = problem.observation_counts[seat]
     return int(problem.action_counts[seat] * len(after.plans[seat].actions) ** kinds)
 
 
 def _longer(problem: Problem, after: Stage, seat: int) -> Plans:
     """An agent's plans with one more action in front."""
-    many, kinds = problem.action_counts[seat], len(problem.observations[seat])
+    many, kinds = problem.action_counts[seat], problem.observation_counts[seat]
     known = len(after.plans[seat].actions)
     every = np.indices((many, *(known,) * kinds)).reshape(1 + kinds, -1)
     return Plans(every[0], every[1:].T)

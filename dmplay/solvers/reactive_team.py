@@ -97,7 +97,7 @@ class _Hunt:
         self.ends = problem.walks  # [6, i, i']
         self.flights = problem.flights.reshape(size, size, size, size)  # [i, j, p, p']
         seen = problem.observe(states)[:, 0].reshape(size, size, size)[:, 0]
-        self.sense: Ints = seen // (len(problem.observations[0]) // len(SENSES))  # [i, p]
+        self.sense: Ints = seen // (problem.observation_counts[0] // len(SENSES))  # [i, p]
         self.feeds = np.eye(size, dtype=bool)
         caught = problem.captured(states).reshape(size, size, size)
         self.rewards: Reals = np.where(caught, CAPTURED, MOVED)

@@ -41,7 +41,7 @@ class Tree:
         """How many things the seat can see after a turn, as far as nodes tell them apart."""
         problem = self.problem
         if problem.hidden:
-            return len(problem.observations[self.seat])
+            return problem.observation_counts[self.seat]
         if isinstance(problem.states, int) and problem.states <= MOST_SEEN:
             return problem.states
         return 1

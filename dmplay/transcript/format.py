@@ -44,7 +44,7 @@ EVENTS = (*BACK, "help")
 MOST_KNOWN = 4096  # lines that are remembered, to be read or written again
 
 Frame = Callable[[Session], str]
-Numbers = float | list["Numbers"]
+Numbers = float | list[float] | list["Numbers"]
 
 
 def turn_limit(problem: Problem, seats: Collection[str], turns: int | None) -> int | None:
@@ -94,7 +94,8 @@ def _state(problem: Problem, state: Array) -> object:
 
 def _observations(problem: Problem, observed: Array) -> object:
     seen = zip(problem.agents, problem.observations, observed, strict=True)
-    return {agent: labels[o] for agent, labels, o in seen}
+    told = ((agent, kind.fact(o)) for agent, kind, o in seen)
+    return {agent: fact if isinstance(fact, str) else _numbers(fact) for agent, fact in told}
 
 
 def _belief(session: Session) -> Array | None:

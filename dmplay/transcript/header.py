@@ -35,6 +35,7 @@ def _named(value: object) -> bool:
 FORMAT = Kind(f"format {VERSION}", lambda value: type(value) is int and value == VERSION)
 NAME = Kind('a name, such as "hexworld"', lambda value: isinstance(value, str))
 NAMES = Kind('names, such as {"agent": "human"}', _named)
+ORIGIN = Kind("what its problem came from", lambda value: isinstance(value, str))
 VALUES = Kind('values, such as {"slip": 0.2}', lambda value: isinstance(value, dict))
 WHOLE = Kind("a whole number, such as 7", lambda value: type(value) is int and value >= 0)
 FLAG = Kind("true or false", lambda value: type(value) is bool)
@@ -45,7 +46,8 @@ STRICT = Kind('true or false, or "hints"', lambda value: value == "hints" or FLA
 class Header:
     """What game it is and who sat there: a line a field, in this order, unless it is as usual."""
 
-    problem: Annotated[str, NAME]
+    problem: Annotated[str, NAME]  # a path in it told from the transcript's folder
+    origin: Annotated[str, ORIGIN] = ""  # of a file its hash, of another library its version
     parameters: Annotated[Mapping[str, object], VALUES, "set"] = field(default_factory=dict)
     seats: Annotated[Mapping[str, str], NAMES]
     seed: Annotated[int, WHOLE]

@@ -64,13 +64,15 @@ class Report:
     unasked: list[str] = field(default_factory=list)  # whose actions only the file can tell
     peeked: bool = False  # whether what was hidden was shown before the end
     help: dict[str, int] = field(default_factory=dict)  # how often each seat was helped
+    altered: str = ""  # that the problem is not what it was when the game was played
 
     @property
     def told(self) -> str:
         """How much was compared, and what was not."""
         parts = [counted(self.turns, "turn") + ", unfinished" * self.unfinished]
         parts += [f"not re-asked: {', '.join(self.unasked)}"] if self.unasked else []
-        return "; ".join([*parts, *marks(self.help, peeked=self.peeked)])
+        parts += marks(self.help, peeked=self.peeked)
+        return "; ".join([*parts, self.altered] if self.altered else parts)
 
     @property
     def ok(self) -> bool:
@@ -89,4 +91,6 @@ class Report:
             shown.append(f"{path}: {len(self.findings) - len(shown)} more differences")
         if self.findings and all(one.level == "inputs" for one in self.findings):
             shown.append(f"{path}: {LUCK}")
+        if self.findings and self.altered:
+            shown.append(one_line(f"{path}: {self.altered}"))
         return "\n".join(shown)

@@ -30,8 +30,7 @@ def label(problem: Problem, seat: int, observation: Array) -> str:
     """What a seat sees, by name."""
     if not problem.hidden:
         return problem.notation(observation)
-    number = int(observation)
-    return problem.observations[seat][number] if number >= 0 else "nothing yet"
+    return problem.observations[seat].told(observation)
 
 
 def shown(keys: Mapping[str, str], look: Look) -> list[str]:

@@ -1,5 +1,6 @@
 """A grid of characters with styles, drawn as text."""
 
+from rich.style import Style
 from rich.text import Span, Text
 
 from dmplay.budget import Budget
@@ -75,6 +76,25 @@ def written(*rows: str) -> Text:
     for y, row in enumerate(rows):
         canvas.put(0, y, row, "bold")
     return canvas.text()
+
+
+def picture(told: str | Text) -> Text:
+    """A drawing of somebody else's: its rows as they are, its colours, and nothing that moves."""
+    drawn = told if isinstance(told, Text) else Text.from_ansi(told)
+    rows = [*drawn.split("\n", allow_blank=True)]
+    return Text("\n", no_wrap=True).join(map(_cleaned, rows))
+
+
+def _cleaned(row: Text) -> Text:
+    """A row without links, and with an escape for what does not print."""
+    row.expand_tabs(8)
+    plain = "".join(glyph if glyph.isprintable() else "?" for glyph in row.plain)
+    spans = [Span(start, end, _unlinked(style)) for start, end, style in row.spans]
+    return Text(plain, spans=spans, no_wrap=True)
+
+
+def _unlinked(style: str | Style) -> str | Style:
+    return style.update_link(None) if isinstance(style, Style) else style
 
 
 def size(text: Text) -> tuple[int, int]:

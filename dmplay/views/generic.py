@@ -5,11 +5,14 @@ from collections.abc import Iterator
 
 from rich.text import Text
 
+from dmplay.chance import Array
 from dmplay.core import Problem
+from dmplay.errors import BadParameter
+from dmplay.places import place
 from dmplay.session import View
 from dmplay.views._advice import branches, label, loss, losses, ranked, under
 from dmplay.views._belief import bars, words
-from dmplay.views.canvas import Canvas, signed
+from dmplay.views.canvas import Canvas, picture, signed
 from dmplay.views.style import Lesson, Look
 
 TOLD = 3  # states that are told in words
@@ -23,8 +26,28 @@ def seen(view: View[Problem]) -> str:
 
 
 def boards(view: View[Problem], look: Look) -> Iterator[Text]:
+    """The picture that the problem brings; else the observation and the belief; then the actions.
+
+    Of a hidden state there is a picture only once it is told, below what the seat saw.
+    """
+    shown = pictured(view, look.state)
+    if shown is None:
+        yield from _written(view, look)
+    elif view.problem.hidden:
+        yield from (Text("\n\n").join([drawn, shown]) for drawn in _written(view, look))
+        yield from _written(view, look)
+    else:
+        labels, below = view.labels, Canvas()
+        after = branches(view, look, [])
+        _actions(view, below, 0, look)
+        full = Text("\n\n").join([shown, below.text()])
+        yield from under([full], ["", *after] if after else [], look)
+        yield from under([shown], [*losses(look, labels), *after], look)
+
+
+def _written(view: View[Problem], look: Look) -> Iterator[Text]:
     """The observation, the belief where there is one, and the actions with their digits."""
-    labels = view.problem.actions[view.seat].labels
+    labels = view.labels
     after = branches(view, look, _names(view) if view.beliefs is not None else [])
     full, small = _seen(view, look), _seen(view, look)
     y = 2
@@ -38,6 +61,19 @@ def boards(view: View[Problem], look: Look) -> Iterator[Text]:
     yield from under([small.text()], [*losses(look, labels), *after], look)
 
 
+def pictured(view: View[Problem], state: Array | None) -> Text | None:
+    """The picture that a problem brings of a state, of one that is hidden only once it is told."""
+    draw = getattr(view.problem, "picture", None)
+    known = state if view.problem.hidden else view.observation
+    if draw is None or known is None:
+        return None
+    drawn = draw(known)
+    if not isinstance(drawn, str | Text):
+        where = place(type(view.problem), "picture")
+        raise BadParameter(f"{where} picture: got {drawn!r}, expected text, or Text of rich")
+    return picture(drawn)
+
+
 def _seen(view: View[Problem], look: Look) -> Canvas:
     """A drawing of what was seen."""
     canvas = Canvas()
@@ -48,13 +84,16 @@ def _seen(view: View[Problem], look: Look) -> Canvas:
 
 def _actions(view: View[Problem], canvas: Canvas, y: int, look: Look) -> None:
     """What can be done: the best first, with what each loses, where that is told."""
-    actions = view.problem.actions[view.seat]
-    if not actions.labels:
-        canvas.put(0, y, actions.words())
-    longest = max(map(len, actions.labels), default=0)
-    for row, action in enumerate(ranked(look, len(actions.labels)), y):
+    labels = view.labels
+    if not labels:
+        canvas.put(0, y, view.problem.actions[view.seat].words())
+    longest = max(map(len, labels), default=0)
+    order = ranked(look, len(labels))
+    if view.called is not None and view.legal is not None:  # of other states, names say nothing
+        order = [action for action in order if view.legal[action]]
+    for row, action in enumerate(order, y):
         legal = view.legal is None or view.legal[action]
-        name = f"{action + 1} {actions.labels[action]}"
+        name = f"{action + 1} {labels[action]}"
         canvas.put(0, row, name if legal else f"[{name}]")
         canvas.put(longest + 6, row, loss(look, action, BAR), "yellow")
 
@@ -89,7 +128,7 @@ def told(view: View[Problem]) -> str:
 
 def situation(view: View[Problem]) -> str:
     """What was seen last and what can be done."""
-    can = view.problem.actions[view.seat].words(view.legal)
+    can = (view.labels or view.problem.actions[view.seat]).words(view.legal)
     return f"{seen(view)}.{_believed(view)} actions: {can or 'none'}."
 
 

@@ -2,14 +2,14 @@
 
 import importlib
 import importlib.util
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import NamedTuple, Protocol, cast
 
 from rich.text import Text
 
 from dmplay.chance import Array, Reals
 from dmplay.core import Problem
-from dmplay.finding import problems
+from dmplay.finding import modules, problems
 from dmplay.session import View
 from dmplay.views.canvas import plainly, size
 
@@ -103,7 +103,26 @@ def style_of(problem: Problem) -> Style:
     own = problems.stem(problem)
     name = own if own and importlib.util.find_spec(f"dmplay.views.{own}") else "generic"
     # A view is shown games of its own problem alone: the one whose stem it has.
-    return cast(Style, importlib.import_module(f"dmplay.views.{name}"))
+    found = cast(Style, importlib.import_module(f"dmplay.views.{name}"))
+    look, keys = modules.look(problem), modules.keys(problem)
+    if look is None and not keys:
+        return found
+    brought = importlib.import_module("dmplay.views.brought")  # which needs this module
+    return cast(Style, brought.Brought(look, keys))
+
+
+def pictured(style: Style, view: View[Problem], state: Array | None) -> Text | None:
+    """The picture that a problem brings of what a seat sees, of a hidden state once it is told."""
+    draw: Callable[[View[Problem], Array | None], Text | None] | None
+    draw = getattr(style, "pictured", None)
+    return draw(view, state) if draw else None
+
+
+def whole(style: Style, view: View[Problem], columns: int, rows: int) -> tuple[int, int]:
+    """So much room, or more where the picture of a state that is seen needs it."""
+    drawn = pictured(style, view, None)
+    width, height = size(drawn) if drawn else (0, 0)
+    return max(columns, width), max(rows, height)
 
 
 class Needed(Text):

@@ -7,7 +7,9 @@ from difflib import get_close_matches
 from typing import NamedTuple
 
 from dmplay.errors import BadParameter, IllegalAction, UnknownName
+from dmplay.finding.installed import installed
 from dmplay.finding.names import problem_names
+from dmplay.finding.ways import is_file
 from dmplay.game.answer import answer
 from dmplay.game.game import Game
 from dmplay.game.keymap import SHOWN
@@ -83,9 +85,9 @@ def _act(table: Table, argument: str) -> str:
 def _played(table: Table, argument: str) -> str:
     game = table.game
     try:
-        action = game.keyboard.read(game.watcher, argument)
+        action = game.keyboard.read(game.view(), argument)
     except UnknownName:
-        known = game.problem.actions[game.watcher].labels
+        known = game.session.labels(game.watcher)
         word, _, rest = argument.partition(" ")
         if not word or (rest and word.lower() in known):
             told = f"act: got {argument!r}, expected one action; ';' stands between several"
@@ -281,10 +283,16 @@ def _typed(table: Table, line: str) -> str:
     if is_command(word) and not _names_action(table, word):
         return _done(named(word), table, argument.strip())
     if not table.playing:
-        if word.partition(":")[0] not in problem_names():
+        if not _names_problem(word):
             raise UnknownName("command", word, [*(c.name for c in COMMANDS), *problem_names()])
         return of_table.play(table, line)
     return _act(table, line.strip())
+
+
+def _names_problem(word: str) -> bool:
+    """Whether a word is the name of a problem, or a file that may hold one."""
+    base = word.partition(":")[0]
+    return base in problem_names() or is_file(word) or base in installed()
 
 
 def _done(command: Command, table: Table, argument: str) -> str:
@@ -297,4 +305,4 @@ def _done(command: Command, table: Table, argument: str) -> str:
 def _names_action(table: Table, word: str) -> bool:
     if not table.playing:
         return False
-    return word.lower() in table.game.problem.actions[table.game.watcher].labels
+    return word.lower() in map(str.lower, table.game.session.labels(table.game.watcher))

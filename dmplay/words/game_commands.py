@@ -77,8 +77,8 @@ def _played(game: Game, command: str, turns: int) -> str:
 
 
 def look(game: Game, argument: str) -> str:
-    """The situation in sentences."""
-    return game.account.situation(game.view())
+    """The situation in sentences, below the picture where the problem brings one."""
+    return answer([*game.pictured(), game.account.situation(game.view())])
 
 
 def legal(game: Game, argument: str) -> str:
@@ -99,7 +99,7 @@ def legal(game: Game, argument: str) -> str:
 
 def _typed(game: Game, word: str) -> str:
     """The action that a typed word plays: a name before a key."""
-    return game.problem.action_name(game.watcher, game.keyboard.read(game.watcher, word))
+    return game.session.action_name(game.watcher, game.keyboard.read(game.view(), word))
 
 
 def belief(game: Game, argument: str) -> str:
@@ -155,7 +155,7 @@ def whatif(game: Game, argument: str) -> str:
     """What an action may bring about, before it is played."""
     if not argument:
         raise BadParameter("whatif: expected an action")
-    return foresee(game, game.keyboard.read(game.watcher, argument))
+    return foresee(game, game.keyboard.read(game.view(), argument))
 
 
 def foresee(game: Game, action: float) -> str:

@@ -52,7 +52,7 @@ class Sentences(Reporter):
             return
         help_ = "type help, look, legal, or an action."
         print(f"plain mode (from {self._terminal.why}). {clean(game.name)}{seed}. {help_}")
-        print(game.account.situation(game.view()), flush=True)
+        print(*game.pictured(), game.account.situation(game.view()), sep="\n", flush=True)
 
     def turn(self, game: Game) -> None:
         """One line; one for each of several people who see different things, if none looks on."""
@@ -108,6 +108,13 @@ class Objects(Reporter):
         print(json.dumps({"event": event} | facts), flush=True)
 
 
+def _begin(reporter: Reporter, game: Game) -> None:
+    """Tells of a game before its first turn, and what there is to warn of."""
+    reporter.start(game)
+    if game.warning:
+        reporter.words(game.warning)
+
+
 def by_lines(table: Table, terminal: Terminal, stdin: TextIO, reporter: Reporter) -> None:
     """Plays at a table in lines until the game is over, the input ends or the player leaves.
 
@@ -115,7 +122,7 @@ def by_lines(table: Table, terminal: Terminal, stdin: TextIO, reporter: Reporter
     game and raises BadParameter with the line's number.
     """
     table.typed = terminal.typed
-    reporter.start(table.game)
+    _begin(reporter, table.game)
     if table.game.people:
         for number, line in _lines(table, terminal, stdin, reporter):
             try:
@@ -156,7 +163,7 @@ def _do(table: Table, line: str, reporter: Reporter) -> None:
     turns = table.game.session.turns
     if table.game is not game:
         reporter.end(game)
-        reporter.start(table.game)
+        _begin(reporter, table.game)
     elif len(turns) >= max(before, 1) and turns[-1] is not last and not isinstance(words, Page):
         reporter.turn(game)
     elif words:

@@ -10,7 +10,7 @@ from dmplay.game.answer import answer
 from dmplay.game.formats import FORMATS
 from dmplay.game.request import words_of
 from dmplay.game.saves import copied
-from dmplay.game.seats import seat_policy
+from dmplay.game.seats import seat_policy, told_in
 from dmplay.game.start import retold
 from dmplay.game.table import Table
 
@@ -26,13 +26,19 @@ def play(table: Table, argument: str) -> str:
 def load(table: Table, argument: str) -> str:
     """Goes on with a recorded game."""
     said = table.ask(["resume", *words_of(argument)])
-    return said or f"resumed {table.game.name}. turn {len(table.game.session.turns)}."
+    turn = f"turn {len(table.game.session.turns)}."
+    return said or _warned(table, f"resumed {table.game.name}. {turn}")
 
 
 def replay(table: Table, argument: str) -> str:
     """Looks at a recorded game."""
     said = table.ask(["replay", *words_of(argument)])
-    return said or f"replaying {table.game.name}. step, auto and undo move in it."
+    return said or _warned(table, f"replaying {table.game.name}. step, auto and undo move in it.")
+
+
+def _warned(table: Table, answer: str) -> str:
+    """An answer, with what there is to warn of."""
+    return f"{answer} {table.game.warning}." if table.game.warning else answer
 
 
 def seed(table: Table, argument: str) -> str:
@@ -80,11 +86,16 @@ def save(table: Table, argument: str) -> str:
     name = words_of(argument)[0]
     if recorder and game.strict and game.sealed:
         raise BadParameter(f"save: this game is strict, and has no copies; it is {recorder.path}")
-    if recorder and recorder.kept:
+    if recorder and recorder.kept and _near(game.name, recorder.path, Path(name)):
         copied(recorder, Path(name))
     else:
         retold(game, Path(name))
     return f"saved {name}; dmplay resume {quote(name)} goes on"
+
+
+def _near(problem: str, *paths: Path) -> bool:
+    """Whether transcripts there tell of a problem by the same name."""
+    return len({told_in(problem, path) for path in paths}) == 1
 
 
 def branch(table: Table, argument: str) -> str:
@@ -98,7 +109,7 @@ def branch(table: Table, argument: str) -> str:
     if source is None:
         raise BadParameter("branch: no transcript is written; --record FILE writes one")
     at = argument or str(turns)
-    trust = [] if problems.stem(game.problem) else ["--trust"]  # what is played was trusted
+    trust = ["--trust"] if problems.brought(game.problem) else []  # what is played was trusted
     table.ask(["branch", str(source), "--at", at, "-o", str(table.free(source)), *trust])
     return f"on from turn {at}. {table.began()}"
 

@@ -114,7 +114,7 @@ def test_a_hint_for_a_game_of_so_many_turns_plans_no_further(
     problem = dmplay.load(name)
     one = seated(name, Session(problem, dmplay.Dice(11), [None], limit=turns), [HUMAN])
     for key in played:
-        one.choose(one.keyboard.read(0, key))
+        one.choose(one.keyboard.read(one.view(), key))
     assert one.adviser.hint().startswith(hint)
 
 

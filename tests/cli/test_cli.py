@@ -133,7 +133,7 @@ def test_the_seed_is_told_with_the_command_that_plays_again(tmp_path: Path) -> N
         (["resume", "nothing.dmt"], "nothing.dmt: No such file or directory"),
         (["resume"], "no unfinished game in "),
         (["info", "chess"], "unknown problem 'chess'"),
-        (["info", "own.py"], "got 'own.py', expected the problem in it too, as own.py:Problem"),
+        (["info", "own.py"], "no such file: own.py"),
     ],
 )
 def test_bad_input_is_one_clear_line_and_exit_code_2(

@@ -203,7 +203,7 @@ def test_a_lamp_is_switched_on_and_left() -> None:
 def test_a_lamp_goes_where_its_switch_says() -> None:
     played = game(Lamp())
     for action, state in (("wait", "dark"), ("switch", "light"), ("wait", "light")):
-        played.choose(played.keyboard.read(0, action))
+        played.choose(played.keyboard.read(played.view(), action))
         assert played.problem.notation(played.session.state) == state
         assert played.view().observation == played.session.state
     assert [turn.rewards.tolist() for turn in played.session.turns] == [[0.0], [-0.5], [1.0]]
@@ -219,4 +219,4 @@ def test_each_agent_needs_actions_of_its_own(tmp_path: Path) -> None:
     )
     done = run(tmp_path, f"{tmp_path}/pair.py:Tiger")
     assert done.returncode == 2
-    assert done.stderr.endswith(":Tiger: got 1 action sets for 2 agents, one each\n")
+    assert ":10 actions: got 1 action sets for 2 agents, expected one each" in done.stderr

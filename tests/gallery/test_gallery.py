@@ -253,7 +253,7 @@ def test_an_installed_problem_is_listed_last_and_one_that_is_broken_says_so(
     listed = offers()
     assert listed[-1] == Offer("maze", INSTALLED)
     shown = hung(listed=listed, chosen="maze")
-    assert "broken_maze offers no Problem" in "\n".join(drawn(shown))
+    assert "maze offers no Problem" in "\n".join(drawn(shown))
     with pytest.raises(Leave):
         shown.press("enter")
     assert shown.wants == ("play", "maze")

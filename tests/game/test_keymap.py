@@ -98,7 +98,7 @@ def test_keys_of_a_problem_come_before_those_of_its_family() -> None:
 
 def test_typed_words_are_names_before_they_are_keys() -> None:
     made = held("hexworld", Keys("left"))
-    assert made.keyboard.read(0, "e") == made.problem.action(0, "e")
+    assert made.keyboard.read(made.view(), "e") == made.problem.action(0, "e")
     assert made.keyboard.pressed(0, "e") == (0, made.problem.action(0, "ne"))
 
 

@@ -8,12 +8,10 @@ import pytest
 
 from dmplay.chance import Array, Chance, Normal, Reals, Span
 from dmplay.core import exact, exact_start
-from tests.support.cases import (
-    draws,
-    every_problem,
-    load,
-)
-from tests.support.pools import WALK, lists, pool
+from dmplay.laws import extreme
+from dmplay.samples import WALK, finite
+from tests.support.cases import draws, every_problem, load
+from tests.support.pools import keeps, pool
 
 MANY = 5003  # turns from one state, to count what comes of them
 
@@ -89,7 +87,7 @@ def each_spreads(chances: tuple[Chance, ...], u: Reals) -> None:
 def test_starts_come_up_as_often_as_they_should(name: str) -> None:
     problem = load(name)
     u = draws(problem.draws.start, turn=1000, rows=MANY)
-    if not lists(problem.opening(1)):
+    if not finite(problem.opening(1)):
         each_spreads(problem.opening(MANY), u)
         return
     p, states = exact_start(problem)
@@ -104,7 +102,7 @@ def test_outcomes_come_up_as_often_as_they_should(name: str, row: int) -> None:
     s, a = found.s[row : row + 1], found.a[row : row + 1]
     u = draws(problem.draws.step, turn=1000 + row, rows=MANY)
     many, acts = np.repeat(s, MANY, axis=0), np.repeat(a, MANY, axis=0)
-    if not lists(problem.chance(s, a)):
+    if not finite(problem.chance(s, a)):
         each_spreads(problem.chance(many, acts), u)
         return
     listed = exact(problem, s, a)
@@ -117,13 +115,4 @@ def test_outcomes_come_up_as_often_as_they_should(name: str, row: int) -> None:
 
 @every_problem
 def test_the_least_and_the_greatest_draw_give_outcomes_that_can_happen(name: str) -> None:
-    problem, found = load(name), pool(name)
-    for row in (0, 1, 100, 101):
-        s, a = found.s[row : row + 1], found.a[row : row + 1]
-        outcome = problem.step(s, a, found.u[row : row + 1])
-        if lists(problem.chance(s, a)):
-            listed = exact(problem, s, a)
-            possible = listed.probabilities[0] > 0
-            assert keys(*outcome)[0] in keys(*(part[0][possible] for part in listed.outcome))
-        else:
-            assert np.isfinite(outcome.state).all()
+    keeps(name, extreme)

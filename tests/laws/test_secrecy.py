@@ -11,9 +11,10 @@ import pytest
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Percept, Policy, Problem
 from dmplay.dice import Dice
+from dmplay.samples import finite
 from dmplay.session import Session, Turn, View
 from tests.support.cases import anything, every_problem, same, small
-from tests.support.pools import lists, pool
+from tests.support.pools import pool
 from tests.support.seats import seated
 from tests.support.twins import Told, Twins, twins
 
@@ -79,13 +80,13 @@ def alike(problem: Problem, seat: int, policies: list[Policy], pair: Twins) -> N
 @every_problem
 def test_the_twins_of_the_privacy_law_differ_where_they_can(name: str) -> None:
     problem = small(name)
-    finite = lists(problem.chance(pool(name).s[:1], pool(name).a[:1]))
+    listed = finite(problem.chance(pool(name).s[:1], pool(name).a[:1]))
     for seat in range(len(problem.agents)):
         for one, other in twins(name, seat):
             if problem.hidden:
                 assert not same((one.opening, one.draws), (other.opening, other.draws))
                 assert len(problem.agents) == 1 or not same(one.actions, other.actions)
-            elif problem.draws.step and finite:
+            elif problem.draws.step and listed:
                 assert not same(one.draws, other.draws)
 
 

@@ -116,6 +116,7 @@ OUTSIDE: Mapping[str, Sequence[str]] = {
     "figure": ("F.2", ""),
     "agents": ("{problem}", "{problem} --json"),
     "info": ("{problem}", "{problem} --json"),
+    "check": ("{problem}", "{problem} --json"),
     "guide": ("", "agents --raw"),
     "config show": ("", "--json"),
     "config path": ("",),

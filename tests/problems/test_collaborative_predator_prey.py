@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay import belief
+from dmplay import Labels, belief
 from dmplay.core import Percept, Policy, Problem
 from dmplay.errors import BadPolicy, ImpossibleObservation
 from dmplay.finding.agents import roster
@@ -85,7 +85,8 @@ def test_a_sighted_predator_sees_its_hex_too() -> None:
     s, a = problem.parse("(0,0) (1,2) (3,0)")[None], np.array([[E, SW]])
     after = problem.step(s, a, np.array([[STRAIGHT, STRAIGHT, 0.0]]))
     assert problem.notation(after.state[0]) == "(1,0) (1,1) (4,0)"
-    labels = problem.observations[0]
+    (labels, _) = problem.observations
+    assert isinstance(labels, Labels)
     assert [labels[o] for o in after.observations[0]] == ["nothing (1,0)", "nothing (1,1)"]
     near = problem.step(s, a, np.array([[STRAIGHT, STRAIGHT, 0.9]]))
     assert problem.notation(near.state[0]) == "(1,0) (1,1) (2,0)"

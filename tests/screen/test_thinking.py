@@ -193,14 +193,14 @@ def test_ctrl_c_while_an_agent_thinks_ends_the_game_in_lines() -> None:
     assert not isinstance(caught.value, Cancelled)
 
 
-MOVE, LOOK = About("optimal is thinking", move=True), About("thinking of a hint")
+MOVE, HINT = About("optimal is thinking", move=True), About("thinking of a hint")
 
 
 @pytest.mark.parametrize(
     ("about", "acts", "cancels"),
     [
         (MOVE, {"q", "c-d"}, {"c-c", "escape", "backspace", "P", "A"}),
-        (LOOK, {"q", "c-d", "backspace", "P", "A", ":", "h", "?"}, {"c-c", "escape"}),
+        (HINT, {"q", "c-d", "backspace", "P", "A", ":", "h", "?"}, {"c-c", "escape"}),
     ],
 )
 def test_what_a_key_does_meanwhile(about: About, acts: set[str], cancels: set[str]) -> None:

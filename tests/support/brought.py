@@ -111,3 +111,68 @@ class Agent:
     def __init__(self, problem, seat):
         self.begin = self.update = self.choose = print
 """
+
+WALK = '''\
+from dataclasses import dataclass
+
+import numpy as np
+from dmplay import Categorical, Labels, Outcome, Problem
+from dmplay.core import Continuous, Numbers, Texts, parameter
+from dmplay.policies.kinds import Reactive
+from dmplay.policies.roster import Roster
+
+
+@dataclass(frozen=True)
+class Walk(Problem):
+    """Walk to the right end."""
+
+    discount: float = parameter(0.9, "what a later turn counts", 0.0, 1.0)
+    slip: float = 0.1
+    actions = (Labels(("left", "right")),)
+    states, horizon = 5, 20
+    reward_bounds = (0.0, 1.0)
+
+    def opening(self, rows):
+        return ()
+
+    def place(self, rows, events):
+        return np.zeros(rows, int)
+
+    def chance(self, s, a):
+        return (Categorical(np.full((len(s), 1), self.slip)),)
+
+    def move(self, s, a, events):
+        way = np.where(events[0] == 0, 0, 2 * a[:, 0] - 1)
+        moved = np.where(s == 4, 4, np.clip(s + way, 0, 4))
+        paid = ((s < 4) & (moved == 4)).astype(float)
+        return Outcome(moved, paid[:, None], moved)
+
+    def terminal(self, s):
+        return s == 4
+
+    def legal(self, s):
+        return np.stack([s > 0, s >= 0], axis=1)[:, None]
+
+    def notation(self, s):
+        return f"at {int(s)}"
+
+    def parse(self, text):
+        return np.array(int(text.split()[1]))
+
+    def picture(self, s):
+        return "." * int(s) + "@"
+
+
+@dataclass(frozen=True)
+class Patient(Reactive):
+    """Waits for its time."""
+
+    edge: int = parameter(2, "where it turns")
+
+    def choose(self, memory, legal, u):
+        return np.ones(len(u), int)
+
+
+AGENTS = Roster({"patient": Patient}, adviser="patient")
+KEYS = {"l": "right"}
+'''

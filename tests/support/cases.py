@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import dmplay
+from dmplay import samples
 from dmplay.chance import Array, Reals
 from dmplay.core import Policy, Problem
 from dmplay.dice import NATURE, uniforms
@@ -16,7 +17,7 @@ from dmplay.finding.names import problem_names
 from dmplay.policies.general import Random
 from dmplay.session import Past
 
-SEED = 7
+SEED = samples.SEED
 SOME = 4  # turns of a game that is played on for a while
 ROWS = 20_011  # a prime, so that no vector width divides it
 CASES = [
@@ -48,20 +49,12 @@ def draws(count: int, turn: int, rows: int = ROWS, stream: int = NATURE) -> Real
 
 def anything(problem: Problem, s: Array | None, turn: int, rows: int = ROWS) -> Array:
     """Random joint actions `[B, n]`: legal ones in states `s`, or any."""
-    legal = None if s is None else problem.legal(s)
-    chosen = []
-    for seat in range(len(problem.agents)):
-        policy = Random(problem, seat)
-        u = draws(policy.draws, turn, rows, 1 + seat)
-        chosen.append(policy.choose((), None if legal is None else legal[:, seat], u))
-    return np.stack(chosen, axis=1)
+    return samples.actions(problem, s, turn, rows)
 
 
 def frozen(*arrays: Array) -> tuple[Array, ...]:
     """The same arrays, which raise an error where they are written to."""
-    for one in arrays:
-        one.setflags(write=False)
-    return arrays
+    return samples.frozen(*arrays)
 
 
 def same(one: Any, other: Any) -> bool:

@@ -1,48 +1,28 @@
 """Turns that random play comes to, of every kind that a law is to hold in."""
 
-from collections.abc import Iterable
+from collections.abc import Callable
 from functools import cache
-from typing import NamedTuple
 
-import numpy as np
-
-from dmplay.chance import Array, Chance, Normal, Reals, Span
-from tests.support.cases import ROWS, anything, draws, frozen, load
-
-WALK = 12  # turns of random play behind the states of a pool
-LAST = 0.999999999  # the greatest draw
-
-
-class Pool(NamedTuple):
-    """Turns that random play comes to, write-protected."""
-
-    opening: Reals  # [B, draws.start]
-    s: Array  # [B, ...]
-    a: Array  # [B, n], any actions
-    u: Reals  # [B, draws.step], the least and the greatest draws among them
+from dmplay import laws
+from dmplay.breach import Breach, Facts
+from dmplay.core import Problem
+from dmplay.samples import WALK, Turns, turns
+from tests.support.cases import ROWS, anything, frozen, load
 
 
 @cache
-def pool(name: str) -> Pool:
-    """Row r is what the r-th game is at after r % WALK turns."""
+def pool(name: str) -> Turns:
+    """Row r is what the r-th game is at after r % WALK turns; any action, legal or not."""
     problem = load(name)
-    opening = draws(problem.draws.start, turn=0)
-    opening[0], opening[1] = 0.0, LAST
-    s = problem.start(opening)
-    states = s.copy()
-    for turn in range(1, WALK):
-        s = problem.step(s, anything(problem, s, turn), draws(problem.draws.step, turn)).state
-        here = np.arange(ROWS) % WALK == turn
-        states[here] = s[here]
-    u = draws(problem.draws.step, WALK)
-    u[::100], u[1::100] = 0.0, LAST
-    return Pool(*frozen(opening, states, anything(problem, None, WALK), u))
+    return turns(problem, ROWS)._replace(a=frozen(anything(problem, None, WALK))[0])
 
 
-def parts(values: Iterable[Array], rows: slice) -> tuple[Array, ...]:
-    return tuple(value[rows] for value in values)
+def broken(problem: Problem, law: Callable[[], Facts]) -> list[Breach]:
+    """What does not hold of a law."""
+    return [*laws.held(type(problem), law)]
 
 
-def lists(chances: Iterable[Chance]) -> bool:
-    """Whether the outcomes of these can be listed."""
-    return not any(isinstance(chance, Span | Normal) for chance in chances)
+def keeps(name: str, law: Callable[[Problem, Turns], Facts]) -> None:
+    """A built-in problem keeps a law in the turns of its pool."""
+    problem = load(name)
+    assert not broken(problem, lambda: law(problem, pool(name)))

@@ -112,7 +112,7 @@ def test_an_agent_of_ones_own_is_asked_again_only_where_it_is_trusted(tmp_path: 
     path, bot = tmp_path / "game.dmt", f"{tmp_path}/bots.py:Bot"
     (tmp_path / "bots.py").write_text("from dmplay.policies.general import Random as Bot\n")
     recorded(path, "hexworld", bot, turns=1)
-    assert (check(path).unasked, check(path, trusted=True).unasked) == ([bot], [])
+    assert (check(path).unasked, check(path, trusted=True).unasked) == (["bots.py:Bot"], [])
 
 
 def test_a_draw_that_is_not_the_seeds_keeps_the_rules(file: Path) -> None:

@@ -18,7 +18,7 @@ from tests.truth_kinds.case import Case, by_kind
 STATES = ("sated", "hungry")
 PROBLEM: Problem = dmplay.load("crying-baby")
 ACTIONS = CryingBaby.actions[0]
-OBSERVATIONS = PROBLEM.observations[0]
+OBSERVATIONS = CryingBaby.observations[0]
 
 
 def named(values: np.ndarray) -> dict[str, float]:

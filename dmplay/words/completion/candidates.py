@@ -66,7 +66,7 @@ def actions(table: Table) -> list[str]:
     """The labels of the actions of the one who chooses."""
     if not table.playing:
         return []
-    return [*table.game.problem.actions[table.game.watcher].labels]
+    return [*table.game.session.labels(table.game.watcher)]
 
 
 def _specs() -> list[str]:

@@ -10,10 +10,15 @@ SEEDS = 20  # of games played before
 
 
 def problems(word: str = "") -> list[str]:
-    """The problems; once a name stands before a colon, its variants."""
+    """The problems, those that are installed too; once a name stands before a colon, its variants.
+
+    No code but our own is run for them.
+    """
+    from dmplay.finding.installed import installed
+
     base, colon, _ = word.partition(":")
     if not colon or base not in problem_names():
-        return [*problem_names()]
+        return [*problem_names(), *sorted(installed())]
     from dmplay.finding import problems
 
     return [f"{base}:{variant}" for variant in problems.variants(base) if variant]

@@ -1,0 +1,189 @@
+"""Faults that are planted in a problem of somebody's own are found, and their lines told."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+import dmplay
+from dmplay.conformance import check
+from dmplay.errors import DmplayError
+from dmplay.places import blamed
+from dmplay.reports import checked
+from dmplay.sound import COMMANDS
+from dmplay.words import commands
+from tests.support.blocks import TIGER
+from tests.support.brought import WALK, Heap, Key, Vault
+from tests.support.cases import every_problem, load
+
+BASES = {"tiger": TIGER, "walk": WALK}
+
+# base, what is right, what is wrong, a part of the line that is told, and what is told of it
+FAULTS = [
+    # arrays
+    ("tiger", "[[0.85, 0.15]", "[[0.95, 0.15]", "0.95",
+     "tables.observations[listen, left] sums to 1.1, expected 1"),
+    ("tiger", "np.eye(2), ANY", "0.9 * np.eye(2), ANY", "0.9 *",
+     "tables.transition[left, listen] sums to 0.9, expected 1"),
+    ("tiger", "[[0.85, 0.15]", "[[1.15, -0.15]", "1.15",
+     "tables.observations[listen, left, growl-right] is -0.15, expected no negative probability"),
+    ("tiger", "[[[-1], [-100]", "[[[np.nan], [-100]", "np.nan",
+     "tables.rewards: expected numbers, none infinite and none missing"),
+    ("tiger", ", [[-1], [10], [-100]]", "", "np.array([[",
+     "tables.rewards: got shape (1, 3, 1), expected an array of shape (2, 3, 1)"),
+    ("tiger", '("growl-left", "growl-right")', '("growl",)', "0.85",
+     "tables.observations: got shape (3, 2, 2), expected an array of shape (3, 2, 1)"),
+    ("tiger", '("listen", "open-left", "open-right")', '("listen", "open")', "np.stack([np.eye",
+     "tables.transition: got shape (2, 3, 2), expected an array of shape (2, 2, 2)"),
+    ("tiger", '    observations = (Labels(("growl-left", "growl-right")),)\n', "", "0.85",
+     "tables.observations: expected None where no observations are named"),
+    ("tiger", "    names, horizon", "    called, horizon", "class Tiger", "Tiger lacks names"),
+    ("tiger", "    tables = ", "    start_belief = np.array([0.5, 0.6])\n    tables = ",
+     "start_belief", "start_belief sums to 1.1, expected 1"),
+    ("tiger", 'names, horizon = ("left", "right")', 'names, horizon = ("left", "left")', "names,",
+     "names: got ('left', 'left'), expected names, each another"),
+    ("tiger", "tables = Tables(", "tables = (", "tables =", "tables: got tuple"),
+    # names and facts
+    ("tiger", '"open-left", "open-right"', '"open", "open"', "actions =",
+     "actions: got ('listen', 'open', 'open'), expected Labels of names, each another"),
+    ("tiger", '"listen"', '"hint"', "actions =", "actions: got 'hint', which is a command"),
+    ("tiger", '"listen"', '"Quit"', "actions =", "actions: got 'Quit', which is a command"),
+    ("tiger", '"listen"', '"listen,"', "actions =", "got 'listen,', expected no ',;#' in it"),
+    ("walk", '("left", "right")', '("go-on", "go_on")', "actions =",
+     "actions: got go-on, go_on, which are typed alike"),
+    ("walk", 'Labels(("left", "right"))', '("left", "right")', "actions =", "expected Labels"),
+    ("walk", "actions =", 'agents = ("a", "b")\n    actions =', "actions =",
+     "actions: got 1 action sets for 2 agents, expected one each"),
+    ("walk", "states, horizon = 5, 20", "states, horizon = 5, 0", "horizon", "horizon: got 0"),
+    ("walk", "states, horizon = 5, 20", "states, horizon = 2.5, 20", "states,", "states: got 2.5"),
+    ("walk", "states, horizon = 5, 20", "horizon = 20", "class Walk",
+     "states: got 1, expected how many, as move gives state 1"),
+    ("walk", "parameter(0.9,", "parameter(0.9j,", "discount", "discount"),
+    ("walk", 'discount: float = parameter(0.9, "what a later turn counts", 0.0, 1.0)',
+     "discount = 1.5", "discount = 1.5", "discount: got 1.5, expected a number from 0 to 1"),
+    ("walk", "slip: float = 0.1", "slip: float", "@dataclass", "non-default argument 'slip'"),
+    ("walk", "slip: float = 0.1", "slip: object = None", "slip: o", "slip: got NoneType"),
+    ("walk", "slip: float = 0.1", "slip: float = 1.4", "def chance",
+     "chance: got probabilities -0.4 to 1.4, expected 0 to 1"),
+    ("walk", "(0.0, 1.0)\n\n", "(0.0, 0.5)\n\n", "def move",
+     "move: got 0 to 1, expected reward_bounds, 0.0 to 0.5"),
+    # methods
+    ("walk", "    def parse(self, text):\n        return np.array(int(text.split()[1]))\n", "",
+     "class Walk", "Walk lacks parse"),
+    ("walk", "int(text.split()[1])", "int(text.split()[1]) + 1", "def parse",
+     "parse: got array(1)"),
+    ("walk", "text.split()[1]", "text.split()[2]", "text.split()[2]", "IndexError: list index"),
+    ("walk", 'f"at {int(s)}"', 'f"at {int(s)}\\n"', "def notation", "notation: got 'at 0\\n'"),
+    ("walk", 'f"at {int(s)}"', 'f"at {int(s) // 2}"', "def parse",
+     "parse: got 1 from 'at 1', expected 2"),
+    ("walk", "return np.zeros(rows, int)", "return np.zeros(rows - 1, int)", "def place",
+     "place: got array([0]), expected an array, a state for each of 2 rows"),
+    ("walk", "return np.zeros(rows, int)", "return np.full(rows, 7)", "def place",
+     "place: got state 7, expected 0 to 4, as states says"),
+    ("walk", "return s == 4", "return s", "def terminal", "terminal: got array([0, 0])"),
+    ("walk", "paid[:, None]", "paid", "def move", "move: rewards: got shape (2,)"),
+    ("walk", "Outcome(moved, paid[:, None], moved)", "moved", "def move", "expected Outcome("),
+    ("walk", "paid[:, None], moved)", "paid[:, None], s)", "def move",
+     "to be seen, expected the new states"),
+    ("walk", "np.clip(s + way, 0, 4)", "np.clip(s + 2 * way, 0, 9)", "def move",
+     "move: got states 0 to 5, expected 0 to 4, as many as there are"),
+    ("walk", "way = np", "way = missing", "missing", "NameError: name 'missing'"),
+    ("walk", "way = np", "s += 0\n        way = np", "s += 0", "ValueError: output array is read"),
+    ("walk", "((s < 4) & (moved == 4))", "(moved == 4)", "def move",
+     "move: got 1 to 1 after the end, expected 0"),
+    ("walk", "np.where(s == 4, 4, np.clip(s + way, 0, 4))", "np.clip(s + way, 0, 4)", "def move",
+     "another state after the terminal 'at 4', expected it to stay"),
+    ("walk", "np.stack([s > 0, s >= 0]", "np.stack([s > 9, s == 0]", "def legal",
+     "legal: got no action in 'at 1', expected one at least"),
+    ("walk", "astype(float)", "astype(float) + np.random.rand(len(s))", "def move",
+     "from the same draws; expected the same again"),
+    ("walk", "astype(float)", "astype(float) / len(s)", "def move",
+     "expected a row to depend on itself alone"),
+    ("walk", "np.where(events[0] == 0", "np.where(events[0][0] == 0", "def move",
+     "expected a row to depend on itself alone"),
+    ("walk", "    def opening", "    def index(self, s):\n        return 4 - s\n\n    def opening",
+     "def index", "index: got [4, 3, 2, 1, 0], expected 0 to 4 in order"),
+    ("walk", "self.slip)),)", "self.slip)),) * (1 + (s.max() > 0))", "def chance",
+     "draws, expected 1"),
+    ("walk", "    def notation(", "    def called(self, s):\n        return (Labels('aa'),)\n\n"
+     "    def notation(", "def called", "called: got a, a, which are typed alike"),
+    ("walk", "    def notation(", "    def called(self, s):\n        return (Labels('a'),)\n\n"
+     "    def notation(", "def called", "called: got ('a',), expected Labels, a name for each of"),
+    # observations
+    ("walk", "actions =", 'observations = (Labels(("x", "y")),)\n    actions =', "def move",
+     "move: got the observations"),
+    ("walk", "actions =", "observations = (Numbers(2),)\n    actions =", "def move",
+     "expected reals of shape (2, 1, 2)"),
+    ("walk", "actions =", "observations = (Texts(),)\n    actions =", "def move",
+     "expected an array of text of shape (2, 1)"),
+    ("walk", "actions =", 'observations = "xy"\n    actions =', "observations =",
+     "observations: got 'xy', expected Labels, Numbers or Texts"),
+    # the module
+    ("walk", "import numpy as np", "import numpy_as_np", "import numpy_as_np",
+     "ModuleNotFoundError: No module named 'numpy_as_np'"),
+    ("walk", "def opening(self, rows):", "def opening(self, rows)", "def opening", "expected ':'"),
+    ("walk", "@dataclass(frozen=True)\nclass Walk", "@dataclass\nclass Walk", "@dataclass",
+     "TypeError: cannot inherit non-frozen dataclass from a frozen one"),
+    ("walk", "    def opening", "    def __init__(self, size):\n        self.size = size\n\n"
+     "    def opening", "def __init__", "parameters are fields with a default"),
+    ("walk", '{"patient": Patient}', '{"patient": Walk}', "", "AGENTS: patient: got <class"),
+    ("walk", 'adviser="patient"', 'adviser="hasty"', "", "AGENTS: adviser: got 'hasty'"),
+    ("walk", "np.ones(len(u), int)", "np.zeros(len(u), int)", "def choose",
+     "patient: choose: got an action that is not legal"),
+    ("walk", "np.ones(len(u), int)", "np.full(len(u), 2)", "def choose",
+     "patient: choose: got array([2, 2, 2, 2, 2, 2, 2]), expected 0 to 1, an index"),
+    ("walk", '"l": "right"', '"l": "rigth"', "", "KEYS: l: unknown action 'rigth'"),
+    ("walk", 'return "." * int(s) + "@"', "return s.missing", "s.missing", "AttributeError"),
+    ("walk", 'return "." * int(s) + "@"', "return 7", "def picture", "picture: got 7, expected"),
+]  # fmt: skip
+
+
+def told(source: str) -> str:
+    """What is said of a problem in a file here."""
+    Path("own.py").write_text(source)
+    try:
+        return str(checked.report("./own.py", {}, json=False).text)
+    except DmplayError as error:
+        return str(error)
+    except Exception as error:
+        return blamed(error)
+
+
+def test_each_planted_fault_is_found_and_its_line_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.dont_write_bytecode", True)
+    wrong = []
+    for base, right, fault, line, what in FAULTS:
+        assert right in BASES[base], right
+        source = BASES[base].replace(right, fault, 1)
+        rows = source.split("\n")
+        at = next(number for number, row in enumerate(rows, 1) if line in row)
+        where = f"./own.py:{at}" if line else "./own.py"
+        found = told(source)
+        if not found.startswith(where) or what not in found.split("\n")[0]:
+            wrong.append(f"{fault!r}: expected {where} {what}, got {found}")
+    assert not wrong, "\n".join(wrong)
+    assert len(FAULTS) >= 40
+
+
+def test_nothing_is_wrong_with_what_is_right(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.dont_write_bytecode", True)
+    for source in BASES.values():
+        assert told(source) == "ok ./own.py: every law is kept"
+    for problem in (Key(), Heap(), Vault()):
+        assert dmplay.check(problem) == []
+
+
+@every_problem
+def test_a_built_in_problem_keeps_every_law(name: str) -> None:
+    assert check(load(name)) == []
+
+
+def test_no_action_can_have_the_name_of_a_command() -> None:
+    assert {*commands.NAMED} == COMMANDS
+    assert os.sep not in "".join(COMMANDS)
