@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from dmplay.core import Labels
-from dmplay.files.names import Axis, Field
+from dmplay.files.names import Axis, Field, plainly
 from dmplay.files.payments import Payments
 from dmplay.files.preamble import preamble
 from dmplay.files.problem import FromFile, Model
@@ -39,7 +39,7 @@ def read(path: str, raw: bytes, *, team: bool = False) -> FromFile:
     tables = Sparse(rows["T"], np.tile(rewards[:, None], (1, len(told.agents))), rows.get("O"))
     model = Model(
         told.agents,
-        tuple(Labels(labels(axis.names)) for axis in actions.each),
+        tuple(Labels(plainly(axis.names, "action")) for axis in actions.each),
         tuple(Labels(axis.names) for axis in told.observations.each) if told.observations else (),
         states.names,
         told.start,
@@ -47,15 +47,3 @@ def read(path: str, raw: bytes, *, team: bool = False) -> FromFile:
         text.about,
     )
     return FromFile(told.discount, model=model)
-
-
-def labels(names: Sequence[str]) -> list[str]:
-    """Names as those of actions are typed: lower case, `-` for `_`, each another."""
-    found: list[str] = []
-    for name in names:
-        plain = label = name.lower().replace("_", "-")
-        number = 2
-        while label in found:
-            label, number = f"{plain}-{number}", number + 1
-        found.append(label)
-    return found

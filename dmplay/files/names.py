@@ -1,5 +1,6 @@
 """What the names and numbers in a file stand for: states, actions, observations, alone or joint."""
 
+import re
 from collections.abc import Sequence
 from functools import cached_property
 
@@ -24,6 +25,20 @@ def every(places: Places, many: int) -> Ints:
 def budget() -> Budget:
     """What reading a file may cost."""
     return Budget("the file", "a smaller problem")
+
+
+def plainly(names: Sequence[str], what: str) -> list[str]:
+    """Names as they are typed, each another; where they are numbers from 0 on, with a letter."""
+    if list(names) == [*map(str, range(len(names)))]:
+        return [f"{what[0]}{name}" for name in names]
+    found: list[str] = []
+    for name in names:
+        plain = "-".join(re.sub("[_,;=]", " ", name.lower()).split()) or what
+        label, number = plain, 2
+        while label in found:
+            label, number = f"{plain}-{number}", number + 1
+        found.append(label)
+    return found
 
 
 class Axis:

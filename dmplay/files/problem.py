@@ -8,6 +8,7 @@ import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Labels
+from dmplay.matrix_game import MatrixGame
 from dmplay.tabular import Sparse, Tabular
 
 
@@ -57,8 +58,8 @@ class FromFile(Tabular):
 
     @property
     def shared_reward(self) -> bool:
-        """Always: a file has one reward for all."""
-        return True
+        """Whether there are several: a file has one reward for all."""
+        return len(self.agents) > 1
 
     @property
     def start_belief(self) -> Reals:
@@ -84,3 +85,40 @@ class FromFile(Tabular):
     def terminal(self, s: Array) -> Bools:
         """Where nothing can happen any more; where states are hidden that is not told."""
         return self._ends[s]
+
+
+@dataclass(frozen=True, eq=False)
+class Payoffs:
+    """A game in normal form, as a file has it."""
+
+    agents: tuple[str, ...]
+    actions: tuple[Labels, ...]
+    payoffs: Reals  # [A1, ..., An, n]
+    about: str
+
+
+@dataclass(frozen=True)
+class NormalForm(MatrixGame):
+    """A game in normal form that was read from a file, played in rounds."""
+
+    table: Payoffs = field(repr=False, kw_only=True)
+
+    @property
+    def about(self) -> str:
+        """Its title and comment."""
+        return self.table.about
+
+    @property
+    def agents(self) -> tuple[str, ...]:
+        """The players."""
+        return self.table.agents
+
+    @property
+    def actions(self) -> tuple[Labels, ...]:
+        """Their strategies."""
+        return self.table.actions
+
+    @property
+    def payoffs(self) -> Reals:
+        """The rewards `[A1, ..., An, n]`."""
+        return self.table.payoffs
