@@ -14,7 +14,7 @@ HOUSE = HERE.parent / "dmplay"
 FLOORS = (
     "errors", "places", "disk", "budget", "thought", "chance", "core", "dice", "describe", "hexes",
     "matrix_game", "rows", "tabular", "breach", "arrays", "sound", "belief", "session",
-    "rollouts", "laws", "problems",
+    "rollouts", "laws", "problems", "files",
     "solvers", "policies", "transcript", "finding", "terminal", "signals", "styles", "views",
     "figures", "solutions", "advice", "game", "conformance", "records", "words", "screen",
     "gallery", "reports", "prompt", "front", "cli", "pytest_plugin", "__main__",

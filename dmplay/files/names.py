@@ -24,7 +24,7 @@ def every(places: Places, many: int) -> Ints:
 
 def budget() -> Budget:
     """What reading a file may cost."""
-    return Budget("the file", "a smaller problem")
+    return Budget("reading it", "try a smaller problem")
 
 
 def plainly(names: Sequence[str], what: str) -> list[str]:
@@ -107,7 +107,7 @@ class Joint:
     def __init__(self, each: Sequence[Axis]) -> None:
         self.each = tuple(each)
         self.counts = tuple(map(len, each))
-        self.what = f"joint {each[0].what}"
+        self.what = f"joint {each[0].what}" if len(each) > 1 else each[0].what
         self._found: dict[tuple[str, ...], Places] = {}
 
     def __len__(self) -> int:
@@ -133,11 +133,11 @@ class Joint:
 
     def _picked(self, part: Part) -> Places:
         words = part.words
+        if len(self.each) == 1:
+            return self.each[0].picked(part)
         if len(words) == len(self.each):
             parts = [part.slice(n, n + 1) for n in range(len(words))]
             told = [axis.picked(one) for axis, one in zip(self.each, parts, strict=True)]
-            if len(told) == 1:
-                return told[0]
             each = [
                 range(len(a)) if n is None else [n] for a, n in zip(self.each, told, strict=True)
             ]

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from dmplay.files.names import Field, Places
-from dmplay.files.words import Part, Text, whole
+from dmplay.files.words import Part, Text
 
 BEGINS = re.compile(r"(?<!\S)([TOR])\s*:")
 WORDS = {"T": ("uniform", "identity", "reset"), "O": ("uniform", "reset"), "R": ()}
@@ -65,6 +65,8 @@ def _statement(kind: str, at: int, part: Part, fields: Sequence[Field], *, team:
     values = last.slice(wide)
     if len(parts) < 1 + (kind == "R") or not values.words:
         raise values.fault(0, f"expected {_expected(kind, len(parts))}")
+    if not _number(values.words[0]) and WORDS[kind]:
+        values.slice(0, 1).one_of("word", WORDS[kind])
     places = [field.picked(one) for field, one in zip(fields, parts, strict=False)]
     return Statement(kind, at, places, values)
 
@@ -81,18 +83,18 @@ def _width(
         return 0
     without = len(words) == count(kind, fields, named)
     among = len(words) - 1 == count(kind, fields, named + 1)
-    if fields[named].holds(words[:1]):
-        return 1 if among or not without else 0
-    return 0 if without or _real(words[0]) else 1
+    if not _number(words[0]):  # a name, perhaps a wrong one
+        return 1
+    counts = fields[named].holds(words[:1]) and (among or not without)
+    return 1 if counts else 0
 
 
-def _real(word: str) -> bool:
-    """Whether a word is a number that counts nothing."""
+def _number(word: str) -> bool:
     try:
         float(word)
     except ValueError:
         return False
-    return whole(word) is None
+    return True
 
 
 def count(kind: str, fields: Sequence[Field], named: int) -> float:

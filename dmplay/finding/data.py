@@ -6,7 +6,7 @@ from pathlib import Path
 
 from dmplay import disk
 from dmplay.core import Problem
-from dmplay.errors import BadParameter
+from dmplay.errors import BadParameter, TooMuch
 from dmplay.files import gambit, markov
 from dmplay.finding import guests
 from dmplay.finding.ways import Found
@@ -25,7 +25,10 @@ def find(name: str) -> Found:
     if path.suffix.lower() == ".efg":  # which OpenSpiel reads
         found = guests.find(f"openspiel:efg_game(filename={name})")
         return Found(name, found.problem, f"{origin}, {found.origin}")
-    return Found(name, _read(name, raw), origin)
+    try:
+        return Found(name, _read(name, raw), origin)
+    except TooMuch as error:
+        raise BadParameter(f"{name}: {error}") from None
 
 
 @lru_cache(maxsize=2)
