@@ -10,7 +10,7 @@ from dmplay.files.payments import Payments
 from dmplay.files.preamble import preamble
 from dmplay.files.problem import FromFile, Model
 from dmplay.files.shares import Shares
-from dmplay.files.statements import beginning, statements
+from dmplay.files.statements import Form, beginning, statements
 from dmplay.files.words import Text
 from dmplay.tabular import Sparse
 
@@ -27,13 +27,14 @@ def read(path: str, raw: bytes, *, team: bool = False) -> FromFile:
     if told.observations:
         fields["O"] = (actions, states, told.observations)
     fields["R"] = (actions, states, states, told.observations or NOTHING)
-    shares = {kind: Shares(kind, fields[kind], told.start) for kind in fields if kind != "R"}
-    payments = Payments(fields["R"])
-    for said in statements(text, fields, team=team):
-        if said.kind == "R":
+    forms = {kind: Form(kind, named, team=team) for kind, named in fields.items()}
+    shares = {kind: Shares(form, told.start) for kind, form in forms.items() if kind != "R"}
+    payments = Payments(forms["R"])
+    for said in statements(text, forms):
+        if said.form.kind == "R":
             payments.tell(said)
         else:
-            shares[said.kind].tell(said)
+            shares[said.form.kind].tell(said)
     rows = {kind: one.rows(text) for kind, one in shares.items()}
     rewards = payments.rewards(rows["T"]) * (-1.0 if told.cost else 1.0) + 0.0
     tables = Sparse(rows["T"], np.tile(rewards[:, None], (1, len(told.agents))), rows.get("O"))

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Sequence
 from functools import cached_property
+from math import prod
 
 import numpy as np
 
@@ -108,10 +109,11 @@ class Joint:
         self.each = tuple(each)
         self.counts = tuple(map(len, each))
         self.what = f"joint {each[0].what}" if len(each) > 1 else each[0].what
+        self._many = prod(self.counts)
         self._found: dict[tuple[str, ...], Places] = {}
 
     def __len__(self) -> int:
-        return int(np.prod(self.counts, dtype=float))
+        return self._many
 
     def name(self, place: int) -> str:
         """The names of one's parts."""
@@ -138,9 +140,9 @@ class Joint:
         if len(words) == len(self.each):
             parts = [part.slice(n, n + 1) for n in range(len(words))]
             told = [axis.picked(one) for axis, one in zip(self.each, parts, strict=True)]
-            each = [
-                range(len(a)) if n is None else [n] for a, n in zip(self.each, told, strict=True)
-            ]
+            if all(n is None for n in told):
+                return None
+            each = [every(n, many) for n, many in zip(told, self.counts, strict=True)]
             found = np.ravel_multi_index(np.ix_(*each), self.counts).reshape(-1)
             return int(found[0]) if len(found) == 1 else found
         if len(words) == 1 and words[0] == ANY:

@@ -7,8 +7,8 @@ import numpy as np
 
 from dmplay.budget import ROUND
 from dmplay.chance import Bools, Ints, Reals
-from dmplay.files.names import Field, Places, budget, every
-from dmplay.files.statements import Statement
+from dmplay.files.names import Places, budget, every
+from dmplay.files.statements import Form, Statement
 from dmplay.rows import Rows
 
 LINE = ROUND / 100  # what a line takes beside its numbers
@@ -17,8 +17,8 @@ LINE = ROUND / 100  # what a line takes beside its numbers
 class Payments:
     """The array R: what was told of it, by state and action or by what follows too."""
 
-    def __init__(self, fields: Sequence[Field]) -> None:
-        self._actions, self._states, _, self._kinds = (len(field) for field in fields)
+    def __init__(self, form: Form) -> None:
+        self._actions, self._states, _, self._kinds = (len(field) for field in form.fields)
         self._told: list[tuple[Statement, Reals]] = []
         self._wide = 1  # 2 where a line names the next state, 3 where what is observed
 

@@ -1,16 +1,15 @@
 """Rows of probabilities that the lines of a file tell, the later over the earlier."""
 
 from array import array
-from collections.abc import Sequence
 from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from dmplay.chance import Ints, Reals
 from dmplay.errors import BadFile
-from dmplay.files.names import Field, budget, every
+from dmplay.files.names import budget, every
 from dmplay.files.preamble import EXACT, SUMS
-from dmplay.files.statements import Statement
+from dmplay.files.statements import Form, Statement
 from dmplay.files.words import Text
 from dmplay.rows import Rows
 
@@ -31,11 +30,12 @@ class _Told(NamedTuple):
 class Shares:
     """The array T, rows state by action, or O, rows action by state: what was told of it so far."""
 
-    def __init__(self, kind: str, fields: Sequence[Field], start: Reals) -> None:
-        self._kind = kind
-        self._fields = fields
+    def __init__(self, form: Form, start: Reals) -> None:
+        self._kind = form.kind
+        self._fields = fields = form.fields
         self._start = start
         self._actions, self._states, self._columns = (len(field) for field in fields)
+        self._every = np.arange(self._columns)
         self._size = self._actions * self._states
         budget().hold(float(BYTES) * self._size)
         self._told: list[_Told] = []
@@ -49,6 +49,8 @@ class Shares:
         match said.places:
             case [int(action), int(state), int(column)]:
                 self._tell_one(action, state, column, said)
+            case [int(action), int(state)] if not said.word:
+                self._tell_row(self._number(action, state), said)
             case _:
                 self._tell_many(said)
 
@@ -59,6 +61,13 @@ class Shares:
         columns.append(column)
         values.append(said.values.probability())
         self._at[rows[-1]] = said.at
+
+    def _tell_row(self, row: int, said: Statement) -> None:
+        """Takes the numbers of a row."""
+        values = said.values.probabilities(self._columns)
+        self._flush()
+        self._at[row], self._anew[row] = said.at, self._many
+        self._add(_Told(np.full(self._columns, row), self._every, values))
 
     def _tell_many(self, said: Statement) -> None:
         """Takes the numbers of several columns, or of several rows."""
@@ -71,6 +80,8 @@ class Shares:
         rows = self._number(actions[:, None], states).reshape(-1)
         self._at[rows] = said.at
         if len(said.places) < 3:
+            if len(rows) == self._size:
+                self._told, self._many = [], 0
             self._anew[rows] = self._many
         s, column, values = self._said(said, states, columns)
         row = self._number(actions[:, None], s).reshape(-1)

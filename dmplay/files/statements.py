@@ -1,20 +1,35 @@
 """The lines `T:`, `O:` and `R:` of a file: which of its arrays' numbers they say, and what."""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from math import inf, prod
 from typing import NamedTuple
 
 from dmplay.files.names import Field, Places
-from dmplay.files.words import Part, Text
+from dmplay.files.words import Part, Text, is_number
 
 BEGINS = re.compile(r"(?<!\S)([TOR])\s*:")
 WORDS = {"T": ("uniform", "identity", "reset"), "O": ("uniform", "reset"), "R": ()}
 
 
+class Form:
+    """What the lines of a kind name, and how many numbers follow once so many are named."""
+
+    def __init__(self, kind: str, fields: Sequence[Field], *, team: bool) -> None:
+        self.kind = kind
+        self.fields = fields
+        self.team = team  # a colon stands before the numbers
+        self.words = WORDS[kind]
+        self.least = 2 if kind == "R" else 1  # fields that are named
+        sizes = [float(len(field)) for field in fields]
+        counts = [prod(sizes[named:]) for named in range(len(fields) + 1)]
+        self.counts = [inf] * self.least + counts[self.least :]
+
+
 class Statement(NamedTuple):
     """One of these lines: what it names of each field, and the numbers or the word that follow."""
 
-    kind: str
+    form: Form
     at: int
     places: Sequence[Places]
     values: Part
@@ -23,7 +38,7 @@ class Statement(NamedTuple):
     def word(self) -> str:
         """The word in place of numbers; '' where there are numbers."""
         words = self.values.words
-        return words[0] if len(words) == 1 and words[0] in WORDS[self.kind] else ""
+        return words[0] if len(words) == 1 and words[0] in self.form.words else ""
 
 
 def beginning(text: Text) -> int:
@@ -34,80 +49,53 @@ def beginning(text: Text) -> int:
     return found.start()
 
 
-def statements(
-    text: Text, fields: dict[str, Sequence[Field]], *, team: bool
-) -> Iterator[Statement]:
-    """Every one of these lines in order; `fields` are what each kind names."""
+def statements(text: Text, forms: Mapping[str, Form]) -> Iterator[Statement]:
+    """Every one of these lines, in order."""
     found = [*BEGINS.finditer(text.content)]
     ends = [one.start() for one in found[1:]] + [len(text.content)]
     for one, end in zip(found, ends, strict=True):
-        part = Part.between(text, one.end(), end)
-        if one[1] not in fields:
-            raise text.fault(one.start(), "got O:, but the file names no observations")
-        yield _statement(one[1], one.start(), part, fields[one[1]], team=team)
+        if one[1] not in forms:
+            raise text.fault(one.start(), f"got {one[1]}:, but the file names no observations")
+        yield _statement(forms[one[1]], one.start(), Part.between(text, one.end(), end))
 
 
-def _statement(kind: str, at: int, part: Part, fields: Sequence[Field], *, team: bool) -> Statement:
+def _statement(form: Form, at: int, part: Part) -> Statement:
     """One line, read: its last field stands before a colon, or before the numbers."""
-    words = part.words
-    colons = [number for number, word in enumerate(words) if word == ":"]
-    begins = [0, *(number + 1 for number in colons)]
-    ends = [*colons, len(words)]
-    most = len(fields)
-    if len(begins) > most + 1:
-        raise part.fault(colons[most], f"got a colon, expected {most} fields in a line {kind}:")
-    last = part.slice(begins[-1], len(words))
-    named = len(begins) - 1
-    wide = _width(kind, last.words, fields, named, team=team)
-    parts = [part.slice(first, end) for first, end in zip(begins[:-1], ends, strict=False)]
+    words, first = part.words, 0
+    places: list[Places] = []
+    for field in form.fields:
+        if ":" not in words[first:]:
+            break
+        colon = words.index(":", first)
+        places.append(field.picked(part.slice(first, colon)))
+        first = colon + 1
+    wide = _width(form, part.slice(first), len(places))
     if wide:
-        parts.append(last.slice(0, wide))
-    values = last.slice(wide)
-    if len(parts) < 1 + (kind == "R") or not values.words:
-        raise values.fault(0, f"expected {_expected(kind, len(parts))}")
-    if not _number(values.words[0]) and WORDS[kind]:
-        values.slice(0, 1).one_of("word", WORDS[kind])
-    places = [field.picked(one) for field, one in zip(fields, parts, strict=False)]
-    return Statement(kind, at, places, values)
+        places.append(form.fields[len(places)].picked(part.slice(first, first + wide)))
+    values = part.slice(first + wide)
+    if len(places) < form.least:
+        raise values.fault(0, f"expected {form.least} names, each before a colon, then numbers")
+    if not values.words:
+        raise values.fault(0, f"expected {', '.join(('numbers', *form.words))}")
+    if form.team and not is_number(values.words[0]) and is_number(values.words[-1]):
+        last = len(values.words) - 1
+        raise values.fault(last, f"got {values.words[last]!r}, expected a colon before it")
+    if form.words and not is_number(values.words[0]):
+        values.slice(0, 1).one_of("word", form.words)
+    return Statement(form, at, places, values)
 
 
-def _width(
-    kind: str, words: Sequence[str], fields: Sequence[Field], named: int, *, team: bool
-) -> int:
+def _width(form: Form, part: Part, named: int) -> int:
     """How many words after the last colon still name a field: 0 where all are values."""
-    if not words or named == len(fields):
+    words = part.words
+    if not words or named == len(form.fields):
         return 0
-    if words[-1] in WORDS[kind]:
+    if words[-1] in form.words:
         return len(words) - 1
-    if team:  # a colon stands before the values
-        return 0
-    without = len(words) == count(kind, fields, named)
-    among = len(words) - 1 == count(kind, fields, named + 1)
-    if not _number(words[0]):  # a name, perhaps a wrong one
-        return 1
-    counts = fields[named].holds(words[:1]) and (among or not without)
-    return 1 if counts else 0
-
-
-def _number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
-
-
-def count(kind: str, fields: Sequence[Field], named: int) -> float:
-    """How many numbers follow once so many fields are named; infinity where none can."""
-    if named < 1 + (kind == "R"):
-        return float("inf")
-    many = 1.0
-    for field in fields[max(named, 1) :]:
-        many *= len(field)
-    return many
-
-
-def _expected(kind: str, named: int) -> str:
-    if kind == "R" and named < 2:
-        return "an action and a state, each before a colon, and then rewards"
-    return "numbers" + "".join(f", {word}" for word in WORDS[kind])
+    if form.team or not is_number(words[0]):  # a name, perhaps a wrong one
+        return int(not form.team)
+    without, among = len(words) == form.counts[named], len(words) - 1 == form.counts[named + 1]
+    held = form.fields[named].holds(words[:1])
+    if without and among:  # of two states: a row on a line of its own, or a state and its number
+        return int(held and not part.begins_line)
+    return int(held and not without)

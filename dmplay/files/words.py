@@ -1,17 +1,18 @@
 """The words of a file, and the line and column of each that is at fault."""
 
-import math
 import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from itertools import islice, pairwise, takewhile
+from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.chance import Reals
+from dmplay.chance import Bools, Reals
 from dmplay.errors import BadFile, UnknownName
 
 COMMENT = re.compile("#[^\n]*")
+ROUNDED = 1e-9  # more than 1 that a probability may be
 WORD = re.compile(r"[^\s:]+|:")
 
 
@@ -38,8 +39,7 @@ class Text:
         return BadFile(self.path, line, column, str(what))
 
 
-@dataclass(frozen=True)
-class Part:
+class Part(NamedTuple):
     """Some words of a file, each after the other, from a place on and some words after it."""
 
     text: Text
@@ -72,6 +72,12 @@ class Part:
         """Some of the words."""
         return Part(self.text, self.at, self.words[first:last], self.skipped + first)
 
+    @property
+    def begins_line(self) -> bool:
+        """Whether the first word is the first of its line."""
+        row = self.text.content[: self.place(0)].rpartition("\n")[2]
+        return not row.strip()
+
     def lines(self) -> list["Part"]:
         """The words of each line that has any."""
         places = [found.start() for found in self._found()][self.skipped :]
@@ -81,30 +87,41 @@ class Part:
 
     def numbers(self, expected: int) -> Reals:
         """So many finite numbers, which are all the words."""
-        try:
-            found = np.array(self.words, float)
-        except ValueError:
-            found = np.array([_number(word) for word in self.words])
-        if not np.isfinite(found).all():
-            number = int(np.argmin(np.isfinite(found)))
-            raise self.fault(number, f"got {self.words[number]!r}, expected a number")
-        if len(found) != expected:
-            got = f"got {len(found)} number{'s' * (len(found) != 1)}"
-            raise self.fault(min(len(found), expected), f"{got}, expected {expected}")
+        found = self._reals()
+        if len(found) != expected or not np.isfinite(found).all():
+            raise self._fault(np.isfinite(found), expected, "a number")
         return found
 
     def probabilities(self, expected: int) -> Reals:
         """So many numbers from 0 to 1."""
-        found = self.numbers(expected)
-        good = (found >= 0) & (found <= 1 + 1e-9)
-        if not good.all():
-            number = int(np.argmin(good))
-            raise self.fault(number, f"got {self.words[number]}, expected a probability, 0 to 1")
+        found = self._reals()
+        good = (found >= 0) & (found <= 1 + ROUNDED)
+        if len(found) != expected or not good.all():
+            raise self._fault(good, expected, "a probability, 0 to 1")
         return found
 
     def probability(self) -> float:
         """The one number, from 0 to 1."""
+        if len(self.words) == 1 and is_number(self.words[0]):
+            value = float(self.words[0])
+            if 0 <= value <= 1 + ROUNDED:
+                return value
         return float(self.probabilities(1)[0])
+
+    def _reals(self) -> Reals:
+        """The numbers that the words are; NaN for one that is none."""
+        try:
+            return np.array(self.words, float)
+        except ValueError:
+            return np.array([float(one) if is_number(one) else np.nan for one in self.words])
+
+    def _fault(self, good: Bools, expected: int, what: str) -> BadFile:
+        """The error of the first word that is not good, or of too many or too few."""
+        if not good.all():
+            number = int(np.argmin(good))
+            return self.fault(number, f"got {self.words[number]!r}, expected {what}")
+        got = f"got {len(good)} number{'s' * (len(good) != 1)}"
+        return self.fault(min(len(good), expected), f"{got}, expected {expected}")
 
     def one_of(self, what: str, known: Collection[str]) -> str:
         """The one word, which must be one of these."""
@@ -114,11 +131,13 @@ class Part:
         return self.words[0]
 
 
-def _number(word: str) -> float:
+def is_number(word: str) -> bool:
+    """Whether a word is a number."""
     try:
-        return float(word)
+        float(word)
     except ValueError:
-        return math.nan
+        return False
+    return True
 
 
 def whole(word: str) -> int | None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from dmplay import belief
 from dmplay.budget import Budget
-from dmplay.core import Problem
+from dmplay.core import Labels, Problem
 from dmplay.errors import BadParameter
 from dmplay.files.names import plainly
 from dmplay.files.preamble import KEYS, LISTS
@@ -65,7 +65,7 @@ def _markov(problem: Problem, about: str, *, team: bool) -> Iterator[str]:
         raise BadParameter("its agents are paid differently, and a .dpomdp has one reward for all")
     states = allowed([problem.notation(s) for s in problem.enumerated()], "state")
     actions = [allowed(plainly(known.labels, "action"), "action") for known in problem.actions]
-    seen = [allowed(labels, "observation") for labels in problem.observations]
+    seen = [allowed(known, "observation") for known in _labels(problem)]
     if team and not problem.hidden:
         seen = [states] * len(problem.agents)
         tables = tables._replace(observation=_sight(problem, tables))
@@ -90,6 +90,11 @@ def _markov(problem: Problem, about: str, *, team: bool) -> Iterator[str]:
     if tables.observation:
         yield from _rows("O", line, tables.observation, len(states))
     yield from _rewards(line, tables)
+
+
+def _labels(problem: Problem) -> list[Labels]:
+    """What each agent observes; tables are of nothing else."""
+    return [known for known in problem.observations if isinstance(known, Labels)]
 
 
 def _tables(problem: Problem) -> Sparse:
@@ -130,7 +135,7 @@ def _rewards(line: _Line, tables: Sparse) -> Iterator[str]:
     for place in np.flatnonzero(paid):
         s, a = divmod(int(row[place // each]), many)
         after = "*" if narrow else line.states[int(flow.columns[place // each])]
-        seen = line.every if each == 1 else line.observations[place % each]
+        seen = line.every if each == 1 else line.observations[int(place % each)]
         yield line.said("R", line.actions[a], line.states[s], after, seen, paid[place])
 
 

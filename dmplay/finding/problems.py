@@ -61,7 +61,7 @@ def found(
     name: str, given: Mapping[str, object], *, trusted: bool = True, folder: Path = HERE
 ) -> Loaded:
     """The problem of this name as it is."""
-    name = moved(name, folder, HERE)
+    name = name if folder == HERE else moved(name, folder, HERE)
     way = _way(name)
     if not (way.safe or trusted):
         raise UnknownName("built-in problem", name, problem_names())
