@@ -15,6 +15,9 @@ from dmplay.finding.problems import load
 from dmplay.rows import Rows
 from dmplay.sound import sound
 from dmplay.tabular import Sparse, tabulate
+from dmplay.transcript.format import turn_facts
+from dmplay.views import generic
+from dmplay.views.style import Look, fit
 
 STATES, ACTIONS, SEEN, REACHED = 5000, 10, 20, 6
 
@@ -72,6 +75,20 @@ def test_many_states_take_as_many_numbers_as_can_happen() -> None:
     assert np.count_nonzero(belief) < STATES / 2
     np.testing.assert_allclose(belief.sum(), 1)
     assert belief[int(game.state)] > 0
+
+
+def test_of_many_states_the_likeliest_ten_are_shown_and_what_is_left() -> None:
+    view = played(Maze(), 3).view(0)
+    drawn = fit(generic, view, Look(80, 24)).plain.splitlines()
+    told = [row.split() for row in drawn if row.startswith("room")]
+    others = next(row.split() for row in drawn if " others " in row)
+    assert len(told) == 10
+    assert int(others[0]) == np.count_nonzero(view.belief) - 10
+    shown = sum(float(row[-1]) for row in told)
+    np.testing.assert_allclose(float(others[-1]), 1 - shown, atol=0.006)
+    assert generic.situation(view).count("room") == 3
+    transcribed = played(Maze(), 1)
+    assert "belief" not in turn_facts(transcribed)
 
 
 def test_what_needs_arrays_refuses_many_states_in_one_line() -> None:

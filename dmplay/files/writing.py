@@ -141,7 +141,7 @@ def _rewards(line: _Line, tables: Sparse) -> Iterator[str]:
 
 def _start(problem: Problem, states: Sequence[str], blank: str) -> str:
     """The line of the first state: one, any, or how likely each."""
-    p = problem.start_belief if isinstance(problem, Tabular) else belief.prior(problem)
+    p = belief.prior(problem)
     if (p == p[0]).all() and len(p) > 1:
         return f"start:{blank}uniform\n"
     if p.max() == 1 and not states[int(p.argmax())].isdecimal():
