@@ -8,6 +8,7 @@ import numpy as np
 from dmplay.chance import Reals
 from dmplay.core import Problem, exact_start, placed
 from dmplay.errors import ImpossibleObservation
+from dmplay.tabular import Tabular
 
 
 class Posterior(NamedTuple):
@@ -29,6 +30,8 @@ def bayes(joint: Reals) -> Posterior:
 
 def prior(problem: Problem) -> Reals:
     """The belief `[S]` before the first turn: the distribution of the start state."""
+    if isinstance(problem, Tabular):
+        return problem.start_belief.astype(float)
     p, states = exact_start(problem)
     size = len(problem.enumerated())
     return np.bincount(placed(problem, states), p, minlength=size).astype(float)

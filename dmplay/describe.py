@@ -1,6 +1,7 @@
 """A problem in one line, as table F.1 of the book has it, derived from its facts."""
 
 import math
+from dataclasses import fields
 
 from dmplay.core import Continuous, Labels, Numbers, Problem, Sight
 
@@ -12,6 +13,8 @@ def varies(problem: Problem, fact: str) -> bool:
 
     Of what is made of arrays, the states are as many as have names.
     """
+    if {one.name for one in fields(problem) if one.repr} <= {"discount"}:
+        return False
     home = next(kind for kind in type(problem).__mro__ if fact in vars(kind))
     if home.__module__ == "dmplay.tabular":
         return varies(problem, "names")

@@ -9,7 +9,8 @@ DmplayError
 |-- BadPolicy (RuntimeError)             a policy that does not keep its contract
 |-- TooMuch (RuntimeError)               a computation beyond its budget of work or memory
 |-- LostGames (RuntimeError)            games whose worker died each time they were played
-|-- BadTranscript (ValueError)           a file that is not a transcript: line and column
+|-- BadFile (ValueError)                 a file that is not in its format: line and column
+|   `-- BadTranscript                    a transcript that is not
 `-- TranscriptMismatch (AssertionError)  a transcript whose replay differs
 """
 
@@ -74,8 +75,8 @@ class LostGames(DmplayError, RuntimeError):
         return f"games {told} were lost: {self.why}"
 
 
-class BadTranscript(DmplayError, ValueError):
-    """A file that is not a transcript, with the line and column of the first fault."""
+class BadFile(DmplayError, ValueError):
+    """A file that is not in its format, with the line and column of the first fault."""
 
     def __init__(self, path: str, line: int, column: int | None, what: str) -> None:
         super().__init__(path, line, column, what)
@@ -84,6 +85,10 @@ class BadTranscript(DmplayError, ValueError):
     def __str__(self) -> str:
         column = "" if self.column is None else f"{self.column}:"
         return f"{self.path}:{self.line}:{column} {self.what}"
+
+
+class BadTranscript(BadFile):
+    """A file that is not a transcript."""
 
 
 class TranscriptMismatch(DmplayError, AssertionError):

@@ -1,4 +1,4 @@
-"""Games of two agents with one state and a payoff table, played in rounds."""
+"""Games with one state and a payoff table, played in rounds."""
 
 from abc import abstractmethod
 from dataclasses import dataclass
@@ -11,20 +11,24 @@ from dmplay.core import Labels, Outcome, Problem
 
 @dataclass(frozen=True)
 class MatrixGame(Problem):
-    """A simple game: both choose at once, the table pays, and the next round is the same."""
+    """A simple game: all choose at once, the table pays, and the next round is the same."""
 
-    agents = ("agent1", "agent2")
     horizon = 10
 
     @property
+    def agents(self) -> tuple[str, ...]:
+        """Two unless a game has others."""
+        return ("agent1", "agent2")
+
+    @property
     @abstractmethod
-    def actions(self) -> tuple[Labels, Labels]:
-        """What each of the two can do."""
+    def actions(self) -> tuple[Labels, ...]:
+        """What each of them can do."""
 
     @property
     @abstractmethod
     def payoffs(self) -> Reals:
-        """The rewards `[A1, A2, 2]`, agent 1's actions as rows."""
+        """The rewards `[A1, ..., An, n]`, agent 1's actions first."""
 
     def opening(self, rows: int) -> tuple[Chance, ...]:
         """Nothing."""
@@ -36,7 +40,7 @@ class MatrixGame(Problem):
 
     def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """What the table pays."""
-        return Outcome(s, self.payoffs[a[:, 0], a[:, 1]], s)
+        return Outcome(s, self.payoffs[tuple(a.T)], s)
 
     def notation(self, s: Array) -> str:
         """`-`: there is nothing to say."""

@@ -113,7 +113,7 @@ def _bounds(problem: Problem) -> Facts:
 
 def _parameters(problem: Problem) -> Facts:
     """Parameters can be written into a transcript and read again."""
-    for one in fields(problem):
+    for one in (one for one in fields(problem) if one.repr):
         value = getattr(problem, one.name)
         holds = isinstance(value, bool | int | float | str | tuple | list)
         told = f"{one.name}: got {type(value).__name__}, expected a number, text, flag or list"

@@ -1,6 +1,7 @@
 """Commands that print: problems, agents, solutions, figures, the guide and settings."""
 
 import os
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -63,6 +64,27 @@ def solve(
     name = f"{problem}:{variant}" if variant else problem
     wanted = pairs(set_, "--set")
     return solving.solved(name, wanted, json=wishes.json, motion=wishes.motion)
+
+
+def convert(
+    problem: options.Name,
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="a file")],
+    variant: options.Variant = "",
+    set_: options.Set = [],  # noqa: B006 - typer reads it once
+    force: options.Force = False,
+) -> object:
+    """Write a finite problem as a file for other programs: .pomdp, .mdp, .dpomdp or .nfg.
+
+    \b
+      dmplay convert crying-baby -o baby.pomdp
+      dmplay convert hexworld --set slip=0.2 -o hexworld.mdp
+      dmplay convert prisoners-dilemma -o dilemma.nfg
+    """
+    from dmplay.game.request import pairs
+    from dmplay.reports.converting import converted
+
+    name = f"{problem}:{variant}" if variant else problem
+    return converted(name, pairs(set_, "--set"), output, force=force)
 
 
 @options.wishes("color", "ascii", "theme")

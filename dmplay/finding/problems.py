@@ -61,7 +61,7 @@ def found(
     name: str, given: Mapping[str, object], *, trusted: bool = True, folder: Path = HERE
 ) -> Loaded:
     """The problem of this name as it is."""
-    name = moved(name, folder, HERE)
+    name = name if folder == HERE else moved(name, folder, HERE)
     way = _way(name)
     if not (way.safe or trusted):
         raise UnknownName("built-in problem", name, problem_names())
@@ -112,8 +112,14 @@ def configured(problem: Problem, given: Mapping[str, object]) -> Problem:
 
 
 def parameters(problem: Problem) -> dict[str, object]:
-    """The parameters of a problem with their values; what it does not show of itself is none."""
-    return {one.name: getattr(problem, one.name) for one in fields(problem) if one.repr}
+    """The parameters of a problem with their values."""
+    return {name: getattr(problem, name) for name in meanings(problem)}
+
+
+def meanings(problem: Problem) -> dict[str, str]:
+    """The parameters of a problem with what they mean; what it does not show of itself is none."""
+    shown = (one for one in fields(problem) if one.repr)
+    return {one.name: one.metadata.get("meaning", "") for one in shown}
 
 
 def stem(problem: Problem) -> str:
@@ -123,8 +129,10 @@ def stem(problem: Problem) -> str:
 
 
 def docs(problem: Problem) -> str:
-    """The docstring of the problem's module: what it is, its source, its decisions."""
-    return inspect.getdoc(inspect.getmodule(type(problem))) or inspect.getdoc(problem) or ""
+    """What a problem says of itself, or the docstring of its module: source, decisions."""
+    about: str = getattr(problem, "about", "")
+    module = inspect.getmodule(type(problem))
+    return about or inspect.getdoc(module) or inspect.getdoc(problem) or ""
 
 
 def brought(problem: Problem) -> bool:

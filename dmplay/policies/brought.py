@@ -2,6 +2,8 @@
 
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, TooMuch
+from dmplay.matrix_game import MatrixGame
+from dmplay.policies._matrix_agents import BestResponse, Nash
 from dmplay.policies._solved import Optimal, Plan, Qmdp, Seeing
 from dmplay.policies.kinds import Seated
 from dmplay.policies.roster import Roster
@@ -12,6 +14,9 @@ FEW_SEEN, FEW_HIDDEN = 1000, 4  # states that a table, and alpha vectors, are ma
 
 def roster(problem: Problem, seat: int) -> Roster:
     """Those that fit; the optimum or a plan advises where there is one, else a search."""
+    if isinstance(problem, MatrixGame) and len(problem.agents) == 2:
+        agents: dict[str, type[Seated]] = {"nash": Nash, "frequency": BestResponse}
+        return Roster(agents, adviser="frequency", partner="frequency")
     fitting = _fitting(problem)
     best = next((name for name in ("optimal", "plan") if name in fitting), "search")
     return Roster(fitting, adviser=best)

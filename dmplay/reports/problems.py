@@ -1,7 +1,6 @@
 """The one-shot reports: the table of problems, and all there is to know of one."""
 
 import shutil
-from dataclasses import fields
 from json import dumps
 from textwrap import fill
 from typing import NamedTuple
@@ -141,11 +140,8 @@ def about(name: str, keys: Keys = AS_DRAWN) -> About:
         observations=_observed(problem),
         turns=problem.horizon,
         parameters={
-            one.name: {
-                "default": getattr(problem, one.name),
-                "meaning": one.metadata.get("meaning", ""),
-            }
-            for one in fields(problem)
+            name: {"default": getattr(problem, name), "meaning": meaning}
+            for name, meaning in problems.meanings(problem).items()
         },
         variants=[variant or "standard" for variant in problems.variants(name) or [""]],
         players={agent: _first_line(make) for agent, make in agents.roster(problem).agents.items()},

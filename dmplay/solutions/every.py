@@ -27,6 +27,10 @@ def _small(problem: Problem) -> bool:
     return isinstance(problem.states, int) and len(problem.agents) == 1
 
 
+def _of_two(problem: Problem) -> bool:
+    return isinstance(problem, MatrixGame) and len(problem.agents) == 2
+
+
 def _one_to_one(problem: Problem) -> bool:
     one = isinstance(problem, PredatorPrey) and problem.walkers == 2
     return one and problem.discount < 1.0 and problem.enumerated().shape[0] <= markov_game.LARGEST
@@ -38,7 +42,7 @@ def _one_reward(problem: Problem) -> bool:
 
 
 METHODS: list[tuple[Callable[[Problem], bool], Solve]] = [
-    (lambda problem: isinstance(problem, MatrixGame), games.equilibria),
+    (_of_two, games.equilibria),
     (lambda problem: isinstance(problem, CollisionAvoidance), reals.encounter),
     (lambda problem: isinstance(problem, SimpleRegulator), reals.regulator),
     (lambda problem: isinstance(problem, CartPole), reals.balance),

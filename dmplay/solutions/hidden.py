@@ -24,7 +24,7 @@ def vectors(problem: Problem) -> Solution:
     start = belief.prior(problem)
     found = agents.adviser(problem, 0, problem.horizon)
     counts = found is not None and found[1].whole_game  # a game of so many turns
-    if problem.discount < 1.0 and problem.horizon == TURNS and not counts:
+    if problem.discount < 1.0 and problem.horizon in (None, TURNS) and not counts:
         stage: Stage = alpha_vectors.infinite(tables, problem.discount)
         method = "alpha vectors, without end"
     else:

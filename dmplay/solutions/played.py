@@ -1,5 +1,6 @@
 """What agents earn where nothing is solved."""
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -13,6 +14,7 @@ from dmplay.rollouts import rollout
 from dmplay.solutions.solution import Row, Solution
 
 GAMES, SEED = 1000, 1
+TURNS = 20  # of a game that may go on in the same few states for ever
 AT_A_TIME = 100
 
 
@@ -56,7 +58,8 @@ def simulation(problem: Problem, agents: Sequence[str] = ()) -> Solution:
     """What these agents earn, or the usual ones."""
     names = agents or [_usual(problem, seat) for seat in range(len(problem.agents))]
     policies = [agent(problem, seat, name) for seat, name in enumerate(names)]
-    played = games(problem, policies, episodes=GAMES, turns=problem.horizon)
+    turns = problem.horizon or (None if problem.states == math.inf else TURNS)
+    played = games(problem, policies, episodes=GAMES, turns=turns)
     rows: list[Row] = [
         {"seat": player, "agent": name} | mean(played.returns[:, seat])
         for seat, (player, name) in enumerate(zip(problem.agents, names, strict=True))

@@ -2,10 +2,15 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from dmplay.chance import Reals
+from dmplay.core import Problem
+from dmplay.session import LONGEST_LIST, View
 from dmplay.views.canvas import Canvas
 from dmplay.views.style import Look
 
+LIKELIEST = 10  # states that are shown of many
 EIGHTHS = " ▏▎▍▌▋▊▉"
 SPARKS = "▁▂▃▄▅▆▇█"
 ASCII_SPARKS = "_.:-=+*#"
@@ -32,6 +37,19 @@ def bars(  # noqa: PLR0913 - a place on the canvas, and what goes there
         canvas.put(longest + 3 + room, y, f"{share:.3f}", "bold")
         y += 1
     return y
+
+
+def shares(view: View[Problem]) -> tuple[list[str], Reals]:
+    """The states with their probabilities: all, or of many the likeliest and what is left."""
+    states, belief = view.problem.enumerated(), view.belief
+    if len(belief) <= LONGEST_LIST:
+        return [view.problem.notation(s) for s in states], belief
+    order = np.argsort(-belief, kind="stable")[:LIKELIEST]
+    order = order[belief[order] > 0]
+    names = [view.problem.notation(states[place]) for place in order]
+    left = np.count_nonzero(belief) - len(order)
+    told = [*belief[order], max(1.0 - belief[order].sum(), 0.0)]
+    return [*names, f"{left} others"], np.array(told)
 
 
 def truth(canvas: Canvas, y: int, names: Sequence[str], look: Look) -> None:

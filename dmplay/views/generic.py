@@ -11,7 +11,7 @@ from dmplay.errors import BadParameter
 from dmplay.places import place
 from dmplay.session import View
 from dmplay.views._advice import branches, label, loss, losses, ranked, under
-from dmplay.views._belief import bars, words
+from dmplay.views._belief import bars, shares, words
 from dmplay.views.canvas import Canvas, picture, signed
 from dmplay.views.style import Lesson, Look
 
@@ -48,12 +48,12 @@ def boards(view: View[Problem], look: Look) -> Iterator[Text]:
 def _written(view: View[Problem], look: Look) -> Iterator[Text]:
     """The observation, the belief where there is one, and the actions with their digits."""
     labels = view.labels
-    after = branches(view, look, _names(view) if view.beliefs is not None else [])
+    after = branches(view, look, _names(view) if look.outlook and view.beliefs is not None else [])
     full, small = _seen(view, look), _seen(view, look)
     y = 2
     if view.beliefs is not None:
         most = 2 * BAR if look.large else BAR
-        y = bars(full, y, _names(view), view.belief, look, most=most) + 1
+        y = bars(full, y, *shares(view), look, most=most) + 1
     _actions(view, full, y, look)
     yield from under([full.text()], ["", *after] if after else [], look)
     if not labels:
@@ -100,7 +100,8 @@ def _actions(view: View[Problem], canvas: Canvas, y: int, look: Look) -> None:
 
 def goal(view: View[Problem]) -> list[str]:
     """The problem in the words of whoever wrote it."""
-    first, *_ = (inspect.getdoc(type(view.problem)) or "").split("\n\n")
+    about: str = getattr(view.problem, "about", "")  # of its file
+    first, *_ = (about or inspect.getdoc(type(view.problem)) or "").split("\n\n")
     return [" ".join(first.split()).rstrip(".")] if first else []
 
 
@@ -141,5 +142,7 @@ def _believed(view: View[Problem]) -> str:
     """The likeliest states in words, where there is a belief."""
     if view.beliefs is None:
         return ""
-    ranked = words(_names(view), view.belief).split(", ")
+    names, likely = shares(view)
+    many = len(names) - (len(names) < len(view.belief))  # without what is left
+    ranked = words(names[:many], likely[:many]).split(", ")
     return f" belief: {', '.join(ranked[:TOLD])}{', ...' if len(ranked) > TOLD else ''}."

@@ -1,0 +1,101 @@
+"""The lines `T:`, `O:` and `R:` of a file: which of its arrays' numbers they say, and what."""
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from math import inf, prod
+from typing import NamedTuple
+
+from dmplay.files.names import Field, Places
+from dmplay.files.words import Part, Text, is_number
+
+BEGINS = re.compile(r"(?<!\S)([TOR])\s*:")
+WORDS = {"T": ("uniform", "identity", "reset"), "O": ("uniform", "reset"), "R": ()}
+
+
+class Form:
+    """What the lines of a kind name, and how many numbers follow once so many are named."""
+
+    def __init__(self, kind: str, fields: Sequence[Field], *, team: bool) -> None:
+        self.kind = kind
+        self.fields = fields
+        self.team = team  # a colon stands before the numbers
+        self.words = WORDS[kind]
+        self.least = 2 if kind == "R" else 1  # fields that are named
+        sizes = [float(len(field)) for field in fields]
+        counts = [prod(sizes[named:]) for named in range(len(fields) + 1)]
+        self.counts = [inf] * self.least + counts[self.least :]
+
+
+class Statement(NamedTuple):
+    """One of these lines: what it names of each field, and the numbers or the word that follow."""
+
+    form: Form
+    at: int
+    places: Sequence[Places]
+    values: Part
+
+    @property
+    def word(self) -> str:
+        """The word in place of numbers; '' where there are numbers."""
+        words = self.values.words
+        return words[0] if len(words) == 1 and words[0] in self.form.words else ""
+
+
+def beginning(text: Text) -> int:
+    """Where the first of these lines begins."""
+    found = BEGINS.search(text.content)
+    if found is None:
+        raise text.fault(len(text.content.rstrip()), "expected T: lines, which say what happens")
+    return found.start()
+
+
+def statements(text: Text, forms: Mapping[str, Form]) -> Iterator[Statement]:
+    """Every one of these lines, in order."""
+    found = [*BEGINS.finditer(text.content)]
+    ends = [one.start() for one in found[1:]] + [len(text.content)]
+    for one, end in zip(found, ends, strict=True):
+        if one[1] not in forms:
+            raise text.fault(one.start(), f"got {one[1]}:, but the file names no observations")
+        yield _statement(forms[one[1]], one.start(), Part.between(text, one.end(), end))
+
+
+def _statement(form: Form, at: int, part: Part) -> Statement:
+    """One line, read: its last field stands before a colon, or before the numbers."""
+    words, first = part.words, 0
+    places: list[Places] = []
+    for field in form.fields:
+        if ":" not in words[first:]:
+            break
+        colon = words.index(":", first)
+        places.append(field.picked(part.slice(first, colon)))
+        first = colon + 1
+    wide = _width(form, part.slice(first), len(places))
+    if wide:
+        places.append(form.fields[len(places)].picked(part.slice(first, first + wide)))
+    values = part.slice(first + wide)
+    if len(places) < form.least:
+        raise values.fault(0, f"expected {form.least} names, each before a colon, then numbers")
+    if not values.words:
+        raise values.fault(0, f"expected {', '.join(('numbers', *form.words))}")
+    if form.team and not is_number(values.words[0]) and is_number(values.words[-1]):
+        last = len(values.words) - 1
+        raise values.fault(last, f"got {values.words[last]!r}, expected a colon before it")
+    if form.words and not is_number(values.words[0]):
+        values.slice(0, 1).one_of("word", form.words)
+    return Statement(form, at, places, values)
+
+
+def _width(form: Form, part: Part, named: int) -> int:
+    """How many words after the last colon still name a field: 0 where all are values."""
+    words = part.words
+    if not words or named == len(form.fields):
+        return 0
+    if words[-1] in form.words:
+        return len(words) - 1
+    if form.team or not is_number(words[0]):  # a name, perhaps a wrong one
+        return int(not form.team)
+    without, among = len(words) == form.counts[named], len(words) - 1 == form.counts[named + 1]
+    held = form.fields[named].holds(words[:1])
+    if without and among:  # of two states: a row on a line of its own, or a state and its number
+        return int(held and not part.begins_line)
+    return int(held and not without)

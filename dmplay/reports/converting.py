@@ -1,0 +1,24 @@
+"""Problems written as files that other programs read."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from dmplay.describe import one_line
+from dmplay.disk import write
+from dmplay.errors import BadParameter
+from dmplay.files.writing import SUFFIXES, written
+from dmplay.finding import problems
+
+
+def converted(name: str, wanted: Mapping[str, object], path: Path, *, force: bool) -> str:
+    """Writes a problem as a file of the kind that its name ends in; tells what was written."""
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
+        raise BadParameter(f"-o: got {path}, expected a name in {', '.join(SUFFIXES)}")
+    loaded = problems.resolve(name, wanted)
+    try:
+        lines = [*written(loaded.problem, suffix, problems.docs(loaded.problem))]
+    except BadParameter as error:
+        raise BadParameter(f"{loaded.name}: {error}") from None
+    write(path, lines, force=force)
+    return one_line(f"{path}: {loaded.name}, a {loaded.problem.kind}")

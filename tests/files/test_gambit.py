@@ -1,0 +1,75 @@
+"""Gambit's normal form: payoffs one by one or by outcomes, names or how many."""
+
+import pytest
+
+from dmplay.errors import BadFile, BadParameter, TooMuch
+from dmplay.files import gambit
+from dmplay.finding.agents import roster
+from dmplay.finding.data import find
+from dmplay.policies.kinds import Seated
+from tests.files.sources import BALLET, ballet
+
+SELTEN = [
+    'NFG 1 R "Selten" { "a" "b" } { 3 2 } 1 1 0 2 0 2 1 1 0 3 2 0',
+    'NFG 1 D "Selten" { "a" "b" } { { "1" "2" "3" } { "1" "2" } } "" 1 1 0 2. 0 4/2 1 1e0 0 3 2 0',
+    'NFG 1 R "Selten" {"a" "b"}{3 2}{{"" 1, 1}{"" 0, 2}{"" 1 1}{"x" 0 3}{"" 2 0}}1 2 2 3 4 5',
+]
+
+
+def test_every_way_to_say_the_same_is_read_as_the_same() -> None:
+    for text in SELTEN:
+        game = gambit.read("selten.nfg", text.encode())
+        assert game.payoffs.tolist() == [[[1, 1], [1, 1]], [[0, 2], [0, 3]], [[0, 2], [2, 0]]]
+        assert game.actions == (("1", "2", "3"), ("1", "2"))
+
+
+def test_names_are_as_they_are_typed() -> None:
+    game = ballet()
+    assert game.agents == ("player-1", "player-2")
+    assert game.actions == (("ballet", "the-fight"),) * 2
+    assert game.about == 'Ballet or "the" fight\n\nBoth want to meet.'
+    assert game.payoffs[0, 0].tolist() == [3, 2]
+    assert game.kind == "simple game"
+
+
+def test_the_outcome_of_number_0_pays_nothing_and_three_may_play() -> None:
+    text = 'NFG 1 R "" {"a" "b" "c"} {2 1 2} {{"" 1 2 3}} 0 1 0 1'
+    game = gambit.read("three.nfg", text.encode())
+    assert game.payoffs[:, 0, :].tolist() == [[[0, 0, 0]] * 2, [[1, 2, 3]] * 2]
+
+
+def test_two_players_have_the_agents_of_payoff_tables() -> None:
+    known = roster(ballet(), 1)
+    assert {"nash", "frequency"} <= {*known.agents}
+    agent = known.agents["nash"](ballet(), 0)
+    assert isinstance(agent, Seated)
+
+
+FAULTS = [
+    (("NFG", "EFG"), "1:1: got 'EFG', expected NFG"),
+    (("NFG 1", "NFG 2"), "1:5: got '2', expected 1"),
+    (("2 3\n", "2\n"), "5:14: got the end of the file, expected a number"),
+    (("2 3\n", "2 3 4\n"), "5:17: got '4', expected the end: the table is full"),
+    (("3 2 0", "3 x 0"), "5:3: got 'x', expected a number"),
+    (("3 2 0", "3 1/0 0"), "5:3: got '1/0', expected a number"),
+    (('{ "Player 1" "Player 2" }', "{ }"), "expected the name of a player in quotation marks"),
+    (('{ "ballet" "the fight" } }', "}"), "expected strategies in braces, or how many, for each"),
+    (('{ "ballet" "the fight" } }', "0 }"), "got '0', expected strategies in braces"),
+]
+
+
+def test_faults_are_told_with_line_and_column() -> None:
+    for change, told in FAULTS:
+        with pytest.raises(BadFile) as error:
+            ballet(change)
+        assert told in str(error.value), (change, str(error.value))
+
+
+def test_what_would_not_fit_is_refused_before_it_is_read() -> None:
+    text = BALLET.replace(
+        '{ { "ballet" "the fight" } { "ballet" "the fight" } }', "{ 99999 99999 }"
+    )
+    with pytest.raises(TooMuch, match="reading it"):
+        gambit.read("large.nfg", text.encode())
+    with pytest.raises(BadParameter, match=r"none\.nfg: No such file"):
+        find("none.nfg")

@@ -1,0 +1,195 @@
+"""Cassandra's format: every rule of its grammar says what the same arrays say."""
+
+import numpy as np
+import pytest
+
+from dmplay.errors import BadFile
+from dmplay.files import markov
+from dmplay.files.problem import FromFile
+from dmplay.solvers import alpha_vectors
+from dmplay.tabular import tabulate
+from tests.files.sources import TIGER, tiger
+
+HEARS = "O: listen\n0.85 0.15\n0.15 0.85\n"
+LISTENS, OPENS = "T: listen\nidentity\n", "T: open-left\nuniform\n"
+LEFT = "R: open-left : tiger-left : * : * -100\n"
+STATES = "states: tiger-left tiger-right"
+COUNTS = "observations: 2"
+SAME = [  # changes that say the same
+    [],
+    [(LISTENS, "T: listen : tiger-left\n1 0\nT: listen : tiger-right\n0.0 1.0\n")],
+    [(LISTENS, "T: listen\n1.0 0.0\n0.0 1.0\n")],
+    [(LISTENS, "T: 0 : 0 : 0 1\nT:listen:tiger-right:1 1.0\n")],
+    [(LISTENS, "T: listen : * : * 0\nT: 0 : 0 : 0 1\nT: 0 : 1 : 1 1\n")],
+    [(LISTENS, "T: listen : tiger-left : tiger-left : 1\nT: 0 : 1 : 1 : 1.0\n")],
+    [(LISTENS, "T: listen :\n1 0 0 1\n")],
+    [(LISTENS, "T: listen : 0 : 1.0 0.0\nT: listen : 1 :\n0 1\n")],
+    [(LISTENS, "T: listen uniform\nT: listen : * : 0 0.7\nT: listen identity\n")],
+    [(LISTENS + OPENS + "T: open-right\nuniform\n", "T: *\nuniform\nT: listen identity\n")],
+    [(OPENS, "T: open-left : tiger-left reset\nT: open-left : tiger-right\nreset\n")],
+    [(OPENS, "T: open-left : * : * 0.5\n")],
+    [(OPENS, "T: open-left : *\n0.5 0.5\n")],
+    [(OPENS, "T: 1 : * uniform\n")],
+    [(OPENS, "T: open-left\n# a comment : T\n0.5 0.5 # another\n.5 5e-1\n")],
+    [(HEARS, "O: listen : tiger-left\n0.85 0.15\nO: listen : tiger-right : hear-left 0.15\n"
+             "O: 0 : 1 : 1 : 0.85\n")],
+    [(HEARS, "O: * : * : * 1\nO: listen\n0.85 0.15\n0.15 0.85\n")],
+    [(HEARS + "O: open-left\nuniform\nO: open-right\nuniform\n", "O: * uniform\n" + HEARS)],
+    [(LEFT, "R: open-left : tiger-left : * : * 3\n" + LEFT)],
+    [(LEFT, "R: open-left : tiger-left\n-100 -100\n-100 -100\n")],
+    [(LEFT, "R: open-left : tiger-left : *\n-100 -100\n")],
+    [(LEFT, "R: 1 : 0 : tiger-left : * : -100\nR: 1 : 0 : 1 : 0 -100\nR: 1 : 0 : 1 : 1 -100\n")],
+    [(LEFT, "R: open-left : tiger-left : * : * : -1e2\n")],
+    [("values: reward\n", "")],
+    [("discount: 0.95\nvalues: reward\n", ""), (COUNTS[:13] + " hear-left hear-right\n",
+      "values:reward\nobservations: hear-left hear-right\nstart:uniform\ndiscount:.95\n")],
+    [(STATES, STATES + "\nstart: 0.5 0.5")],
+    [(STATES, STATES + "\nstart include: tiger-left 1")],
+    [("\n", "\r\n")],
+    [("\n", "\n\t \n")],
+]  # fmt: skip
+
+
+def arrays(problem: FromFile) -> list[object]:
+    """All that a file says."""
+    names = [problem.agents, problem.actions, problem.observations, problem.names]
+    numbers = [*tabulate(problem), problem.start_belief, problem.discount]
+    return [*names, *(np.asarray(one).tolist() for one in numbers)]
+
+
+def test_every_way_to_say_the_same_is_read_as_the_same() -> None:
+    wanted = arrays(tiger())
+    for changes in SAME:
+        assert arrays(tiger(*changes)) == wanted, changes
+
+
+def test_the_arrays_are_those_of_the_file() -> None:
+    transition, rewards, observation = tabulate(tiger())
+    assert transition[:, 0].tolist() == [[1, 0], [0, 1]]
+    assert transition[:, 1].tolist() == [[0.5, 0.5], [0.5, 0.5]]
+    assert rewards[:, :, 0].tolist() == [[-1, -100, 10], [-1, 10, -100]]
+    assert observation is not None
+    assert observation[0].tolist() == [[0.85, 0.15], [0.15, 0.85]]
+    assert tiger().about == "Listen for the tiger, or open the door that it is not behind."
+
+
+def test_the_tiger_is_solved_by_nine_vectors() -> None:
+    problem = tiger()
+    stage = alpha_vectors.infinite(tabulate(problem), problem.discount)
+    assert len(stage.vectors) == 9
+    np.testing.assert_allclose((stage.vectors @ [0.5, 0.5]).max(), 19.3713683744, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("start", "wanted"),
+    [
+        ("start: tiger-right", [0, 1]),
+        ("start: 1", [0, 1]),
+        ("start:\n0.25 0.75", [0.25, 0.75]),
+        ("start: uniform", [0.5, 0.5]),
+        ("start include: 0", [1, 0]),
+        ("start exclude: tiger-left", [0, 1]),
+    ],
+)
+def test_the_start_is_told_in_six_ways(start: str, wanted: list[float]) -> None:
+    problem = tiger((STATES, f"{STATES}\n{start}"), (OPENS, "T: open-left : 0 reset\n"
+                                                             "T: 1 : 1 uniform\n"))  # fmt: skip
+    assert problem.start_belief.tolist() == wanted
+    assert tabulate(problem).transition[0, 1].tolist() == wanted
+
+
+def test_costs_are_rewards_turned_about() -> None:
+    problem = tiger(("values: reward", "values: cost"))
+    assert tabulate(problem).rewards[:, :, 0].tolist() == [[1, 100, -10], [1, -10, 100]]
+
+
+def test_numbers_stand_for_names_where_there_are_none() -> None:
+    problem = tiger((STATES, "states: 2"), ("actions: listen open-left open-right", "actions: 3"),
+                    ("observations: hear-left hear-right", "observations: 2"),
+                    ("open-left", "1"), ("open-right", "2"), ("listen :", "0 :"),
+                    (": listen\n", ": 0\n"), ("tiger-left", "0"), ("tiger-right", "1"))  # fmt: skip
+    assert (problem.names, problem.actions[0]) == (("0", "1"), ("a0", "a1", "a2"))
+    assert tabulate(problem).rewards[:, :, 0].tolist() == [[-1, -100, 10], [-1, 10, -100]]
+
+
+def test_names_of_actions_are_as_they_are_typed() -> None:
+    problem = tiger(("open-left", "Open_Left"), ("open-right", "open-left"))
+    assert problem.actions[0] == ("listen", "open-left", "open-left-2")
+    assert problem.action(0, "OPEN_LEFT") == 1
+
+
+def test_rewards_are_as_wide_as_the_lines_ask_for() -> None:
+    problem = tiger((LEFT, LEFT + "R: open-left : tiger-right : tiger-left : * 30\n"))
+    assert len(problem.tables.rewards) == len(problem.tables.transition.columns)
+    assert tabulate(problem).rewards[1, 1].tolist() == [10]  # told last, of every next state
+    after = "R: open-left : tiger-right : * : * 10\n"
+    problem = tiger((after, after + "R: open-left : tiger-right : tiger-left : * 30\n"))
+    assert tabulate(problem).rewards[1, 1].tolist() == [20]
+    problem = tiger((after, after + "R: * : tiger-right : * : hear-left 30\n"))
+    assert len(problem.tables.rewards) == 2 * len(problem.tables.transition.columns)
+    paid = tabulate(problem).rewards[1, :, 0]
+    np.testing.assert_allclose(paid, [0.15 * 30 - 0.85, 20, -100])
+    problem = tiger((after, after + "R: * : * : tiger-left : hear-left 30\n"))
+    paid = tabulate(problem).rewards[1, :, 0]
+    np.testing.assert_allclose(paid, [-1, 15, -100])
+
+
+def test_a_file_without_observations_is_of_states_that_are_seen() -> None:
+    text = (
+        "discount: 0.9\nvalues: cost\nstates: dark light out\nactions: wait go\n"
+        "T: * identity\nT: go : dark : dark 0\nT: go : dark : light 1\n"
+        "T: go : light : light 0\nT: go : light : out 1\n"
+        "R: * : * : light 2\nR: wait : dark\n1 0 0\n"
+    )
+    problem = markov.read("lamp.mdp", text.encode())
+    assert problem.kind == "MDP"
+    assert problem.start_belief.tolist() == [1 / 3] * 3
+    assert tabulate(problem).rewards[:, :, 0].tolist() == [[-1, -2], [-2, 0], [0, 0]]
+    assert problem.terminal(np.arange(3)).tolist() == [False, False, True]
+    assert not tiger().terminal(np.arange(2)).any()
+
+
+def test_rounded_probabilities_are_scaled() -> None:
+    problem = tiger((LISTENS, "T: listen : * : 0 0.3333\nT: listen : * : 1 0.6663\n"))
+    np.testing.assert_allclose(tabulate(problem).transition[:, 0].sum(axis=1), 1, atol=1e-15)
+
+
+FAULTS = [  # a change, and where and what the error is
+    (("identity", "idenity"), "9:1: unknown word 'idenity'; did you mean identity?"),
+    (("T: open-left", "T: open-lft"), "10:4: unknown action 'open-lft'; did you mean open-left"),
+    (("-left : * : * -100", "-left : * : growl -100"), "24:33: unknown observation 'growl'; exp"),
+    (("R: listen : *", "R: listen : tiger"), "23:13: unknown state 'tiger'; did you mean tiger-"),
+    (("actions", "actoins"), "5:1: unknown word 'actoins'; did you mean actions?"),
+    (("values: reward", "values: rewards"), "3:9: unknown kind of values 'rewards'; did you mea"),
+    (("0.95", "1.95"), "2:11: got '1.95', expected a probability, 0 to 1"),
+    (("discount: 0.95\n", ""), "7:1: no discount: line; expected a number from 0 to 1"),
+    ((STATES, "states: 2 3"), "24:16: unknown state 'tiger-left'"),
+    ((STATES, STATES + "\nstates: 2"), "5:1: states: stands here twice"),
+    ((STATES, "states: a a"), "4:11: got 'a', expected the name of another state"),
+    ((STATES, "states: 0"), "4:9: expected how many states, or their names"),
+    ((STATES, STATES + "\nstart: 0.5 0.4"), "5:8: got probabilities that sum to 0.9, not 1"),
+    ((STATES, STATES + "\nstart: tiger"), "5:8: unknown state 'tiger'"),
+    ((STATES, STATES + "\nstart exclude: 0 1"), "5:16: got every state, expected one at least"),
+    (("0.85 0.15", "0.85 0.25"), "15:1: O: action listen, state tiger-left: got probabilities "),
+    (("0.15 0.85", "0.15"), "17:5: got 3 numbers, expected 4"),
+    (("0.15 0.85", "0.15 0.85 1"), "17:11: got 5 numbers, expected 4"),
+    (("0.15 0.85", "-0.15 1.15"), "17:1: got '-0.15', expected a probability, 0 to 1"),
+    (("0.15 0.85", "nan 0.85"), "17:1: got 'nan', expected a probability, 0 to 1"),
+    (("* -1\n", "* -1oo\n"), "23:23: got '-1oo', expected a number"),
+    (("* -1\n", "* inf\n"), "23:23: got 'inf', expected a number"),
+    (("* -1\n", "*\n"), "23:22: expected numbers"),
+    (("R: listen : * : * : *", "R: listen : * : * : * : *"), "23:25: got '*', expected a number"),
+    (("R: listen : * : * : * -1", "R: listen -1"), "23:11: expected 2 names, each before a colon"),
+    ((OPENS, ""), "T: action open-left, state tiger-left: expected probabilities, got none"),
+    ((TIGER[TIGER.index("T:") :], ""), "expected T: lines, which say what happens"),
+    (("observations: hear-left hear-right\n", ""), "14:1: got O:, but the file names no observ"),
+    (("discount", "agents: 2\ndiscount"), "2:9: agents: are for a .dpomdp; expected one agent"),
+]  # fmt: skip
+
+
+def test_every_fault_is_told_with_its_line_and_column() -> None:
+    for change, told in FAULTS:
+        with pytest.raises(BadFile) as error:
+            tiger(change)
+        assert str(error.value).startswith("tiger.pomdp:"), change
+        assert told in str(error.value), (change, str(error.value))

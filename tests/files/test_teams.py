@@ -1,0 +1,90 @@
+"""MADP's format: several agents, a line each, a colon before the numbers."""
+
+import numpy as np
+import pytest
+
+from dmplay.dice import Dice
+from dmplay.errors import BadFile
+from dmplay.files.problem import FromFile
+from dmplay.session import Session
+from dmplay.tabular import tabulate
+from tests.files.sources import TEAM, team
+
+STAYS = "T: listen listen :\nidentity\n"
+ROW = "O: listen listen : tiger-left :\n0.7225 0.1275 0.1275 0.0225\n"
+SAME = [
+    [(STAYS, "T: 0 0 : 0 :\n1 0\nT: 0 : 1 :\n0 1\n")],
+    [(STAYS, "T: 0 0 :\n1 0\n0 1\n")],
+    [(STAYS, "T: listen listen : * : * : 0\nT: listen 0 : 0 : 0 : 1\nT: 0 0 : 1 : 1 : 1\n")],
+    [(STAYS, "T: listen listen identity\n")],
+    [("T: * :\nuniform\n", "T: * * : * : * : 0.5\n")],
+    [("T: * :\nuniform\n", "T: listen * : * :\nuniform\nT: 1 * :\nuniform\nT: 2 * :\nuniform\n")],
+    [(ROW, "O: listen listen : tiger-left : * : 0\nO: 0 0 : 0 : 0 0 : 0.7225\n"
+           "O: 0 0 : 0 : hear-left 1 : 0.1275\nO: 0 0 : 0 : 2 : 0.1275\nO: 0 : 0 : 3 : 0.0225\n")],
+    [("O: * :\nuniform\n", "O: * : * : hear-left * : 0.25\nO: * : * : hear-right * : 0.25\n")],
+    [("R: * : * : * : * :", "R: * * : * : * : * * :")],
+    [("R: listen listen: *", "R: listen listen: 0 : * : * : -2\nR: 0 0 : 1")],
+    [("start:\nuniform\n", "start:\n0.5 0.5\n")],
+    [("actions:\nlisten open-left", "actions:\n\nlisten  open-left\t")],
+]  # fmt: skip
+
+
+def arrays(problem: FromFile) -> list[object]:
+    """All that a file says."""
+    names = [problem.agents, problem.actions, problem.observations, problem.names]
+    return [*names, *(np.asarray(one).tolist() for one in tabulate(problem))]
+
+
+def test_every_way_to_say_the_same_is_read_as_the_same() -> None:
+    wanted = arrays(team())
+    for changes in SAME:
+        assert arrays(team(*changes)) == wanted, changes
+
+
+def test_joint_names_are_row_major_and_all_are_paid_the_same() -> None:
+    problem = team()
+    transition, rewards, observation = tabulate(problem)
+    assert (problem.kind, problem.agents) == ("Dec-POMDP", ("agent1", "agent2"))
+    assert transition[:, 0].tolist() == [[1, 0], [0, 1]]
+    assert rewards[:, 4].tolist() == [[-100, -100], [20, 20]]
+    assert rewards[:, 1].tolist() == [[-100, -100]] * 2
+    assert observation is not None
+    assert observation[0].tolist() == [
+        [0.7225, 0.1275, 0.1275, 0.0225], [0.0225, 0.1275, 0.1275, 0.7225]
+    ]  # fmt: skip
+
+
+def test_each_agent_hears_its_own() -> None:
+    game = Session(team(), Dice(4), limit=30)
+    for _ in range(30):
+        game.advance([0, 0])
+    heard = np.array([turn.observations for turn in game.turns])
+    assert heard.shape == (30, 2)
+    assert (heard[:, 0] != heard[:, 1]).any()
+    assert [game.view(seat).observation == heard[-1, seat] for seat in (0, 1)] == [True, True]
+
+
+def test_agents_may_have_names_and_sets_of_their_own() -> None:
+    problem = team(("agents: 2", "agents: ann bob"), ("hear-left hear-right\nT:", "2\nT:"),
+                   (TEAM[TEAM.index("O: listen") :], ""))  # fmt: skip
+    assert problem.agents == ("ann", "bob")
+    assert problem.observations == (("hear-left", "hear-right"), ("0", "1"))
+    assert problem.model.tables.rewards.tolist() == [[0, 0]] * 18
+
+
+FAULTS = [
+    (("agents: 2\n", ""), "no agents: line; a .dpomdp names its agents, or how many"),
+    (("observations:\nhear-left hear-right\n", "observations:\n"), "got 1 lines of observations"),
+    (("T: listen listen", "T: listen lissen"), "15:11: unknown action 'lissen'; did you mean li"),
+    (("T: listen listen", "T: listen"), "15:4: got 'listen', expected 2 actions, or *"),
+    (("T: listen listen", "T: 9"), "15:4: got '9', expected 2 actions, or *"),
+    (("hear-right : 0.7225", "hear-right 0.7225"), "got '0.7225', expected a colon before it"),
+    (("-100\n", ": -100\n"), "got '-100', expected a colon before it"),
+]
+
+
+def test_faults_are_told_with_line_and_column() -> None:
+    for change, told in FAULTS:
+        with pytest.raises(BadFile) as error:
+            team(change)
+        assert told in str(error.value), (change, str(error.value))

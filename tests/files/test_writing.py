@@ -1,0 +1,116 @@
+"""Files that are written: read again they are the same problem, and written again the same file."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dmplay.core import Problem
+from dmplay.dice import Dice
+from dmplay.errors import BadParameter
+from dmplay.files import gambit, markov
+from dmplay.files.writing import allowed, written
+from dmplay.finding.problems import docs, load
+from dmplay.reports.converting import converted
+from dmplay.session import Session
+from dmplay.tabular import tabulate
+from tests.files.sources import TIGER, ballet, kept, team, tiger
+
+FINITE = {
+    ".pomdp": ("crying-baby", "machine-replacement", "catch", "hexworld:straight-line"),
+    ".mdp": ("hexworld",),
+    ".dpomdp": ("crying-baby", "hexworld:straight-line", "collaborative-predator-prey:triangle"),
+    ".nfg": ("prisoners-dilemma", "rock-paper-scissors", "travelers-dilemma"),
+}
+AFTER = "R: open-left : tiger-right : tiger-left : * 30\n"
+
+
+def again(text: str, suffix: str) -> Problem:
+    """The problem that a written file holds."""
+    if suffix == ".nfg":
+        return gambit.read("x.nfg", text.encode())
+    return markov.read("x" + suffix, text.encode(), team=suffix == ".dpomdp")
+
+
+def twice(problem: Problem, suffix: str) -> Problem:
+    """The problem, written and read, of which the file is the same when it is written again."""
+    text = "".join(written(problem, suffix, docs(problem)))
+    found = again(text, suffix)
+    assert "".join(written(found, suffix, docs(found))) == text
+    return found
+
+
+def test_every_finite_problem_is_written_read_and_written_the_same() -> None:
+    for suffix, names in FINITE.items():
+        for name in names:
+            problem = load(name)
+            found = twice(problem, suffix)
+            assert found.discount == problem.discount
+            for one, other in zip(tabulate(problem), tabulate(found), strict=False):
+                if one is not None:
+                    assert other is not None
+                    np.testing.assert_array_equal(one, other, name)
+
+
+def test_files_are_written_as_they_were_read() -> None:
+    for problem, suffix in (
+        (tiger(), ".pomdp"),
+        (tiger(("\nR: listen", "\n" + AFTER + "R: listen")), ".pomdp"),
+        (tiger(("\nR: listen", f"\n{AFTER}R: * : 0 : * : hear-left 2\nR: listen")), ".pomdp"),
+        (team(), ".dpomdp"),
+        (ballet(), ".nfg"),
+    ):
+        found = twice(problem, suffix)
+        for one, other in zip(tabulate(problem), tabulate(found), strict=True):
+            if one is not None and other is not None:
+                np.testing.assert_array_equal(one, other)
+
+
+def test_the_same_dice_play_the_same_game_in_a_file() -> None:
+    baby = load("crying-baby")
+    games = [Session(one, Dice(3), limit=20) for one in (baby, twice(baby, ".pomdp"))]
+    for game in games:
+        for turn in range(20):
+            game.advance([turn % 3])
+    first, second = games
+    for one, other in zip(first.turns, second.turns, strict=True):
+        for part, same in zip(one, other, strict=True):
+            np.testing.assert_array_equal(part, same)
+
+
+def test_names_are_such_as_the_formats_allow() -> None:
+    names = ["(1,-2)", "a b", "a_b", "T", "7", "a-b", "*", ""]
+    found = allowed(names, "state")
+    assert found == ["s1--2", "a-b", "a_b", "state-T", "s7", "a-b-2", "s-", "state"]
+    assert allowed(found, "state") == found
+    assert allowed(["0", "1"], "state") == ["0", "1"]
+
+
+@pytest.mark.parametrize(
+    ("name", "file", "told"),
+    [
+        ("cart-pole", "x.pomdp", "cart-pole: a file lists states and actions, and this"),
+        ("2048", "x.mdp", "2048: a file lists states and actions"),
+        ("crying-baby", "x.mdp", r"\.mdp is for states that are seen"),
+        ("predator-prey", "x.pomdp", r"\.pomdp is for one agent, and here are 2: write a \.dpomdp"),
+        ("predator-prey", "x.dpomdp", "its agents are paid differently"),
+        ("hexworld", "x.nfg", r"a \.nfg is a game of one state"),
+        ("hexworld", "x.txt", r"-o: got .*x\.txt, expected a name in \.pomdp, \.mdp, \.dpomdp"),
+    ],
+)
+def test_what_a_file_cannot_hold_is_refused(
+    tmp_path: Path, name: str, file: str, told: str
+) -> None:
+    with pytest.raises(BadParameter, match=told):
+        converted(name, {}, tmp_path / file, force=False)
+    assert not [*tmp_path.iterdir()]
+
+
+def test_a_file_is_converted_too(tmp_path: Path) -> None:
+    source = kept(tmp_path, "tiger.pomdp", TIGER)
+    path = tmp_path / "tiger.dpomdp"
+    told = converted(source, {"discount": "0.5"}, path, force=False)
+    assert told == f"{path}: {source}, a POMDP"
+    found = markov.read("tiger.dpomdp", path.read_bytes(), team=True)
+    assert (found.discount, found.agents) == (0.5, ("agent1",))
+    assert found.about == tiger().about
