@@ -26,6 +26,7 @@ from dmplay.core import (
 )
 from dmplay.describe import ended
 from dmplay.dice import NATURE
+from dmplay.displayed import Displayed
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
 from dmplay.tabular import Tabular
 
@@ -218,7 +219,7 @@ class _Known(NamedTuple):
     terminal: bool
 
 
-class Session:
+class Session(Displayed):
     """One game; a seat without a policy is played from outside, through `advance`."""
 
     def __init__(

@@ -20,7 +20,7 @@ from dmplay.game.keyboard import Keyboard
 from dmplay.game.request import Request
 from dmplay.policies.script import EndOfScript
 from dmplay.session import Follower, Session, View
-from dmplay.signals import whole
+from dmplay.signals import WHOLE
 from dmplay.terminal import clean
 from dmplay.thought import About, think
 from dmplay.transcript.recorder import Recorder
@@ -200,7 +200,7 @@ class Game:
             return False
         finally:
             self._chosen = {}
-        with whole():
+        with WHOLE:
             self.session.advance(actions)
             self._undone.clear()
             self._record()
@@ -242,7 +242,7 @@ class Game:
         if self._chosen:  # a first choice of two is taken back before any turn is
             self._chosen.clear()
             return
-        with whole():
+        with WHOLE:
             taken = self.session.undo(turns)
             self._undone += [list(turn.actions) for turn in reversed(taken)]
             if self.recorder:
@@ -254,7 +254,7 @@ class Game:
         if not self._undone:
             raise BadParameter("redo: nothing was taken back")
         self._chosen.clear()
-        with whole():
+        with WHOLE:
             self.session.advance(self._undone[-1])
             self._undone.pop()
             self._record()
@@ -267,7 +267,7 @@ class Game:
             raise BadParameter("reroll: no turn was played yet")
         self._chosen.clear()
         self._undone.clear()
-        with whole():
+        with WHOLE:
             self.session.reroll()
             if self.recorder:
                 self.recorder.event("reroll", self.session.rerolls[len(self.session.turns)])
@@ -296,7 +296,7 @@ class Game:
         if self.watcher not in self.people:
             return
         name = self.problem.agents[self.watcher]
-        with whole():
+        with WHOLE:
             self.session.help[name] += 1
             if self.recorder:
                 self.recorder.event("help", {name: 1})
@@ -315,7 +315,7 @@ class Game:
 
     def finish(self, reason: str = "quit") -> None:
         """Ends the game and its transcript."""
-        with whole():
+        with WHOLE:
             self.session.end(reason)
             if self.recorder:
                 ghost = self.ghost.note() if self.ghost else ""

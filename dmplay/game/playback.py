@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from dmplay.displayed import Displayed
 from dmplay.errors import BadParameter
 from dmplay.game.checking import altered, loaded
 from dmplay.game.game import Game
@@ -14,7 +15,7 @@ from dmplay.transcript.replay import feed, start
 from dmplay.transcript.seal import opened
 
 
-class Playback(Game):
+class Playback(Displayed, Game):
     """A recorded game to step through; nothing in it is hidden any more."""
 
     def __init__(self, path: Path, *, trusted: bool = False, peek: bool = False) -> None:

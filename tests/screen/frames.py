@@ -25,7 +25,7 @@ from tests.support.blocks import ROOT
 
 KEPT = Path(__file__).parent / "kept"
 SIZES = ((50, 14), (80, 24), (120, 40), (200, 60))
-HERE = Terminal(screen=True, why="", typed=True, color=True, ascii=False)
+HERE = Terminal(screen=True, why="", typed=True, color=True, ascii=False, motion=False)
 
 
 class Played(NamedTuple):

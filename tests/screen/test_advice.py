@@ -37,17 +37,6 @@ def test_a_ranked_row_of_keys_leaves_out_names_then_numbers_never_help(
     assert keys(shown.game, Room(width, 24), shown.shown).plain.startswith(row)
 
 
-@pytest.mark.parametrize(
-    ("name", "row"),
-    [
-        ("machine-replacement", " m man…  e exa…  i int…  r rep…  ? help  q quit"),
-        ("collision-avoidance", " j descend  space no-adv…  k climb  ? help  q quit"),
-    ],
-)
-def test_a_row_of_keys_has_all_of_them_under_shorter_names(name: str, row: str) -> None:
-    assert keys(game(name), Room(50, 14)).plain == row
-
-
 def test_a_panel_tells_the_values_once_a_hint_was_given() -> None:
     rows = play(game("hexworld"), "tab").last.split("\n")
     at = next(number for number, row in enumerate(rows) if row.endswith("worth"))

@@ -418,12 +418,6 @@ def test_what_a_number_means_or_costs_is_told_before_it_is_played(
     assert f" {told}" in play(game(name), *keys.split()).last
 
 
-def test_a_small_screen_tells_the_goal_until_the_first_turn() -> None:
-    shown = play(game("hexworld"), "h", size=(50, 14))
-    assert "\n reach +10 or +5; keep off -10; a bump costs 1\n" in shown.frames[0]
-    assert "reach" not in shown.last
-
-
 @pytest.mark.parametrize("name", ["machine-replacement", "collision-avoidance"])
 def test_a_narrow_key_row_shortens_actions_but_shows_them_all(name: str) -> None:
     row = play(game(name), size=(50, 14)).last.split("\n")[-1]
