@@ -2,6 +2,8 @@
 
 import gc
 import os
+import sys
+from collections.abc import Iterator
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a second thread only waits: systems are small
 
@@ -33,6 +35,14 @@ def pytest_collection_finish() -> None:
     """What stays to the end is not looked through again."""
     gc.collect()
     gc.freeze()
+
+
+@pytest.fixture(autouse=True)
+def path() -> Iterator[None]:
+    """The folders that files were loaded from are looked into no more."""
+    before = [*sys.path]
+    yield
+    sys.path[:] = before
 
 
 @pytest.fixture

@@ -127,7 +127,7 @@ def tournament(
 
     \b
       dmplay tournament prisoners-dilemma grim tit-for-tat always-defect --turns 50
-      dmplay tournament rock-paper-scissors nash random copy --json
+      dmplay tournament rock-paper-scissors nash random beat-last --json
     """
     from dmplay.reports import measuring
 

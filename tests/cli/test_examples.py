@@ -11,6 +11,8 @@ import pytest
 import typer
 
 from dmplay.cli.app import app
+from dmplay.finding.topics import topic
+from tests.support.blocks import file
 from tests.support.programs import run
 from tests.support.terminals import clean_environment
 
@@ -55,6 +57,8 @@ def test_an_example_does_what_it_says(line: str, tmp_path: Path) -> None:
     (tmp_path / "dmplay").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m dmplay "$@"\n')
     (tmp_path / "dmplay").chmod(0o755)
     (tmp_path / "game.dm").write_text(SCRIPT)
+    for name in ("tiger.py", "shop.py"):
+        (tmp_path / name).write_text(file(topic("problems"), name))
     run(tmp_path, "crying-baby", "--seed", "7", stdin=MOVES)
     (tmp_path / "transcripts").mkdir()
     run(tmp_path, "hexworld", "--agent", "optimal", "--seed", "7", "-o", "transcripts/a.dmt")

@@ -1,7 +1,6 @@
 """What a module of somebody's own brings is found under every name that it can be given."""
 
 import pickle
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -61,7 +60,6 @@ VARIANTS = {"icy": Walk(slip=0.5)}
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.dont_write_bytecode", True)
-    monkeypatch.setattr("sys.path", [*sys.path])
     Path("walk.py").write_text(WALK)
 
 
