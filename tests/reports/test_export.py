@@ -178,7 +178,7 @@ def test_a_review_values_every_move_and_is_kept_as_notes(file: Path) -> None:
 
 
 def test_a_review_without_values_says_so(tmp_path: Path) -> None:
-    run(tmp_path, "prisoners-dilemma", "--seed", "7", "-o", "g.dmt", stdin="c\nd\n")
+    run(tmp_path, "cart-pole", "--seed", "7", "-o", "g.dmt", stdin="left\nright\n")
     told = run(tmp_path, "review", "g.dmt").stdout
     assert told == "review: no agent here knows the values of these moves\n"
 
