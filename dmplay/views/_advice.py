@@ -92,7 +92,7 @@ def losses(look: Look, names: Sequence[str]) -> list[str]:
     row = _row(f"{names[action]} {loss(look, action, SHORT)}" for action in known(look))
     if len(row) > look.width:
         row = _row(f"{names[action]} {lost(look, action, WIDEST)}" for action in known(look))
-    return [row if len(row) <= look.width else row[: row.rindex("  ", 0, look.width + 2)]]
+    return [row if len(row) <= look.width else row[: max(row.rfind("  ", 0, look.width + 2), 0)]]
 
 
 def _row(parts: Iterable[str]) -> str:

@@ -280,3 +280,12 @@ def test_rewards_are_hidden_until_the_game_is_over(name: str) -> None:
     game.advance([0])
     told.append(dict(style_of(problem).panel(game.view(0)))["reward"])
     assert told == ["hidden", {"crying-baby": "-15", "machine-replacement": "0.9025"}[name]]
+
+
+@pytest.mark.parametrize("width", [1, 3])
+def test_where_not_even_a_word_of_advice_has_room_there_is_only_what_would_be_needed(
+    width: int,
+) -> None:
+    view = after("crying-baby")
+    drawn = fit(style_of(view.problem), view, Look(width, 1, large=True, regret=LOST))
+    assert len(drawn.plain) <= width
