@@ -95,15 +95,16 @@ def boards(view: View[CartPole], look: Look) -> Iterator[Text]:
         y = size.pole + 2
         _track(canvas, y, scale, cart)
         if size.scales:
-            named(canvas, y + 1, scale, "place x" if look.large else "x", "m")
+            named(canvas, y + 1, scale, "place (x)" if look.large else "x", "m")
             lean = scale._replace(low=-cart.theta_limit, high=cart.theta_limit)
             gauge(canvas, y + 2, lean, cart.theta, [one.theta for one in after])
-            named(canvas, y + 3, lean, "lean theta" if look.large else "theta", "deg")
+            named(canvas, y + 3, lean, "lean (theta)" if look.large else "theta", "deg")
             y += 4
         long = size.width > SIZES[-1].width
         if look.outlook and after:
             what = asked(view, look.outlook, "push {}")
-            canvas.put(0, y + 1, f"{what}: {_next(after[0], long)}", "bold cyan")
+            for row, part in enumerate(_next(what, after[0], long), y + 1):
+                canvas.put(0, row, part, "bold cyan")
         elif size.width > look.beside:  # else the panel beside has them
             told = _named(cart) if look.large else [_long(cart) if long else _short(cart)]
             for row, numbers in enumerate(told, y + 1):
@@ -112,11 +113,11 @@ def boards(view: View[CartPole], look: Look) -> Iterator[Text]:
     yield written(_short(cart))
 
 
-def _next(cart: Cart, long: bool) -> str:
-    """What an action leads to, the limits passed said."""
+def _next(what: str, cart: Cart, long: bool) -> list[str]:
+    """What an action leads to, the limits passed said; in two rows where one has no room."""
+    told = f"place {plus(cart.x, 3)} m, lean {plus(cart.theta, 2)} deg"
     ends = "" if _stands(cart) == "stands" else f", {_stands(cart)}"
-    track, pole = plus(cart.x, 3), plus(cart.theta, 2)
-    return f"place {track} m, lean {pole} deg{ends}" if long else f"x {track} th {pole}{ends[:7]}"
+    return [f"{what}: {told}{ends}"] if long else [f"{what}{ends}:", told]
 
 
 def _advice(canvas: Canvas, look: Look, middle: int, size: Size) -> None:

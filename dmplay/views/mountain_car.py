@@ -75,12 +75,13 @@ def boards(view: View[MountainCar], look: Look) -> Iterator[Text]:
             _labels(canvas, y, scale, view.problem.goal)
             speed = Scale(-TOP_SPEED, TOP_SPEED, 1, size.width - 2)
             gauge(canvas, y + 1, speed, float(view.observation[1]), [v for _, v in after])
-            named(canvas, y + 2, speed, "speed v" if look.large else "v")
+            named(canvas, y + 2, speed, "speed (v)" if look.large else "v")
             y += 4
         if look.outlook and after:
-            what = foreseen(look.outlook, DOING[int(look.outlook.action)])
-            x, v = after[0]
-            canvas.put(0, y, f"{what}: x {plus(x, 3)} v {plus(v, 4)}", "bold cyan")
+            doing, (x, v) = DOING[int(look.outlook.action)], after[0]
+            what = foreseen(look.outlook, doing) if size.width > SIZES[-1].width else doing
+            told = f"{what}: place {plus(x, 3)} speed {plus(v, 4)}"
+            canvas.put(0, y, told, "bold cyan")
         elif size.width > look.beside:  # else the panel beside has them
             _say(canvas, y, view, look, size)
         yield canvas.text()

@@ -48,6 +48,9 @@ def boards(view: View[TravelersDilemma], look: Look) -> Iterator[Text]:
     for many, history in LARGE if look.large else ():
         yield _large(view, look, many, history)
     notes = losses(look, view.problem.actions[view.seat])
+    if look.large:
+        tables = (_window(view, look, many)[0].text() for many in (4, 3))
+        yield from under(tables, [*notes, *(_pays(view, look) or [_paid(view)])], look)
     yield from under(_drawings(view, look), [*notes, *_pays(view, look)], look)
 
 
@@ -69,21 +72,40 @@ def _drawings(view: View[TravelersDilemma], look: Look) -> Iterator[Text]:
 
 def _large(view: View[TravelersDilemma], look: Look, many: int, history: bool) -> Text:
     """The table with its axes by name, both claims on a line, what claims lose, the rounds."""
-    canvas = Canvas()
-    down, across = named(view)
-    canvas.put(0, 0, f"{down} ↓   {across} →   cells pay agent1, agent2", "dim")
-    around = [*_claims(view)]  # both last claims, or the one in question
-    if look.outlook is not None:
-        around[view.seat] = LEAST + int(look.outlook.action)
-    rows, columns = ([*_around(claim, many)] for claim in around)
-    y = _table(view, canvas, 1, look, (rows, columns)) + 1
-    y = _line_of_claims(view, canvas, y)
+    canvas, y = _window(view, look, many)
+    canvas.put(0, 0, f"{_axes(view)}   cells pay agent1, agent2", "dim")
+    y = _line_of_claims(view, canvas, y + 1)
     y = _lost(canvas, y, look)
     if history:
         y = paid_rounds(view, canvas, y + 1, look.width)
     for row, told_ in enumerate(_pays(view, look), y):
         canvas.put(0, row, told_)
     return canvas.text()
+
+
+def _axes(view: View[TravelersDilemma]) -> str:
+    """Whose claims go down, and whose across."""
+    down, across = named(view)
+    return f"{down} ↓   {across} →"
+
+
+def _window(view: View[TravelersDilemma], look: Look, many: int) -> tuple[Canvas, int]:
+    """The table round both last claims, or round the one in question; the row after it."""
+    canvas, around = Canvas(), [*_claims(view)]
+    canvas.put(0, 0, _axes(view), "dim")
+    if look.outlook is not None:
+        around[view.seat] = LEAST + int(look.outlook.action)
+    rows, columns = ([*_around(claim, many)] for claim in around)
+    return canvas, _table(view, canvas, 1, look, (rows, columns))
+
+
+def _paid(view: View[TravelersDilemma]) -> str:
+    """Both claims of the last round, and what they were paid."""
+    played = last(view)
+    if played is None:
+        return "no claims yet"
+    pays = zip(called(view), played, view.problem.payoffs[played], strict=True)
+    return "; ".join(f"{name} {LEAST + claim}, paid {pay:g}" for name, claim, pay in pays)
 
 
 def _line_of_claims(view: View[TravelersDilemma], canvas: Canvas, y: int) -> int:
