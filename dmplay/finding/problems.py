@@ -26,6 +26,8 @@ from dmplay.finding.ways import HERE, Found, Way, is_data, is_file, moved
 from dmplay.places import blamed
 from dmplay.sound import sound
 
+GUESTS = "dmplay.guests."
+
 
 class Loaded(NamedTuple):
     """A problem, the name that loads it again, and the parameters that differ from the default."""
@@ -124,13 +126,19 @@ def stem(problem: Problem) -> str:
 
 def docs(problem: Problem) -> str:
     """The docstring of the problem's module: what it is, its source, its decisions."""
-    return inspect.getdoc(inspect.getmodule(type(problem))) or inspect.getdoc(problem) or ""
+    about = inspect.getdoc(inspect.getmodule(type(problem)))
+    return problem.story() if not about or _is_guest(problem) else about
 
 
 def brought(problem: Problem) -> bool:
     """Whether the code of a problem is not dmplay's, so that its transcripts need trust."""
     home = type(problem).__module__
-    return home.startswith(code.PREFIX) or not home.startswith("dmplay.")
+    return home.startswith(code.PREFIX) or not home.startswith("dmplay.") or _is_guest(problem)
+
+
+def _is_guest(problem: Problem) -> bool:
+    """Whether it is a problem of another library."""
+    return type(problem).__module__.startswith(GUESTS)
 
 
 def _built_in(base: str) -> ModuleType:

@@ -146,6 +146,7 @@ def about(name: str, keys: Keys = AS_DRAWN) -> About:
                 "meaning": one.metadata.get("meaning", ""),
             }
             for one in fields(problem)
+            if one.repr
         },
         variants=[variant or "standard" for variant in problems.variants(name) or [""]],
         players={agent: _first_line(make) for agent, make in agents.roster(problem).agents.items()},
