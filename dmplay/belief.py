@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.chance import Reals
+from dmplay.chance import Array, Reals
 from dmplay.core import Problem, exact_start, placed
 from dmplay.errors import ImpossibleObservation
 from dmplay.tabular import Tabular
@@ -35,6 +35,12 @@ def prior(problem: Problem) -> Reals:
     p, states = exact_start(problem)
     size = len(problem.enumerated())
     return np.bincount(placed(problem, states), p, minlength=size).astype(float)
+
+
+def first(problem: Problem, seat: int, observation: Array) -> Reals:
+    """The belief `[S]` of a seat before its first action, after what it observed of the start."""
+    before, may = prior(problem), problem.first(problem.enumerated())[:, seat] == observation
+    return before if may.all() else bayes(before * may).belief
 
 
 def update(

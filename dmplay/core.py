@@ -21,6 +21,7 @@ GRID = 21  # actions that stand for an interval
 LISTED = 384 * 2**20  # bytes of all states of a problem, or of what may come of them
 PARAMETERS = "parameters are fields with a default, as `price: float = 5.0`, not of __init__"
 NOTHING_YET = "nothing yet"
+WAIT = "wait"  # the action of an agent whose turn it is not, where it is the only one
 LARGEST = 1e6  # a parameter that says no bounds of its own, either way
 
 T = TypeVar("T")
@@ -463,6 +464,29 @@ class Problem(ABC):
         """
         return None
 
+    def waiting(self, s: Array) -> Bools:
+        """Which agents `[B, n]` are not asked, as it is another's turn: all they may is wait."""
+        legal, waits = self.legal(s), np.zeros((len(s), len(self.agents)), bool)
+        if legal is None or len(self.agents) == 1:
+            return waits
+        for seat, known in enumerate(self.actions):
+            if WAIT in known.labels:
+                able = legal[:, seat]
+                waits[:, seat] = able[:, known.labels.index(WAIT)] & (able.sum(axis=1) == 1)
+        return waits
+
+    def waits(self, seat: int) -> int:
+        """The action of a seat that only waits."""
+        return self.actions[seat].labels.index(WAIT)
+
+    def line(self, s: Array) -> str:
+        """What a transcript writes of a state: its notation, unless that grows with the game."""
+        return self.notation(s)
+
+    def story(self) -> str:
+        """What it is, in the words of whoever wrote it."""
+        return inspect.getdoc(type(self)) or ""
+
     def enumerated(self) -> Array:
         """Every state of a finite problem `[S, ...]`, in the order of their indices."""
         if not isinstance(self.states, int):
@@ -514,9 +538,13 @@ class Problem(ABC):
         """One turn of B rows: states, joint actions `[B, n]`, uniforms `[B, draws.step]`."""
         return self.move(s, a, sample(self.chance(s, a), u))
 
-    def first_sight(self, s: Array) -> Array:
-        """What a seat sees before the first turn: the state `[B, ...]`, or nothing if hidden."""
-        return own(self.observations[0].unseen(len(s)) if self.hidden else s)
+    def first(self, s: Array) -> Array:
+        """What each agent observes of a hidden start `[B, n, ...]`: nothing unless overridden."""
+        return np.stack([known.unseen(len(s)) for known in self.observations], axis=1)
+
+    def first_sight(self, s: Array, seat: int = 0) -> Array:
+        """What a seat sees before the first turn: the state `[B, ...]`, or what it may of it."""
+        return own(self.first(s)[:, seat] if self.hidden else s)
 
     def percept(self, seat: int, actions: Array, outcome: Outcome) -> Percept:
         """What a turn by the joint actions `[B, n]` teaches a seat, in arrays of its own."""

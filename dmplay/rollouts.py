@@ -137,7 +137,10 @@ def _block(  # noqa: PLR0913, PLR0917 - what a worker is sent
     length = np.zeros(len(games), np.int64)
     weight = 1.0
     row = np.arange(len(games))  # the games that go on
-    memories = [asked("turn 1", one.begin, problem.first_sight(state)) for one in policies]
+    memories = [
+        asked("turn 1", one.begin, problem.first_sight(state, seat))
+        for seat, one in enumerate(policies)
+    ]
     for turn in range(1, limit + 1):
         share = (turn - 1) / limit
         budget.spend(0, share)
@@ -184,6 +187,11 @@ def _chosen(
         choose(None if legal is None else own(legal[:, seat]), u)
         for seat, (choose, u) in enumerate(zip(choosers, luck, strict=True))
     ]
+    if legal is not None:  # whoever only waits is not asked
+        waiting = problem.waiting(state)
+        for seat, waits in enumerate(waiting.T):
+            if waits.any():
+                chosen[seat] = np.where(waits, problem.waits(seat), chosen[seat])
     actions = np.stack(chosen, axis=1)
     # As in a session, so that the text of an action is the action.
     return np.round(actions, DECIMALS) + 0.0 if actions.dtype.kind == "f" else actions

@@ -83,8 +83,8 @@ def draws(count: int, turn: int, rows: int, stream: int = NATURE) -> Reals:
 
 
 def same(one: Array, other: Array) -> bool:
-    """Equal to the last bit; texts, which are as wide as their batch, as such."""
-    if one.dtype.kind == "U":
+    """Equal to the last bit; texts, which are as wide as their batch, and objects as such."""
+    if one.dtype.kind in "UO":
         return np.array_equal(one, other)
     alike = one.dtype == other.dtype and one.shape == other.shape
     return alike and one.tobytes() == other.tobytes()

@@ -24,7 +24,7 @@ from dmplay.core import (
     locked,
     own,
 )
-from dmplay.describe import ended
+from dmplay.describe import counted, ended
 from dmplay.dice import NATURE
 from dmplay.displayed import Displayed
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
@@ -149,7 +149,7 @@ class Beliefs(Past[Reals]):
     def _after(self, turn: int) -> Reals:
         """What it believed after a turn, by what it believed before."""
         if not turn:
-            return beliefs.prior(self._problem)
+            return beliefs.first(self._problem, self._seat, self._from.observations[0])
         did: list[int | None] = [None] * len(self._problem.agents)
         saw = list(did)
         did[self._seat] = int(self._from.actions[turn - 1])
@@ -216,6 +216,7 @@ class _Known(NamedTuple):
 
     state: Array | None
     legal: Bools | None  # [n, A]
+    waiting: Bools  # [n], who only waits
     terminal: bool
 
 
@@ -241,7 +242,7 @@ class Session(Displayed):
         self.rerolls: dict[int, int] = {}  # turn -> how often its dice were thrown anew
         self.help: Counter[str] = Counter()  # agent -> how often whoever plays it was given advice
         self._ended: str | None = None
-        self._known = _Known(None, None, terminal=False)
+        self._known = _Known(None, None, np.zeros(len(problem.agents), bool), terminal=False)
         self._sums: list[tuple[float, ...]] = []  # the next weight, returns [n], totals [n]
         self._told: dict[int, _Told] = {}  # by seat, for its views
         self.followers = [
@@ -272,7 +273,8 @@ class Session(Displayed):
             row = state[None]
             legal = self.problem.legal(row)
             terminal = bool(self.problem.terminal(row)[0])
-            self._known = _Known(state, None if legal is None else legal[0], terminal)
+            waiting = self.problem.waiting(row)[0]
+            self._known = _Known(state, None if legal is None else legal[0], waiting, terminal)
         return self._known
 
     @property
@@ -300,17 +302,42 @@ class Session(Displayed):
         labels = self.labels(seat)
         return labels[int(action)] if labels else self.problem.action_name(seat, action)
 
+    def waits(self, seat: int) -> bool:
+        """Whether a seat is not asked now, as it is another's turn."""
+        return bool(self._now().waiting[seat])
+
+    def asked(self, seats: Sequence[int]) -> list[int]:
+        """Those of some seats whose turn it is."""
+        return [seat for seat in seats if not self.waits(seat)]
+
+    def idle(self, seats: Sequence[int]) -> bool:
+        """Whether some seats play, and it is the turn of others alone."""
+        going = bool(seats) and not self.over and not self.asked(seats)
+        return going and bool(self.asked(range(len(self.problem.agents))))
+
     def choices(self) -> list[float | None]:
-        """What each policy does now; None for a seat played from outside."""
-        return [None if follower is None else follower.choose() for follower in self.followers]
+        """What each policy does now; None for a seat played from outside, or not asked."""
+        return [
+            None if follower is None or self.waits(seat) else follower.choose()
+            for seat, follower in enumerate(self.followers)
+        ]
 
     def decided(self, actions: Sequence[float | None] = ()) -> list[float | None]:
-        """The given actions, and those that the policies choose now for the rest."""
+        """The given actions, and those that the policies choose now for the rest.
+
+        Who only waits is not asked.
+        """
         given = list(actions) or [None] * len(self.problem.agents)
+        every = enumerate(zip(given, self.followers, strict=True))
         return [
-            follower.choose() if action is None and follower else action
-            for action, follower in zip(given, self.followers, strict=True)
+            action if action is not None else self._decides(seat, follower)
+            for seat, (action, follower) in every
         ]
+
+    def _decides(self, seat: int, follower: "Follower | None") -> float | None:
+        if self.waits(seat):
+            return self.problem.waits(seat)
+        return follower.choose() if follower else None
 
     def advance(self, actions: Sequence[float | None] = (), draws: Reals | None = None) -> Turn:
         """Plays one turn: the given actions, and those of the policies for the rest.
@@ -347,6 +374,18 @@ class Session(Displayed):
             raise IllegalAction(f"{where}: {told}")
         return done
 
+    def back(self, seats: Sequence[int], choices: int) -> int:
+        """How many turns ago these seats, or of none everybody, made so many choices."""
+        befores = [self.first, *(turn.state for turn in self.turns[:-1])][: len(self.turns)]
+        many = 0
+        for turns, state in enumerate(reversed(befores), 1):
+            many += not seats or not self.problem.waiting(state[None])[0, seats].all()
+            if many == choices:
+                return turns
+        if many < len(self.turns):
+            raise IllegalAction(f"undo {choices}: you chose in {counted(many, 'turn')}")
+        return choices
+
     def undo(self, turns: int = 1) -> list[Turn]:
         """Takes back the last turns and returns them; the same action gives the same outcome."""
         if not 1 <= turns <= len(self.turns):
@@ -373,7 +412,7 @@ class Session(Displayed):
     def observation(self, seat: int, turn: int) -> Array:
         """What a seat saw after a turn; before the first, the state or -1."""
         if turn == 0:
-            first: Array = self.problem.first_sight(self.first[None])[0]
+            first: Array = self.problem.first_sight(self.first[None], seat)[0]
             return first
         return self._seen(seat, self.turns[turn - 1])
 
@@ -477,7 +516,7 @@ class Follower:
         """The policy's memory now, after every turn played."""
         self.forget()
         if not self._memories:
-            seen = own(self.session.observation(self.seat, 0)[None])
+            seen = own(np.asarray(self.session.observation(self.seat, 0))[None])
             self._memories.append(asked(self, self.policy.begin, seen))
         for turn in range(len(self._memories), len(self.session.turns) + 1):
             percept = self.session.percept(self.seat, turn)

@@ -17,6 +17,7 @@ from dmplay.tabular import Tabular
 ROWS = 2  # of the turn that is tried
 CLOSE = 1e-6  # how near to 1 probabilities sum
 LONGEST = 1000  # characters of a name, or of a state in a line
+LONGEST_TEXT = 20_000  # characters of an observation
 MOST = 2**63 - 1  # states, turns
 UNTYPED = ",;#"  # characters that a typed action cannot have
 COMMANDS = frozenset({  # what a typed word does in a game, unless an action has its name
@@ -230,7 +231,7 @@ def _observed(problem: Problem, rows: tuple[int, int], seen: Array) -> Facts:
         holds = bool(((seen >= 0) & (seen < problem.observation_counts)).all())
         yield Fact(holds, "move", f"{got}, expected the numbers of their labels")
     else:
-        lines = all(_line(told) for told in seen.flat)
+        lines = all(map(_text, seen.flat))
         yield Fact(lines, "move", f"{got}, expected lines of at most {LONGEST} characters")
 
 
@@ -261,6 +262,13 @@ def _names(told: object) -> bool:
 def _line(told: object) -> bool:
     """Whether this is a text that can be written in a line."""
     return isinstance(told, str) and told.isprintable() and 0 < len(told.strip()) <= LONGEST
+
+
+def _text(told: object) -> bool:
+    """Whether this can be shown, in one line or several."""
+    rows = told.split("\n") if isinstance(told, str) else []
+    printable = all(row.isprintable() for row in rows)
+    return printable and isinstance(told, str) and 0 < len(told.strip()) <= LONGEST_TEXT
 
 
 def _labels(told: object) -> bool:

@@ -26,6 +26,12 @@ SGR = {name: str(30 + number) for number, name in enumerate(COLORS)}
 SGR |= {f"bright_{name}": str(90 + number) for number, name in enumerate(COLORS)}
 TOOLKIT = {name: f"ansi{name.replace('_', '')}" for name in SGR}
 TOOLKIT |= {"white": "ansigray", "bright_white": "ansiwhite"}
+NUMBERED = {f"color({number})": name for number, name in enumerate(SGR)}  # as others draw them
+SGR |= {number: SGR[name] for number, name in NUMBERED.items()}
+TOOLKIT |= {number: TOOLKIT[name] for number, name in NUMBERED.items()}
+GROUNDS = {f"on_{color}": color for color in SGR}
+SGR |= {ground: str(int(SGR[color]) + 10) for ground, color in GROUNDS.items()}
+TOOLKIT |= {ground: f"bg:{TOOLKIT[color]}" for ground, color in GROUNDS.items()}
 PALETTE = {number: "#{:02x}{:02x}{:02x}".format(*rgb(number)) for number in range(16, 256)}
 SGR |= {f"color({number})": f"38;5;{number}" for number in PALETTE}
 SGR |= {f"on_color({number})": f"48;5;{number}" for number in PALETTE}
@@ -102,7 +108,7 @@ def _shown(words: frozenset[str], theme: str) -> set[str]:
     """The words that a theme keeps: weights alone in mono, nothing faint in high contrast."""
     known = {word for word in words if word in SGR}
     if theme == "mono":
-        return known - TOOLKIT.keys()
+        return known - TOOLKIT.keys() | ({"reverse"} if known & GROUNDS.keys() else set())
     if theme == "high-contrast":
         colors = known & {*COLORS} - {"black"}
         bright = {f"bright_{color}" for color in colors} | ({"bold"} if colors else set())

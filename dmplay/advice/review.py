@@ -55,7 +55,7 @@ def moves(session: Session, who: Sequence[int], seats: Sequence[str] = ()) -> It
         for seat, adviser in advisers.items():
             with part(number - 1, len(session.turns)):
                 values = adviser.values()
-            if values is not None:
+            if values is not None and not past.waits(seat):
                 yield _move(past, seat, number, int(turn.actions[seat]), values)
         past.advance(list(turn.actions), turn.draws)
 

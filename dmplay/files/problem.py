@@ -31,8 +31,7 @@ class FromFile(Tabular):
 
     model: Model = field(repr=False, kw_only=True)
 
-    @property
-    def about(self) -> str:
+    def story(self) -> str:
         """What its author says of it."""
         return self.model.about
 
@@ -103,8 +102,7 @@ class NormalForm(MatrixGame):
 
     table: Payoffs = field(repr=False, kw_only=True)
 
-    @property
-    def about(self) -> str:
+    def story(self) -> str:
         """Its title and comment."""
         return self.table.about
 

@@ -1,9 +1,15 @@
 """Problems of other libraries: `gymnasium:ID`, `pettingzoo:ID`, `openspiel:GAME(ARGUMENTS)`."""
 
-from dmplay.errors import BadParameter
-from dmplay.finding.ways import Found
+from importlib import import_module
 
-LIBRARIES = ("gymnasium", "pettingzoo", "openspiel")
+from dmplay.finding.ways import Found
+from dmplay.guests.library import origin
+
+LIBRARIES = {  # by the word before the colon, the package that is asked
+    "gymnasium": "gymnasium",
+    "pettingzoo": "pettingzoo",
+    "openspiel": "open-spiel",
+}
 
 
 def takes(name: str) -> bool:
@@ -15,4 +21,5 @@ def takes(name: str) -> bool:
 def find(name: str) -> Found:
     """The problem of this name; its origin is the library's version."""
     library = name.partition(":")[0]
-    raise BadParameter(f"{name}: install the extra {library}: pip install 'dmplay[{library}]'")
+    problem = import_module(f"dmplay.guests.{library}").find(name)
+    return Found(name, problem, origin(LIBRARIES[library]))

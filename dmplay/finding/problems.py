@@ -26,6 +26,8 @@ from dmplay.finding.ways import HERE, Found, Way, is_data, is_file, moved
 from dmplay.places import blamed
 from dmplay.sound import sound
 
+FILES, GUESTS = "dmplay.files.", "dmplay.guests."
+
 
 class Loaded(NamedTuple):
     """A problem, the name that loads it again, and the parameters that differ from the default."""
@@ -129,16 +131,25 @@ def stem(problem: Problem) -> str:
 
 
 def docs(problem: Problem) -> str:
-    """What a problem says of itself, or the docstring of its module: source, decisions."""
-    about: str = getattr(problem, "about", "")
-    module = inspect.getmodule(type(problem))
-    return about or inspect.getdoc(module) or inspect.getdoc(problem) or ""
+    """What a problem is, its source and decisions: its module's words, or what tells its story."""
+    told = inspect.getdoc(inspect.getmodule(type(problem)))
+    return told if told and not _of_a_house(problem) else problem.story()
 
 
 def brought(problem: Problem) -> bool:
     """Whether the code of a problem is not dmplay's, so that its transcripts need trust."""
     home = type(problem).__module__
-    return home.startswith(code.PREFIX) or not home.startswith("dmplay.")
+    return home.startswith(code.PREFIX) or not home.startswith("dmplay.") or _is_guest(problem)
+
+
+def _of_a_house(problem: Problem) -> bool:
+    """Whether its class serves many problems: of files, or of another library."""
+    return type(problem).__module__.startswith((FILES, GUESTS))
+
+
+def _is_guest(problem: Problem) -> bool:
+    """Whether it is a problem of another library."""
+    return type(problem).__module__.startswith(GUESTS)
 
 
 def _built_in(base: str) -> ModuleType:

@@ -19,7 +19,9 @@ def public(session: Session, view: View[Problem]) -> dict[str, object]:
             continue
         if key == "rewards" and view.rewards is None:
             continue
-        known[key] = {agent: value[agent]} if hidden and isinstance(value, dict) else value
+        if hidden and isinstance(value, dict):
+            value = {who: told for who, told in value.items() if who == agent}  # noqa: PLW2901
+        known[key] = value
     return known
 
 

@@ -1,6 +1,6 @@
 """A game that people play: a session, who sits where, and its transcript."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import cast
@@ -56,6 +56,7 @@ class Game:
         self.ghost: Ghost | None = None
         self.removed = 0  # older games that had to make room for it where games are kept
         self.repeats = False  # whether one of the same dice was played before it
+        self.between: Callable[[], object] = lambda: None  # after a turn that another follows
         agents = {clean(who): None for seat, who in enumerate(seats) if seat not in self.people}
         self._agents = " and ".join(agents) + (" are" if len(agents) > 1 else " is") + " thinking"
         self._chosen: dict[int, float] = {}
@@ -130,7 +131,7 @@ class Game:
     @property
     def waiting(self) -> int | None:
         """The person who chooses next."""
-        left = [seat for seat in self.people if seat not in self._chosen]
+        left = [seat for seat in self.session.asked(self.people) if seat not in self._chosen]
         return left[0] if left and not self.session.over else None
 
     @property
@@ -186,8 +187,8 @@ class Game:
             raise BadParameter("no person plays here")
         self.session.check(waiting, action)
         chosen = {**self._chosen, waiting: action}
-        if len(chosen) == len(self.people):
-            return self.advance(chosen)
+        if len(chosen) == len(self.session.asked(self.people)):
+            return self.advance(chosen) and self.catch_up()
         self._chosen = chosen
         return False
 
@@ -205,6 +206,13 @@ class Game:
             self._undone.clear()
             self._record()
         self._haunt()
+        return True
+
+    def catch_up(self) -> bool:
+        """Plays the turns of others until a person is asked."""
+        while self.session.idle(self.people):
+            self.between()
+            self.advance()
         return True
 
     def _decided(self, actions: Sequence[float | None]) -> Sequence[float | None]:
@@ -243,10 +251,10 @@ class Game:
             self._chosen.clear()
             return
         with WHOLE:
-            taken = self.session.undo(turns)
+            taken = self.session.undo(self.session.back(self.people, turns))
             self._undone += [list(turn.actions) for turn in reversed(taken)]
             if self.recorder:
-                self.recorder.event("undo", turns)
+                self.recorder.event("undo", len(taken))
         self._haunt()
 
     def redo(self) -> None:
@@ -254,6 +262,13 @@ class Game:
         if not self._undone:
             raise BadParameter("redo: nothing was taken back")
         self._chosen.clear()
+        self._again()
+        while self._undone and self.session.idle(self.people):
+            self.between()
+            self._again()
+        self.catch_up()
+
+    def _again(self) -> None:
         with WHOLE:
             self.session.advance(self._undone[-1])
             self._undone.pop()
@@ -273,6 +288,7 @@ class Game:
                 self.recorder.event("reroll", self.session.rerolls[len(self.session.turns)])
             self._record()
         self._haunt()
+        self.catch_up()
 
     def haunt(self, ghost: Ghost | None) -> None:
         """Has this ghost play beside, up to the present turn."""

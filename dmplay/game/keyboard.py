@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 
-from dmplay.core import Interval, Labels, Problem
+from dmplay.core import WAIT, Interval, Labels, Problem
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.game import keymap
 from dmplay.game.keymap import DIGITS, Keys
@@ -62,13 +62,22 @@ class Keyboard:
     def legal(self, view: View[Problem]) -> list[tuple[str, str, bool]]:
         """Key, label and legality of each action; '' where numbers are typed, [] for reals."""
         labels = self.problem.actions[view.seat].labels
-        digits = "" if self.types_numbers(view.seat) or len(labels) > len(DIGITS) else DIGITS
+        digits = "" if self.types_numbers(view.seat) else _digits(labels)
         keys = dict(zip(labels, digits, strict=False))
         keys |= {label: key for key, label in reversed([*self.of(view.seat).items()])}  # the first
+        several = len(self.problem.agents) > 1
+        able = [view.legal is None or bool(view.legal[index]) for index in range(len(labels))]
         return [
-            (keys.get(label, ""), name, view.legal is None or bool(view.legal[index]))
-            for index, (label, name) in enumerate(zip(labels, view.labels, strict=True))
+            (keys.get(label, ""), name, may)
+            for label, name, may in zip(labels, view.labels, able, strict=True)
+            if may or not (view.called or (several and label == WAIT))
         ]
+
+
+def _digits(labels: Labels) -> str:
+    """The digit that plays each action; none of more than ten."""
+    digits = "".join(sorted(DIGITS)) if labels[:1] == ("0",) else DIGITS
+    return digits if len(labels) <= len(DIGITS) else ""
 
 
 def _nudges(actions: Labels | Interval) -> dict[str, float]:
@@ -108,11 +117,11 @@ def action_by_key(
 ) -> float | None:
     """The action that a key plays, of a view's keys if no others are in force.
 
-    A digit is the action's number, 0 the tenth.
+    A digit is the action's number, 0 the tenth, unless actions are called 0, 1 and so on.
     """
     labels = problem.actions[seat].labels
     in_force = style_of(problem).KEYS if keys is None else keys
     if in_force.get(key) in labels:
         return labels.index(in_force[key])
-    number = DIGITS.find(key) if len(key) == 1 else -1
-    return number if 0 <= number < len(labels) <= len(DIGITS) else None
+    number = _digits(labels).find(key) if len(key) == 1 else -1
+    return number if 0 <= number < len(labels) else None

@@ -37,6 +37,7 @@ class Table:
         self.removed = 0  # older games that had to make room for them
         self.open_screen: Callable[[], str] | None = None  # where there is one to open
         self.aliases = aliases
+        self.tells: Callable[[], object] = lambda: None  # a turn that another follows
         self._program, self._ends = program, ends  # does what words say; hears of each end
         self._game: Game | None = None
         self._shown: set[Luck] = set()  # of games whose secrets are told once they are left
@@ -71,6 +72,8 @@ class Table:
         dice = luck(game.name, game.session.source)
         game.repeats |= dice in self._played and not game.session.turns
         self._played.add(dice)
+        game.catch_up()
+        game.between = lambda: self.tells()  # noqa: PLW0108 - whoever is told then
         if game.problem.hidden:
             self._shown.add(dice)
         self.change_places()

@@ -38,7 +38,9 @@ class Believing(Seated, ABC):
 
     def begin(self, observation: Array) -> Memory:
         """The belief before the first turn."""
-        return (np.tile(belief.prior(self.problem), (len(observation), 1)),)
+        seen, row = np.unique(observation, return_inverse=True)
+        each = [belief.first(self.problem, self.seat, one) for one in seen]
+        return (np.array(each)[row],)
 
     def update(self, memory: Memory, percept: Percept) -> Memory:
         """Bayes' rule."""

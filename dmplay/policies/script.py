@@ -16,7 +16,7 @@ class EndOfScript(DmplayError):
 
 @dataclass(frozen=True)
 class Script(Seated):
-    """Actions written down beforehand, one a turn."""
+    """Actions written down beforehand, one for each turn in which it is asked."""
 
     actions: tuple[float, ...]
 
@@ -25,11 +25,16 @@ class Script(Seated):
         return (np.zeros(len(observation), np.int64),)
 
     def update(self, memory: Memory, percept: Percept) -> Memory:
-        """The next place."""
-        return (memory[0] + 1,)
+        """The next place, unless this was the turn of another, for which nothing is written."""
+        return (memory[0] + (percept.action == self._at(memory[0])),)
+
+    def _at(self, places: Array) -> Array:
+        """The actions `[B]` at these places; the last where there are no more."""
+        known = np.array(self.actions or (0,))
+        return np.asarray(known[np.minimum(places, len(known) - 1)])
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """The action at this place."""
         if memory[0].max(initial=-1) >= len(self.actions):
             raise EndOfScript(f"the script of {len(self.actions)} actions is over")
-        return np.array(self.actions)[memory[0]]
+        return self._at(memory[0])

@@ -49,6 +49,7 @@ class Screen:
     ) -> None:
         self.table = table
         table.typed = True
+        table.tells = self.note
         self.terminal = terminal
         self.speed = speed  # turns a second in autoplay
         self.rate = rate  # turns a second in real time; None where each turn waits for a key

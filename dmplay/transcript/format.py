@@ -29,7 +29,7 @@ from collections.abc import Callable, Collection, Mapping
 from typing import NamedTuple
 
 from dmplay.chance import Array
-from dmplay.core import Problem
+from dmplay.core import NOTHING_YET, Problem
 from dmplay.rollouts import MOST_TURNS
 from dmplay.session import LONGEST_LIST, Session, believed
 
@@ -88,14 +88,34 @@ def _draws(session: Session) -> Array | None:
     return draws if len(draws) else None
 
 
+def _stated(session: Session) -> Array | None:
+    """The state, where there is anything to tell of it."""
+    state = session.state
+    quiet = session.problem.states == 1 or (state.dtype == object and not _line(session))
+    return None if quiet else state
+
+
+def _line(session: Session) -> str:
+    return session.problem.line(session.state)
+
+
 def _state(problem: Problem, state: Array) -> object:
-    return _numbers(state.tolist()) if state.dtype.kind == "f" else problem.notation(state)
+    return _numbers(state.tolist()) if state.dtype.kind == "f" else problem.line(state)
 
 
 def _observations(problem: Problem, observed: Array) -> object:
     seen = zip(problem.agents, problem.observations, observed, strict=True)
-    told = ((agent, kind.fact(o)) for agent, kind, o in seen)
+    told = ((agent, kind.fact(o)) for agent, kind, o in seen if kind.told(o) != NOTHING_YET)
     return {agent: fact if isinstance(fact, str) else _numbers(fact) for agent, fact in told}
+
+
+def _observed(session: Session) -> Array | None:
+    """What was seen in the last turn, or before the first, where anything was."""
+    problem = session.problem
+    if session.turns or not problem.hidden:
+        return session.turns[-1].observations if problem.hidden else None
+    first: Array = problem.first(session.first[None])[0]
+    return first if _observations(problem, first) else None
 
 
 def _belief(session: Session) -> Array | None:
@@ -105,11 +125,8 @@ def _belief(session: Session) -> Array | None:
 FACTS: Mapping[str, Fact] = {  # the lines of a turn after its number, in order
     "actions": Fact(lambda game: game.turns[-1].actions if game.turns else None, _actions),
     "draws": Fact(_draws, lambda _, draws: draws.tolist()),
-    "state": Fact(lambda game: game.state if game.problem.states != 1 else None, _state),
-    "observations": Fact(
-        lambda game: game.turns[-1].observations if game.turns and game.problem.hidden else None,
-        _observations,
-    ),
+    "state": Fact(_stated, _state),
+    "observations": Fact(_observed, _observations),
     "rewards": Fact(lambda game: game.turns[-1].rewards if game.turns else None, _by_seat),
     "belief": Fact(_belief, _by_seat),
 }
@@ -145,7 +162,7 @@ class Writer:
         row = self._known.get(same)
         if row is None:
             row = f"{key}: {written(fact.told(self._session.problem, array))}"
-            if len(self._known) < MOST_KNOWN:
+            if len(self._known) < MOST_KNOWN and array.dtype != object:  # of which these are places
                 self._known[same] = row
         return row
 

@@ -15,7 +15,7 @@ from dmplay.core import Problem
 from dmplay.session import View
 from dmplay.views import _belief
 from dmplay.views._belief import words
-from dmplay.views.canvas import percent
+from dmplay.views.canvas import bare, percent
 from dmplay.views.style import Look, Outlook
 
 ALIKE = 1e-9  # a loss that is none
@@ -29,8 +29,8 @@ WIDEST = 12  # columns of a number where there is room
 def label(problem: Problem, seat: int, observation: Array) -> str:
     """What a seat sees, by name."""
     if not problem.hidden:
-        return problem.notation(observation)
-    return problem.observations[seat].told(observation)
+        return problem.line(observation)
+    return bare(problem.observations[seat].told(observation))
 
 
 def shown(keys: Mapping[str, str], look: Look) -> list[str]:

@@ -97,6 +97,12 @@ def _unlinked(style: str | Style) -> str | Style:
     return style.update_link(None) if isinstance(style, Style) else style
 
 
+def bare(text: str) -> str:
+    """Words without escape sequences, in one line."""
+    plain = Text.from_ansi(text).plain if "\x1b" in text else text
+    return " / ".join(filter(None, (row.strip() for row in plain.split("\n"))))
+
+
 def size(text: Text) -> tuple[int, int]:
     """Columns and rows of a drawing."""
     rows = text.plain.split("\n")

@@ -1,12 +1,12 @@
 """How a problem without a view of its own looks: labels and numbers, digits as keys."""
 
-import inspect
 from collections.abc import Iterator
+from textwrap import wrap
 
 from rich.text import Text
 
 from dmplay.chance import Array
-from dmplay.core import Problem
+from dmplay.core import WAIT, Problem
 from dmplay.errors import BadParameter
 from dmplay.places import place
 from dmplay.session import View
@@ -17,6 +17,9 @@ from dmplay.views.style import Lesson, Look
 
 TOLD = 3  # states that are told in words
 BAR = 20  # columns of a bar
+SHORT = 40  # characters of what was seen that are told beside a picture of it
+DIGITS = 10  # keys
+LISTED = 40  # actions that have a row each
 KEYS: dict[str, str] = {}
 
 
@@ -32,17 +35,41 @@ def boards(view: View[Problem], look: Look) -> Iterator[Text]:
     """
     shown = pictured(view, look.state)
     if shown is None:
-        yield from _written(view, look)
+        yield from _seen_by(view, look)
     elif view.problem.hidden:
-        yield from (Text("\n\n").join([drawn, shown]) for drawn in _written(view, look))
-        yield from _written(view, look)
+        yield from (Text("\n\n").join([drawn, shown]) for drawn in _seen_by(view, look))
+        yield from _seen_by(view, look)
     else:
-        labels, below = view.labels, Canvas()
-        after = branches(view, look, [])
-        _actions(view, below, 0, look)
-        full = Text("\n\n").join([shown, below.text()])
-        yield from under([full], ["", *after] if after else [], look)
-        yield from under([shown], [*losses(look, labels), *after], look)
+        yield from _over(view, look, shown)
+
+
+def _seen_by(view: View[Problem], look: Look) -> Iterator[Text]:
+    """What the seat saw: as the problem draws that, else in words."""
+    draw = getattr(view.problem, "glimpse", None)
+    drawn = draw(view.observation) if draw and view.problem.hidden else ""
+    yield from _over(view, look, picture(drawn)) if drawn else _written(view, look)
+
+
+def _over(view: View[Problem], look: Look, shown: Text) -> Iterator[Text]:
+    """A picture, and the actions below it."""
+    labels, below = view.labels, Canvas()
+    after = branches(view, look, [])
+    _actions(view, below, 0, look)
+    full = Text("\n\n").join([shown, below.text()])
+    yield from under([full], ["", *after] if after else [], look)
+    rows = look.height - len(shown.plain.split("\n")) - 1
+    named = Text("\n\n").join([shown, _named(view, look, rows).text()])
+    yield from under([named, shown], [*losses(look, labels), *after], look)
+
+
+def _named(view: View[Problem], look: Look, rows: int) -> Canvas:
+    """The actions by name alone, in so many rows."""
+    canvas = Canvas()
+    open_ = (view.labels or view.problem.actions[view.seat]).words(view.legal).replace(", ", "  ")
+    told = wrap(open_, max(look.width, 20), break_on_hyphens=False, max_lines=max(rows, 1))
+    for row, text in enumerate(told):
+        canvas.put(0, row, text)
+    return canvas
 
 
 def _written(view: View[Problem], look: Look) -> Iterator[Text]:
@@ -56,6 +83,9 @@ def _written(view: View[Problem], look: Look) -> Iterator[Text]:
         y = bars(full, y, *shares(view), look, most=most) + 1
     _actions(view, full, y, look)
     yield from under([full.text()], ["", *after] if after else [], look)
+    if len(labels) > LISTED:
+        seen_ = small.text()
+        yield Text("\n\n").join([seen_, _named(view, look, look.height - 2).text()])
     if not labels:
         _actions(view, small, 2, look)
     yield from under([small.text()], [*losses(look, labels), *after], look)
@@ -71,7 +101,7 @@ def pictured(view: View[Problem], state: Array | None) -> Text | None:
     if not isinstance(drawn, str | Text):
         where = place(type(view.problem), "picture")
         raise BadParameter(f"{where} picture: got {drawn!r}, expected text, or Text of rich")
-    return picture(drawn)
+    return picture(drawn) if drawn else None
 
 
 def _seen(view: View[Problem], look: Look) -> Canvas:
@@ -87,21 +117,35 @@ def _actions(view: View[Problem], canvas: Canvas, y: int, look: Look) -> None:
     labels = view.labels
     if not labels:
         canvas.put(0, y, view.problem.actions[view.seat].words())
-    longest = max(map(len, labels), default=0)
-    order = ranked(look, len(labels))
-    if view.called is not None and view.legal is not None:  # of other states, names say nothing
-        order = [action for action in order if view.legal[action]]
-    for row, action in enumerate(order, y):
-        legal = view.legal is None or view.legal[action]
-        name = f"{action + 1} {labels[action]}"
+    shown = [action for action in ranked(look, len(labels)) if _listed(view, action)]
+    longest = max((len(labels[action]) for action in shown), default=0)
+    crowd = view.called is not None and len(labels) > DIGITS
+    bare = crowd or labels[:1] == ("0",)  # whose numbers would be others
+    for row, action in enumerate(shown[:LISTED], y):
+        legal = _may(view, action)
+        name = labels[action] if bare else f"{action + 1} {labels[action]}"
         canvas.put(0, row, name if legal else f"[{name}]")
         canvas.put(longest + 6, row, loss(look, action, BAR), "yellow")
 
 
+def _may(view: View[Problem], action: int) -> bool:
+    return view.legal is None or bool(view.legal[action])
+
+
+def _listed(view: View[Problem], action: int) -> bool:
+    """Whether an action has a row: where it can be done, and else if it has a name and few others.
+
+    Of other states, names that depend on the state say nothing.
+    """
+    labels = view.labels
+    waits = labels[action] == WAIT and len(view.problem.agents) > 1
+    unnamed = view.called is not None or len(labels) > LISTED
+    return _may(view, action) or not (waits or unnamed)
+
+
 def goal(view: View[Problem]) -> list[str]:
     """The problem in the words of whoever wrote it."""
-    about: str = getattr(view.problem, "about", "")  # of its file
-    first, *_ = (about or inspect.getdoc(type(view.problem)) or "").split("\n\n")
+    first, *_ = view.problem.story().split("\n\n")
     return [" ".join(first.split()).rstrip(".")] if first else []
 
 
@@ -124,7 +168,25 @@ def panel(view: View[Problem]) -> list[tuple[str, str]]:
 
 def told(view: View[Problem]) -> str:
     """The action and what was seen after it."""
-    return f"{seen(view)}. chose {view.last}.{_believed(view)}"
+    saw = seen(view)
+    drawn = hasattr(view.problem, "picture") and len(saw) > SHORT
+    return f"{'' if drawn else f'{saw}. '}{_did(view)}{_believed(view)}"
+
+
+def _did(view: View[Problem]) -> str:
+    """The seat's own action; in a game of turns whose turn it was, and what was done."""
+    problem, mine = view.problem, f"chose {view.last}."
+    if len(problem.agents) == 1 or WAIT not in problem.actions[view.seat].labels:
+        return mine
+    if view.joint is None:
+        return mine if view.last != WAIT else "waited."
+    known = problem.called(view.observations[-2])
+    names = [
+        known[n][action] if known else problem.action_name(n, action)
+        for n, action in enumerate(view.joint[-1].tolist())
+    ]
+    every = zip(problem.agents, names, strict=True)
+    return "; ".join(f"{agent} chose {name}" for agent, name in every if name != WAIT) + "."
 
 
 def situation(view: View[Problem]) -> str:

@@ -122,6 +122,7 @@ def by_lines(table: Table, terminal: Terminal, stdin: TextIO, reporter: Reporter
     game and raises BadParameter with the line's number.
     """
     table.typed = terminal.typed
+    table.tells = lambda: reporter.turn(table.game)
     _begin(reporter, table.game)
     if table.game.people:
         for number, line in _lines(table, terminal, stdin, reporter):

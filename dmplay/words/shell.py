@@ -28,6 +28,7 @@ class Shell:
         self.terminal = terminal
         self.speed = speed  # turns a second when agents play on the screen
         table.typed = terminal.typed
+        table.tells = self._passed
         self._over: Game | None = None  # the game whose end was told
 
     @property
@@ -84,6 +85,12 @@ class Shell:
             rows = [part for row in rows for part in cut.wrap(row) or [""]]
         for row in rows:
             print(row)
+
+    def _passed(self) -> None:
+        """Tells a turn that another follows."""
+        game = self.table.game
+        if not game.private:
+            self._say(game.account.said(game.view()))
 
     def _turns(self) -> int:
         return len(self.game.session.turns) if self.game else 0

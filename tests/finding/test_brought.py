@@ -57,7 +57,7 @@ class Flip(Counted):
     discount: float = 0.9
     actions = (Labels(("heads", "tails")),)
     observations = (Labels(("same", "turned")),)
-    states, first, horizon = 2, 0, 5
+    states, placed, horizon = 2, 0, 5
 
     def opening(self, rows: int) -> tuple[Chance, ...]:
         return (Categorical(np.ones((rows, 1))),)

@@ -18,7 +18,7 @@ class Walk(Counted):
     """A step to the right pays at the end of a corridor of seven."""
 
     actions = (Labels(("left", "right")),)
-    states, first = 7, 3
+    states, placed = 7, 3
     discount = 0.9
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:

@@ -35,7 +35,7 @@ class Counted(Problem):
 
     @property
     @abstractmethod
-    def first(self) -> int:
+    def placed(self) -> int:
         """Where every game starts."""
 
     def notation(self, s: Array) -> str:
@@ -48,7 +48,7 @@ class Counted(Problem):
         return ()
 
     def place(self, rows: int, events: tuple[Array, ...]) -> Array:
-        return np.full(rows, self.first)
+        return np.full(rows, self.placed)
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Heap(Counted):
 
     discount: float = 0.9
     actions = (Labels(("one", "two")),)
-    states, first = 5, 4
+    states, placed = 5, 4
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         """One time in four nothing is taken."""

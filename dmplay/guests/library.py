@@ -1,0 +1,65 @@
+"""What is asked of another library by name: the library, and `NAME(KEY=VALUE,...)` in it."""
+
+import json
+import re
+from importlib import import_module
+from importlib.metadata import version
+from types import ModuleType
+from typing import NamedTuple
+
+from dmplay.errors import BadParameter
+
+CALLED = re.compile(r"(?P<name>[^()]+)(\((?P<given>.*)\))?")
+APART = re.compile(r",(?![^\[]*\])")  # no comma of a list
+RAISED = (
+    ArithmeticError, AssertionError, AttributeError, ImportError, LookupError, OSError,
+    RuntimeError, TypeError, ValueError,
+)  # fmt: skip # what other libraries raise
+
+
+class Called(NamedTuple):
+    """A name in a library, and what it is given."""
+
+    name: str
+    given: dict[str, object]
+
+
+def library(module: str, extra: str, name: str) -> ModuleType:
+    """The library that a name needs; raises BadParameter with the extra that installs it."""
+    try:
+        return import_module(module)
+    except ModuleNotFoundError:
+        cure = f"install the extra {extra}: pip install 'dmplay[{extra}]'"
+        raise BadParameter(f"{name}: {cure}") from None
+
+
+def origin(package: str) -> str:
+    """A library and its version."""
+    return f"{package} {version(package)}"
+
+
+def called(name: str) -> Called:
+    """What a text `NAME(KEY=VALUE,...)` asks for."""
+    found = CALLED.fullmatch(name)
+    if not found:
+        raise BadParameter(f"got {name!r}, expected a name, or NAME(KEY=VALUE,...)")
+    given = {}
+    for pair in filter(None, APART.split(found["given"] or "")):
+        key, equals, value = pair.partition("=")
+        if not equals:
+            raise BadParameter(f"{found['name']}: got {pair!r}, expected KEY=VALUE")
+        given[key.strip()] = _value(value.strip())
+    return Called(found["name"], given)
+
+
+def _value(text: str) -> object:
+    try:
+        return json.loads(text.lower() if text in ("True", "False") else text)
+    except ValueError:
+        return text
+
+
+def first_line(error: BaseException) -> str:
+    """What an error says, in a line."""
+    told = " ".join(str(error).split("\n")[0].split())
+    return told or type(error).__name__
