@@ -16,11 +16,11 @@ from dmplay.game.log import Log
 from dmplay.game.number import Number
 from dmplay.game.table import Table
 from dmplay.painting.painter import Painter
-from dmplay.painting.writing import Place
 from dmplay.screen import frame
+from dmplay.screen.clock import STARTS, Clock
 from dmplay.screen.modes import Event, Mode, Modes
 from dmplay.screen.motion import LASTS, Motion
-from dmplay.screen.shown import KEYS_SHOWN, Room, Shown
+from dmplay.screen.shown import KEYS_SHOWN, Room, Shown, player
 from dmplay.screen.timeline import Past, Verdict
 from dmplay.terminal import Terminal
 from dmplay.thought import About, think
@@ -28,9 +28,6 @@ from dmplay.words.commands import COMMANDS, Leave, help_page, named, own_parts, 
 from dmplay.words.game_commands import ahead
 
 FASTER = 1.5  # the speed times this
-COUNTDOWN, BEATS = 3, 2.0  # beats before real time begins, and how many a second
-SLOW, FULL = 0.1, 100  # real time begins at this share of its rate; all of it after so many turns
-STARTS = "the clock starts with a key; P stops it"
 SLOWEST, FASTEST = 0.1, 50.0  # turns a second
 MORE = ("space", "down", "enter")
 MANY = 20  # turns that nobody wants to lose by one key
@@ -76,9 +73,7 @@ class Screen:
         self.number = Number()  # that is being typed
         self.prefix = ""  # the first arrow of a diagonal
         self.keys_until = KEYS_SHOWN  # the turn from which on the board names no keys
-        self.held: float | None = None  # the action that repeats in real time
-        self.countdown: int | None = None  # beats until real time begins; None before its key
-        self.since = 0  # the turn at which it began
+        self.clock = Clock(self.rate)
         self._verdict = Verdict()  # once it is over
         self.motion.cut()
         self.back = 0
@@ -100,7 +95,7 @@ class Screen:
         """Brings the screen as it is now onto the terminal."""
         self._count_overlay()
         drawn = frame.compose(self._board, self.room(painter), self.shown, self.log)
-        painter.paint(drawn, _player(drawn))
+        painter.paint(drawn, player(drawn))
 
     def _count_overlay(self) -> None:
         """Counts the advice of an overlay once for each turn that it lies on."""
@@ -118,7 +113,7 @@ class Screen:
         drawn = self.game.adviser.ready and not self.game.unaided
         kind = OVERLAYS[self.overlay] if drawn else ""
         page = self.page if self.modes.shows is Mode.PAGE else ()
-        unstarted = self.modes.moves is Mode.CLOCK and self.countdown is None
+        unstarted = self.modes.moves is Mode.CLOCK and not self.clock.started
         starts = STARTS if unstarted and self.game.waiting is not None else ""
         message, adviser = self.thinking or self._answer or starts, self.game.adviser
         past = self._past
@@ -276,7 +271,7 @@ class Screen:
             self._foretold = self.message if mine else ""
             return
         if self.rate:
-            self.held = action
+            self.clock.held = action
             self.start_clock()
             return
         game = self.game
@@ -289,32 +284,25 @@ class Screen:
             self.message = f"{name} chooses; the other choice stays hidden until both are in"
 
     def start_clock(self) -> None:
-        """Begins to count down to real time, once."""
-        if self.countdown is None:
-            self.countdown, self.since = COUNTDOWN, len(self.game.session.turns)
-            self.message = f"{COUNTDOWN} ..."
+        """Lets real time begin, once."""
+        self.message = self.clock.start(len(self.game.session.turns)) or self.message
 
     @property
     def pace(self) -> float:
-        """Beats a second: of the countdown; then of turns, slow at first, faster as they go on."""
-        if self.countdown or not self.rate:
-            return BEATS
-        gone = len(self.game.session.turns) - self.since
-        return self.rate * min(SLOW + (1 - SLOW) * gone / FULL, 1.0)
+        """Beats of the clock a second."""
+        return self.clock.pace(len(self.game.session.turns))
 
     def tick(self) -> None:
         """A beat of the clock in real time: it counts down, then the last push repeats."""
-        standing = self.modes.moves is not Mode.CLOCK or self.game.waiting is None
-        if self.countdown and not standing:
-            self.countdown -= 1
-            act = "" if self.held is not None else "press what to do"
-            self.message = f"{self.countdown} ..." if self.countdown else act
+        if self.modes.moves is not Mode.CLOCK or self.game.waiting is None:
             return
-        if self.held is None or standing:
-            return
-        with self.caught():
-            self.game.choose(self.held)
-            self.note()
+        told = self.clock.counted()
+        if told is not None:
+            self.message = told
+        elif self.clock.held is not None:
+            with self.caught():
+                self.game.choose(self.clock.held)
+                self.note()
 
     def command(self, key: str) -> None:
         """Does what a key of the screen or of the shell says."""
@@ -324,7 +312,7 @@ class Screen:
             own.run(self)
         elif command:
             self.say(command.run(self.table, ""))
-        elif self.rate and self.game.waiting is not None and self.countdown is None:
+        elif self.rate and self.game.waiting is not None and not self.clock.started:
             self.start_clock()
         elif key.isprintable():
             self.message = f"{key}: no such key; ? shows them"
@@ -457,18 +445,6 @@ class Screen:
         """Goes on without what was cancelled and does not stop."""
         self.game.leave_alone()
         self.message = "cancelled, but it does not stop: it slows dmplay down until you leave"
-
-
-def _player(drawn: Text) -> Place | None:
-    """Where the player stands, the first reversed cell: screen readers follow the real cursor."""
-    plain = drawn.plain
-    reversed_ = (span for span in drawn.spans if "reverse" in str(span.style))
-    cell = min(reversed_, default=None)
-    if cell is None:
-        return None
-    shown = plain[cell.start : cell.end]
-    at = cell.start + len(shown) - len(shown.lstrip())
-    return Place(at - plain.rfind("\n", 0, at) - 1, plain.count("\n", 0, at))
 
 
 class Key(NamedTuple):

@@ -6,6 +6,7 @@ from typing import NamedTuple
 from rich.text import Text
 
 from dmplay.advice.adviser import Advice
+from dmplay.painting.writing import Place
 from dmplay.views.canvas import ASCII
 from dmplay.views.style import Outlook
 
@@ -47,3 +48,15 @@ def fitted(row: Text, room: Room) -> Text:
         row.truncate(room.width, overflow="ellipsis")
         row.plain = row.plain.translate(ASCII) if room.ascii else row.plain
     return row
+
+
+def player(drawn: Text) -> Place | None:
+    """Where the player stands, the first reversed cell: screen readers follow the real cursor."""
+    plain = drawn.plain
+    reversed_ = (span for span in drawn.spans if "reverse" in str(span.style))
+    cell = min(reversed_, default=None)
+    if cell is None:
+        return None
+    shown = plain[cell.start : cell.end]
+    at = cell.start + len(shown) - len(shown.lstrip())
+    return Place(at - plain.rfind("\n", 0, at) - 1, plain.count("\n", 0, at))

@@ -322,9 +322,7 @@ class Playing(Stage):
             lambda: screen.speed, screen.autoplay, lambda: screen.modes.moves is Mode.AUTO
         )
         if screen.rate:
-            yield self._clock(
-                lambda: screen.pace, screen.tick, lambda: screen.countdown is not None
-            )
+            yield self._clock(lambda: screen.pace, screen.tick, lambda: screen.clock.started)
 
     def _next_step(self) -> asyncio.TimerHandle | None:
         motion = self._played.motion

@@ -5,6 +5,8 @@ import os
 import signal
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -64,60 +66,60 @@ def test_a_signal_before_the_first_key_leaves_the_terminal_as_it_was(
         assert '/dmplay/__main__.py"' not in terminal.printed  # nothing of ours is traced back
 
 
+@contextmanager
+def in_a_shell(folder: Path) -> Iterator[Terminal]:
+    """A game that a shell began, after its first turn; at the end it is left, and was in order."""
+    bash = ("bash", "--norc", "--noprofile", "-i")
+    with Terminal(command=bash, folder=folder, env={"PS1": "ready> "}) as terminal:
+        terminal.until("ready>").press("stty -a > before\r").calm()
+        terminal.press(f"{sys.executable} -m dmplay hexworld --seed 7 -o game.dmt\r").ready()
+        terminal.press("h", "turn 1 ").calm()
+        yield terminal
+        terminal.press("q", "transcript: game.dmt").calm()
+        terminal.press("echo code=$?\r", "code=0").press("exit\r")
+        assert terminal.ended() == 0
+    verified(folder / "game.dmt")
+
+
+def stop(terminal: Terminal, *, outside: bool) -> None:
+    """Stops the game by its key, or as another program would."""
+    if outside:
+        os.kill(os.tcgetpgrp(terminal.child.child_fd), signal.SIGTSTP)
+    else:
+        terminal.press(CTRL_Z)
+    terminal.until("Stopped").calm()
+
+
 @pytest.mark.parametrize("outside", [False, True])
 def test_a_stopped_game_gives_the_terminal_back_and_fg_goes_on(
     outside: bool, tmp_path: Path
 ) -> None:
-    bash = ("bash", "--norc", "--noprofile", "-i")
-    with Terminal(command=bash, folder=tmp_path, env={"PS1": "ready> "}) as terminal:
-        terminal.until("ready>").press("stty -a > before\r").calm()
-        terminal.press(f"{sys.executable} -m dmplay hexworld --seed 7 -o game.dmt\r").ready()
-        terminal.press("h", "turn 1 ")
-        if outside:
-            os.kill(os.tcgetpgrp(terminal.child.child_fd), signal.SIGTSTP)
-        else:
-            terminal.press(CTRL_Z)
-        terminal.until("Stopped").calm()
+    with in_a_shell(tmp_path) as terminal:
+        stop(terminal, outside=outside)
         assert terminal.raw.rfind(b"\x1b[?1049l") > terminal.raw.rfind(b"\x1b[?1049h")
         assert terminal.raw.rfind(b"\x1b[?25h") > terminal.raw.rfind(b"\x1b[?25l")
         terminal.press("stty -a > after\r").calm().press("fg\r", "turn 1 ").calm()
-        terminal.press("h", "turn 2 ").press("q", "transcript: game.dmt").calm()
-        terminal.press("echo code=$?\r", "code=0").press("exit\r")
-        assert terminal.ended() == 0
+        terminal.press("h", "turn 2 ")
     assert (tmp_path / "before").read_text() == (tmp_path / "after").read_text()
-    verified(tmp_path / "game.dmt")
 
 
 @pytest.mark.parametrize("outside", [False, True])
 def test_a_game_stops_at_once_while_a_command_is_typed_which_goes_on(
     outside: bool, tmp_path: Path
 ) -> None:
-    bash = ("bash", "--norc", "--noprofile", "-i")
-    with Terminal(command=bash, folder=tmp_path, env={"PS1": "ready> "}) as terminal:
-        terminal.until("ready>")
-        terminal.press(f"{sys.executable} -m dmplay hexworld --seed 7 -o game.dmt\r")
-        terminal.until("q quit").press("h", "turn 1 ").calm()
+    with in_a_shell(tmp_path) as terminal:
         terminal.press(":").press("hint", ":hint").calm()
-        if outside:
-            os.kill(os.tcgetpgrp(terminal.child.child_fd), signal.SIGTSTP)
-        else:
-            terminal.press(CTRL_Z)
-        terminal.until("Stopped").calm().press("fg\r", ":hint").calm()
+        stop(terminal, outside=outside)
+        terminal.press("fg\r", ":hint").calm()
         assert terminal.raw.rfind(b"\x1b[?25h") > terminal.raw.rfind(b"\x1b[?25l")
-        terminal.press(ENTER, "hint (optimal)").press("q", "transcript: game.dmt").calm()
-        terminal.press("echo code=$?\r", "code=0").press("exit\r")
-        assert terminal.ended() == 0
+        terminal.press(ENTER, "hint (optimal)")
 
 
 @pytest.mark.parametrize("typing", [False, True])
 def test_a_game_that_was_stopped_unasked_takes_the_terminal_again(
     typing: bool, tmp_path: Path
 ) -> None:
-    bash = ("bash", "--norc", "--noprofile", "-i")
-    with Terminal(command=bash, folder=tmp_path, env={"PS1": "ready> "}) as terminal:
-        terminal.until("ready>")
-        terminal.press(f"{sys.executable} -m dmplay hexworld --seed 7 -o game.dmt\r")
-        terminal.until("q quit").press("h", "turn 1 ").calm()
+    with in_a_shell(tmp_path) as terminal:
         if typing:
             terminal.press(":").press("hint", ":hint").calm()
         os.kill(os.tcgetpgrp(terminal.child.child_fd), signal.SIGSTOP)
@@ -125,10 +127,7 @@ def test_a_game_that_was_stopped_unasked_takes_the_terminal_again(
         terminal.press("fg\r", ":hint" if typing else "turn 1 ").calm()
         if typing:
             terminal.press(ENTER, "hint (optimal)").calm()
-        terminal.press("h", "turn 2 ").press("q", "transcript: game.dmt").calm()
-        terminal.press("echo code=$?\r", "code=0").press("exit\r")
-        assert terminal.ended() == 0
-    verified(tmp_path / "game.dmt")
+        terminal.press("h", "turn 2 ")
 
 
 def test_two_who_hear_different_things_take_turns_before_a_plain_terminal(tmp_path: Path) -> None:

@@ -22,9 +22,10 @@ from dmplay.game.seats import HUMAN
 from dmplay.game.start import new
 from dmplay.game.table import Table
 from dmplay.screen.footer import keys
-from dmplay.screen.frame import compose, panel_rows
+from dmplay.screen.frame import compose
 from dmplay.screen.screen import Screen
 from dmplay.screen.shown import Room, Shown
+from dmplay.screen.wrapping import panel_rows
 from dmplay.session import Session
 from dmplay.terminal import Terminal
 from dmplay.words.commands import COMMANDS, typed

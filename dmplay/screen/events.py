@@ -1,0 +1,67 @@
+"""What happened, in the rows that there are for it: the last of it, or what was before."""
+
+from collections.abc import Sequence
+
+from rich.text import Text
+
+from dmplay.game.facts import sentence
+from dmplay.game.game import Game
+from dmplay.screen.shown import Room
+from dmplay.screen.wrapping import wrapped
+from dmplay.terminal import clean
+
+LOG = 2  # rows at least
+
+
+def events(game: Game, log: Sequence[str]) -> list[str]:
+    """What happened; after the game, what was hidden, what the moves were worth, how it ended."""
+    lines = [*log, *map(sentence, game.account.debrief()), *map(clean, game.verdict)]
+    return [*lines, f"over: {game.account.result()}"] if game.session.over else lines
+
+
+def log_rows(  # noqa: PLR0913 - what is told, where, and from which row on
+    game: Game, room: Room, long: list[str], log: list[str], back: int, *, column: bool = False
+) -> list[Text]:
+    """The last events, wrapped, or those before them; a message too long for its row."""
+    if back or game.session.over:
+        every = wrapped([*events(game, log), *map(clean, long)], room)
+        if len(every) > room.height > (1 if back else LOG + 1):
+            return _window(every, room.height, back)
+    lines = [*log[-room.height or len(log) :], *map(clean, long)]
+    if game.session.over:
+        lines = [*events(game, log), *map(clean, long)]
+    elif column and not long:
+        told = _column(log, room)
+        if told:
+            return told
+    shown: list[Text] = []
+    for line in reversed(lines[-room.height :] if room.height else []):
+        told = wrapped([line], room)
+        if len(shown) + len(told) <= room.height:
+            shown = [*told, *shown]
+        else:  # a line is told whole, unless there is no room for the last one
+            return shown or _cut(told, room.height, room)
+    return shown
+
+
+def _column(log: Sequence[str], room: Room) -> list[Text]:
+    """The last events, which move up by several at a time: most turns write one row more."""
+    step = max(room.height // 6, 1)
+    first = max(-(-(len(log) - room.height) // step) * step, 0)
+    parts = (wrapped(log[at:], room) for at in range(first, len(log), step))
+    return next((told for told in parts if len(told) <= room.height), [])
+
+
+def _window(every: list[Text], rows: int, back: int) -> list[Text]:
+    """The last rows, or those so many before them, and which they are."""
+    end = max(len(every) - back, rows - 1)
+    begin = end - rows + 1
+    told = f" rows {begin + 1}-{end} of {len(every)}: PgUp PgDn Home End"
+    return [*every[begin:end], Text(told, style="dim")]
+
+
+def _cut(lines: list[Text], rows: int, room: Room) -> list[Text]:
+    """As many rows as there is room for, the last with the sign that it goes on."""
+    *before, last = lines[:rows]
+    last.truncate(room.width - 1)
+    return [*before, last.append("…")]

@@ -1,0 +1,70 @@
+"""The first rows of the screen: the game and how it stands, what to aim for and what it costs."""
+
+from collections.abc import Sequence
+
+from rich.text import Text
+
+from dmplay.describe import ended, score
+from dmplay.game.game import Game
+from dmplay.rollouts import MOST_TURNS
+from dmplay.screen.shown import Room
+from dmplay.terminal import clean
+
+
+def title(game: Game, room: Room) -> Text:
+    """The game and how it stands; closer together and without the seed where there is no room."""
+    seed = [f"seed {game.seed}"] if game.shows_seed else []
+    facts = _facts(game, score(game.problem))
+    close = Text(f" {clean(game.name)} ", style="bold")
+    wide = _headed(game, name(game), "   ", [*seed, *facts])
+    for row in (wide, _headed(game, close.copy(), "  ", facts)):
+        if len(row.plain) <= room.width:
+            return row
+    facts = _facts(game, "score")
+    while True:  # a fact is told whole or not at all
+        row = _headed(game, close.copy(), "  ", facts)
+        if len(row.plain) <= room.width or not facts:
+            return row
+        facts = facts[:-1]
+
+
+def _headed(game: Game, first: Text, gap: str, facts: Sequence[str]) -> Text:
+    row = first.append(gap[1:] + gap.join(facts), style="not bold")
+    if game.session.over:
+        row.append(f"{gap}{ended(game.session.ending)}", style="bold")
+    return row
+
+
+def _facts(game: Game, called: str) -> list[str]:
+    """Turn, score, who you are, and who the others are."""
+    view = game.view()
+    limit = f"/{view.limit}" if view.limit not in (None, MOST_TURNS) else ""
+    facts = [f"turn {view.turn}{limit}"]
+    if view.rewards is not None:
+        facts.append(f"{called} {game.account.returned(view):.6g}")
+    if game.people:
+        facts.append(f"you: {game.problem.agents[game.watcher]}")
+    seats = enumerate(zip(game.problem.agents, game.seats, strict=True))
+    you = game.watcher if game.people else None
+    return [*facts, *(f"{agent}: {clean(who)}" for seat, (agent, who) in seats if seat != you)]
+
+
+def name(game: Game) -> Text:
+    """What is played."""
+    return Text(f" dmplay {clean(game.name)}  ", style="bold")
+
+
+def aim(game: Game) -> str:
+    """What to aim for and what it costs."""
+    return "; ".join(map(clean, game.style.goal(game.view())))
+
+
+def goal(game: Game, room: Room) -> Text:
+    """What to aim for and what it costs, as many clauses as one row holds."""
+    told = Text(" ")
+    for number, clause in enumerate(game.style.goal(game.view())):
+        part = f"{'; ' if number else ''}{clean(clause)}"
+        if number and len(told.plain) + len(part) >= room.width:
+            break
+        told.append(part)
+    return told
