@@ -27,7 +27,7 @@ def test_names_are_as_they_are_typed() -> None:
     game = ballet()
     assert game.agents == ("player-1", "player-2")
     assert game.actions == (("ballet", "the-fight"),) * 2
-    assert game.about == 'Ballet or "the" fight\n\nBoth want to meet.'
+    assert game.story() == 'Ballet or "the" fight\n\nBoth want to meet.'
     assert game.payoffs[0, 0].tolist() == [3, 2]
     assert game.kind == "simple game"
 

@@ -70,7 +70,7 @@ def test_the_arrays_are_those_of_the_file() -> None:
     assert rewards[:, :, 0].tolist() == [[-1, -100, 10], [-1, 10, -100]]
     assert observation is not None
     assert observation[0].tolist() == [[0.85, 0.15], [0.15, 0.85]]
-    assert tiger().about == "Listen for the tiger, or open the door that it is not behind."
+    assert tiger().story() == "Listen for the tiger, or open the door that it is not behind."
 
 
 def test_the_tiger_is_solved_by_nine_vectors() -> None:
