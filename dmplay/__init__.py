@@ -32,3 +32,8 @@ def __getattr__(name: str) -> object:
     if name not in _HOMES:
         raise AttributeError(f"module 'dmplay' has no attribute {name!r}")
     return getattr(import_module(f"dmplay.{_HOMES[name]}"), name)
+
+
+def _notebook(game: object) -> dict[str, str]:
+    shown: dict[str, str] = import_module("dmplay.reports.notebook").bundle(game)
+    return shown

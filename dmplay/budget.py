@@ -43,17 +43,34 @@ class Budget:
             watch(min(self.spent / self.work if share is None else share, 1.0))
         self.expect(work)
         self.spent += work
+        shared = _shared.get()
+        if shared:
+            shared.spent += work
 
     def expect(self, work: float) -> None:
         """Refuses so much work to come, before any of it is done."""
-        if self.spent + work > self.work:
-            raise TooMuch(self.what, f"more than {self.work:.0e} operations", self.cure)
+        for one in filter(None, (self, _shared.get())):
+            if one.spent + work > one.work:
+                raise TooMuch(self.what, f"more than {one.work:.0e} operations", self.cure)
 
     def hold(self, size: float) -> None:
         """Refuses so many bytes at a time, before they are allocated."""
         if size > self.memory:
             needed = f"{size / 2**20:,.0f} MB, more than {self.memory / 2**20:,.0f}"
             raise TooMuch(self.what, needed, self.cure)
+
+
+_shared: ContextVar[Budget | None] = ContextVar("shared", default=None)
+
+
+@contextmanager
+def within(work: float) -> Iterator[None]:
+    """Has all budgets together spend no more than this work meanwhile in this thread."""
+    before = _shared.set(Budget("", "", work))
+    try:
+        yield
+    finally:
+        _shared.reset(before)
 
 
 @contextmanager

@@ -110,10 +110,12 @@ def mean(weights: Reals, each: Array) -> Reals:
 
     Term by term: a row has the same bits in any batch, which a product of matrices has not.
     """
-    total = weights[:, 0, None] * each[..., 0, :]
-    for s in range(1, weights.shape[1]):
-        total = total + weights[:, s, None] * each[..., s, :]
-    return np.asarray(total)
+    shares = np.ascontiguousarray(weights.T)
+    terms = each[:, :, None] if each.ndim == 2 else each.transpose(1, 2, 0)
+    total = shares[0] * terms[0]
+    for s in range(1, len(shares)):
+        total += shares[s] * terms[s]
+    return np.ascontiguousarray(total.T)
 
 
 def anyone(many: int, u: Reals, able: Bools | None) -> Ints:

@@ -9,13 +9,14 @@ from rich.text import Text
 from dmplay import laws
 from dmplay.breach import Breach, Fact, Facts
 from dmplay.chance import Array
+from dmplay.choices import choosing
 from dmplay.core import Policy, Problem
 from dmplay.dice import Dice
 from dmplay.errors import BadPolicy
 from dmplay.finding import agents, modules, problems
 from dmplay.game.keymap import AS_DRAWN, hands
-from dmplay.laws import Turns, parts
 from dmplay.policies.general import Random
+from dmplay.samples import SEED, Turns, final, parts, turns
 from dmplay.session import Session
 from dmplay.sound import STAGES
 from dmplay.views.style import Look, Style, fit, style_of
@@ -58,14 +59,14 @@ def _dynamics(problem: Problem) -> Iterator[Breach]:
 
     @cache
     def found() -> Turns:
-        return laws.turns(problem, ROWS)
+        return turns(problem, ROWS)
 
     @cache
     def whole() -> tuple[Array, ...]:
         return laws.everything(problem, found())
 
     def ends() -> Array:
-        return np.concatenate([found().s, laws.final(problem, GAMES, TURNS)])
+        return np.concatenate([found().s, final(problem, GAMES, TURNS)])
 
     def apart(rows: slice) -> Facts:
         return laws.alone(problem, Turns(*parts(found(), rows)), parts(whole(), rows))
@@ -98,7 +99,7 @@ def _agents(problem: Problem) -> Iterator[Breach]:
                 continue
             policies: list[Policy] = [Random(problem, at) for at in range(len(problem.agents))]
             policies[seat] = policy
-            law = partial(laws.choosing, problem, seat, policies, ASKED)
+            law = partial(choosing, problem, seat, policies, ASKED)
             for breach in laws.held(type(policy), law):
                 yield breach._replace(what=f"{name}: {breach.what}")
 
@@ -107,7 +108,7 @@ def _look(problem: Problem) -> Iterator[Breach]:
     """The look of a problem that is not built in: each part in turn, while a game is played."""
     if not problems.stem(problem):
         policies = [Random(problem, at) for at in range(len(problem.agents))]
-        session = Session(problem, Dice(laws.SEED), policies, limit=SHOWN)
+        session = Session(problem, Dice(SEED), policies, limit=SHOWN)
         yield from laws.held(type(problem), partial(_shown, session))
 
 

@@ -248,7 +248,9 @@ class Policy(Protocol):
 
 def own(array: Array) -> Array:
     """A copy that shares nothing with the game, and that nobody writes into."""
-    return locked(array.copy())
+    copied = array.copy()
+    copied.setflags(write=False)
+    return copied
 
 
 def locked(array: Array) -> Array:

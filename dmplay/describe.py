@@ -61,6 +61,16 @@ def one_line(text: str) -> str:
     return text.replace("\n", "\\n")
 
 
+def score(problem: Problem) -> str:
+    """What the sum of the rewards is called: a plain one, or one in which later ones count less."""
+    return "score" if problem.discount == 1.0 else "score (discounted)"
+
+
+def ended(reason: str | None) -> str:
+    """Why a game ended, in words: `turn limit` for the horizon too."""
+    return "turn limit" if reason == "horizon" else reason or "unfinished"
+
+
 def counted(number: int, noun: str) -> str:
     """A number of things: 1 turn, 2 turns."""
     return f"{number} {noun}{'s' * (number != 1)}"

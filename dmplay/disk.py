@@ -9,7 +9,7 @@ from pathlib import Path
 from dmplay.errors import BadParameter
 
 GIVEN = Path("/dev/fd")  # what the caller has opened, as a shell does for <(...)
-READ, WRITTEN = ("/dev/stdin", "/dev/null"), ("/dev/stdout", "/dev/null", "/dev/full")
+READ, WRITTEN = ("/dev/stdin", "/dev/null"), ("/dev/stdout", "/dev/null")
 OWN, ALL = 0o600, 0o666  # who may read and write a file, as far as the umask lets them
 DRAFT = ".dmplay-"  # how the name begins of what is not whole yet
 

@@ -8,6 +8,7 @@ DmplayError
 |-- EpisodeOver (RuntimeError)           a turn after the end
 |-- BadPolicy (RuntimeError)             a policy that does not keep its contract
 |-- TooMuch (RuntimeError)               a computation beyond its budget of work or memory
+|-- LostGames (RuntimeError)            games whose worker died each time they were played
 |-- BadFile (ValueError)                 a file that is not in its format: line and column
 |   `-- BadTranscript                    a transcript that is not
 `-- TranscriptMismatch (AssertionError)  a transcript whose replay differs
@@ -59,6 +60,19 @@ class TooMuch(DmplayError, RuntimeError):
 
     def __init__(self, what: str, needed: str, cure: str) -> None:
         super().__init__(f"{what}: {needed}; {cure}")
+
+
+class LostGames(DmplayError, RuntimeError):
+    """Games whose worker died each time they were played: the first and the end of each block."""
+
+    def __init__(self, blocks: list[tuple[int, int]], why: str) -> None:
+        super().__init__(blocks, why)
+        self.blocks, self.why = blocks, why
+        self.rest: object = None  # what came of all others
+
+    def __str__(self) -> str:
+        told = ", ".join(f"{first} to {end - 1}" for first, end in self.blocks)
+        return f"games {told} were lost: {self.why}"
 
 
 class BadFile(DmplayError, ValueError):

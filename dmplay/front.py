@@ -7,11 +7,13 @@ from collections.abc import Iterator, Sequence
 from shlex import quote
 
 from dmplay import __version__
+from dmplay.describe import counted
 from dmplay.errors import DmplayError
 from dmplay.finding import problems
 from dmplay.gallery.gallery import SHELL, Gallery
 from dmplay.gallery.offers import offers
 from dmplay.game.errand import Conversation, Sitting
+from dmplay.game.saves import KEPT
 from dmplay.game.start import begin
 from dmplay.game.table import Table
 from dmplay.screen.screen import Screen
@@ -130,6 +132,8 @@ def epilogue(table: Table) -> None:
         rows.append(f"{does}: dmplay {does} {quote(str(whole[-1].path))}{trust}")
     if table.playing and table.game.again and not sealed:
         rows.append(f"again: {table.game.again}")
+    if table.removed:
+        rows.append(f"removed: {counted(table.removed, 'older game')}; the last {KEPT} are kept")
     for row in rows:
         print(clean(row), file=sys.stderr)
 

@@ -3,102 +3,23 @@
 A law tells, fact by fact, what holds; `held` turns what does not into breaches.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from dmplay.breach import Breach, Fact, Facts, breach
-from dmplay.chance import Array, Bools, Chance, Normal, Reals, Span, sample
-from dmplay.core import Interval, Labels, Memory, Outcome, Policy, Problem, exact
-from dmplay.dice import NATURE, uniforms
+from dmplay.chance import Array, sample
+from dmplay.core import Labels, Problem, exact
 from dmplay.errors import BadParameter, TooMuch
 from dmplay.places import blamed
+from dmplay.samples import FEW, WALK, Turns, actions, after, finite, frozen, same, taken
 from dmplay.sound import outcomes, typable
 from dmplay.tabular import tabulate
 
-SEED = 7
-WALK = 12  # turns of random play behind the turns that a law is asked of
-LAST = 0.999999999  # the greatest draw
 SOME = 24  # turns whose outcomes are listed
-FEW = 300  # states of which tables are made
-CLOSE = 1e-12
+CLOSE = 1e-12  # how near numbers are that differ by rounding alone
 NONE = -1e-15  # a probability that rounding took below 0
 FOUND = ("place", "move", "move", "move", "terminal", "legal", "index")  # what says each part
-
-
-class Turns(NamedTuple):
-    """Turns that random play comes to, write-protected."""
-
-    opening: Reals  # [B, draws.start]
-    s: Array  # [B, ...]
-    a: Array  # [B, n]
-    u: Reals  # [B, draws.step], the least and the greatest draws among them
-
-
-def turns(problem: Problem, rows: int) -> Turns:
-    """Row r is what the r-th game is at after r % WALK turns, and a legal action there."""
-    opening = _draws(problem.draws.start, 0, rows)
-    opening[0], opening[1] = 0.0, LAST
-    s = problem.start(opening)
-    states = s.copy()
-    for turn in range(1, WALK):
-        s = _after(problem, s, actions(problem, s, turn, rows), turn).state
-        here = np.arange(rows) % WALK == turn
-        states[here] = s[here]
-    a = actions(problem, states, WALK, rows)
-    u = _draws(_taken(problem, states, a), WALK, rows)
-    u[::100], u[1::100] = 0.0, LAST
-    return Turns(*frozen(opening, states, a, u))
-
-
-def _taken(problem: Problem, s: Array, a: Array) -> int:
-    """How many draws a row of these turns takes."""
-    return sum(chance.draws for chance in problem.chance(s, a))
-
-
-def _after(problem: Problem, s: Array, a: Array, turn: int) -> Outcome:
-    """What comes of these actions under the dice of a turn."""
-    return problem.step(s, a, _draws(_taken(problem, s, a), turn, len(s)))
-
-
-def actions(problem: Problem, s: Array | None, turn: int, rows: int) -> Array:
-    """Random joint actions `[B, n]`: legal ones in states `s`, or any."""
-    legal = None if s is None else problem.legal(s)
-    each = [
-        known.draw(_draws(1, turn, rows, 1 + seat)[:, 0], None if legal is None else legal[:, seat])
-        for seat, known in enumerate(problem.actions)
-    ]
-    return np.stack(each, axis=1)
-
-
-def frozen(*arrays: Array) -> tuple[Array, ...]:
-    """The same arrays, which raise an error where they are written to."""
-    for one in arrays:
-        one.setflags(write=False)
-    return arrays
-
-
-def parts(values: Iterable[Array], rows: slice) -> tuple[Array, ...]:
-    """Some rows of several arrays."""
-    return tuple(value[rows] for value in values)
-
-
-def finite(chances: Iterable[Chance]) -> bool:
-    """Whether the outcomes of these can be listed."""
-    return not any(isinstance(chance, Span | Normal) for chance in chances)
-
-
-def _draws(count: int, turn: int, rows: int, stream: int = NATURE) -> Reals:
-    return uniforms(SEED, stream, turn, rows=rows, count=count)
-
-
-def _same(one: Array, other: Array) -> bool:
-    """Equal to the last bit; texts, which are as wide as their batch, as such."""
-    if one.dtype.kind == "U":
-        return np.array_equal(one, other)
-    alike = one.dtype == other.dtype and one.shape == other.shape
-    return alike and one.tobytes() == other.tobytes()
 
 
 def _close(one: Array | float, other: Array | float) -> bool:
@@ -146,14 +67,14 @@ def alone(problem: Problem, some: Turns, expected: tuple[Array, ...]) -> Facts:
     """A row comes out the same, to the last bit, as beside other rows."""
     for said, one, other in zip(FOUND, expected, everything(problem, some), strict=True):
         told = f"{said}: got {_differing(one, other)}; expected a row to depend on itself alone"
-        yield Fact(_same(one, other), said, told)
+        yield Fact(same(one, other), said, told)
 
 
 def repeated(problem: Problem, found: Turns, whole: tuple[Array, ...]) -> Facts:
     """The same draws give the same outcome, and nothing is written into."""
     for said, one, other in zip(FOUND, whole, everything(problem, found), strict=True):
         told = f"{said}: got {_differing(one, other)} from the same draws; expected the same again"
-        yield Fact(_same(one, other), said, told)
+        yield Fact(same(one, other), said, told)
 
 
 def _differing(one: Array, other: Array) -> str:
@@ -169,7 +90,7 @@ def sampled(problem: Problem, found: Turns) -> Facts:
     rows = len(found.s)
     placed = problem.place(rows, sample(problem.opening(rows), found.opening))
     told = "start: got another state than place gives for the same draws"
-    yield Fact(_same(placed, problem.start(found.opening)), "start", told)
+    yield Fact(same(placed, problem.start(found.opening)), "start", told)
     events = sample(problem.chance(found.s, found.a), found.u)
     both = zip(
         problem.move(found.s, found.a, events),
@@ -177,14 +98,14 @@ def sampled(problem: Problem, found: Turns) -> Facts:
         strict=True,
     )
     told = "step: got another outcome than move gives for the same draws"
-    yield Fact(all(_same(*pair) for pair in both), "step", told)
+    yield Fact(all(same(*pair) for pair in both), "step", told)
 
 
 def shaped(problem: Problem, found: Turns) -> Facts:
     """Outcomes have the shapes and ranges that the problem states, and take as many draws."""
-    taken = _taken(problem, found.s, found.a)
-    told = f"chance: got {taken} draws, expected {problem.draws.step} as in the first turn"
-    yield Fact(taken == problem.draws.step, "chance", told)
+    many = taken(problem, found.s, found.a)
+    told = f"chance: got {many} draws, expected {problem.draws.step} as in the first turn"
+    yield Fact(many == problem.draws.step, "chance", told)
     yield from outcomes(problem, found.s, problem.step(found.s, found.a, found.u))
 
 
@@ -220,7 +141,7 @@ def absorbing(problem: Problem, states: Array) -> Facts:
     ends = frozen(states[problem.terminal(states)])[0]
     for turn in range(4 if len(ends) else 0):
         a = actions(problem, None, turn, len(ends))
-        moved, rewards, _ = _after(problem, ends, a, turn)
+        moved, rewards, _ = after(problem, ends, a, turn)
         left = (moved != ends).reshape(len(ends), -1).any(axis=1)
         which = problem.notation(ends[np.flatnonzero(left)[0]]) if left.any() else ""
         told = f"move: got another state after the terminal {which!r}, expected it to stay"
@@ -334,105 +255,6 @@ def extreme(problem: Problem, found: Turns) -> Facts:
             yield Fact(held, "chance", told)
 
 
-def final(problem: Problem, games: int, most: int) -> Array:
-    """The states in which random games of so many turns end, and all states of a finite problem."""
-    s = problem.start(_draws(problem.draws.start, 0, games))
-    for turn in range(1, most + 1):
-        going = ~problem.terminal(s)
-        if not going.any():
-            break
-        moved = _after(problem, s, actions(problem, s, turn, games), turn).state
-        s = np.where(going.reshape(-1, *[1] * (s.ndim - 1)), moved, s)
-    if isinstance(problem.states, int) and problem.states <= FEW:
-        return np.concatenate([s, problem.enumerated()])
-    return s
-
-
 LAWS: tuple[Callable[[Problem, Turns], Facts], ...] = (
     sampled, listed, able, named, summed, tabulated, carried, extreme,
 )  # fmt: skip
-
-
-class Asked(NamedTuple):
-    """One choice of a policy over a batch, and what it rested on."""
-
-    memory: Memory
-    legal: Bools | None
-    u: Reals
-    chosen: Array
-    values: Reals | None
-
-
-def choosing(problem: Problem, seat: int, policies: Sequence[Policy], rows: int) -> Facts:
-    """An agent chooses what is legal, alone as in a batch; `said` is the method to blame."""
-    policy = policies[seat]
-    for ask in _course(problem, seat, policies, rows):
-        yield from _answers(problem.actions[seat], ask)
-        many = len(ask.u)
-        for some in (slice(0, 1), slice(many - 1, many), slice(many // 3, many // 2 + 1)):
-            legal = None if ask.legal is None else ask.legal[some]
-            single = _asked(policy, parts(ask.memory, some), legal, ask.u[some])
-            told = "choose: got another action for a row alone, expected the same as in a batch"
-            yield Fact(_same(single.chosen, ask.chosen[some]), "choose", told)
-            told = "values: got others for a row alone, expected the same as in a batch"
-            if single.values is not None and ask.values is not None:
-                yield Fact(_same(single.values, ask.values[some]), "values", told)
-
-
-def _answers(known: Labels | Interval, ask: Asked) -> Facts:
-    """What a policy answers is of the right shape and can be done."""
-    rows, chosen = len(ask.u), ask.chosen
-    holds = isinstance(ask.memory, tuple) and all(len(part) == rows for part in ask.memory)
-    told = f"update: got a memory that is no tuple of arrays with {rows} rows each"
-    yield Fact(holds, "update", told)
-    told = f"choose: got {chosen!r}, expected an action for each of {rows} rows"
-    yield Fact(isinstance(chosen, np.ndarray) and chosen.shape == (rows,), "choose", told)
-    if isinstance(known, Interval):
-        told = f"choose: got {chosen.min():g} to {chosen.max():g}, expected {known.words()}"
-        holds = bool(((chosen >= known.low) & (chosen <= known.high)).all())
-        yield Fact(holds, "choose", told)
-        return
-    told = f"choose: got {chosen!r}, expected 0 to {len(known) - 1}, an index"
-    holds = chosen.dtype.kind in "iu" and bool(((chosen >= 0) & (chosen < len(known))).all())
-    yield Fact(holds, "choose", told)
-    shape = (rows, len(known)) if ask.values is None else np.shape(ask.values)
-    told = f"values: got shape {shape}, expected {(rows, len(known))} or None"
-    yield Fact(shape == (rows, len(known)), "values", told)
-    if ask.legal is not None:
-        able = ask.legal[np.arange(rows), chosen]
-        told = "choose: got an action that is not legal, expected one that `legal` marks"
-        yield Fact(bool(able.all()), "choose", told)
-
-
-def _asked(policy: Policy, memory: Memory, legal: Bools | None, u: Reals) -> Asked:
-    return Asked(memory, legal, u, policy.choose(memory, legal, u), policy.values(memory))
-
-
-def _course(problem: Problem, seat: int, policies: Sequence[Policy], rows: int) -> Iterator[Asked]:
-    """What a seat's policy is asked in the first turns of a batch of games."""
-    s = problem.start(_draws(problem.draws.start, 0, rows))
-    memories = [policy.begin(problem.first_sight(s)) for policy in policies]
-    for turn in range(1, 4):
-        going = ~problem.terminal(s)
-        s = frozen(s[going])[0]
-        memories = [frozen(*(part[going] for part in memory)) for memory in memories]
-        if not len(s):
-            return
-        legal = problem.legal(s)
-        asks = [
-            _asked(
-                policy,
-                memory,
-                None if legal is None else legal[:, at],
-                frozen(_draws(policy.draws, turn, len(s), 1 + at))[0],
-            )
-            for at, (policy, memory) in enumerate(zip(policies, memories, strict=True))
-        ]
-        yield asks[seat]
-        a = np.stack([ask.chosen for ask in asks], axis=1)
-        outcome = _after(problem, s, a, turn)
-        memories = [
-            policy.update(memory, problem.percept(at, a, outcome))
-            for at, (policy, memory) in enumerate(zip(policies, memories, strict=True))
-        ]
-        s = outcome.state

@@ -53,12 +53,12 @@ class Typed(InMemoryHistory):
 
 
 def toolbar(shell: Shell) -> str:
-    """Return, place and the key for help."""
+    """Score, place and the key for help."""
     facts = []
     if shell.game:
         view = shell.game.view()
         if view.rewards is not None:
-            facts.append(f"return {shell.game.account.returned(view):.2f}")
+            facts.append(f"score {shell.game.account.returned(view):.2f}")
         if not view.problem.hidden and view.problem.states != 1:
             at = view.problem.notation(view.observation)
             facts += [f"at {at}"] if len(at) <= SHORT else []

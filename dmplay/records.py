@@ -3,7 +3,8 @@
 They stand in a file of the state folder, to which games are added as they end. The last is any
 that came to its end; the best is the one of most return among those that a person played alone:
 against the usual partners, with no help or ghost, nothing taken back, no look at what is hidden,
-from its first turn on, and as `dmplay verify` finds it.
+under dice that were not just played before, from its first turn on, and as `dmplay verify` finds
+it.
 """
 
 import contextlib
@@ -19,17 +20,17 @@ from time import strftime
 from typing import Any, NamedTuple
 
 from dmplay import disk
+from dmplay.advice.ghost import GHOST
 from dmplay.core import Problem
 from dmplay.errors import DmplayError
 from dmplay.finding import agents, problems
-from dmplay.game.game import Game
+from dmplay.game.game import AGAIN, Game
 from dmplay.game.saves import folder
 from dmplay.transcript.format import EVENTS, NATURAL, PERSON
 from dmplay.transcript.reading import Transcript, read
 from dmplay.transcript.recorder import Recorder
 
 VERSION = 1
-GHOST = "# ghost: "  # a note that an agent played beside the person
 TOLD = ("return", "turns", "seed", "day")  # of a result
 
 
@@ -76,7 +77,7 @@ class Record:
 def noted(recorder: Recorder) -> None:
     """Adds a game that ended, if a person played it to its end."""
     over = recorder.session.ending in NATURAL and not recorder.fault
-    if not over or disk.stream(recorder.path):
+    if not over or None not in recorder.session.followers or disk.stream(recorder.path):
         return
     with contextlib.suppress(DmplayError, OSError):  # a file that was changed meanwhile
         transcript = read(recorder.path)
@@ -158,7 +159,7 @@ def _record(transcript: Transcript, problem: Problem) -> Record | None:
     result = Result(told["return"][seat], told["turns"], header.seed, strftime("%Y-%m-%d"))
     alone = header.branched is None and not (header.peeked or header.reveal)
     alone &= not any(block.kind in EVENTS for block in transcript.blocks)
-    alone &= GHOST not in transcript.last
+    alone &= GHOST not in transcript.last and AGAIN not in transcript.last
     best = result if alone else None
     return Record(header.problem, header.parameters, header.turns, seat, result, best=best)
 

@@ -1,23 +1,28 @@
 """Many games at once: a problem and its policies, to returns."""
 
 import math
+import time
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from contextlib import nullcontext
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import Budget, between
+from dmplay.blocks import MOST, Workers, done
+from dmplay.budget import Budget, Watch, between, watched
 from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import DECIMALS, Memory, Policy, Problem, asked, own
 from dmplay.dice import NATURE, uniforms
-from dmplay.errors import BadPolicy
+from dmplay.errors import BadPolicy, LostGames, UnknownName
 
 MOST_TURNS = 10_000  # where nothing else ends a game
+LEAST, SOME, PROBED = 8, 32, 2  # games of a block; games and turns that tell what they cost
 
 
 class Rollout(NamedTuple):
-    """What came of E games of n agents."""
+    """What came of E games of n agents; what was not to be kept has no rows."""
 
     returns: Reals  # [E, n], discounted sums of rewards
     totals: Reals  # [E, n], plain sums
@@ -34,30 +39,104 @@ def rollout(  # noqa: PLR0913 - each is the caller's to choose
     turns: int | None = None,
     seed: int = 0,
     first: int = 0,
+    workers: Workers = 1,
+    executor: Executor | None = None,
+    progress: Watch | None = None,
+    keep: Sequence[str] = Rollout._fields,
 ) -> Rollout:
     """Plays episodes `first` .. `first + episodes - 1` of a seed, one policy to a seat.
 
-    Row r is the game that a session plays with `Dice(seed, first + r)`. All rows draw every turn,
-    finished or not, so that two policies meet the same luck.
+    Row r is the game that a session plays with `Dice(seed, first + r)`, whatever the workers or
+    the executor, the blocks and their order. `progress` is told the share that is played. Raises
+    LostGames when workers died again and again.
     """
     if len(policies) != len(problem.agents):
         raise BadPolicy(f"got {len(policies)} policies, expected one for each of {problem.agents}")
+    for name in keep:
+        if name not in Rollout._fields:
+            raise UnknownName("array to keep", name, Rollout._fields)
+    work = partial(_block, problem, tuple(policies), turns, seed, tuple(keep))
+    games = range(first, first + episodes)
+    alone = executor is None and workers == 1
+    size = MOST if alone else _grain(problem, policies, seed)
+    kept: Rollout | None = None
+    played = np.zeros(episodes, bool)
+    with watched(progress) if progress else nullcontext():
+        budget = Budget("a rollout", "try fewer games at a time", math.inf)
+        try:
+            for block, part in done(work, games, size=size, workers=workers, executor=executor):
+                kept = kept or _empty(part, keep, episodes)
+                rows = slice(block.start - first, block.stop - first)
+                for name in keep:
+                    getattr(kept, name)[rows] = getattr(part, name)
+                played[rows] = True
+                budget.spend(0, float(played.mean()))
+        except LostGames as error:
+            error.rest = kept and _rest(kept, keep, played)
+            raise
+    return kept or work(games)
+
+
+def _grain(problem: Problem, policies: Sequence[Policy], seed: int) -> int:
+    """The games of a block of which all but a twentieth of the time is the games' own.
+
+    Measured by the first turns of one game and of some.
+    """
+
+    def seconds(games: int) -> float:
+        since = time.perf_counter()
+        _block(problem, policies, PROBED, seed, (), range(games))
+        return time.perf_counter() - since
+
+    seconds(1)  # what is made once
+    one, some = (min(seconds(games) for _ in range(3)) for games in (1, SOME))
+    each = max((some - one) / (SOME - 1), 1e-9)
+    return int(np.clip(19.0 * (one - each) / each, LEAST, MOST))
+
+
+def _empty(like: Rollout, keep: Sequence[str], episodes: int) -> Rollout:
+    """Room for so many games, in the arrays that are kept."""
+    many = [episodes if name in keep else 0 for name in Rollout._fields]
+    return Rollout(
+        *(
+            np.empty((rows, *part.shape[1:]), part.dtype)
+            for rows, part in zip(many, like, strict=True)
+        )
+    )
+
+
+def _rest(kept: Rollout, keep: Sequence[str], played: Bools) -> Rollout:
+    """The games that were played."""
+    return kept._replace(**{name: getattr(kept, name)[played] for name in keep})
+
+
+def _block(  # noqa: PLR0913, PLR0917 - what a worker is sent
+    problem: Problem,
+    policies: Sequence[Policy],
+    turns: int | None,
+    seed: int,
+    keep: Sequence[str],
+    games: range,
+) -> Rollout:
+    """Plays these games side by side.
+
+    All rows draw every turn, finished or not, so that two policies meet the same luck.
+    """
     limit = turns if turns is not None else problem.horizon
     limit = MOST_TURNS if limit is None else limit
-
     budget = Budget("a rollout", "try fewer games at a time", math.inf)
     widest = max(*problem.draws, *(policy.draws for policy in policies))
-    budget.hold(24.0 * episodes * widest)
+    budget.hold(24.0 * len(games) * widest)
 
     def draw(stream: int, turn: int, count: int) -> Reals:
-        return uniforms(seed, stream, turn, first=first, rows=episodes, count=count)
+        return uniforms(seed, stream, turn, first=games.start, rows=len(games), count=count)
 
     state = problem.start(draw(NATURE, 0, problem.draws.start))
     final = state.copy()
-    returns, totals = (np.zeros((episodes, len(policies))) for _ in range(2))
-    length = np.zeros(episodes, np.int64)
+    returns, totals = (np.zeros((len(games), len(policies))) for _ in range(2))
+    length = np.zeros(len(games), np.int64)
     weight = 1.0
-    row = np.arange(episodes)  # the games that go on
+    row = np.arange(len(games))  # the games that go on
     memories = [asked("turn 1", one.begin, problem.first_sight(state)) for one in policies]
     for turn in range(1, limit + 1):
         share = (turn - 1) / limit
@@ -84,7 +163,9 @@ def rollout(  # noqa: PLR0913 - each is the caller's to choose
         totals[row] += outcome.rewards
         length[row] = turn
         weight *= problem.discount
-    return Rollout(returns, totals, length, problem.terminal(final), final)
+    played = Rollout(returns, totals, length, problem.terminal(final), final)
+    unkept = {*Rollout._fields} - {*keep}
+    return played._replace(**{name: getattr(played, name)[:0] for name in unkept})
 
 
 def _rows(memory: Memory, going: Bools) -> Memory:

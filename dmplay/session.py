@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from operator import add
+from threading import Lock
 from typing import Generic, NamedTuple, Protocol, TypeVar, overload
 
 import numpy as np
@@ -23,13 +24,16 @@ from dmplay.core import (
     locked,
     own,
 )
+from dmplay.describe import ended
 from dmplay.dice import NATURE
+from dmplay.displayed import Displayed
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
 from dmplay.tabular import Tabular
 
 LARGEST_BELIEF = 4096  # states that a view shows a belief over, where it is quick to have
 LARGEST_ROWS = 2**16  # of them where what can happen is listed
 PART = 256  # turns of a part of what a seat was told
+WORKING = Lock()  # had by who works out beliefs: a view may be drawn beside a thought
 LONGEST_LIST = 64  # states; a longer belief, written as a list, is no use to a reader
 
 T = TypeVar("T")
@@ -105,7 +109,7 @@ class _Told(NamedTuple):
     actions: Telling[float]
     joint: Telling[Array]
     rewards: Telling[float]
-    beliefs: Telling[Reals]  # one more than turns, where there are any
+    beliefs: Telling[Reals]  # as many as were looked at so far, one more than turns at most
     said: Telling[str]  # what its actions were called, where that depends on the state
 
     def until(self, turns: int) -> "_Told":
@@ -118,6 +122,39 @@ class _Told(NamedTuple):
             self.beliefs.until(turns + 1),
             self.said.until(turns),
         )
+
+
+class Beliefs(Past[Reals]):
+    """What a seat believed before the first turn and after each: worked out when it is looked at,
+    from nothing but what the seat was told.
+    """
+
+    def __init__(self, problem: Problem, seat: int, told: _Told) -> None:
+        super().__init__(told.beliefs)
+        self._places = range(len(told.observations))
+        self._problem, self._seat, self._from = problem, seat, told
+
+    @overload
+    def __getitem__(self, place: int) -> Reals: ...
+    @overload
+    def __getitem__(self, place: slice) -> tuple[Reals, ...]: ...
+    def __getitem__(self, place: int | slice) -> Reals | tuple[Reals, ...]:
+        places = self._places[place]
+        last = max(places, default=-1) if isinstance(places, range) else places
+        with WORKING:
+            for turn in range(len(self._told), last + 1):
+                self._told.append(own(self._after(turn)))
+        return super().__getitem__(place)
+
+    def _after(self, turn: int) -> Reals:
+        """What it believed after a turn, by what it believed before."""
+        if not turn:
+            return beliefs.prior(self._problem)
+        did: list[int | None] = [None] * len(self._problem.agents)
+        saw = list(did)
+        did[self._seat] = int(self._from.actions[turn - 1])
+        saw[self._seat] = int(self._from.observations[turn])
+        return beliefs.update(self._problem, self._told[turn - 1], did, saw).belief
 
 
 @dataclass(frozen=True)
@@ -182,7 +219,7 @@ class _Known(NamedTuple):
     terminal: bool
 
 
-class Session:
+class Session(Displayed):
     """One game; a seat without a policy is played from outside, through `advance`."""
 
     def __init__(
@@ -205,7 +242,6 @@ class Session:
         self.help: Counter[str] = Counter()  # agent -> how often whoever plays it was given advice
         self._ended: str | None = None
         self._known = _Known(None, None, terminal=False)
-        self._beliefs: list[Reals] = []  # [n, S] before each turn and after the last
         self._sums: list[tuple[float, ...]] = []  # the next weight, returns [n], totals [n]
         self._told: dict[int, _Told] = {}  # by seat, for its views
         self.followers = [
@@ -282,7 +318,8 @@ class Session:
         Raises IllegalAction, and changes nothing, where the state does not allow an action.
         """
         if self.over:
-            raise EpisodeOver(f"turn {len(self.turns) + 1}: the game is over ({self.ending})")
+            why = ended(self.ending)
+            raise EpisodeOver(f"turn {len(self.turns) + 1}: the game is over ({why})")
         decided = enumerate(self.decided(actions))
         joint = np.array([self.check(seat, action) for seat, action in decided])
         number = len(self.turns) + 1
@@ -306,11 +343,8 @@ class Session:
         done, legal = known.check(action, where), self.legal(seat)
         if legal is not None and known.labels and not legal[int(done)]:
             labels = self.labels(seat)
-            raise IllegalAction(
-                f"{where}: {labels[int(done)]} changes nothing in "
-                f"{'this state' if problem.hidden else problem.notation(self.state)}; "
-                f"expected one of {labels.words(legal)}"
-            )
+            told = f"{labels[int(done)]} is not legal now; expected one of {labels.words(legal)}"
+            raise IllegalAction(f"{where}: {told}")
         return done
 
     def undo(self, turns: int = 1) -> list[Turn]:
@@ -321,9 +355,8 @@ class Session:
         self._ended = None
         taken = self.turns[-turns:]
         del self.turns[-turns:]
-        for known in (self._beliefs, self._sums):
-            del known[len(self.turns) + 1 :]
         left = len(self.turns)  # a view stays what it was
+        del self._sums[left + 1 :]
         self._told = {seat: told.until(left) for seat, told in self._told.items()}
         for follower in self.followers:
             if follower:
@@ -362,20 +395,10 @@ class Session:
         quick = type(self.problem).carry is not Problem.carry
         return believed(self.problem) <= (LARGEST_BELIEF if quick else LONGEST_LIST)
 
-    def beliefs(self) -> list[Reals]:
-        """The belief of each seat `[n, S]` before the first turn and after each."""
-        if not self._beliefs:
-            prior = np.tile(beliefs.prior(self.problem), (len(self.followers), 1))
-            self._beliefs.append(own(prior))
-        for turn in self.turns[len(self._beliefs) - 1 :]:
-            rows = []
-            for seat, before in enumerate(self._beliefs[-1]):
-                actions: list[int | None] = [None] * len(self.followers)
-                seen = list(actions)
-                actions[seat], seen[seat] = int(turn.actions[seat]), int(turn.observations[seat])
-                rows.append(beliefs.update(self.problem, before, actions, seen).belief)
-            self._beliefs.append(own(np.array(rows)))
-        return self._beliefs
+    def beliefs(self) -> Reals:
+        """What each seat believes now `[n, S]`."""
+        seats = range(len(self.followers))
+        return np.array([Beliefs(self.problem, seat, self._told_to(seat))[-1] for seat in seats])
 
     def _told_to(self, seat: int) -> _Told:
         """What a seat was told, up to the last turn; rewards only where they may be known."""
@@ -394,9 +417,6 @@ class Session:
         if self.problem.rewards_observed or self.over:
             for turn in self.turns[len(told.rewards) :]:
                 told.rewards.append(float(turn.rewards[seat].item()))
-        if self.believes:
-            for each in self.beliefs()[len(told.beliefs) :]:
-                told.beliefs.append(own(each[seat]))
         return told
 
     def view(self, seat: int) -> View[Problem]:
@@ -411,7 +431,7 @@ class Session:
             joint=None if problem.hidden else Past(told.joint),
             rewards=Past(told.rewards) if paid else None,
             legal=self.legal(seat),
-            beliefs=Past(told.beliefs) if self.believes else None,
+            beliefs=Beliefs(problem, seat, told) if self.believes else None,
             ending=self.ending,
             limit=self.limit,
             called=self.labels(seat) if problem.called(self.state) else None,

@@ -26,17 +26,16 @@ class Gate:
         else:
             _end(number)
 
-    @contextlib.contextmanager
-    def closed(self) -> Iterator[None]:
-        """Holds signals back; one that came is let through at the end."""
+    def __enter__(self) -> None:
+        """Holds signals back."""
         self._depth += 1
-        try:
-            yield
-        finally:
-            self._depth -= 1
-            if not self._depth and self._waiting is not None:
-                number, self._waiting = self._waiting, None
-                _end(number)
+
+    def __exit__(self, *fault: object) -> None:
+        """Lets one that came through."""
+        self._depth -= 1
+        if not self._depth and self._waiting is not None:
+            number, self._waiting = self._waiting, None
+            _end(number)
 
 
 def _end(number: int) -> None:
@@ -45,14 +44,13 @@ def _end(number: int) -> None:
     raise SystemExit(128 + number)
 
 
-GATE = Gate()
-whole = GATE.closed  # around a turn: it is both played and written, or neither
+WHOLE = Gate()  # around a turn: it is both played and written, or neither
 
 
 @contextlib.contextmanager
 def leaving() -> Iterator[None]:
     """Turns these signals into SystemExit and KeyboardInterrupt, never in the middle of a turn."""
-    previous = {number: signal.signal(number, GATE) for number in [*ENDS, signal.SIGINT]}
+    previous = {number: signal.signal(number, WHOLE) for number in [*ENDS, signal.SIGINT]}
     try:
         yield
     finally:

@@ -136,6 +136,17 @@ def silent(stdin: TextIO) -> Iterator[None]:
             termios.tcsetattr(fd, termios.TCSANOW, before)
 
 
+def fills(stream: TextIO) -> bool:
+    """Whether what is erased takes the colour that is set, as the terminal's description says."""
+    import curses  # only for the full screen
+
+    try:
+        curses.setupterm(fd=stream.fileno())
+    except curses.error:  # there is no description
+        return False
+    return curses.tigetflag("bce") > 0
+
+
 def line(prompt: str, stdin: TextIO) -> str:
     """The next line, '' at the end; of a terminal, no signal is lost that comes before it is read.
 

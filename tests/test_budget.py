@@ -2,7 +2,7 @@
 
 import pytest
 
-from dmplay.budget import Budget, Stopped, watched
+from dmplay.budget import Budget, Stopped, watched, within
 from dmplay.errors import TooMuch
 
 
@@ -12,6 +12,15 @@ def test_a_budget_ends_in_one_line_that_says_what_would_do() -> None:
     with pytest.raises(TooMuch) as caught:
         budget.spend(600)
     assert str(caught.value) == "alpha vectors: more than 1e+03 operations; search needs none"
+
+
+def test_budgets_share_what_is_given_to_all_of_them() -> None:
+    one, other = Budget("sweeps", "a discount", work=50), Budget("plans", "a search", work=50)
+    with within(60):
+        one.spend(40)
+        with pytest.raises(TooMuch, match=r"^plans: more than 6e\+01 operations; a search$"):
+            other.spend(30)
+    other.spend(30)
 
 
 def test_memory_is_refused_before_it_is_allocated() -> None:

@@ -98,7 +98,7 @@ def test_a_link_stays_one_where_its_file_is_rewritten(words: tuple[str, ...], pl
         ("verify", "pipe"), ("replay", "pipe"), ("resume", "pipe"), ("review", "pipe"),
         ("export", "pipe", "--csv"), ("export", "g.dmt", "--csv", "--force", "-o", "pipe"),
         ("hexworld", "--agent", "random", "--force", "-o", "pipe"), ("verify", "/dev/zero"),
-        ("figure", "F.2", "--force", "-o", "/dev/tty"),
+        ("figure", "F.2", "--force", "-o", "/dev/tty"), ("hexworld", "-o", "/dev/full"),
     ],
     ids=" ".join,
 )  # fmt: skip

@@ -1,20 +1,19 @@
 """The README does what it says: its sessions, its pictures, its one frame."""
 
-import re
 from pathlib import Path
 
 import pytest
 
-from dmplay.game.playback import Playback
+from dmplay.finding.names import problem_names, stem_of
 from dmplay.game.request import Request
 from dmplay.game.start import new
 from dmplay.game.table import Table
-from dmplay.reports.export import ROOM, film
 from dmplay.screen import frame
 from dmplay.screen.screen import Screen
 from dmplay.screen.shown import Room
 from dmplay.terminal import Terminal
 from tests.support.blocks import README, ROOT, Reader
+from tests.support.pictures import PICTURES, drawn
 
 
 def test_what_the_readme_says_is_what_happens(
@@ -23,16 +22,20 @@ def test_what_the_readme_says_is_what_happens(
     Reader(tmp_path, monkeypatch).follow(README)
 
 
-@pytest.mark.parametrize("picture", re.findall(r"\((transcripts/\S+\.svg)\)", README))
-def test_a_film_of_the_readme_is_that_of_the_transcript_beside_it(picture: str) -> None:
-    kept = ROOT / picture
-    game = Playback(kept.with_suffix(".dmt"))
-    assert kept.read_text(encoding="utf-8") == "".join(film(game, None, ROOM))
+def _one_every_day(picture: str) -> list[pytest.MarkDecorator]:
+    return [] if "hexworld" in picture else [pytest.mark.slow]
 
 
-def test_the_readme_shows_a_map_a_board_and_a_belief_in_play() -> None:
-    shown = set(re.findall(r"transcripts/(\w+)/\w+\.svg", README))
-    assert shown == {"hexworld", "game_2048", "crying_baby"}
+@pytest.mark.parametrize(
+    "picture", [pytest.param(one, marks=_one_every_day(one)) for one in PICTURES]
+)
+def test_a_picture_of_the_readme_is_what_is_exported_today(picture: str) -> None:
+    assert (ROOT / picture).read_text(encoding="utf-8") == drawn(picture)
+
+
+def test_the_readme_shows_a_screen_of_every_problem() -> None:
+    stems = [stem_of(name) for name in problem_names()]
+    assert sorted(Path(one).parent.name for one in PICTURES if one.count(".") == 2) == sorted(stems)
 
 
 def test_the_frame_of_the_readme_is_what_the_screen_shows(tmp_path: Path) -> None:

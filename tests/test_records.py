@@ -89,11 +89,13 @@ def test_each_variant_parameter_turn_limit_and_seat_has_a_best_of_its_own() -> N
         (BABY, ["hint", *["f"] * 20]),
         (DILEMMA, ["c", "undo", *["c"] * 10]),
         (DILEMMA, ["c", "reroll", *["c"] * 9]),
+        (DILEMMA, ["c", "restart", *["c"] * 10]),
+        (DILEMMA, ["c", "seed 7", *["c"] * 10]),
         (replace(BABY, reveal=True), ["f"] * 20),
         (Request("simple-regulator", seed=7, ghost="optimal"), ["0.1"] * 20),
     ],
 )
-def test_a_game_with_help_or_with_something_taken_back_or_revealed_is_the_last_and_no_best(
+def test_a_game_with_help_or_played_anew_or_revealed_is_the_last_and_no_best(
     wanted: Request, lines: list[str]
 ) -> None:
     if lines[0] == "hint" and wanted is DILEMMA:
@@ -101,6 +103,26 @@ def test_a_game_with_help_or_with_something_taken_back_or_revealed_is_the_last_a
         lines = ["hint", *["r"] * 10]
     assert best(wanted, *lines) is None
     assert all_records()[0].last.turns >= 10
+
+
+def test_a_game_begun_again_is_no_best_though_it_was_left_and_resumed() -> None:
+    table = Table(ends=records.noted)
+    table.put(begin(DILEMMA))
+    for line in ("c", "restart", "c"):
+        typed(table, line)
+    path = table.game.source
+    table.end("interrupted")
+    assert path
+    table.put(begin(Resumption(path)))
+    for _ in range(9):
+        typed(table, "c")
+    table.end()
+    assert all_records()[0].best is None
+    typed(table, "new")
+    for _ in range(10):
+        typed(table, "c")
+    table.end()
+    assert all_records()[0].best
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,8 @@
 """The game as a state machine: turns, undo, rerolls, endings, and what a seat may know."""
 
 import tracemalloc
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -14,6 +15,7 @@ from dmplay.dice import Dice
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
 from dmplay.game.account import Account
 from dmplay.policies.script import Script
+from dmplay.problems.crying_baby import CryingBaby
 from dmplay.rollouts import rollout
 from dmplay.session import PART, Follower, Turn
 from tests.support.brought import Key
@@ -87,9 +89,7 @@ def test_more_turns_than_were_played_cannot_be_taken_back() -> None:
 def test_an_illegal_slide_is_refused_and_changes_nothing() -> None:
     game = session("2048", [0.0, 0.0, 0.0, 0.0], [0.0, 0.0])
     assert notation(game) == "2 2 . ./. . . ./. . . ./. . . ."
-    with pytest.raises(
-        IllegalAction, match=r"turn 1, agent: up changes nothing in 2 2 \. \..*down"
-    ):
+    with pytest.raises(IllegalAction, match=r"turn 1, agent: up is not legal now; expected .*down"):
         game.advance([3])
     assert game.turns == []
     assert notation(game) == "2 2 . ./. . . ./. . . ./. . . ."
@@ -101,7 +101,7 @@ def test_the_state_is_not_told_by_what_cannot_be_played_in_it() -> None:
 
     problem = Dark()
     game = dmplay.Session(problem, Scripted([0.0]), opening=np.array([0.0]))
-    told = "^turn 1, agent: open changes nothing in this state; expected one of take, wait$"
+    told = "^turn 1, agent: open is not legal now; expected one of take, wait$"
     with pytest.raises(IllegalAction, match=told):
         game.advance([2])
 
@@ -142,6 +142,37 @@ def test_a_seat_of_a_pomdp_sees_neither_state_nor_reward() -> None:
     assert view.beliefs is not None
     assert view.beliefs[0].tolist() == [0.5, 0.5]
     assert view.belief.tolist() == view.beliefs[-1].tolist()
+
+
+WORKED: list[Sequence[int | None]] = []  # the actions after which a belief was worked out
+
+
+@dataclass(frozen=True)
+class Watched(CryingBaby):
+    """A baby that tells of who works out what to believe of it."""
+
+    def carry(
+        self, belief: Reals, actions: Sequence[int | None], observations: Sequence[int | None]
+    ) -> Reals:
+        WORKED.append(actions)
+        return super().carry(belief, actions, observations)
+
+
+def test_beliefs_are_worked_out_once_and_when_they_are_looked_at() -> None:
+    WORKED.clear()
+    game = dmplay.Session(Watched(), Dice(1))
+    early = game.view(0)
+    for _ in range(3):
+        game.advance([2])
+        view = game.view(0)
+    assert not WORKED
+    assert early.beliefs is not None
+    assert view.beliefs is not None
+    assert len(view.beliefs[1:]) == len(WORKED) == 3
+    assert (len(early.beliefs), len(view.beliefs)) == (1, 4)
+    game.undo(2)
+    assert game.view(0).belief is view.beliefs[1]
+    assert len(WORKED) == 3
 
 
 def test_a_seat_that_sees_the_state_sees_rewards_and_the_joint_action() -> None:

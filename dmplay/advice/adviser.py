@@ -8,6 +8,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from dmplay.advice.forecast import forecast, told
+from dmplay.budget import within
 from dmplay.chance import Reals
 from dmplay.core import Policy
 from dmplay.errors import BadParameter, BadPolicy, TooMuch
@@ -17,6 +18,8 @@ from dmplay.views.style import Outlook, Overlay
 
 T = TypeVar("T")
 MOST = 10  # actions whose values are told
+WORK = 1.5e9  # operations of an answer: as much as takes about a second
+SEARCH = "search"  # asks for no more than it may have
 LEAST, FINEST = 2, 6  # decimals of values
 
 
@@ -113,14 +116,15 @@ class Adviser:
     def _asked(self, ask: Callable[[Follower], T]) -> T:
         """An answer of the agent; of a search, where there is too much for the agent to plan."""
         assert self._follower
-        try:
-            return ask(self._follower)
-        except (BadPolicy, TooMuch):
-            problem = self.session.problem
-            search = agents.agent(problem, self.seat, "search")
-            self._found = "search", search
-            self._follower = Follower(self.session, self.seat, search)
-            return ask(self._follower)
+        if self.name != SEARCH:
+            try:
+                with within(WORK):
+                    return ask(self._follower)
+            except (BadPolicy, TooMuch):
+                search = agents.agent(self.session.problem, self.seat, SEARCH)
+                self._found = SEARCH, search
+                self._follower = Follower(self.session, self.seat, search)
+        return ask(self._follower)
 
     def hint(self) -> str:
         """What the adviser would do here, with the value of each legal action."""
@@ -171,7 +175,7 @@ class Adviser:
     def choice(self) -> str:
         """The adviser's name, and what it would do here."""
         best = self.session.action_name(self.seat, self._asked(Follower.choose))
-        return f"({self.name}): {best}"
+        return f"({getattr(self._found and self._found[1], 'basis', '') or self.name}): {best}"
 
     def values(self) -> str:
         """The adviser's value of each legal action; '' where it knows none."""

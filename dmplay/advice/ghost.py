@@ -14,6 +14,8 @@ from dmplay.session import Session
 from dmplay.terminal import clean
 from dmplay.thought import About, think
 
+GHOST = "# ghost: "  # begins its note
+
 
 class Ghost:
     """An agent on the same dice and against the same others, in the seats of the people."""
@@ -76,7 +78,7 @@ class Ghost:
 
     def note(self) -> str:
         """The line of a transcript that names it."""
-        return f"# ghost: {' '.join(clean(self.name).split())}\n"
+        return f"{GHOST}{' '.join(clean(self.name).split())}\n"
 
     def compared(self) -> str:
         """What each of both came to."""
@@ -94,6 +96,13 @@ def beside(session: Session, who: Sequence[int], name: str) -> Ghost:
     if name.partition(":")[0] not in known and not agents.is_brought(session.problem, 0, name):
         raise BadParameter(f"--ghost: got {name!r}, expected one of {', '.join(known)}")
     return Ghost(name, session, {seat: agents.agent(session.problem, seat, name) for seat in who})
+
+
+def noted(notes: str, problem: Problem) -> str:
+    """The ghost that the notes of a transcript name, if the problem has it; nobody else's code."""
+    named = [row.removeprefix(GHOST) for row in notes.split("\n") if row.startswith(GHOST)]
+    known = agents.roster(problem).agents
+    return next((name for name in named if name.partition(":")[0] in known), "")
 
 
 def best(session: Session, who: Sequence[int], seats: Sequence[str]) -> Ghost | None:

@@ -8,7 +8,7 @@ os.environ.setdefault("TYPER_USE_RICH", "0")  # its help costs more than the res
 
 import typer
 
-from dmplay.cli import games, printing, records
+from dmplay.cli import games, measuring, printing, records
 from dmplay.cli.group import Commands
 
 app = typer.Typer(
@@ -43,6 +43,9 @@ app.command("list")(printing.list_)
 app.command()(printing.records)
 app.command()(printing.solve)
 app.command()(printing.convert)
+app.command()(measuring.run)
+app.command()(measuring.compare)
+app.command()(measuring.tournament)
 app.command()(printing.figure)
 app.command()(printing.agents)
 app.command()(printing.info)

@@ -40,6 +40,11 @@ def _print(report: Printout) -> int:
         page(text, terminal)
     elif text:
         print(text)
+    end = "\n"
+    for part in report.parts:
+        sys.stdout.write(clean(part))
+        end = part[-1:] or end
+    print(end="" if end == "\n" else "\n")
     return report.code
 
 
@@ -74,5 +79,7 @@ def understood(words: Sequence[str]) -> Sitting | str:
     except USAGE as error:
         raise BadParameter(sentence(error)) from None
     if isinstance(errand, Printout):
+        if errand.parts:
+            return clean("".join(errand.parts)).removesuffix("\n")
         return _shown(errand, here(errand.wishes)._replace(color=False)).rstrip("\n")
     return errand

@@ -65,6 +65,7 @@ def resume(
     quiet: options.Quiet = False,
     keys: options.Keys = None,
     turns: options.Unattended = None,
+    ghost: options.Ghost = "",
     *,
     wishes: Wishes,
 ) -> object:
@@ -79,7 +80,8 @@ def resume(
     from dmplay.game.request import Resumption
 
     file = file or saves.latest_unfinished()
-    wanted = Resumption(file, trust, options.wanted_keys(keys), here(wishes).asks, turns=turns)
+    asks = here(wishes).asks
+    wanted = Resumption(file, trust, options.wanted_keys(keys), asks, turns=turns, ghost=ghost)
     return Sitting(wanted, wishes, quiet)
 
 

@@ -32,9 +32,12 @@ class Commands(TyperGroup):
             args = self._configured(ctx, args)
         if args and not args[0].startswith("-") and args[0] not in self.commands:
             word = args[0].partition(":")[0]
-            commands = get_close_matches(word, self.commands, cutoff=0.75)
-            near = get_close_matches(word, problem_names(), cutoff=0.75)
-            if commands and not near and word not in installed():
+            near, other = (
+                get_close_matches(word, names, cutoff=0.75)
+                for names in (self.commands, problem_names())
+            )
+            known = bool(other) or word in installed()
+            if near and not known and not ctx.resilient_parsing:
                 raise UnknownName("command", word, self.commands)
             args = ["play", *args]
         if "--rate" in args and not _numeric(args[args.index("--rate") + 1 :]):

@@ -103,11 +103,10 @@ def figure(
       dmplay figure F.2
       dmplay figure F.11 --svg -o regions.svg
     """
-    from dmplay.game.errand import Printout
     from dmplay.reports import drawing
 
     if name:
-        return Printout(drawing.drawn(name, output, svg=svg, force=force), wishes)
+        return drawing.drawn(name, output, svg=svg, force=force)._replace(wishes=wishes)
     if svg or output:
         raise BadParameter("figure: --svg and -o want a figure, as F.2; dmplay figure names them")
     return drawing.named()

@@ -48,6 +48,12 @@ def export(
     at: Annotated[
         int | None, typer.Option("--at", metavar="TURN", help="the turn of a picture")
     ] = None,
+    height: Annotated[
+        int | None, typer.Option("--height", metavar="N", help="rows of the screen", min=1)
+    ] = None,
+    hint: Annotated[
+        bool, typer.Option("--hint", help="a picture for who chooses there, with a hint")
+    ] = False,
     output: options.Output = None,
     force: options.Force = False,
     trust: options.Trust = False,
@@ -59,6 +65,7 @@ def export(
 
     \b
       dmplay export game.dmt --svg -o game.svg
+      dmplay export game.dmt --svg --width 100 --height 30 --at 3 --hint
       dmplay export game.dmt --film -o film.svg
       dmplay export game.dmt --csv
     """
@@ -67,8 +74,8 @@ def export(
     printed = output is None or str(output) == "-"
     ascii_ = here(wishes).ascii if printed else wishes.ascii
     return exported(
-        file, formats, at, output, width=wishes.width, ascii_=ascii_, force=force, trusted=trust,
-        peek=peek,
+        file, formats, at, output, width=wishes.width, height=height, hint=hint, ascii_=ascii_,
+        force=force, trusted=trust, peek=peek,
     )  # fmt: skip
 
 

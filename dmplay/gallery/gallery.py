@@ -12,8 +12,9 @@ from dmplay.gallery.offers import Offer
 from dmplay.gallery.preview import Preview, preview, wrapped, your_games
 from dmplay.game import saves
 from dmplay.game.game import Game
+from dmplay.painting.painter import Painter
+from dmplay.painting.writing import Place
 from dmplay.records import Record, all_records, found
-from dmplay.screen.painter import Painter, Place
 from dmplay.screen.shown import Room, fitted
 from dmplay.terminal import Terminal, clean
 from dmplay.thought import About, think
@@ -72,14 +73,16 @@ class Gallery:
     def compose(self, room: Room) -> list[Text]:
         """The whole screen: exactly as many rows as the room has, none wider."""
         body = max(room.height - AROUND, 1)
-        rows = [self._title(), *self._body(room, body), self._message(room), self._keys(room)]
+        rows = [self._title(room), *self._body(room, body), self._message(room), self._keys(room)]
         if room.height <= AROUND:
             rows = [rows[1], rows[-1], rows[0]][: room.height]
         return [fitted(row, room) for row in rows]
 
-    def _title(self) -> Text:
+    def _title(self, room: Room) -> Text:
         title = Text(" dmplay  ", style="bold")
         told = f"{counted(len(self.shown), 'problem')}   game of the day: seed {self.seed}"
+        if len(title.plain) + len(told) > room.width:
+            told = f"{counted(len(self.shown), 'problem')}   today's seed {self.seed}"
         return title.append(told, style="not bold")
 
     def _body(self, room: Room, body: int) -> list[Text]:
@@ -137,7 +140,10 @@ class Gallery:
             return Text(f" only {self._filter!r}; Esc shows all")
         shown = self._previews.get(self.chosen)
         if isinstance(shown, Preview) and not _beside(room):
-            return Text(f" goal: {shown.goal}")
+            goal, *_ = shown.goal.split("; ")
+            return Text(
+                f" goal: {goal}" if len(goal) + len(" goal: ") <= room.width else f" {goal}"
+            )
         return Text("")
 
     def _keys(self, room: Room) -> Text:

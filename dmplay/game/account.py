@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from dmplay.advice.ghost import Ghost
 from dmplay.core import Problem
-from dmplay.describe import counted
+from dmplay.describe import counted, ended, score
 from dmplay.game import facts
 from dmplay.session import Session, View
 from dmplay.transcript.format import number, turn_facts
@@ -35,11 +35,11 @@ class Account:
         self._hidden: tuple[object, list[dict[str, object]]] = (None, [])
 
     def said(self, view: View[Problem]) -> str:
-        """The last turn in one line: number, what happened, reward and return where seen."""
+        """The last turn in one line: number, what happened, reward and score where seen."""
         rerolled = ", under other dice" if view.turn in self.session.rerolls else ""
         parts = [f"turn {view.turn}{rerolled}.", self._style.told(view)]
         if view.rewards is not None:
-            parts.append(f"reward {view.rewards[-1]:.6g}. return {self.returned(view):.6g}.")
+            parts.append(f"reward {view.rewards[-1]:.6g}. score {self.returned(view):.6g}.")
         if self.ghost and self.ghost.early:
             parts.append(f"ghost {self.ghost.score:.6g}, lead {self.ghost.lead:+.6g}.")
         return " ".join(parts)
@@ -73,12 +73,13 @@ class Account:
         return {key: value for key, value in told.items() if self.dice or key != "draws"}
 
     def result(self) -> str:
-        """How it ended: reason, turns, return and total of each seat."""
+        """How it ended: reason, turns, score and total of each seat."""
         session = self.session
         agents = session.problem.agents
         sums = zip(agents, session.returns(), session.totals(), strict=True)
-        each = "; ".join(f"{who} return {number(r):g}, total {number(t):g}" for who, r, t in sums)
-        turns = f"{session.ending or 'unfinished'} after {counted(len(session.turns), 'turn')}."
+        name = score(session.problem)
+        each = "; ".join(f"{who} {name} {number(r):g}, total {number(t):g}" for who, r, t in sums)
+        turns = f"{ended(session.ending)} after {counted(len(session.turns), 'turn')}."
         known = not self.people or self.reveal or session.ending not in LEFT
         return f"{turns} {each}." if known or not session.problem.hidden else turns
 

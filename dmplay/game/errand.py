@@ -1,6 +1,6 @@
 """What words of the command line come to: a game to be played, or a report to be printed."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -40,6 +40,7 @@ class Printout(NamedTuple):
     errors: str = ""  # for the channel of errors
     code: int = 0  # of the process
     paged: bool = False  # whether it is read a screenful at a time
+    parts: Iterable[str] = ()  # more text, told as it is made
 
 
 class Conversation(NamedTuple):

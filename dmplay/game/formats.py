@@ -1,4 +1,4 @@
-"""What a recorded game can be written as: name, what it is, and whether it shows one turn."""
+"""What a recorded game can be written as: name, what it is, whether it shows one turn."""
 
 from typing import NamedTuple
 
@@ -8,13 +8,16 @@ class Format(NamedTuple):
 
     help: str
     still: bool = False  # whether it shows one turn
+    ending: str = ""  # of its file, where it is no text to read
+    rows: int = 18  # of a screen in it
 
 
 FORMATS = {
-    "svg": Format("a picture of the screen", still=True),
-    "film": Format("an animated picture"),
-    "html": Format("a page with every turn, to step through", still=True),
-    "cast": Format("a recording, asciicast v2"),
+    "svg": Format("a picture of the screen", still=True, ending="svg"),
+    "film": Format("an animated picture", ending="svg"),
+    "html": Format("a page with every turn, to step through", True, "html", 24),
+    "cast": Format("a recording, asciicast v2", ending="cast", rows=24),
+    "cast3": Format("a recording, asciicast v3", ending="cast", rows=24),
     "text": Format("every screen as text"),
     "csv": Format("a row a turn"),
     "json": Format("the game as one object"),

@@ -12,6 +12,7 @@ from dmplay.advice.ghost import Ghost
 from dmplay.budget import Stopped
 from dmplay.chance import Array
 from dmplay.core import Problem
+from dmplay.describe import ended
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter
 from dmplay.game.account import Account
@@ -19,7 +20,7 @@ from dmplay.game.keyboard import Keyboard
 from dmplay.game.request import Request
 from dmplay.policies.script import EndOfScript
 from dmplay.session import Follower, Session, View
-from dmplay.signals import whole
+from dmplay.signals import WHOLE
 from dmplay.terminal import clean
 from dmplay.thought import About, think
 from dmplay.transcript.recorder import Recorder
@@ -27,6 +28,7 @@ from dmplay.transcript.seal import LEFT, secret
 from dmplay.views.style import Look, fit, pictured, style_of
 
 NOTHING: Mapping[int, float] = {}
+AGAIN = "# again: under dice that were played before\n"
 
 
 class Game:
@@ -52,6 +54,8 @@ class Game:
         self.notes = ""  # for the end of the transcript
         self.verdict: Sequence[str] = ()  # what its moves and dice were worth, once it is over
         self.ghost: Ghost | None = None
+        self.removed = 0  # older games that had to make room for it where games are kept
+        self.repeats = False  # whether one of the same dice was played before it
         agents = {clean(who): None for seat, who in enumerate(seats) if seat not in self.people}
         self._agents = " and ".join(agents) + (" are" if len(agents) > 1 else " is") + " thinking"
         self._chosen: dict[int, float] = {}
@@ -177,7 +181,7 @@ class Game:
         """
         waiting = self.waiting if seat is None else seat
         if self.session.over:
-            raise BadParameter(f"the game is over ({self.session.ending})")
+            raise BadParameter(f"the game is over ({ended(self.session.ending)})")
         if waiting is None:
             raise BadParameter("no person plays here")
         self.session.check(waiting, action)
@@ -196,7 +200,7 @@ class Game:
             return False
         finally:
             self._chosen = {}
-        with whole():
+        with WHOLE:
             self.session.advance(actions)
             self._undone.clear()
             self._record()
@@ -238,7 +242,7 @@ class Game:
         if self._chosen:  # a first choice of two is taken back before any turn is
             self._chosen.clear()
             return
-        with whole():
+        with WHOLE:
             taken = self.session.undo(turns)
             self._undone += [list(turn.actions) for turn in reversed(taken)]
             if self.recorder:
@@ -250,7 +254,7 @@ class Game:
         if not self._undone:
             raise BadParameter("redo: nothing was taken back")
         self._chosen.clear()
-        with whole():
+        with WHOLE:
             self.session.advance(self._undone[-1])
             self._undone.pop()
             self._record()
@@ -263,11 +267,16 @@ class Game:
             raise BadParameter("reroll: no turn was played yet")
         self._chosen.clear()
         self._undone.clear()
-        with whole():
+        with WHOLE:
             self.session.reroll()
             if self.recorder:
                 self.recorder.event("reroll", self.session.rerolls[len(self.session.turns)])
             self._record()
+        self._haunt()
+
+    def haunt(self, ghost: Ghost | None) -> None:
+        """Has this ghost play beside, up to the present turn."""
+        self.ghost = self.account.ghost = ghost
         self._haunt()
 
     def _haunt(self) -> None:
@@ -287,7 +296,7 @@ class Game:
         if self.watcher not in self.people:
             return
         name = self.problem.agents[self.watcher]
-        with whole():
+        with WHOLE:
             self.session.help[name] += 1
             if self.recorder:
                 self.recorder.event("help", {name: 1})
@@ -306,7 +315,8 @@ class Game:
 
     def finish(self, reason: str = "quit") -> None:
         """Ends the game and its transcript."""
-        with whole():
+        with WHOLE:
             self.session.end(reason)
             if self.recorder:
-                self.recorder.end((self.ghost.note() if self.ghost else "") + self.notes)
+                ghost = self.ghost.note() if self.ghost else ""
+                self.recorder.end(f"{ghost}{AGAIN * self.repeats}{self.notes}")

@@ -1,9 +1,13 @@
 """A number that is typed or nudged on the screen before Enter plays it."""
 
+from contextlib import suppress
+
 from dmplay.core import Interval
+from dmplay.errors import DmplayError
 from dmplay.game.game import Game
 
 DIGITS = frozenset("0123456789.-")
+NONE = "no number is written yet"
 
 
 class Number:
@@ -29,7 +33,18 @@ class Number:
         """The number; where another person must not read it, nothing but that it is one."""
         if len(game.people) > 1:
             return "a hidden number   Enter plays it"
-        return f"{self.text}   Enter plays it" if self.text else "no number is written yet"
+        return f"{self.text}{self._meaning(game)}   Enter plays it" if self.text else NONE
+
+    def _meaning(self, game: Game) -> str:
+        """Which action is meant where that is written otherwise; what it costs, if a view says."""
+        with suppress(DmplayError):
+            action = game.keyboard.read(game.view(), self.text)
+            price = getattr(game.style, "price", None)
+            if price:
+                return f" {price(game.view(), action)}"
+            name = game.session.action_name(game.watcher, action)
+            return f", that is {name}" if float(self.text) != float(name) else ""
+        return ""
 
     def taken(self) -> str:
         """What was written; nothing is from now on."""

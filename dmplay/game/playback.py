@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from dmplay.displayed import Displayed
 from dmplay.errors import BadParameter
 from dmplay.game.checking import altered, loaded
 from dmplay.game.game import Game
@@ -14,7 +15,7 @@ from dmplay.transcript.replay import feed, start
 from dmplay.transcript.seal import opened
 
 
-class Playback(Game):
+class Playback(Displayed, Game):
     """A recorded game to step through; nothing in it is hidden any more."""
 
     def __init__(self, path: Path, *, trusted: bool = False, peek: bool = False) -> None:
@@ -51,6 +52,11 @@ class Playback(Game):
             feed(self.transcript, block, self.session)
             self._place += 1
         return True
+
+    @property
+    def steps(self) -> int:
+        """How many turns and events there are to be shown: a reroll and its turn are one."""
+        return len(self._blocks) - sum(block.kind == "reroll" for block in self._blocks[:-1])
 
     @property
     def whole(self) -> bool:

@@ -78,6 +78,7 @@ class Resumption:
     keys: Keys = AS_DRAWN
     asks: bool = True
     turns: int | None = field(default=None, kw_only=True)  # that agents alone may play
+    ghost: str = field(default="", kw_only=True)  # beside the person; '' for the one it had
 
 
 @dataclass(frozen=True)

@@ -40,13 +40,12 @@ def folder(env: Mapping[str, str]) -> Path:
 
 
 def new(problem: str) -> Path | None:
-    """An empty file for a new game that others cannot read, old ones cleared; None, with one
-    warning, where none can be had.
+    """An empty file for a new game that others cannot read; None, with one warning, where none
+    can be had.
     """
     place = folder(os.environ)
     if not ready(place):
         return None
-    _clear(place)
     try:
         return _free(place, problem)
     except OSError as error:
@@ -65,8 +64,13 @@ def _free(place: Path, problem: str) -> Path:
     return path
 
 
-def _clear(place: Path) -> None:
-    """Removes games of no turns, and of the others all but the last, but none that is played."""
+def cleared() -> int:
+    """Removes games of no turns, and of the others all but the last, but none that is played; how
+    many of the others.
+    """
+    place, removed = folder(os.environ), 0
+    if not ready(place):
+        return 0
     old = sorted(place.glob("*.dmt"), key=_age)
     empty = [path for path in old if not _has_turns(path)]
     real = [path for path in old if path not in empty]
@@ -77,6 +81,8 @@ def _clear(place: Path) -> None:
             if begins or disk.in_play(path) or (path in empty and _has_turns(path)):
                 continue  # it may have been played, and left, since it was listed
             path.unlink()
+            removed += path not in empty
+    return removed
 
 
 def _has_turns(path: Path) -> bool:

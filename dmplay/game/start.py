@@ -6,9 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from dmplay.advice.ghost import beside
+from dmplay.advice.ghost import Ghost, beside, noted
 from dmplay.core import Policy, Problem
-from dmplay.describe import counted
+from dmplay.describe import counted, ended
 from dmplay.dice import Dice
 from dmplay.disk import apart, write
 from dmplay.errors import BadParameter
@@ -16,7 +16,7 @@ from dmplay.finding import agents, problems, ways
 from dmplay.game import saves
 from dmplay.game.account import frame
 from dmplay.game.checking import altered, loaded
-from dmplay.game.game import Game
+from dmplay.game.game import AGAIN, Game
 from dmplay.game.keyboard import Keyboard
 from dmplay.game.keymap import hands
 from dmplay.game.playback import Playback
@@ -64,14 +64,15 @@ def new(request: Request, shown: Collection[Luck] = ()) -> Game:
     request, dice = _thrown(request)
     limit = turn_limit(problem, seats, request.turns)
     session = Session(problem, dice, policies, limit=limit)
-    ghost = beside(session, people(seats), request.ghost) if request.ghost else None
+    ghost = _ghost(session, seats, request.ghost)
     path = request.record and standard(request.record, OUTPUT)
     told = header(found, seats, dice, replace(request, peeked=False, branched=None), path)
     if luck(found.name, dice) in shown:
         told = going_on(told, problem)
     request = replace(request, peeked=told.peeked)
+    removed = 0
     if path is None and (request.keep or HUMAN in seats):
-        path = saves.new(found.name)
+        removed, path = saves.cleared(), saves.new(found.name)
         names = {name: told_in(who, path) for name, who in told.seats.items()}
         told = replace(told, problem=told_in(found.name, path), seats=names)
     recorder = None
@@ -86,8 +87,14 @@ def new(request: Request, shown: Collection[Luck] = ()) -> Game:
         recorder.private = saves.keeps(path)
     keyboard = Keyboard(problem, people(seats), request.keys)
     game = Game(found.name, session, seats, keyboard, recorder, request)
-    game.ghost = game.account.ghost = ghost
+    game.removed = removed
+    game.haunt(ghost)
     return game
+
+
+def _ghost(session: Session, seats: Sequence[str], name: str) -> Ghost | None:
+    """The agent of this name beside the person, if one is wanted."""
+    return beside(session, people(seats), name) if name else None
 
 
 def _thrown(request: Request) -> tuple[Request, Dice]:
@@ -139,17 +146,20 @@ def resumed(wanted: Resumption, shown: Collection[Luck] = ()) -> Game:
     unattended(transcript, seats, wanted.turns)
     session = replay(transcript, found.problem, policies)
     if session.over and transcript.end:
-        raise BadParameter(f"{path}: the game is over ({session.ending}); nothing to resume")
+        raise BadParameter(f"{path}: the game is over ({ended(session.ending)}); nothing to resume")
     seen = luck(found.name, session.source) in shown or not sealed(transcript, found.problem)
     goes_on = seen and not session.over
     if goes_on and going_on(transcript.header, found.problem, str(path)).peeked:
         transcript = marked(transcript)
+    ghost = _ghost(session, seats, wanted.ghost or noted(transcript.last, found.problem))
     recorder = Recorder.resume(path, transcript.content, session, _framing(transcript))
     recorder.private = saves.keeps(path)
     if not transcript.blocks:
         recorder.turn()
     game = _repeated(found, transcript.header, seats, wanted, recorder)
     game.warning = altered(transcript, found)
+    game.repeats = AGAIN in transcript.last
+    game.haunt(ghost)
     return game
 
 

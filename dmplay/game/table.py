@@ -34,11 +34,13 @@ class Table:
     ) -> None:
         self.typed = False  # whether people type here; else a script is done
         self.ended: list[Recorder] = []  # of the games so far, each once
+        self.removed = 0  # older games that had to make room for them
         self.open_screen: Callable[[], str] | None = None  # where there is one to open
         self.aliases = aliases
         self._program, self._ends = program, ends  # does what words say; hears of each end
         self._game: Game | None = None
         self._shown: set[Luck] = set()  # of games whose secrets are told once they are left
+        self._played: set[Luck] = set()  # of all games
         self._asked_for = ("", 0)  # the line that would end a game, and after how many turns
         self._before = 0  # the seat of who sits at the terminal
         if game:
@@ -65,8 +67,12 @@ class Table:
         """Plays this game from now on."""
         self.end()
         self._game = game
+        self.removed += game.removed
+        dice = luck(game.name, game.session.source)
+        game.repeats |= dice in self._played and not game.session.turns
+        self._played.add(dice)
         if game.problem.hidden:
-            self._shown.add(luck(game.name, game.session.source))
+            self._shown.add(dice)
         self.change_places()
 
     @property
@@ -130,8 +136,10 @@ class Table:
 
     def free(self, path: Path) -> Path:
         """A name for a game that goes on from this file: beside it, or where games are kept."""
-        kept = None if self.game.recorder else saves.new(self.game.name)
-        return kept or following(path)
+        if self.game.recorder:
+            return following(path)
+        self.removed += saves.cleared()
+        return saves.new(self.game.name) or following(path)
 
     def ask(self, words: Sequence[str]) -> str:
         """Does what the command line would do with these words: a game is played here, a report

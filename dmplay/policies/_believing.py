@@ -52,14 +52,17 @@ class Believing(Seated, ABC):
 
     def _posterior(self, before: Reals, action: int, observation: int) -> Reals:
         """Beliefs `[R, S]` after the same action and observation in each row."""
-        flow = self._after(action).get(observation)
-        joint = np.zeros_like(before) if flow is None else _carried(before, flow)
-        after, likelihood = belief.bayes(joint)
+        after, likelihood = belief.bayes(self._carried(before, action, observation))
         if not likelihood.all():
             raise ImpossibleObservation(
                 f"{self.problem.agents[self.seat]}: an observation of probability 0"
             )
         return after
+
+    def _carried(self, before: Reals, action: int, observation: int) -> Reals:
+        """How likely each row's `[R, S]` next states are, and this observation."""
+        flow = self._after(action).get(observation)
+        return np.zeros_like(before) if flow is None else _carried(before, flow)
 
     @abstractmethod
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:

@@ -73,6 +73,7 @@ class BestResponse(Maximising, _Mixed):
     """The best reply to how often the other has done each thing so far (fictitious play)."""
 
     draws = 0
+    basis = "best reply to what the other played so far"
 
     def begin(self, observation: Array) -> Memory:
         """No action counted yet."""

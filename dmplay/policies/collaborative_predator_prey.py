@@ -53,10 +53,22 @@ class Sweep(Seated):
 
 
 @dataclass(frozen=True)
-class ChaseBelief(Believing):
-    """Goes to the hex where it believes the prey most likely is."""
+class _Tracking(Believing):
+    """Believes what the problem itself makes of a turn, walker by walker."""
 
     problem: CollaborativePredatorPrey
+
+    def _carried(self, before: Reals, action: int, observation: int) -> Reals:
+        """How likely each row's next states are, whatever the others did and observed."""
+        seats = range(len(self.problem.agents))
+        actions = [action if seat == self.seat else None for seat in seats]
+        observed = [observation if seat == self.seat else None for seat in seats]
+        return self.problem.carry(before, actions, observed)
+
+
+@dataclass(frozen=True)
+class ChaseBelief(_Tracking):
+    """Goes to the hex where it believes the prey most likely is."""
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """The move that leaves the fewest steps to it, on average over where the seat may be."""
@@ -72,7 +84,7 @@ class ChaseBelief(Believing):
 
 
 @dataclass(frozen=True)
-class Qmdp(Valued):
+class Qmdp(_Tracking, Valued):
     """Acts as if the team were to see everything from the next turn on (section 21.1)."""
 
     def __post_init__(self) -> None:

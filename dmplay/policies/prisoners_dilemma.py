@@ -123,7 +123,7 @@ class Majority(_Counting):
 
 
 def roster(problem: Problem, seat: int) -> Roster:
-    """Who plays the repeated dilemma; nobody advises."""
+    """Who plays the repeated dilemma; the adviser takes no account of what a play provokes."""
     return Roster(
         {"tit-for-tat": TitForTat, "suspicious-tit-for-tat": SuspiciousTitForTat, "grim": Grim,
          "win-stay-lose-shift": WinStayLoseShift, "always-cooperate": AlwaysCooperate,
@@ -131,5 +131,5 @@ def roster(problem: Problem, seat: int) -> Roster:
          "tit-for-two-tats": TitForTwoTats, "two-tits-for-tat": TwoTitsForTat,
          "majority": Majority, "nash": Nash, "best-response": BestResponse, "softmax": Softmax,
          "gradient-ascent": GradientAscent, "axelrod": Axelrod},
-        partner="tit-for-tat",
+        adviser="best-response", partner="tit-for-tat",
     )  # fmt: skip

@@ -151,24 +151,48 @@ class CollaborativePredatorPrey(Hunt):
     def carry(
         self, belief: Reals, actions: Sequence[int | None], observations: Sequence[int | None]
     ) -> Reals:
-        """Walker by walker: each moves by itself once it is known where the prey was."""
+        """Walker by walker, beliefs `[S]` or `[B, S]`: each moves by itself.
+
+        Where a predator feeds, it stays and the prey is anywhere next; else nobody's walk depends
+        on where the prey was. A row has the same bits in any batch: its products are its own.
+        """
         size = len(self.hexes)
-        stays = np.eye(size)
-        told = (belief[:, None] * self.flights).reshape(-1, size, size)
-        joint: Reals = told.transpose(1, 0, 2).reshape(
-            size, -1
-        )  # the prey's hex, predators, its next
-        for a in actions:
-            walk = self.walks.mean(axis=0) if a is None else self.walks[a]
-            # By the hex of the prey: on it a predator feeds, and stays.
-            from_to = np.where(np.eye(size, dtype=bool)[:, :, None], stays[None], walk[None])
-            parts = joint.reshape(size, size, -1)
-            joint = np.einsum("pir,pik->prk", parts, from_to).reshape(size, -1)
-        after = joint.sum(axis=0).reshape(size, -1).T.reshape(-1)
+        taken = [-1 if a is None else a for a in actions]
+        walks, fed = ([led[a] for a in taken] for led in self._led)
+        before = belief.reshape(-1, self.states // size, size)
+        hunted, caught = np.where(self._caught, 0.0, before), np.where(self._caught, before, 0.0)
+        fled = np.matmul(hunted[:, :, None], self.flights.reshape(-1, size, size))
+        after: Reals = _walked(fled, walks).reshape(len(before), -1, size)
+        after += _walked(caught.swapaxes(1, 2), fed).sum(axis=1)[:, :, None] / size
+        after = after.reshape(belief.shape)
         for seat, observation in enumerate(observations):
             if observation is not None:
                 after = after * (self._observed[:, seat] == observation)
-        return np.asarray(after)
+        return after
+
+    @cached_property
+    def _led(self) -> tuple[Reals, Reals]:
+        """How likely each direction, and any of them, leads to a hex from another: `[7, 1, H, H]`,
+        and `[7, H, H, H]` with a prey on each hex, on which a predator feeds and stays.
+        """
+        size = len(self.hexes)
+        walks = np.vstack([self.walks, self.walks.mean(axis=0)[None]]).swapaxes(1, 2)[:, None]
+        stays = np.eye(size, dtype=bool)[:, None]  # from the hex of the prey
+        return walks, np.where(stays, np.eye(size), walks)
+
+    @cached_property
+    def _caught(self) -> Bools:
+        """Whether the prey on each hex is caught `[S / H, H]`."""
+        return self.captured(self.enumerated()).reshape(-1, len(self.hexes))
+
+
+def _walked(joint: Reals, walks: Sequence[Reals]) -> Reals:
+    """Probabilities `[B, P, ...]` by the hex of each predator, after walks `[P, H, H]` of each."""
+    for seat, walk in enumerate(walks):
+        many, size, _ = walk.shape
+        parts = joint.reshape(len(joint), many, size**seat, size, -1)
+        joint = np.matmul(walk[:, None], parts)
+    return joint.reshape(len(joint), len(walks[0]), -1)
 
 
 def _directions() -> tuple[Ints, Ints]:

@@ -2,7 +2,7 @@
 
 import io
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from rich._export_format import CONSOLE_SVG_FORMAT
@@ -11,6 +11,7 @@ from rich.text import Text
 
 from dmplay.disk import write
 from dmplay.figures.every import figure, figures
+from dmplay.game.errand import Printout
 from dmplay.styles import ansi
 from dmplay.terminal import Terminal
 from dmplay.views.canvas import plainly, size
@@ -45,18 +46,19 @@ def picture(text: Text, title: str, *, width: int = 0, name: str = "dmplay") -> 
     return drawn.export_svg(title=title, unique_id=name, code_format=SVG)
 
 
-def film(texts: Sequence[Text], title: str, width: int) -> str:
-    """Texts as one animated SVG, a second each; the last alone for who wants no motion."""
-    pictures = [picture(text, title, width=width, name=f"t{n}") for n, text in enumerate(texts)]
-    box = VIEW_BOX.search(pictures[0])
-    assert box
-    timed = [
-        one.replace("<svg", f'<svg style="animation-delay: {second}s"', 1)
-        for second, one in enumerate(pictures)
-    ]
-    style = FILM.format(length=len(texts), share=100 / len(texts))
-    head = f'<svg class="film" {box[0]} xmlns="http://www.w3.org/2000/svg">'
-    return "\n".join([head, f"<style>{style}</style>", *timed, "</svg>", ""])
+def film(texts: Iterable[Text], many: int, title: str, width: int) -> Iterator[str]:
+    """So many texts as one animated SVG, a second each; the last alone for who wants no motion."""
+    style = FILM.format(length=many, share=100 / many)
+    for second, text in enumerate(texts):
+        drawn = picture(text, title, width=width, name=f"t{second}")
+        if not second:
+            box = VIEW_BOX.search(drawn)
+            assert box
+            yield f'<svg class="film" {box[0]} xmlns="http://www.w3.org/2000/svg">\n'
+            yield f"<style>{style}</style>\n"
+        timed = f'<svg style="animation-delay: {second}s"'
+        yield drawn.replace("<svg", timed, 1) + "\n"
+    yield "</svg>\n"
 
 
 def shown(text: Text, terminal: Terminal) -> str:
@@ -65,12 +67,12 @@ def shown(text: Text, terminal: Terminal) -> str:
     return ansi(able, terminal.theme) if terminal.color else able.plain
 
 
-def kept(path: Path | None, content: Iterable[str], *, force: bool) -> str:
+def kept(path: Path | None, content: Iterable[str], *, force: bool) -> Printout:
     """Writes to a file, part by part, and leaves nothing to be told; without one, what is to be."""
     if path is None or str(path) == "-":
-        return "".join(content).removesuffix("\n")
+        return Printout("", parts=content)
     write(path, content, force=force)
-    return ""
+    return Printout("")
 
 
 def named() -> str:
@@ -78,7 +80,9 @@ def named() -> str:
     return "\n".join(f"{key:<5} {title}" for key, (title, _) in figures().items())
 
 
-def drawn(name: str, output: Path | None, *, svg: bool, force: bool = False) -> Text | str:
+def drawn(name: str, output: Path | None, *, svg: bool, force: bool = False) -> Printout:
     """A figure; as a picture where that or a file is asked for."""
     title, draw = figure(name)
-    return kept(output, [picture(draw(), title)], force=force) if svg or output else draw()
+    if svg or output:
+        return kept(output, [picture(draw(), title)], force=force)
+    return Printout(draw())

@@ -5,14 +5,21 @@ import io
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from rich.text import Text
 
 from dmplay.describe import counted
 from dmplay.disk import apart
 from dmplay.errors import BadParameter
+from dmplay.game.errand import Printout
 from dmplay.game.formats import FORMATS
+from dmplay.game.game import Game
+from dmplay.game.keyboard import Keyboard
+from dmplay.game.keymap import AS_DRAWN
 from dmplay.game.playback import Playback
+from dmplay.game.request import Request
+from dmplay.game.seats import people
 from dmplay.reports.drawing import film as pictures
 from dmplay.reports.drawing import kept, picture
 from dmplay.reports.page import page
@@ -23,11 +30,18 @@ from dmplay.transcript.format import end_facts
 from dmplay.transcript.header import header_facts
 from dmplay.views.style import Look, whole
 
-ROOM = Room(80, 24)
-SHORT_ROOM_ROWS = 18
+COLUMNS = 80  # of a screen
 AROUND = 8  # rows of title, goal, log, message and keys
 DICE = ("seed", "episode")
 CLEAR = "\x1b[H\x1b[2J"
+
+
+class Wanted(NamedTuple):
+    """What is to be seen: the screen's room, the turn of a picture, and whether with a hint."""
+
+    room: Room
+    turn: int | None = None  # the last one
+    hint: bool = False
 
 
 def screens(game: Playback, room: Room) -> Iterator[Text]:
@@ -51,58 +65,80 @@ def _roomy(game: Playback, room: Room) -> Room:
     return room._replace(width=width, height=height + AROUND)
 
 
-def _short(game: Playback, room: Room) -> Room:
-    """The same, of few rows."""
-    return _roomy(game, room._replace(height=SHORT_ROOM_ROWS))
-
-
-def _last(game: Playback, turn: int | None, room: Room) -> Text:
+def _last(game: Playback, wanted: Wanted) -> Text:
     """The screen after a turn, or after the last."""
     for log in _told(game):
-        if len(game.session.turns) == turn or (turn is None and game.whole):
-            return compose(game, _short(game, room), Shown(), log)
+        if len(game.session.turns) == wanted.turn or (wanted.turn is None and game.whole):
+            if wanted.hint:
+                return _advised(game, wanted.room, log)
+            return compose(game, wanted.room, Shown(), log)
     turns = counted(len(game.session.turns), "turn")
-    raise BadParameter(f"--at: got {turn}, the game has {turns}")
+    raise BadParameter(f"--at: got {wanted.turn}, the game has {turns}")
 
 
-def svg(game: Playback, turn: int | None, room: Room) -> Iterator[str]:
+def _advised(game: Playback, room: Room, log: list[str]) -> Text:
+    """The screen of who is to choose now, with a hint."""
+    if game.session.over:
+        raise BadParameter("--hint: nobody chooses after the end; --at shows an earlier turn")
+    hands = Keyboard(game.problem, people(game.seats) or [0], AS_DRAWN)
+    asked = Request(game.name, seed_known=game.shows_seed)
+    played = Game(game.name, game.session, game.seats, hands, asked=asked)
+    told = played.adviser.hint()
+    advice = played.adviser.given
+    shown = Shown(message=advice.short if advice else told, advice=advice)
+    return compose(played, room, shown, log)
+
+
+def svg(game: Playback, wanted: Wanted) -> Iterator[str]:
     """A picture of the screen after a turn."""
-    yield picture(_last(game, turn, room), f"dmplay {game.name}", width=room.width)
+    yield picture(_last(game, wanted), f"dmplay {game.name}", width=wanted.room.width)
 
 
-def film(game: Playback, turn: int | None, room: Room) -> Iterator[str]:
+def film(game: Playback, wanted: Wanted) -> Iterator[str]:
     """The screen turn by turn, as an animated picture."""
-    shown = [*screens(game, _short(game, room))]
-    yield pictures(shown, f"dmplay {game.name}", room.width)
+    shown, title = screens(game, wanted.room), f"dmplay {game.name}"
+    yield from pictures(shown, 1 + game.steps, title, wanted.room.width)
 
 
-def html(game: Playback, turn: int | None, room: Room) -> Iterator[str]:
+def html(game: Playback, wanted: Wanted) -> Iterator[str]:
     """A page of its own with every turn, open at one."""
-    yield page(game, turn, Look(room.width, room.height, room.ascii, large=True))
+    yield page(game, wanted.turn, Look(*wanted.room, large=True))
 
 
-def cast(game: Playback, turn: int | None, room: Room) -> Iterator[str]:
+def cast(game: Playback, wanted: Wanted) -> Iterator[str]:
     """A screen recording, asciicast version 2, a second a turn."""
-    head = {
-        "version": 2,
-        "width": room.width,
-        "height": room.height,
-        "title": f"dmplay {game.name}",
-    }
-    yield f"{json.dumps(head)}\n"
-    for second, shown in enumerate(screens(game, room)):
-        drawn = ansi(shown, "default").replace("\n", "\r\n")  # as to a terminal in raw mode
-        yield f"{json.dumps([float(second), 'o', f'{CLEAR}{drawn}'])}\n"
+    size = {"width": wanted.room.width, "height": wanted.room.height}
+    yield _line({"version": 2, **size, "title": f"dmplay {game.name}"})
+    for second, shown in enumerate(_written(game, wanted.room)):
+        yield _line([float(second), "o", shown])
 
 
-def text(game: Playback, turn: int | None, room: Room) -> Iterator[str]:
+def cast3(game: Playback, wanted: Wanted) -> Iterator[str]:
+    """The same as asciicast version 3, where each screen tells how long after the last it comes."""
+    term = {"cols": wanted.room.width, "rows": wanted.room.height}
+    yield _line({"version": 3, "term": term, "title": f"dmplay {game.name}"})
+    for number, shown in enumerate(_written(game, wanted.room)):
+        yield _line([float(number > 0), "o", shown])
+
+
+def _written(game: Playback, room: Room) -> Iterator[str]:
+    """The screens as a terminal in raw mode is sent them."""
+    drawn = (ansi(shown, "default") for shown in screens(game, room))
+    return (CLEAR + one.replace("\n", "\r\n") for one in drawn)
+
+
+def _line(value: object) -> str:
+    return f"{json.dumps(value)}\n"
+
+
+def text(game: Playback, wanted: Wanted) -> Iterator[str]:
     """Every turn in words, with the board under it."""
-    for shown in screens(game, _short(game, room)):
+    for shown in screens(game, wanted.room):
         rows = [row.rstrip() for row in shown.plain.split("\n")]
         yield "\n".join(rows).rstrip() + "\n\n"
 
 
-def rows_of_turns(game: Playback, turn: int | None, room: Room) -> Iterator[str]:
+def rows_of_turns(game: Playback, wanted: Wanted) -> Iterator[str]:
     """A row a turn as comma-separated values, a column a fact and seat."""
     columns: dict[str, None] = {}
     rows: list[tuple[object, ...]] = []  # each as long as there were columns then
@@ -126,7 +162,7 @@ def _columns(facts: Mapping[str, object]) -> Iterator[tuple[str, object]]:
             yield f"{key} {name}".strip(), json.dumps(one) if isinstance(one, list) else one
 
 
-def data(game: Playback, turn: int | None, room: Room) -> Iterator[str]:
+def data(game: Playback, wanted: Wanted) -> Iterator[str]:
     """The whole game as one JSON object."""
     told = header_facts(game.transcript.header).items()
     facts = {key: value for key, value in told if game.shows_seed or key not in DICE}
@@ -152,9 +188,9 @@ def _facts(game: Playback) -> Iterator[dict[str, object]]:
         yield game.account.turn() | event
 
 
-WRITERS: dict[str, Callable[[Playback, int | None, Room], Iterator[str]]] = {
-    "svg": svg, "film": film, "html": html, "cast": cast, "text": text, "csv": rows_of_turns,
-    "json": data,
+WRITERS: dict[str, Callable[[Playback, Wanted], Iterator[str]]] = {
+    "svg": svg, "film": film, "html": html, "cast": cast, "cast3": cast3, "text": text,
+    "csv": rows_of_turns, "json": data,
 }  # fmt: skip
 
 
@@ -165,11 +201,13 @@ def exported(  # noqa: PLR0913 - a file, and what is wanted of it
     output: Path | None,
     *,
     width: int | None = None,
+    height: int | None = None,
+    hint: bool = False,
     ascii_: bool = False,
     force: bool = False,
     trusted: bool = False,
     peek: bool = False,
-) -> str:
+) -> Printout:
     """A transcript in the one form chosen; nothing where it is written to a file."""
     if len(chosen) != 1:
         raise BadParameter(f"export: choose one of {', '.join(f'--{name}' for name in FORMATS)}")
@@ -177,8 +215,10 @@ def exported(  # noqa: PLR0913 - a file, and what is wanted of it
     if turn is not None and not FORMATS[form].still:
         stills = " or ".join(f"--{name}" for name, one in FORMATS.items() if one.still)
         raise BadParameter(f"--at: a turn of {stills}, not of --{form}")
+    if hint and form != "svg":
+        raise BadParameter(f"--hint: on a picture, --svg, not on --{form}")
     game = Playback(file, trusted=trusted, peek=peek)
     if output:
         apart(output, game.transcript.path)
-    room = _roomy(game, Room(width or ROOM.width, ROOM.height, ascii_))
-    return kept(output, WRITERS[form](game, turn, room), force=force)
+    room = _roomy(game, Room(width or COLUMNS, height or FORMATS[form].rows, ascii_))
+    return kept(output, WRITERS[form](game, Wanted(room, turn, hint)), force=force)

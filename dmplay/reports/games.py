@@ -4,6 +4,7 @@ from collections import Counter
 from json import dumps
 from typing import NamedTuple
 
+from dmplay.describe import ended
 from dmplay.game.saves import kept
 from dmplay.transcript.reading import Transcript
 from dmplay.transcript.report import marks
@@ -22,7 +23,7 @@ class Kept(NamedTuple):
     def __str__(self) -> str:
         """One line."""
         seats = ", ".join(f"{name} {who}" for name, who in self.seats.items())
-        told = "; ".join([self.ending, *marks(self.help, peeked=self.peeked)])
+        told = "; ".join([ended(self.ending), *marks(self.help, peeked=self.peeked)])
         return f"{self.path}: {self.problem}, {seats}; {told}"
 
 

@@ -1,20 +1,17 @@
 """A recorded game as a page of its own: the board, the log, a timeline and plots, no network."""
 
-import html
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from importlib.resources import files
 from string import Template
 from typing import NamedTuple
 
-from rich.text import Text
-
 from dmplay.core import Problem
-from dmplay.describe import counted
+from dmplay.describe import counted, score
 from dmplay.errors import BadParameter
 from dmplay.game.playback import Playback
+from dmplay.reports.markup import DARK, LIGHT, WORDS, escaped, palette, rows
 from dmplay.session import View
-from dmplay.styles import PALETTE, runs
 from dmplay.terminal import clean
 from dmplay.views.style import Look
 
@@ -52,20 +49,23 @@ def page(game: Playback, turn: int | None, look: Look) -> str:
         "width": WIDTH,
     }
     shown = steps[at]
-    plots = [_plot("score so far (return)", returns), _plot("belief", beliefs)]
+    plots = [_plot(f"{score(game.problem)} so far", returns), _plot("belief", beliefs)]
     template = Template(files("dmplay.reports").joinpath("page.html").read_text(encoding="utf-8"))
     return template.substitute(
-        title=_escaped(f"dmplay {game.name}"),
-        goal=_escaped("; ".join(game.style.goal(game.view(0)))),
-        palette=_palette(table),
+        title=escaped(f"dmplay {game.name}"),
+        goal=escaped("; ".join(game.style.goal(game.view(0)))),
+        light=LIGHT,
+        dark=DARK,
+        words=WORDS,
+        palette=palette(table),
         board="\n".join(shown.board),
-        said=_escaped(shown.said),
+        said=escaped(shown.said),
         panel="".join(
-            f"<dt>{_escaped(label)}</dt><dd>{_escaped(value)}</dd>" for label, value in shown.panel
+            f"<dt>{escaped(label)}</dt><dd>{escaped(value)}</dd>" for label, value in shown.panel
         ),
         plots="\n".join(filter(None, plots)),
-        log="\n".join(f"<li>{_escaped(step.said)}</li>" for step in steps),
-        result=_escaped(f"over: {game.account.result()}"),
+        log="\n".join(f"<li>{escaped(step.said)}</li>" for step in steps),
+        result=escaped(f"over: {game.account.result()}"),
         data=json.dumps(data, ensure_ascii=False).replace("<", "\\u003c"),
         last=len(steps) - 1,
         at=at,
@@ -88,7 +88,7 @@ def _steps(game: Playback, look: Look) -> tuple[list[Step], list[Line], list[Lin
 def _step(game: Playback, look: Look, said: str) -> Step:
     view = game.view(0)
     facts = [(clean(label), clean(value)) for label, value in game.style.panel(view)]
-    return Step(view.turn, _rows(game.draw(look)), facts, clean(said))
+    return Step(view.turn, rows(game.draw(look)), facts, clean(said))
 
 
 def _belief(view: View[Problem]) -> list[float]:
@@ -114,37 +114,6 @@ def _place(steps: Sequence[Step], turn: int | None) -> int:
         turns = counted(max(step.turn for step in steps), "turn")
         raise BadParameter(f"--at: got {turn}, the game has {turns}")
     return found[-1]
-
-
-def _rows(drawn: Text) -> list[str]:
-    """A drawing as HTML, row by row."""
-    rows = [""]
-    for words, piece in runs(drawn):
-        first, *more = map(_escaped, piece.split("\n"))
-        for number, part in enumerate((first, *more)):
-            rows += [""] if number else []
-            rows[-1] += _styled(words, part)
-    return rows
-
-
-def _styled(words: Iterable[str], part: str) -> str:
-    names = " ".join(sorted(map(_class, words)))
-    return f'<span class="{names}">{part}</span>' if names and part.strip() + names else part
-
-
-def _class(word: str) -> str:
-    """The class of a word of a style: `color(214)` is c214, `on_color(214)` is on-c214."""
-    return word.replace("on_", "on-").replace("color(", "c").removesuffix(")")
-
-
-def _palette(rows: Iterable[str]) -> str:
-    """The classes of the palette's colours that these rows have."""
-    whole = "".join(rows)
-    written = (f".c{n} {{ color: {rgb}; }}" for n, rgb in PALETTE.items() if f"c{n}" in whole)
-    filled = (
-        f".on-c{n} {{ background: {rgb}; }}" for n, rgb in PALETTE.items() if f"on-c{n}" in whole
-    )
-    return "\n".join([*written, *filled])
 
 
 def _plot(title: str, lines: Sequence[Line]) -> str:
@@ -173,7 +142,7 @@ def _plot(title: str, lines: Sequence[Line]) -> str:
     )
     now = f'<line class="now" x1="{LEFT}" x2="{LEFT}" y1="{ROOM}" y2="{ROOM + HEIGHT}"/>'
     told = ", ".join(
-        f'<span class="{color}">{_escaped(line.name)} {line.values[-1]:.4g}</span>'
+        f'<span class="{color}">{escaped(line.name)} {line.values[-1]:.4g}</span>'
         for line, color in zip(lines, _colors(len(lines)), strict=True)
     )
     box = f'viewBox="0 0 {LEFT + WIDTH + ROOM} {HEIGHT + 2 * ROOM}" preserveAspectRatio="none"'
@@ -185,7 +154,3 @@ def _plot(title: str, lines: Sequence[Line]) -> str:
 
 def _colors(many: int) -> list[str]:
     return [COLORS[number % len(COLORS)] for number in range(many)]
-
-
-def _escaped(text: str) -> str:
-    return html.escape(clean(text)).replace("$", "&#36;")

@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from dmplay.signals import leaving, whole
+from dmplay.signals import WHOLE, leaving
 
 MOMENT = 1.0  # seconds before a bar is drawn
 
@@ -38,7 +38,7 @@ class Bar(ExitStack):
             columns = TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()
             progress = Progress(*columns, console=Console(stderr=True), transient=True)
             self.enter_context(leaving())
-            with whole():  # the cursor is hidden and to be given back, or neither
+            with WHOLE:  # the cursor is hidden and to be given back, or neither
                 self.drawn = self.enter_context(progress)
             self.drawn.add_task(self.what, total=1.0)
         self.drawn.update(self.drawn.task_ids[0], completed=share)

@@ -23,6 +23,7 @@ ROW_KEYS = (
 )
 BARS = "▁▂▃▄▅▆▇█"
 NO_LOSS = 1e-9
+LABELS = (7, 4)  # columns of a label where not all have room
 
 
 class Key(NamedTuple):
@@ -35,10 +36,10 @@ class Key(NamedTuple):
 
     @property
     def words(self) -> str:
-        """Key, action and loss; in brackets where not legal."""
+        """Key, action and loss between blanks; in their place brackets where it is not legal."""
         key = SHOWN.get(self.key, self.key)
         told = self.label if self.key == self.label else f"{key} {self.label}".strip()
-        return f"{told}{self.lost}" if self.able else f"[{told}]"
+        return f" {told}{self.lost} " if self.able else f"[{told}]"
 
 
 def keys(game: Game, room: Room, shown: Shown = NOTHING) -> Text:
@@ -53,7 +54,7 @@ def keys(game: Game, room: Room, shown: Shown = NOTHING) -> Text:
         row.truncate(left - 1, overflow="ellipsis")
         row.append(" ")
     tail = next((tail for tail in tails if len(row.plain) + 1 + len(tail) <= room.width), tails[-1])
-    return fitted(Text(" ").append_text(row).append(tail, style="dim"), room)
+    return fitted(row.append(" ").append(tail, style="dim"), room)
 
 
 def _forms(game: Game, advice: Advice | None) -> Iterator[Text]:
@@ -62,18 +63,24 @@ def _forms(game: Game, advice: Advice | None) -> Iterator[Text]:
         yield Text("")
     elif game.keyboard.types_numbers(game.watcher):
         nudges = " ".join(SHOWN.get(key, key) for key in game.keyboard.nudges)
-        yield Text(f"type a number, Enter plays it  {nudges} nudge it  ")
-        yield Text("a number, Enter  ")
+        yield Text(f" type a number, Enter plays it  {nudges} nudge it ")
+        yield Text(" a number, Enter ")
     else:
         legal = [Key(*one) for one in game.keyboard.legal(game.view())]
         yield from (_row(ranked) for ranked in _ranked(legal, advice))
         yield _row(legal)
+        for most in LABELS:
+            yield _row([one._replace(label=_cut(one.label, most)) for one in legal])
+
+
+def _cut(label: str, most: int) -> str:
+    return label if len(label) <= most else f"{label[: most - 1]}…"
 
 
 def _row(actions: Sequence[Key]) -> Text:
     row = Text()
     for action in actions:
-        row.append(action.words, style="" if action.able else "dim").append("  ")
+        row.append(action.words)
     return row
 
 

@@ -1,11 +1,13 @@
 """The play screen as text: title, board and side panel, log, message and keys, to the column."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
-from rich.text import Text
+from rich.text import Span, Text
 
 from dmplay.advice.adviser import Advice
+from dmplay.describe import ended, score
 from dmplay.game.facts import sentence
 from dmplay.game.game import Game
 from dmplay.rollouts import MOST_TURNS
@@ -17,11 +19,10 @@ from dmplay.views.style import PANEL, Look, Needed
 
 LABEL = 8  # columns of a label, behind which values begin in one column
 LOG = 2  # rows of the log at least
-SMALL = 4  # rows under which there is no board
+SMALL, ROOMY = 4, 20  # rows from which on there is a board, and the goal is always told
 HIGH = 8  # rows of the log below the board at most
 WIDE = 100  # columns from which on the log is beside the board
 COLUMN = 36  # columns that it then has at least
-ROOMY = 20  # rows from which on the goal is always told
 
 
 def compose(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
@@ -83,7 +84,7 @@ def upper(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
     elif shown.page:
         title, parts = _title(game, room), _part(room, shown)
     else:
-        aim = [_goal(game, room)] if room.height >= ROOMY else []
+        aim = [_goal(game, room)] if aimed(room) else []
         title, parts = _title(game, room), [*aim, *_body(game, room, shown, log, body)]
     body = room.height - 3
     parts += [Text("")] * (body - len(parts))
@@ -92,7 +93,12 @@ def upper(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
 
 def _height(room: Room) -> int:
     """The rows of board and log: all but title, goal, message and keys."""
-    return room.height - 3 - (room.height >= ROOMY)
+    return room.height - 3 - aimed(room)
+
+
+def aimed(room: Room) -> bool:
+    """Whether the goal has a row of its own; else the log begins with it."""
+    return room.height >= ROOMY
 
 
 def _part(room: Room, shown: Shown) -> list[Text]:
@@ -134,12 +140,15 @@ def _rows(rows: list[Text]) -> Text:
 def _title(game: Game, room: Room) -> Text:
     """The game and how it stands; closer together and without the seed where there is no room."""
     seed = [f"seed {game.seed}"] if game.shows_seed else []
-    facts = _facts(game)
+    facts = _facts(game, score(game.problem))
+    close = Text(f" {clean(game.name)} ", style="bold")
     wide = _headed(game, _name(game), "   ", [*seed, *facts])
-    if len(wide.plain) <= room.width:
-        return wide
+    for title in (wide, _headed(game, close.copy(), "  ", facts)):
+        if len(title.plain) <= room.width:
+            return title
+    facts = _facts(game, "score")
     while True:  # a fact is told whole or not at all
-        title = _headed(game, Text(f" {clean(game.name)} ", style="bold"), "  ", facts)
+        title = _headed(game, close.copy(), "  ", facts)
         if len(title.plain) <= room.width or not facts:
             return title
         facts = facts[:-1]
@@ -148,8 +157,13 @@ def _title(game: Game, room: Room) -> Text:
 def _headed(game: Game, name: Text, gap: str, facts: Sequence[str]) -> Text:
     title = name.append(gap[1:] + gap.join(facts), style="not bold")
     if game.session.over:
-        title.append(f"{gap}{game.session.ending}", style="bold")
+        title.append(f"{gap}{ended(game.session.ending)}", style="bold")
     return title
+
+
+def _aim(game: Game) -> str:
+    """What to aim for and what it costs."""
+    return "; ".join(map(clean, game.style.goal(game.view())))
 
 
 def _goal(game: Game, room: Room) -> Text:
@@ -163,13 +177,13 @@ def _goal(game: Game, room: Room) -> Text:
     return told
 
 
-def _facts(game: Game) -> list[str]:
-    """Turn, return, who you are, and who the others are."""
+def _facts(game: Game, called: str) -> list[str]:
+    """Turn, score, who you are, and who the others are."""
     view = game.view()
     limit = f"/{view.limit}" if view.limit not in (None, MOST_TURNS) else ""
     facts = [f"turn {view.turn}{limit}"]
     if view.rewards is not None:
-        facts.append(f"return {game.account.returned(view):.6g}")
+        facts.append(f"{called} {game.account.returned(view):.6g}")
     if game.people:
         facts.append(f"you: {game.problem.agents[game.watcher]}")
     seats = enumerate(zip(game.problem.agents, game.seats, strict=True))
@@ -213,14 +227,17 @@ def _board(game: Game, room: Room, shown: Shown, within: Room) -> Text:
         large=True,
         regret=shown.advice and shown.advice.regret,
         outlook=shown.outlook,
+        passed=shown.passed,
+        panel=max(PANEL + 2 - (room.width - within.width), 0),
     )
     return game.draw(look)
 
 
 def _beside_board(game: Game, room: Room, shown: Shown, board: Text, body: int) -> _Laid:
     """The panel at the right of the board, the log under it."""
-    facts = panel_rows(_known(game, shown), room.width - size(board)[0] - 2)
-    rows = _joined(board, facts, body)
+    known, width = _known(game, shown), room.width - size(board)[0] - 2
+    facts = panel_rows(known, width)
+    rows = [row.copy() for row in _joined(board.plain, tuple(board.spans), known, width, body)]
     first = size(board)[0] + 1
     for row in rows[len(facts) :]:
         row.pad_right(first - len(row.plain))
@@ -230,41 +247,46 @@ def _beside_board(game: Game, room: Room, shown: Shown, board: Text, body: int) 
 def _below_board(game: Game, room: Room, shown: Shown, board: Text, body: int) -> _Laid:
     """The panel at the right where it has room; the log below, not high while the game goes on."""
     width = room.width - size(board)[0] - 2
-    facts = panel_rows(_known(game, shown), width) if width >= PANEL else []
-    rows = _joined(board, facts, max(body - LOG - 1, 0))
+    known = _known(game, shown) if width >= PANEL else ()
+    rows = _joined(board.plain, tuple(board.spans), known, width, max(body - LOG - 1, 0))
     left = max(body - len(rows) - 1, 0)
     high = left if game.session.over else min(left, HIGH)
     return _Laid([*rows, Text("")], Room(room.width, high, room.ascii), beside=False)
 
 
-def _known(game: Game, shown: Shown) -> list[tuple[str, str]]:
+def _known(game: Game, shown: Shown) -> tuple[tuple[str, str], ...]:
     """The facts of the side panel."""
     advised = not game.session.over and game.people and not game.unaided
     best = [("best", shown.best)] if shown.best else []
     facts = [*game.style.panel(game.view()), *best, *_ghost(game)]
-    return [*facts, *(_hint(shown.advice) if advised else [])]
+    return (*facts, *(_hint(shown.advice) if advised else []))
 
 
-def _joined(board: Text, facts: Sequence[Text], most: int) -> list[Text]:
-    """The rows of the board with facts beside them, further down where there are more facts."""
+@lru_cache(512)
+def _joined(
+    plain: str, spans: tuple[Span, ...], known: tuple[tuple[str, str], ...], width: int, most: int
+) -> tuple[Text, ...]:
+    """The rows of a drawing with facts beside them; a game shows few that differ, often."""
+    board, facts = Text(plain, spans=[*spans]), panel_rows(known, width)
     rows = [*board.split("\n", allow_blank=True)]
     rows += [Text("") for _ in range(len(rows), min(len(facts), most))]
     for row, fact in zip(rows, facts, strict=False):
         row.pad_right(size(board)[0] + 2 - len(row.plain))
         row.append(fact)
-    return rows
+    return tuple(rows)
 
 
 def _body(game: Game, room: Room, shown: Shown, log: list[str], body: int) -> list[Text]:
     """Board, panel and log."""
     laid = _laid(game, room, shown, body)
     long = [shown.message] if too_long(shown, room) else []
+    aim = [] if aimed(room) or game.session.turns else [_aim(game)]
     if isinstance(laid, Needed):
         left = Room(room.width, max(body - 1, 0), room.ascii)
         if log or long:
             return [laid, *_log(game, left, long, log, shown.back)]
-        return [laid, *_page([game.account.situation(game.view())], room)[: left.height]]
-    told = _log(game, laid.log, long, log, shown.back, column=laid.beside)
+        return [laid, *_page([game.account.situation(game.view()), *aim], room)[: left.height]]
+    told = _log(game, laid.log, long, log or aim, shown.back, column=laid.beside)
     if not laid.beside:
         return [*laid.rows, *told]
     rows = [*laid.rows]
@@ -275,7 +297,8 @@ def _body(game: Game, room: Room, shown: Shown, log: list[str], body: int) -> li
     return rows
 
 
-def panel_rows(panel: Sequence[tuple[str, str]], width: int) -> list[Text]:
+@lru_cache(256)
+def panel_rows(panel: tuple[tuple[str, str], ...], width: int) -> tuple[Text, ...]:
     """Facts in so many columns; what is too long for its row goes on in the next, not cut."""
     longest = max((len(label) for label, _ in panel if len(label) <= LABEL), default=0)
     rows = []
@@ -285,7 +308,7 @@ def panel_rows(panel: Sequence[tuple[str, str]], width: int) -> list[Text]:
         first, *more = _folded(value, width - len(lead), width - 2)
         rows.append(Text().append(lead, "dim").append(first, "bold"))
         rows += [Text("  ").append(part, "bold") for part in more]
-    return rows
+    return tuple(rows)
 
 
 def _folded(words: str, first: int, later: int) -> list[str]:
@@ -379,16 +402,19 @@ def _hint(advice: Advice | None) -> list[tuple[str, str]]:
 
 def _page(lines: Sequence[str], room: Room) -> list[Text]:
     """Lines of text, wrapped."""
-    out: list[str] = []
-    for line in lines:
-        words = " "
-        for word in _pieces(line, max(room.width - 4, 1)):  # blanks stand around it
-            if len(words) + len(word) + 1 > room.width and words.strip():
-                out.append(words)
-                words = "   "
-            words += word + " "
-        out.append(words)
-    return [Text(row) for row in out]
+    return [Text(row) for line in lines for row in _wrapped(line, room.width)]
+
+
+@lru_cache(256)
+def _wrapped(line: str, width: int) -> tuple[str, ...]:
+    """The rows of a line, which many frames show."""
+    rows, words = [], " "
+    for word in _pieces(line, max(width - 4, 1)):  # blanks stand around it
+        if len(words) + len(word) + 1 > width and words.strip():
+            rows.append(words)
+            words = "   "
+        words += word + " "
+    return (*rows, words)
 
 
 def _pieces(line: str, most: int) -> list[str]:

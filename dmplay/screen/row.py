@@ -30,8 +30,8 @@ from prompt_toolkit.output import ColorDepth
 from prompt_toolkit.output.vt100 import Vt100_Output
 from prompt_toolkit.styles import Style
 
+from dmplay.painting.painter import Painter
 from dmplay.screen.footer import keys
-from dmplay.screen.painter import Painter
 from dmplay.screen.screen import Screen
 from dmplay.signals import INTERRUPTED
 from dmplay.styles import fragments

@@ -12,19 +12,20 @@ from dmplay.budget import Stopped
 from dmplay.errors import DmplayError
 from dmplay.game.answer import Page, Told
 from dmplay.game.game import Game
-from dmplay.game.keymap import SHOWN
 from dmplay.game.log import Log
 from dmplay.game.number import Number
 from dmplay.game.table import Table
+from dmplay.painting.painter import Painter
+from dmplay.painting.writing import Place
 from dmplay.screen import frame
 from dmplay.screen.modes import Event, Mode, Modes
-from dmplay.screen.painter import Painter, Place
+from dmplay.screen.motion import LASTS, Motion
 from dmplay.screen.shown import KEYS_SHOWN, Room, Shown
 from dmplay.screen.timeline import Past, Verdict
 from dmplay.terminal import Terminal
 from dmplay.thought import About, think
-from dmplay.words.commands import COMMANDS, Leave, named, own_parts, typed, veiled
-from dmplay.words.game_commands import foresee
+from dmplay.words.commands import COMMANDS, Leave, help_page, named, own_parts, typed, veiled
+from dmplay.words.game_commands import ahead
 
 FASTER = 1.5  # the speed times this
 COUNTDOWN, BEATS = 3, 2.0  # beats before real time begins, and how many a second
@@ -52,7 +53,9 @@ class Screen:
         self.speed = speed  # turns a second in autoplay
         self.rate = rate  # turns a second in real time; None where each turn waits for a key
         self.modes = Modes()
+        self.motion = Motion()
         self.message = ""
+        self._foretold = ""  # what an action may bring, in words
         self.thinking = ""  # what is computed now, in place of the message
         self.overlay = 0
         self._advised: tuple[object, ...] = ()  # where an overlay was counted last
@@ -76,6 +79,7 @@ class Screen:
         self.countdown: int | None = None  # beats until real time begins; None before its key
         self.since = 0  # the turn at which it began
         self._verdict = Verdict()  # once it is over
+        self.motion.cut()
         self.back = 0
         record = records.of(game)
         self._best = f"{record.best.returned:.6g}" if record and record.best else ""
@@ -115,11 +119,18 @@ class Screen:
         page = self.page if self.modes.shows is Mode.PAGE else ()
         unstarted = self.modes.moves is Mode.CLOCK and self.countdown is None
         starts = STARTS if unstarted and self.game.waiting is not None else ""
-        message, adviser = self.thinking or self.message or starts, self.game.adviser
+        message, adviser = self.thinking or self._answer or starts, self.game.adviser
         past = self._past
         given = (past.advice, None) if past else (adviser.given, adviser.foreseen)
-        told = (self.back, curtain, self.keys_until, *given, past is not None, self._best)
-        return Shown(message, kind, page, self.part, *told)
+        told = (self.back, curtain, self.keys_until, *given, past is not None, self.motion.passed)
+        return Shown(message, kind, page, self.part, *told, self._best)
+
+    @property
+    def _answer(self) -> str:
+        """The message; where the board has room to tell what an action may bring, how to go on."""
+        if not self._foretold or self.message != self._foretold or not frame.aimed(self._room):
+            return self.message
+        return f"{self.message.partition(':')[0]}: Enter plays it, Esc leaves"
 
     @property
     def _past(self) -> Past | None:
@@ -145,6 +156,7 @@ class Screen:
     def press(self, key: str) -> None:
         """Does what a key says; raises Leave."""
         self.message = ""
+        self.motion.cut()
         if key != "q":
             self.modes.happens(Event.PRESSED)
         if self.table.curtained and key != "q":
@@ -258,7 +270,9 @@ class Screen:
         """Plays an action, or shows what it may bring; in real time, keeps it for the clock."""
         if self.modes.shows is Mode.AHEAD:
             mine = seat in (None, self.game.watcher)
-            self.message = foresee(self.game, action) if mine else "another's key"
+            room = self._room.width
+            self.message = ahead(self.game, action, room) if mine else "another's key"
+            self._foretold = self.message if mine else ""
             return
         if self.rate:
             self.held = action
@@ -267,6 +281,8 @@ class Screen:
         game = self.game
         played = game.choose(action, seat)
         self.note()
+        if played:
+            self._move()
         if not (played or game.private or game.waiting is None):  # a curtain tells it in private
             name = game.problem.agents[game.waiting]
             self.message = f"{name} chooses; the other choice stays hidden until both are in"
@@ -314,21 +330,9 @@ class Screen:
 
     def show_help(self) -> None:
         """The keys of the game, of the screen and of the commands; commands without one."""
-        game = self.game
-        legal = game.keyboard.legal(game.view())[:10]
-        actions = [f"{SHOWN.get(key, key)} {label}" for key, label, _ in legal]
-        keys = [(key.shown, key.name, key.help) for key in KEYS if key.help]
-        keys += [(c.shown, f"{c.name} {c.argument}".strip(), c.help) for c in COMMANDS if c.key]
-        others = [command.name for command in COMMANDS if not command.key]
-        self.open(
-            [
-                f"actions: {',  '.join(actions) or 'a number, and Enter'}",
-                "keys",
-                *(f"  {shown:<7} {name:<14} {help_}" for shown, name, help_ in keys),
-                f"commands, typed after ':'  {' '.join(others)}",
-            ]
-        )
-        self.keys_until = len(game.session.turns) + KEYS_SHOWN
+        own = [(key.shown, key.name, key.help) for key in KEYS if key.help]
+        self.open(help_page(self.game, own))
+        self.keys_until = len(self.game.session.turns) + KEYS_SHOWN
 
     def quicken(self, times: float) -> None:
         """Lets agents play so many times as fast."""
@@ -376,8 +380,16 @@ class Screen:
 
     def step(self) -> None:
         """A turn of a game without people."""
+        before = len(self.game.session.turns)
         self.game.unattended()
         self.note()
+        if len(self.game.session.turns) > before and self.speed * LASTS < 1:
+            self._move()
+
+    def _move(self) -> None:
+        """Has the last turn seen to happen, where its view can draw that and things may move."""
+        if self.terminal.motion and getattr(self.game.style, "MOVES", False):
+            self.motion.begin()
 
     def autoplay(self) -> None:
         """A turn of a game that plays by itself; an error stops it."""

@@ -3,14 +3,15 @@
 import contextlib
 import sys
 
-from dmplay.screen.painter import Painter
+from dmplay.painting.painter import Painter
 from dmplay.screen.staged import Staged
-from dmplay.terminal import silent
+from dmplay.terminal import fills, silent
 
 
 def show(screen: Staged) -> int:
     """Shows the screen until the player leaves; returns the exit code."""
-    painter = Painter(sys.stdout, screen.terminal.theme, screen.terminal.width)
+    terminal, out = screen.terminal, sys.stdout
+    painter = Painter(out, terminal.theme, terminal.width, fills=fills(out))
     try:
         with silent(sys.stdin):
             # The first frame stands before the toolkit, a tenth of a second, is imported.

@@ -33,6 +33,7 @@ class Shown(NamedTuple):
     advice: Advice | None = None  # marked on the board and the keys
     outlook: Outlook | None = None  # what an action may bring
     past: bool = False  # whether an earlier turn of a game that is over is shown
+    passed: float = 1.0  # the share of the last turn's motion that is over
     best: str = ""  # your best return of such a game before this one
 
 
@@ -41,7 +42,8 @@ NOTHING = Shown()
 
 def fitted(row: Text, room: Room) -> Text:
     """A row no wider than the room; nothing is cut silently."""
-    row.truncate(room.width, overflow="ellipsis")
-    if room.ascii:
-        row.plain = row.plain.translate(ASCII)
+    if room.ascii or row.cell_len > room.width:
+        row = row.copy()
+        row.truncate(room.width, overflow="ellipsis")
+        row.plain = row.plain.translate(ASCII) if room.ascii else row.plain
     return row

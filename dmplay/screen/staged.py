@@ -2,7 +2,7 @@
 
 from typing import Protocol
 
-from dmplay.screen.painter import Painter
+from dmplay.painting.painter import Painter
 from dmplay.terminal import Terminal
 from dmplay.thought import About
 

@@ -19,9 +19,9 @@ from prompt_toolkit.input.typeahead import get_typeahead, store_typeahead
 from prompt_toolkit.key_binding import KeyPress
 from prompt_toolkit.keys import Keys
 
+from dmplay.painting.painter import Painter
 from dmplay.screen.meanwhile import LEAVES, Heed, heed
 from dmplay.screen.modes import Mode
-from dmplay.screen.painter import Painter
 from dmplay.screen.screen import Screen
 from dmplay.screen.staged import Staged
 from dmplay.signals import ENDS, GONE, INTERRUPTED
@@ -89,7 +89,10 @@ class Stage(ABC):
             try:
                 while True:
                     self.screen.paint(self.painter)
+                    step = self._next_step()
                     _, event = await self._events.get()
+                    if step:
+                        step.cancel()
                     await event()
                     while not self._events.empty():  # a burst of keys has one frame
                         _, event = self._events.get_nowait()
@@ -133,6 +136,10 @@ class Stage(ABC):
     @abstractmethod
     def _clocks(self) -> Iterator[Awaitable[None]]:
         """What moves without a key."""
+
+    def _next_step(self) -> asyncio.TimerHandle | None:
+        """Has the next step of what moves come in time; None where nothing moves."""
+        return None
 
     @abstractmethod
     async def _command(self, ahead: list[KeyPress]) -> None:
@@ -319,10 +326,20 @@ class Playing(Stage):
                 lambda: screen.pace, screen.tick, lambda: screen.countdown is not None
             )
 
+    def _next_step(self) -> asyncio.TimerHandle | None:
+        motion = self._played.motion
+        if not motion.moves:
+            return None
+        return asyncio.get_running_loop().call_later(motion.step, self._put, self._go_on_moving)
+
+    async def _go_on_moving(self) -> None:
+        self._played.motion.go_on()
+
     async def _command(self, ahead: list[KeyPress]) -> None:
         """Opens the command row, with what was typed ahead, and does what it says."""
         if self._played.table.curtained:
             return
+        self._played.motion.cut()
         from dmplay.screen import row  # not needed before
 
         self._wait_no_more()

@@ -41,6 +41,8 @@ class Stage(NamedTuple):
 def stages(tables: Tables, discount: float, horizon: int) -> list[Stage]:
     """The stages with 1, 2, ... `horizon` rewards to come; raises TooMuch for too many plans."""
     budget = _budget()
+    many, _, kinds = tables.seen.shape
+    budget.expect(ROUND * horizon * (1 + many * kinds))  # a plan each, at the least
     found: list[Stage] = []
     after = np.zeros((1, len(tables.transition)))
     for turn in range(horizon):

@@ -7,8 +7,8 @@ import numpy as np
 
 from dmplay.budget import Budget
 from dmplay.chance import Reals
-from dmplay.core import Problem, exact, reached
-from dmplay.solvers.sparse import Listed
+from dmplay.core import Problem, exact, placed, possible
+from dmplay.solvers.sparse import Listed, grouped, joined
 
 OUTCOME = 160  # bytes that an outcome takes while it is listed
 
@@ -31,18 +31,16 @@ def faced(problem: Problem, seat: int, play: Sequence[Reals]) -> Listed:
         likely *= play[i][:, joint[:, place]]
     many = int((likely > 0).sum(axis=1).max())
     taken = np.argsort(-likely, axis=1, kind="stable")[:, :many]
-    weight = np.take_along_axis(likely, taken, axis=1).reshape(-1, 1)
+    weight = np.take_along_axis(likely, taken, axis=1).reshape(-1)
     s, a = np.repeat(states, many, axis=0), np.zeros((size * many, len(play)), np.int64)
     a[:, others] = joint[taken].reshape(size * many, -1)
     each_turn = size * many * exact(problem, s[:1], a[:1]).probabilities.shape[1]
     budget.hold(OUTCOME * own * each_turn)
-    p, after, rewards = [], [], []
+    parts = []
     for action in range(own):
         budget.spend(30.0 * each_turn)
         a[:, seat] = action
-        each, outcome = exact(problem, s, a)
-        weighted = each * weight
-        p.append(weighted.reshape(size, -1))
-        after.append(reached(problem, outcome).reshape(size, -1))
-        rewards.append((weighted * outcome.rewards[:, :, seat]).reshape(size, -1).sum(axis=1))
-    return Listed(np.stack(p, axis=1), np.stack(after, axis=1), np.stack(rewards, axis=1))
+        row, p, outcome = possible(problem, s, a)
+        after, rewards = placed(problem, outcome.state), outcome.rewards[:, seat]
+        parts.append(grouped(row // many, p * weight[row], after, rewards, size))
+    return joined(parts, size)

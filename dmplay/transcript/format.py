@@ -99,7 +99,7 @@ def _observations(problem: Problem, observed: Array) -> object:
 
 
 def _belief(session: Session) -> Array | None:
-    return session.beliefs()[-1] if believed(session.problem) <= LONGEST_LIST else None
+    return session.beliefs() if believed(session.problem) <= LONGEST_LIST else None
 
 
 FACTS: Mapping[str, Fact] = {  # the lines of a turn after its number, in order

@@ -39,7 +39,7 @@ class Recorder:
         self.frame = frame
         self._writer = Writer(session)
         self.fault: OSError | None = None
-        self._pending = ""
+        self._pending = b""
         self._digest = hashlib.sha256()
         self._size = 0
         self._file = -1
@@ -141,9 +141,9 @@ class Recorder:
 
     def _write(self, block: str) -> None:
         """Appends a block in one write, with what an earlier one left; all of it or nothing."""
-        self._digest.update(block.encode())
-        self._pending += block
-        raw = self._pending.encode()
+        new = block.encode()
+        self._digest.update(new)
+        self._pending = raw = self._pending + new
         try:
             if os.write(self._file, raw) < len(raw):
                 raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
@@ -155,4 +155,4 @@ class Recorder:
         else:
             self.fault = None
             self._size += len(raw)
-            self._pending = ""
+            self._pending = b""

@@ -1,16 +1,20 @@
-"""What a hint and a what-if add to a drawing: what each action loses, what one may bring."""
+"""What a hint and a what-if add to a drawing: what each action loses, what one may bring.
 
+A loss is told as `best`, or with its sign: `-0.31`; a bar of it is full for the worst action.
+"""
+
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 from textwrap import wrap
 
-import numpy as np
 from rich.text import Text
 
 from dmplay.chance import Array, Reals
 from dmplay.core import Problem
 from dmplay.session import View
-from dmplay.views._belief import bar, words
+from dmplay.views import _belief
+from dmplay.views._belief import words
 from dmplay.views.canvas import percent
 from dmplay.views.style import Look, Outlook
 
@@ -18,6 +22,8 @@ ALIKE = 1e-9  # a loss that is none
 BRANCHES = 6  # outcomes that are told
 COLUMNS = 4  # states that have a column each
 SHORT = 4  # columns of a bar where all losses stand in one row
+MANY = 999.5  # from which on a number has no digits but whole ones
+WIDEST = 12  # columns of a number where there is room
 
 
 def label(problem: Problem, seat: int, observation: Array) -> str:
@@ -32,45 +38,81 @@ def shown(keys: Mapping[str, str], look: Look) -> list[str]:
     return [look.names.get(name, key) for key, name in keys.items()]
 
 
+def known(look: Look) -> dict[int, float]:
+    """What each legal action loses, the best first."""
+    losses = enumerate([] if look.regret is None else look.regret)
+    legal = {action: float(loss) for action, loss in losses if not math.isnan(loss)}
+    return dict(sorted(legal.items(), key=lambda pair: pair[1]))
+
+
 def ranked(look: Look, many: int) -> list[int]:
     """So many actions, the best first where regrets are given and the illegal last; else as is."""
-    regret = np.zeros(many) if look.regret is None else look.regret
-    return [int(action) for action in np.argsort(regret, kind="stable")]  # nan comes last
+    return list(dict.fromkeys([*known(look), *range(many)]))
+
+
+def lost(look: Look, action: int, width: int = 6) -> str:
+    """`best`, or what is lost: `-0.31`; nothing where it is not known."""
+    loss = known(look).get(action)
+    if loss is None:
+        return ""
+    return "best"[:width] if loss < ALIKE else fewest(-loss, width)
+
+
+def fewest(number: float, width: int) -> str:
+    """A number in three digits, or in as many as so few columns hold."""
+    forms = [".3g", ".2g", ".1g", ".2f"] if abs(number) < MANY else []
+    told = [f"{number:{form}}" for form in [*forms, ".0f"]]
+    return next((one for one in told if len(one) <= width), "#" * width)
+
+
+def bar(look: Look, action: int, width: int) -> str:
+    """What is lost as a bar, a full one for the worst action, none for the best."""
+    return _bar(look, action, width).rstrip("·.")
+
+
+def _bar(look: Look, action: int, width: int) -> str:
+    losses = known(look)
+    share = losses.get(action, 0.0) / (max(losses.values(), default=0.0) or 1.0)
+    return _belief.bar(share, width, look.ascii)
 
 
 def loss(look: Look, action: int, width: int) -> str:
     """A bar of what an action loses against the best, with the number; `best` where nothing."""
-    if look.regret is None or np.isnan(look.regret[action]):
-        return ""
-    lost = float(look.regret[action])
-    if lost < ALIKE:
-        return "best"
-    return f"{bar(lost / np.nanmax(look.regret), width, look.ascii)} {lost_by(lost)}"
-
-
-def lost_by(lost: float) -> str:
-    """What is lost, in three digits."""
-    return f"{lost:.3g}" if lost < 999.5 else f"{lost:.0f}"
+    told = lost(look, action, WIDEST)
+    return told if told in {"", "best"} else f"{_bar(look, action, width)} {told}"
 
 
 def losses(look: Look, names: Sequence[str]) -> list[str]:
-    """What each action loses in one row, the best first, as many as it holds; none if not asked."""
+    """What each action loses in one row, the best first, as many as it holds; none if not asked.
+
+    All of them without bars, rather than some with.
+    """
     if look.regret is None:
         return []
-    legal = int(np.count_nonzero(~np.isnan(look.regret)))
-    row = "loses"
-    for action in ranked(look, len(names))[:legal]:
-        more = f"{row}  {names[action]} {loss(look, action, SHORT)}"
-        if len(more) > look.width:
-            break
-        row = more
-    return [row]
+    row = _row(f"{names[action]} {loss(look, action, SHORT)}" for action in known(look))
+    if len(row) > look.width:
+        row = _row(f"{names[action]} {lost(look, action, WIDEST)}" for action in known(look))
+    return [row if len(row) <= look.width else row[: row.rindex("  ", 0, look.width + 2)]]
+
+
+def _row(parts: Iterable[str]) -> str:
+    return "  ".join(["hint", *parts])
+
+
+def odds(share: float, width: int) -> str:
+    """A probability in so many columns: `0.70`, `.70`, `.7` or a star."""
+    texts = (f"{share:.2f}", f"{share:.2f}"[share < 1 :], f"{share:.1f}"[share < 0.95 :])
+    return next((text for text in texts if len(text) <= width), "*")
+
+
+def foreseen(outlook: Outlook, doing: str) -> str:
+    """The action of an outlook as a condition: `if you push left`; whether it is from samples."""
+    return f"if you {doing}{' (samples)' * outlook.sampled}"
 
 
 def asked(view: View[Problem], outlook: Outlook, doing: str = "{}") -> str:
-    """The action of an outlook as a condition."""
-    action = doing.format(view.problem.action_name(view.seat, outlook.action))
-    return f"if you {action}{' (samples)' * outlook.sampled}"
+    """The action of an outlook by its name as a condition."""
+    return foreseen(outlook, doing.format(view.problem.action_name(view.seat, outlook.action)))
 
 
 def branches(view: View[Problem], look: Look, names: Sequence[str], doing: str = "{}") -> list[str]:

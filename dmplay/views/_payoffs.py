@@ -36,6 +36,7 @@ def _tables(view: View[MatrixGame], look: Look) -> Iterator[Text]:
         for history in (True, False):
             canvas = Canvas()
             bottom = _table(view, canvas, width)
+            canvas.put(0, 0, f"{called(view)[0]} ↓" * look.large, "dim")
             if history:
                 rounds(view, canvas, bottom + 1, look.width, column=INITIAL)
             yield canvas.text()
@@ -62,14 +63,14 @@ def _named_table(view: View[MatrixGame], canvas: Canvas, look: Look) -> int:
     for j, name in enumerate(columns):
         x = STUB + (CELL + 1) * j
         chosen = played is not None and played[1] == j
-        canvas.put(x + 1, 1, f"{'>' if chosen else ' '} {name}", "bold" if chosen else "")
+        _choice(canvas, x + 1, 1, name, chosen=chosen)
         canvas.put(x + 3, 2, marks[j] if view.seat else "", "yellow")
     y = 3 if view.seat and look.regret is not None else 2
     lines = [*range(1, y), *(y + row for row in range(3 * len(rows)) if row % 3)]
     for i, name in enumerate(rows):
         canvas.put(0, y, "─" * STUB + ("┼" + "─" * CELL) * len(columns), "dim")
         chosen = played is not None and played[0] == i
-        canvas.put(0, y + 1, f"{'>' if chosen else ' '} {name}", "bold" if chosen else "")
+        _choice(canvas, 0, y + 1, name, chosen=chosen)
         canvas.put(2, y + 2, "" if view.seat else marks[i], "yellow")
         for j in range(len(columns)):
             _cell(view, canvas, (i, j), y + 1, look)
@@ -77,6 +78,12 @@ def _named_table(view: View[MatrixGame], canvas: Canvas, look: Look) -> int:
     for row, j in product(lines, range(len(columns))):
         canvas.put(STUB + (CELL + 1) * j, row, "│", "dim")
     return y
+
+
+def _choice(canvas: Canvas, x: int, y: int, name: str, *, chosen: bool) -> None:
+    """An action at the edge of the table, with a mark where it was the last choice."""
+    canvas.put(x, y, ">" if chosen else " ", "bold")
+    canvas.put(x + 2, y, name)
 
 
 def named(view: View[MatrixGame]) -> list[str]:
@@ -120,17 +127,22 @@ def _pays(view: View[MatrixGame], look: Look) -> list[str]:
 
 
 def paid_rounds(view: View[MatrixGame], canvas: Canvas, y: int, width: int) -> int:
-    """Who did what and what it paid, so many columns a round, and the sums; the row after it."""
+    """Who did what and what it paid, so many columns a round, and the sums; the row after it.
+
+    The rounds move to the left by several at a time: most of them only add a column.
+    """
     problem = view.problem
     joints = [(int(first), int(second)) for first, second in view.joint or ()]
-    kept = joints[-max((width - STUB) // PAY, 1) :]
+    room = max((width - STUB) // PAY, 1)
+    step, past = max(room // 3, 1), max(len(joints) - room, 0)
+    kept = joints[-(-past // step) * step :]
     for seat, name in enumerate(called(view)):
         total = sum(float(problem.payoffs[joint][seat]) for joint in joints)
         canvas.put(0, y + 2 * seat, name)
         canvas.put(0, y + 2 * seat + 1, f"total {total:g}", "dim")
         did = [initial(problem.actions[seat][joint[seat]]) for joint in kept]
         got = [f"{problem.payoffs[joint][seat]:g}" for joint in kept]
-        canvas.put(STUB, y + 2 * seat, "".join(word.rjust(PAY) for word in did), "bold")
+        canvas.put(STUB, y + 2 * seat, "".join(word.rjust(PAY) for word in did))
         canvas.put(STUB, y + 2 * seat + 1, "".join(pay.rjust(PAY) for pay in got))
     return y + 4
 

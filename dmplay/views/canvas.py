@@ -28,10 +28,11 @@ class Canvas:
             self._budget.spend(y - len(self._rows))
             self._rows.extend(([], []) for _ in range(y + 1 - len(self._rows)))
         glyphs, styles = self._rows[y]
-        if end > len(glyphs):
-            self._budget.spend(end - len(glyphs))
-        glyphs.extend(" " * (end - len(glyphs)))
-        styles.extend([""] * (end - len(styles)))
+        missing = end - len(glyphs)
+        if missing > 0:
+            self._budget.spend(missing)
+            glyphs.extend(" " * missing)
+            styles.extend([""] * missing)
         glyphs[x:end] = text
         styles[x:end] = [style] * len(text)
 

@@ -17,10 +17,10 @@ from rich.text import Text
 from dmplay.chance import Array
 from dmplay.problems.cart_pole import CartPole
 from dmplay.session import View
-from dmplay.views._marks import foreseen, lost
+from dmplay.views._advice import asked, lost
 from dmplay.views._scale import Scale, gauge, named, plus
 from dmplay.views.canvas import Canvas, written
-from dmplay.views.style import Look
+from dmplay.views.style import Lesson, Look
 
 KEYS = {
     "h": "left", "l": "right", "left": "left", "right": "right", "a": "left", "d": "right",
@@ -42,13 +42,14 @@ class Size(NamedTuple):
 
 MOST = Size(161, 30)  # columns and rows of pole that a drawing grows to
 SIZES = (Size(121, 13, 4, True), Size(61, 6, 2, True), Size(61, 5), Size(39, 4), Size(39, 2))
+LOW = Size(39, 3)  # on a screen, where the numbers have two rows
 
 
 def _sizes(look: Look) -> list[Size]:
     """The largest first; one that fills the room beside the panel before those of a transcript."""
     if not look.large:
         return [*SIZES]
-    straight = [size._replace(straight=True) for size in SIZES]
+    straight = [size._replace(straight=True) for size in (*SIZES[:-1], LOW, SIZES[-1])]
     width, pole = min(look.beside, MOST.width), min(look.height - 8, MOST.pole)
     if width < SIZES[1].width or pole < SIZES[1].pole:
         return straight
@@ -101,10 +102,12 @@ def boards(view: View[CartPole], look: Look) -> Iterator[Text]:
             y += 4
         long = size.width > SIZES[-1].width
         if look.outlook and after:
-            what = foreseen(look.outlook, view.problem.action_name(0, look.outlook.action))
+            what = asked(view, look.outlook, "push {}")
             canvas.put(0, y + 1, f"{what}: {_next(after[0], long)}", "bold cyan")
         elif size.width > look.beside:  # else the panel beside has them
-            canvas.put(0, y + 1, _long(cart) if long else _short(cart), "bold")
+            told = _named(cart) if look.large else [_long(cart) if long else _short(cart)]
+            for row, numbers in enumerate(told, y + 1):
+                canvas.put(0, row, numbers, "bold")
         yield canvas.text()
     yield written(_short(cart))
 
@@ -181,6 +184,15 @@ def _short(cart: Cart) -> str:
     return f"x {track} v {plus(cart.v, 2)} th {pole} om {plus(cart.omega, 0)}"
 
 
+def _named(cart: Cart) -> list[str]:
+    """The numbers by their names, in two rows."""
+    track, pole = _against(cart)
+    return [
+        f"place {track} m  speed {plus(cart.v, 2)} m/s",
+        f"lean {pole} deg  swings {plus(cart.omega, 0)} deg/s",
+    ]
+
+
 def _against(cart: Cart) -> tuple[str, str]:
     """Place and angle, each against its limit: `+1.00/2.4`, or `+2.41>2.4`."""
     return (
@@ -197,6 +209,19 @@ def goal(view: View[CartPole]) -> list[str]:
         f"the cart within {problem.x_limit:g} m",
         "each turn pays 1",
     ]
+
+
+def lesson(view: View[CartPole]) -> Lesson:
+    """The cart, how far it and its pole may go, and what a turn pays."""
+    problem = view.problem
+    return Lesson(
+        f"You are a cart with a pole on it, and push left or right by {problem.force:g} N "
+        f"every {problem.dt:g} s; you cannot do nothing",
+        f"You want the pole within {problem.theta_limit:g} degrees of upright and the cart within "
+        f"{problem.x_limit:g} m of the middle",
+        "A push is free and every turn pays 1, up to the one that fails",
+        "right",
+    )
 
 
 def panel(view: View[CartPole]) -> list[tuple[str, str]]:
@@ -237,6 +262,6 @@ def situation(view: View[CartPole]) -> str:
 
 def _words(cart: Cart) -> str:
     return (
-        f"x {plus(cart.x, 2)} m, v {plus(cart.v, 2)} m/s, "
-        f"theta {plus(cart.theta, 1)} deg, omega {plus(cart.omega, 0)} deg/s"
+        f"place {plus(cart.x, 2)} m, speed {plus(cart.v, 2)} m/s, "
+        f"lean {plus(cart.theta, 1)} deg, swing {plus(cart.omega, 0)} deg/s"
     )

@@ -7,10 +7,10 @@ from rich.text import Text
 from dmplay.chance import Reals
 from dmplay.problems.catch import CAUGHT, DISTANCES, PROFICIENCIES, Catch
 from dmplay.session import View
-from dmplay.views._advice import ALIKE, branches, losses, under
+from dmplay.views._advice import ALIKE, branches, fewest, losses, under
 from dmplay.views._belief import bar, bars, spark, words
-from dmplay.views.canvas import Canvas, short
-from dmplay.views.style import Look
+from dmplay.views.canvas import Canvas
+from dmplay.views.style import Lesson, Look
 
 KEYS: dict[str, str] = {}  # a distance is typed
 NUDGES = {"left": -10, "right": 10}  # metres; Enter throws
@@ -77,7 +77,7 @@ def _large(view: View[Catch], look: Look, high: int) -> Text:
 
 def _lost(lost: float) -> str:
     """What is lost, in three columns; a dot where nothing is."""
-    return "●" if lost < ALIKE else short(lost, 3)
+    return "●" if lost < ALIKE else fewest(lost, 3)
 
 
 def _cells(canvas: Canvas, y: int, cells: Sequence[str], style: str) -> None:
@@ -189,6 +189,18 @@ def goal(view: View[Catch]) -> list[str]:
         "a drop nothing",
         "how far the other can catch is hidden",
     ]
+
+
+def lesson(view: View[Catch]) -> Lesson:
+    """Who throws to whom, what pays, and what a throw costs."""
+    limit = f"one of your {view.limit} throws" if view.limit else "a turn"
+    return Lesson(
+        f"You throw a ball, {DISTANCES[0]:g} to {DISTANCES[-1]:g} m far, to somebody whose skill "
+        "you do not know",
+        "You want long throws that are caught: a catch pays its metres, a drop nothing",
+        f"A throw costs nothing but {limit}; each catch and each drop tells how good the other is",
+        "60",
+    )
 
 
 def panel(view: View[Catch]) -> list[tuple[str, str]]:

@@ -1,5 +1,6 @@
 """How the blind hunt looks: for each hex how likely the prey is there, and how likely you are."""
 
+import math
 from collections.abc import Iterator
 from string import ascii_uppercase
 from typing import NamedTuple
@@ -12,15 +13,16 @@ from dmplay.hexes import DIRECTIONS, Hex, neighbours, notation_of
 from dmplay.problems.collaborative_predator_prey import CAPTURED, MOVED, CollaborativePredatorPrey
 from dmplay.session import View
 from dmplay.views import hexgrid
+from dmplay.views._advice import losses
 from dmplay.views._belief import spark
-from dmplay.views._marks import foreseen, ranked
 from dmplay.views.canvas import percent
 from dmplay.views.generic import seen
 from dmplay.views.hexgrid import Cell, Size
-from dmplay.views.style import Look
+from dmplay.views.style import Lesson, Look
 
 FAMILY, KEYS, LEFT = hexgrid.FAMILY, hexgrid.KEYS, hexgrid.LEFT
 TOLD = 4  # likeliest hexes that are told in words
+SHADES = 4  # of the prey, the darkest where it is likeliest
 FEW = 3  # likeliest hexes that have their percent
 CERTAIN = 1 - 1e-9
 
@@ -110,16 +112,16 @@ def _shade(belief: Reals, at: int, room: int, plain: bool) -> str:
     share, most = float(belief[at]), float(belief.max())
     if share < 1e-9:
         return " " * (room - 1) + "." if room == 1 else ""
-    shade = spark([share / most * 0.999], plain)
+    shade = spark([math.ceil(SHADES * share / most - 1e-9) / SHADES - 1e-9], plain)
     many = int((belief >= share - 1e-9).sum())
     told = percent(share) if many <= FEW else ""
     return told.center(room, shade) if len(told) < room else shade * room
 
 
 def _density(belief: Reals, at: int, room: int) -> str:
-    """A sign for each fifth of the likeliest hex's probability that you are here."""
+    """A sign for each third of the likeliest hex's probability that you are here."""
     share, most = float(belief[at]), float(belief.max())
-    signs = round(min(room, 5) * share / most)
+    signs = round(min(room, 3) * share / most)
     if most >= CERTAIN:
         return "@" * (signs > 0)
     told = percent(share) if share >= most - 1e-9 and (belief >= most - 1e-9).sum() == 1 else ""
@@ -143,16 +145,15 @@ def _caption(view: View[CollaborativePredatorPrey], look: Look) -> list[str]:
         senses = view.problem.observations[view.seat]
         lines = zip(("upper", "lower"), look.outlook.states, look.outlook.chances, strict=False)
         told = [f"{line}: {senses[int(sense)]} {percent(float(p))}" for line, sense, p in lines]
-        name = DIRECTIONS[int(look.outlook.action)].upper()
-        return [f"{foreseen(look.outlook, name)}, where the prey is", ", ".join(told)]
+        return [f"{hexgrid.going(look.outlook)}, where the prey is", ", ".join(told)]
     if look.regret is not None:
         names = [hexgrid.key_of(look, way) for way in range(len(DIRECTIONS))]
-        return [part for part in (ranked(look, names),) if part]
+        return losses(look, names)
     sensed = f"sensed {seen(view)}"
     if view.beliefs is None:
         return [f"{sensed}. belief too large"]
-    full = f"{sensed}. @ you, {'#' if look.ascii else '█'} prey if likely"
-    return [full if len(full) <= look.width else sensed]
+    reading = f"@ you, {'#' if look.ascii else '█'} prey if likely"
+    return [reading if len(reading) <= look.width else sensed]
 
 
 def _numbered(view: View[CollaborativePredatorPrey], look: Look) -> Iterator[Text]:
@@ -236,16 +237,26 @@ def goal(view: View[CollaborativePredatorPrey]) -> list[str]:
     ]
 
 
+def lesson(view: View[CollaborativePredatorPrey]) -> Lesson:
+    """Who hunts, what is not seen, and what a turn costs."""
+    problem, others = view.problem, len(view.problem.agents) - 1
+    team = f", one of {others + 1} who cannot talk" if others else ""
+    blind = "you see your own hex" if problem.sighted else "you see nothing, not even where you are"
+    slips = f"{percent(problem.slip)} of steps slip aside" if problem.slip else "no step slips"
+    return Lesson(
+        f"You are {problem.agents[view.seat]}{team}; {blind}, and only sense a prey on your hex or "
+        "the next",
+        f"You want to be where the prey is: a turn begun there pays {'all ' * (others > 0)}"
+        f"{CAPTURED:g}",
+        f"Any other turn costs {-MOVED:g}, and {slips}",
+    )
+
+
 def panel(view: View[CollaborativePredatorPrey]) -> list[tuple[str, str]]:
-    """What you did and sensed, and the likeliest hexes; the reward would betray a capture."""
+    """What you did and sensed; the board has what is likely, a reward would betray a capture."""
     sensed = seen(view) if view.turn else "-"
     reward = f"{view.rewards[-1]:g}" if view.rewards else "hidden"
     rows = [("last", view.last.upper() or "-"), ("sensed", sensed), ("reward", reward)]
-    known = marginals(view)
-    for name, shares in known._asdict().items() if known else ():
-        ((hex_, share),) = _likeliest(view, shares, 1)
-        anywhere = shares.max() - shares.min() < 1e-9
-        rows.append((name, "anywhere" if anywhere else f"{hex_} {percent(share)}"))
     if len(view.problem.agents) > 1:
         rows.append(("partner", "unseen"))
     return [*rows, ("discount", f"{view.problem.discount:.2f} (gamma)")]

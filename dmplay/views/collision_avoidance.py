@@ -7,7 +7,6 @@
 """
 
 from collections.abc import Iterable, Iterator
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -22,10 +21,10 @@ from dmplay.problems.collision_avoidance import (
     CollisionAvoidance,
 )
 from dmplay.session import View
-from dmplay.views._marks import foreseen, odds, ranked
+from dmplay.views._advice import foreseen, losses, odds
 from dmplay.views._scale import Scale, plus
 from dmplay.views.canvas import Canvas, written
-from dmplay.views.style import Look
+from dmplay.views.style import Lesson, Look
 
 KEYS = {
     "j": "descend", "space": "no-advisory", "k": "climb",
@@ -37,6 +36,7 @@ NAMES = ("descend", "none", "climb")  # of the actions, in few columns
 STEADY = 1  # the middle gust of three
 CEILINGS = (100, 200, 300, 400, 600, 800)  # m: the least that holds every height so far is on top
 LABEL = 6  # columns for heights
+EVERY = 3  # columns between two places ahead
 
 
 class Size(NamedTuple):
@@ -83,7 +83,7 @@ def boards(view: View[CollisionAvoidance], look: Look) -> Iterator[Text]:
             _times(canvas, y, _time(size))
             if not size.ends:  # else the panel beside has it
                 y += 1
-                canvas.put(0, y, _state(view), "bold")
+                canvas.put(0, y, _standing(view) if look.large else _state(view), "bold")
             y += 1
         canvas.put(0, y, _advice(look, size.width) or _passing(view), "bold")
         yield canvas.text()
@@ -118,9 +118,10 @@ def _advice(look: Look, width: int) -> str:
     if look.outlook:
         rates = zip(look.outlook.states[:, 1], look.outlook.chances, strict=True)
         each = ", ".join(f"{plus(float(rate), 1)} {odds(float(p), 4)}" for rate, p in rates)
-        told = f"{foreseen(look.outlook, NAMES[int(look.outlook.action)])}: rate {each}"
-        return told if len(told) <= width else f"rate {each}"
-    return ranked(look, NAMES)
+        doing = foreseen(look.outlook, f"advise {NAMES[int(look.outlook.action)]}")
+        told = f"{doing}: rate {each}"
+        return told if len(told) <= width else f"{NAMES[int(look.outlook.action)]}: rate {each}"
+    return next(iter(losses(look._replace(width=width), NAMES)), "")
 
 
 def _time(size: Size) -> Scale:
@@ -179,8 +180,10 @@ def _leads(
     """Where each advisory leads, and at the end of each its name."""
     time, heights = scales
     ends: dict[int, list[str]] = {}
+    first = time.column(-left) + 2
+    first += (time.right - first) % EVERY  # what is kept to stays as it is drawn
     for action, path in paths:
-        for column in range(time.column(-left) + 2, time.right + 1, 2):
+        for column in range(first, time.right + 1, EVERY):
             second = min(round(left + time.value(column)), len(path) - 1)
             row = size.rows - 1 - heights.column(path[second])
             canvas.put(column, row, AHEAD[action], "cyan")
@@ -208,6 +211,12 @@ def _state(view: View[CollisionAvoidance]) -> str:
     """Where it stands: the numbers."""
     h, dh, _, left = _now(view)
     return f"◆ h {plus(h, 0)} m  dh {plus(dh, 1)} m/s  {left:g} s  {_advisory(view)}"
+
+
+def _standing(view: View[CollisionAvoidance]) -> str:
+    """The same with its units alone."""
+    h, dh, _, left = _now(view)
+    return f"◆ {plus(h, 0)} m  {plus(dh, 1)} m/s  {left:g} s left  {_advisory(view)}"
 
 
 def passed(view: View[CollisionAvoidance]) -> bool:
@@ -241,12 +250,6 @@ def _outcome(view: View[CollisionAvoidance]) -> str:
     return f"{'collision' if _close(view) else 'clear'}{ahead}: {_how(view)} the intruder"
 
 
-def _changes(view: View[CollisionAvoidance]) -> int:
-    """How often the advisory was changed."""
-    advisories = [a for _, _, a, _ in _states(view)]
-    return sum(a != b for a, b in pairwise(advisories))
-
-
 def goal(view: View[CollisionAvoidance]) -> list[str]:
     """What to be clear of when the other passes, and the price of an advice."""
     return [
@@ -254,6 +257,19 @@ def goal(view: View[CollisionAvoidance]) -> list[str]:
         f"a collision costs {NEAR_COST:g}",
         f"each change of advice costs {CHANGE_COST:g}",
     ]
+
+
+def lesson(view: View[CollisionAvoidance]) -> Lesson:
+    """The aircraft, what to be clear of, and the price of an advice."""
+    return Lesson(
+        "You advise the aircraft ◆ to climb, to descend or neither; another, A, comes head on at "
+        "height 0",
+        f"You want to be {NEAR:g} m above or below it when they pass, {FIRST_TIME:g} s after the "
+        "start",
+        f"A collision costs {NEAR_COST:g}, each change of advice {CHANGE_COST:g}, to keep to one "
+        "nothing; gusts push the aircraft up and down",
+        "climb",
+    )
 
 
 def panel(view: View[CollisionAvoidance]) -> list[tuple[str, str]]:
@@ -264,8 +280,6 @@ def panel(view: View[CollisionAvoidance]) -> list[tuple[str, str]]:
         ("rate", f"{plus(dh, 1)} m/s"),
         ("left", f"{left:g} s"),
         ("advice", _advisory(view)),
-        ("changes", str(_changes(view))),
-        ("reward", f"{view.rewards[-1]:.2f}" if view.rewards else "-"),
     ]
 
 
@@ -283,4 +297,4 @@ def situation(view: View[CollisionAvoidance]) -> str:
 
 def _numbers(view: View[CollisionAvoidance]) -> str:
     h, dh, _, left = _now(view)
-    return f"h {plus(h, 0)} m, dh {plus(dh, 1)} m/s, {left:g} s left"
+    return f"height {plus(h, 0)} m, rate {plus(dh, 1)} m/s, {left:g} s left"

@@ -13,7 +13,7 @@ from dmplay.views._belief import bars, spark, truth, words
 from dmplay.views._scale import plus
 from dmplay.views.canvas import Canvas
 from dmplay.views.generic import seen
-from dmplay.views.style import Look
+from dmplay.views.style import Lesson, Look
 
 Care = CryingBaby | MulticaregiverCryingBaby
 HISTORY = 20  # turns of it that are drawn
@@ -26,7 +26,8 @@ def boards(view: View[Care], look: Look) -> Iterator[Text]:
     if look.large:
         yield _large(view, look)
     after = branches(view, look, view.problem.names)
-    yield from under(_drawings(view, look), [*losses(look, shown(KEYS, look)), *after], look)
+    told = losses(look, shown(KEYS, look)) or [_sums(view, look)] * (look.large and not view.ending)
+    yield from under(_drawings(view, look), [*told, *after], look)
 
 
 def _drawings(view: View[Care], look: Look) -> Iterator[Text]:
@@ -89,6 +90,13 @@ def _prospects(view: View[Care], canvas: Canvas, y: int, look: Look) -> None:
         canvas.put(len(heads) + 2, row, loss(look, action, LOSS), "yellow")
 
 
+def _sums(view: View[Care], look: Look) -> str:
+    """The reward to expect of each action at once, in a row."""
+    hunger = float(view.belief[-1]) * view.problem.hungry_reward
+    each = zip(shown(KEYS, look), view.problem.efforts[view.seat], strict=True)
+    return "  ".join(["pays", *(f"{key} {plus(hunger + effort, 2)}" for key, effort in each)])
+
+
 def _cries(view: View[Care]) -> list[str]:
     """How often each baby cries, sung to or not."""
     problem = view.problem
@@ -116,6 +124,22 @@ def goal(view: View[Care]) -> list[str]:
         f"singing {-singing:g}",
         "only its crying tells",
     ]
+
+
+def lesson(view: View[Care]) -> Lesson:
+    """Who cares for whom, what is to be wanted, and what each action costs."""
+    problem = view.problem
+    feeding, singing, ignoring = (f"{0.0 - effort:g}" for effort in problem.efforts[view.seat])
+    alone = len(problem.agents) == 1
+    who = "" if alone else f"{problem.agents[view.seat]}, one of two who cannot talk; you "
+    return Lesson(
+        f"You {'are ' * (not alone)}{who}care for a baby that is hungry or sated; you only hear "
+        "whether it cries",
+        "You want it sated: feeding sates it for sure, a song makes its crying tell you more",
+        f"A turn that finds it hungry costs {-problem.hungry_reward:g}, feeding {feeding}, "
+        f"singing {singing}, ignoring {ignoring}",
+        "feed",
+    )
 
 
 def panel(view: View[Tabular]) -> list[tuple[str, str]]:

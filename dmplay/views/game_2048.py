@@ -1,4 +1,4 @@
-"""How 2048 looks: the board in boxes, the new tile underlined."""
+"""How 2048 looks: the board in boxes, the new tile underlined; slides are seen to happen."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -7,11 +7,11 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.chance import Array, Reals
-from dmplay.problems.game_2048 import Game2048, slide
+from dmplay.problems.game_2048 import DOWN, RIGHT, UP, Game2048, slide
 from dmplay.session import View
-from dmplay.views._marks import bar, foreseen, known, lost
-from dmplay.views.canvas import Canvas, percent
-from dmplay.views.style import Look, Outlook
+from dmplay.views._advice import asked, bar, known, lost
+from dmplay.views.canvas import Canvas, percent, signed
+from dmplay.views.style import Lesson, Look, Outlook
 
 KEYS = {
     "left": "left", "down": "down", "right": "right", "up": "up",
@@ -24,15 +24,47 @@ FILLS = (
     (DARK, 221), (DARK, 214), (DARK, 154), (DARK, 51), (LIGHT, 63), (LIGHT, 93), (LIGHT, 127),
     (LIGHT, 53), (LIGHT, 22),
 )  # fmt: skip
-BOXES = ((9, 5), (9, 3), (7, 3), (6, 1), (5, 1))  # columns and rows of a cell
 EDGE = 7  # columns at either side for what is lost by a slide that way
 ARROWS = "←↓→↑"  # by action
 FROM_ABOVE = (3, 0, 2, 1)  # the actions by where they lead
-FIRST = 3  # of these, the largest in a transcript
+EMPTY = "·"
+MOVES = True  # a turn is seen to happen
+
+
+class Boxes(NamedTuple):
+    """Columns and rows of a cell, and of the lines between two rows of them."""
+
+    width: int
+    height: int
+    line: int = 1
+
+    def place(self, row: float, column: float) -> tuple[int, int]:
+        """Where a cell begins within the board; between two cells where it slides."""
+        return round(1 + column * (self.width + 1)), round(1 + row * (self.height + self.line))
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """The column and the row of the border at the right and at the bottom."""
+        x, y = self.place(4, 4)
+        return x - 1, y - self.line
+
+
+BOXES = (Boxes(9, 5), Boxes(9, 3), Boxes(7, 3), Boxes(6, 1), Boxes(5, 1), Boxes(5, 1, 0))
+IN_TRANSCRIPTS = BOXES[3:5]
+
+
+class Tile(NamedTuple):
+    """What stands in a cell, or between two."""
+
+    row: float
+    column: float
+    exponent: int
+    text: str
+    new: bool = False
 
 
 def _tile(exponent: int) -> str:
-    return str(2**exponent) if exponent else "·"
+    return str(2**exponent) if exponent else EMPTY
 
 
 def filled(exponent: int) -> str:
@@ -60,18 +92,53 @@ class Shown(NamedTuple):
     new: tuple[int, ...] | None = None
     title: str = ""
     chances: Reals | None = None  # [4, 4], of a tile to come there
+    slid: tuple[Tile, ...] = ()  # tiles on their way, above the board
 
-    def text(self, row: int, column: int) -> str:
-        """What stands in a cell: a number, a dot, or how likely a tile comes there."""
+    @property
+    def tiles(self) -> list[Tile]:
+        """What is drawn: in a cell a number, a dot, or how likely a tile comes there."""
+        return [
+            *(self._in(row, column) for row in range(4) for column in range(4)),
+            *self.slid,
+        ]
+
+    def _in(self, row: int, column: int) -> Tile:
+        exponent = int(self.board[row, column])
         chance = 0.0 if self.chances is None else float(self.chances[row, column])
-        return percent(chance) or _tile(int(self.board[row, column]))
+        text = percent(chance) or _tile(exponent)
+        return Tile(row, column, exponent, text, (row, column) == self.new)
 
 
 def _shown(view: View[Game2048], look: Look) -> Shown:
-    """The board as it is, or after a slide that is foreseen."""
-    if look.outlook is None:
-        return Shown(view.observation, _new(view))
-    return _after(view, look.outlook)
+    """The board as it is, or after a slide that is foreseen, or while a slide is under way."""
+    if look.outlook is not None:
+        return _after(view, look.outlook)
+    if look.passed < 1 and view.turn:
+        before, action = view.observations[-2], int(view.actions[-1])
+        return Shown(np.zeros_like(before), slid=(*_under_way(before, action, look.passed),))
+    return Shown(view.observation, _new(view))
+
+
+def _under_way(board: Array, action: int, passed: float) -> Iterator[Tile]:
+    """The tiles of a board when a share of the slide has passed."""
+    for line in range(4):
+        place, last = -1, 0
+        for at in range(4):
+            begin = _cell(action, line, at)
+            exponent = int(board[begin])
+            if not exponent:
+                continue
+            merges = exponent == last
+            place, last = (place, 0) if merges else (place + 1, exponent)
+            end = _cell(action, line, place)
+            row, column = ((1 - passed) * a + passed * b for a, b in zip(begin, end, strict=True))
+            yield Tile(row, column, exponent, _tile(exponent))
+
+
+def _cell(action: int, line: int, at: int) -> tuple[int, int]:
+    """The cell so far from the edge that a slide goes to."""
+    place = 3 - at if action in (DOWN, RIGHT) else at
+    return (place, line) if action in (DOWN, UP) else (line, place)
 
 
 def _after(view: View[Game2048], outlook: Outlook) -> Shown:
@@ -79,62 +146,52 @@ def _after(view: View[Game2048], outlook: Outlook) -> Shown:
     action = int(outlook.action)
     (slid,), (pay,) = slide(view.observation[None], np.array([action]))
     came = (outlook.states != slid) * outlook.chances[:, None, None]
-    title = foreseen(outlook, view.problem.action_name(view.seat, action))
-    return Shown(slid, None, f" {title}: pays {pay:g} ", came.sum(axis=0))
+    title = asked(view, outlook, "go {}")
+    return Shown(slid, None, f" {title}: {signed(pay)} ", came.sum(axis=0))
 
 
 def boards(view: View[Game2048], look: Look) -> Iterator[Text]:
     """The board in boxes, the largest first, and in four rows without borders."""
     shown = _shown(view, look)
-    for width, rows in BOXES[0 if look.large else FIRST :]:
-        yield _boxes(shown, width, rows, look)
-    if look.large:
-        yield _framed(shown, look)
+    for boxes in BOXES if look.large else IN_TRANSCRIPTS:
+        yield _drawn(shown, boxes, look)
     canvas = Canvas()
-    _tiny(canvas, shown, (0, 0))
+    for tile in shown.tiles:
+        place = round(5 * tile.column), round(tile.row)
+        _put(canvas, place, tile.text.rjust(5), tile)
     for row, action in enumerate(FROM_ABOVE):
         if loss := lost(look, action):
             canvas.put(22, row, f"{ARROWS[action]} {loss}", "green")
     yield canvas.text()
 
 
-def _tiny(canvas: Canvas, shown: Shown, corner: tuple[int, int]) -> None:
-    """Four rows of numbers."""
-    for (row, column), exponent in np.ndenumerate(shown.board):
-        text = shown.text(row, column).rjust(5)
-        place = corner[0] + column * 5, corner[1] + row
-        _put(canvas, place, text, exponent, (row, column) == shown.new)
-
-
-def _framed(shown: Shown, look: Look) -> Text:
-    """Four rows of numbers in one frame."""
-    canvas, x = Canvas(), 0 if look.regret is None else EDGE
-    _tiny(canvas, shown, (x + 1, 1))
-    for y in range(1, 5):
-        canvas.put(x, y, "│", "dim")
-        canvas.put(x + 22, y, "│", "dim")
-    canvas.put(x, 0, f"┌{'─' * 21}┐", "dim")
-    canvas.put(x, 5, f"└{'─' * 21}┘", "dim")
-    _margins(canvas, shown, look, (x, 22, 5))
-    return canvas.text()
-
-
-def _boxes(shown: Shown, width: int, rows: int, look: Look) -> Text:
-    """The board in boxes of so many columns and rows."""
+def _drawn(shown: Shown, boxes: Boxes, look: Look) -> Text:
+    """The board in boxes."""
     canvas, left = Canvas(), 0 if look.regret is None else EDGE
-    for row, ends in enumerate(("┌┬┐", "├┼┤", "├┼┤", "├┼┤", "└┴┘")):
-        line = ends[0] + ends[1].join(["─" * width] * 4) + ends[2]
-        canvas.put(left, (rows + 1) * row, line, "dim")
-    for (row, column), exponent in np.ndenumerate(shown.board):
-        x, y = left + column * (width + 1), (rows + 1) * row + 1
-        for below in range(rows):
-            canvas.put(x, y + below, "│", "dim")
-            canvas.put(x + 1, y + below, " " * width, filled(exponent))
-            canvas.put(x + width + 1, y + below, "│", "dim")
-        text = shown.text(row, column).center(width)
-        _put(canvas, (x + 1, y + rows // 2), text, exponent, (row, column) == shown.new)
-    _margins(canvas, shown, look, (left, 4 * (width + 1), 4 * (rows + 1)))
+    right, bottom = boxes.size
+    _lines(canvas, boxes, left)
+    for tile in shown.tiles:
+        x, y = boxes.place(tile.row, tile.column)
+        for row in range(y, y + boxes.height):
+            canvas.put(left + x, row, " " * boxes.width, filled(tile.exponent))
+        if not look.large or tile.text != EMPTY:
+            middle = left + x, y + boxes.height // 2
+            _put(canvas, middle, tile.text.center(boxes.width), tile)
+    _margins(canvas, shown, look, (left, right, bottom))
     return canvas.text()
+
+
+def _lines(canvas: Canvas, boxes: Boxes, left: int) -> None:
+    """The borders of the board and of its cells."""
+    bottom = boxes.size[1]
+    for y in range(bottom + 1):
+        for column in range(5):
+            canvas.put(left + boxes.place(0, column)[0] - 1, y, "│", "dim")
+    for row, ends in enumerate(("┌┬┐", "├┼┤", "├┼┤", "├┼┤", "└┴┘")):
+        if boxes.line or ends[1] != "┼":
+            line = ends[0] + ends[1].join(["─" * boxes.width] * 4) + ends[2]
+            y = bottom if row == 4 else boxes.place(row, 0)[1] - 1
+            canvas.put(left, y, line, "dim")
 
 
 def _margins(canvas: Canvas, shown: Shown, look: Look, area: tuple[int, int, int]) -> None:
@@ -156,11 +213,11 @@ def _margins(canvas: Canvas, shown: Shown, look: Look, area: tuple[int, int, int
             canvas.put(left - 1 - len(told) if arrow == "←" else left + width + 2, y, told, style)
 
 
-def _put(canvas: Canvas, place: tuple[int, int], text: str, exponent: int, new: bool) -> None:
-    """Writes a cell; of a new tile the number alone is underlined."""
-    (x, y), style = place, filled(exponent)
+def _put(canvas: Canvas, place: tuple[int, int], text: str, tile: Tile) -> None:
+    """Writes a tile; of a new one the number alone is underlined."""
+    (x, y), style = place, filled(tile.exponent)
     canvas.put(x, y, text, style)
-    if new:
+    if tile.new:
         canvas.put(x + len(text) - len(text.lstrip()), y, text.strip(), f"{style} underline")
 
 
@@ -173,17 +230,20 @@ def goal(view: View[Game2048]) -> list[str]:
     ]
 
 
+def lesson(view: View[Game2048]) -> Lesson:
+    """The slides, what pays, and what comes after each."""
+    return Lesson(
+        "You slide all tiles of a board of four by four at once, to one of its four sides",
+        "You want merges: two equal tiles that meet become one, which pays its number",
+        f"A slide is free, but then a tile comes, {percent(view.problem.p_two) or '0%'} of them 2 "
+        "and the others 4, and when nothing slides any more it is over",
+        "left",
+    )
+
+
 def panel(view: View[Game2048]) -> list[tuple[str, str]]:
-    """Score, largest tile, last slide."""
-    board = view.observation
-    rewards = view.rewards or ()
-    return [
-        ("score", f"{sum(rewards):g}"),
-        ("largest", _tile(int(board.max()))),
-        ("empty", str(int((board == 0).sum()))),
-        ("last", view.last or "-"),
-        ("merged", f"{rewards[-1]:g}" if rewards else "-"),
-    ]
+    """The largest tile; the title has the score."""
+    return [("largest", _tile(int(view.observation.max())))]
 
 
 def told(view: View[Game2048]) -> str:

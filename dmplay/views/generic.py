@@ -13,7 +13,7 @@ from dmplay.session import View
 from dmplay.views._advice import branches, label, loss, losses, ranked, under
 from dmplay.views._belief import bars, shares, words
 from dmplay.views.canvas import Canvas, picture, signed
-from dmplay.views.style import Look
+from dmplay.views.style import Lesson, Look
 
 TOLD = 3  # states that are told in words
 BAR = 20  # columns of a bar
@@ -103,6 +103,17 @@ def goal(view: View[Problem]) -> list[str]:
     about: str = getattr(view.problem, "about", "")  # of its file
     first, *_ = (about or inspect.getdoc(type(view.problem)) or "").split("\n\n")
     return [" ".join(first.split()).rstrip(".")] if first else []
+
+
+def lesson(view: View[Problem]) -> Lesson:
+    """What the problem says of itself, and where its prices are told."""
+    problem, (first, *_) = view.problem, [*goal(view), "You want the largest sum of rewards"]
+    others = len(problem.agents) - 1
+    who = f"You are {problem.agents[view.seat]}{f', one of {others + 1}' if others else ''}"
+    sees = "the state is hidden" if problem.hidden else "you see the state"
+    paid = "after every turn" if problem.rewards_observed else "at the end"
+    actions = problem.actions[view.seat].words()
+    return Lesson(f"{who}, and {sees}", first, f"You can do {actions}; the reward is told {paid}")
 
 
 def panel(view: View[Problem]) -> list[tuple[str, str]]:

@@ -15,11 +15,10 @@ from rich.text import Text
 
 from dmplay.hexes import DIRECTIONS, Hex, distance, neighbours, notation_of
 from dmplay.solvers.value_iteration import best
-from dmplay.views._advice import ALIKE
-from dmplay.views._marks import bar, known, lost
+from dmplay.views._advice import ALIKE, bar, foreseen, known, lost
 from dmplay.views.canvas import Canvas, short
 from dmplay.views.canvas import size as measured
-from dmplay.views.style import Look
+from dmplay.views.style import Look, Outlook
 
 ARROWS = ("→", "↗", "↖", "←", "↙", "↘")
 COMPASS = ("E", "NE", "NW", "W", "SW", "SE")
@@ -153,7 +152,8 @@ def key_of(look: Look, way: int) -> str:
 
 def way_on(look: Look, way: int, size: Size) -> Cell:
     """The key that leads on, and if that is asked, what is lost by it: a bar and the number."""
-    key, loss, room = key_of(look, way), lost(look, way), size.width - 1
+    key, room = key_of(look, way), size.width - 1
+    loss = lost(look, way, room)
     if not loss:
         return Cell(key, style="green")
     best = known(look)[way] < ALIKE
@@ -178,6 +178,11 @@ def walls(hexes: Sequence[Hex], here: Hex, look: Look) -> str:
     around = neighbours(here)
     told = [f"{key_of(look, a)} {lost(look, a)}" for a in known(look) if around[a] not in hexes]
     return f"walls: {' '.join(told)}" if told else "what is lost by each way"
+
+
+def going(outlook: Outlook) -> str:
+    """The move that is foreseen as a condition: `if you go NE`."""
+    return foreseen(outlook, f"go {DIRECTIONS[int(outlook.action)].upper()}")
 
 
 def ways(hexes: Sequence[Hex], here: Hex, kind: Callable[[Hex], str]) -> list[str]:

@@ -4,14 +4,14 @@ from collections.abc import Iterator
 
 from rich.text import Text
 
-from dmplay.hexes import DIRECTIONS, Hex, neighbours, notation_of
+from dmplay.hexes import Hex, neighbours, notation_of
 from dmplay.problems.hexworld import HexWorld
 from dmplay.session import View
 from dmplay.views import hexgrid
-from dmplay.views._marks import foreseen, odds
+from dmplay.views._advice import odds
 from dmplay.views.canvas import percent, signed
 from dmplay.views.hexgrid import Cell, Size
-from dmplay.views.style import Look
+from dmplay.views.style import Lesson, Look
 
 GOOD, BAD = "bold color(231) on color(25)", "bold color(16) on color(214)"  # of the palette
 FAMILY, KEYS, LEFT = hexgrid.FAMILY, hexgrid.KEYS, hexgrid.LEFT
@@ -83,8 +83,7 @@ def _caption(view: View[HexWorld], look: Look) -> str:
     if here in exits and not view.ending:
         return f"any key {'collects' if exits[here] > 0 else 'takes'} {signed(exits[here])}"
     if look.outlook:
-        name = DIRECTIONS[int(look.outlook.action)].upper()
-        return f"{foreseen(look.outlook, name)}, how likely each hex is"
+        return f"{hexgrid.going(look.outlook)}, how likely each hex is"
     if look.regret is not None:
         return hexgrid.walls(view.problem.hexes, here, look)
     ghost = ", & ghost" * (look.ghost is not None)
@@ -105,15 +104,32 @@ def _came(view: View[HexWorld]) -> tuple[str, str]:
 def goal(view: View[HexWorld]) -> list[str]:
     """The exits that pay and those that cost, the price of a bump, and how often steps slip."""
     problem = view.problem
-    pays = sorted({pay for _, pay in problem.rewards}, reverse=True)
-    good = " or ".join(signed(pay) for pay in pays if pay > 0)
-    bad = " and ".join(signed(pay) for pay in pays if pay < 0)
     return [
-        *([f"reach {good}"] if good else []),
-        *([f"keep off {bad}"] if bad else []),
+        *_exits(view),
         *([f"a bump costs {problem.bump_cost:g}"] if problem.bump_cost else []),
         *([f"{percent(problem.slip)} of steps slip aside"] if problem.slip else []),
     ]
+
+
+def _exits(view: View[HexWorld]) -> list[str]:
+    """Which exits to reach, and which to keep off."""
+    pays = sorted({pay for _, pay in view.problem.rewards}, reverse=True)
+    good = " or ".join(signed(pay) for pay in pays if pay > 0)
+    bad = " and ".join(signed(pay) for pay in pays if pay < 0)
+    return [*([f"reach {good}"] if good else []), *([f"keep off {bad}"] if bad else [])]
+
+
+def lesson(view: View[HexWorld]) -> Lesson:
+    """A walker, the exits, and what a bump and a slip are."""
+    problem = view.problem
+    bump = f"a bump costs {problem.bump_cost:g}" if problem.bump_cost else "so is a bump"
+    slips = f"{percent(problem.slip)} of steps slip aside" if problem.slip else "no step slips"
+    return Lesson(
+        "You are @ and walk from hex to hex; you always see where you are",
+        f"You want to {' and '.join(_exits(view))}: "
+        "on an exit any key collects what it says and ends the game",
+        f"A step is free, {bump}, and {slips}",
+    )
 
 
 def panel(view: View[HexWorld]) -> list[tuple[str, str]]:

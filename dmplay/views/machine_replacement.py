@@ -1,18 +1,23 @@
 """How the machine looks: what was seen, the belief as bars and in a triangle, and prospects."""
 
 from collections.abc import Iterator
+from functools import lru_cache
 
+import numpy as np
 from rich.text import Text
 
 from dmplay.chance import Reals
 from dmplay.problems.machine_replacement import MachineReplacement
 from dmplay.session import View
+from dmplay.solvers.alpha_vectors import Stage, action_values, stages
+from dmplay.solvers.value_iteration import best
+from dmplay.tabular import tabulate
 from dmplay.views import crying_baby
 from dmplay.views._advice import branches, loss, losses, ranked, shown, under
 from dmplay.views._belief import bars, spark, truth, words
 from dmplay.views.canvas import Canvas
 from dmplay.views.generic import seen
-from dmplay.views.style import Look
+from dmplay.views.style import Lesson, Look
 
 HISTORY = 40  # turns of it that are drawn
 KEYS = {"m": "manufacture", "e": "examine", "i": "interrupt", "r": "replace"}
@@ -22,8 +27,15 @@ TALL, LOSS = 11, 8  # rows of the tall triangle; columns of a bar of what is los
 LEGEND = (
     "● the belief, · before: the nearer a",
     "corner, the likelier that many failed;",
-    "on the base something failed for sure",
+    "Tab writes what is best where",
 )
+REGIONS = (
+    "● the belief; letters: the best key",
+    "at a belief that is where they stand,",
+    "with the turns that are left",
+)
+REGION = ("dim", "cyan", "magenta", "yellow")  # the style of each action
+LONGEST = 40  # turns that are planned for the regions
 MIDDLE, FOOT = 10, 4  # of the triangle: the column of its top, the row of its base
 
 
@@ -79,7 +91,7 @@ def _large(view: View[MachineReplacement], look: Look) -> Text:
     canvas = Canvas()
     y = _beliefs(view, look, canvas, 2)
     _history(view, canvas, y, look._replace(width=min(look.width, BARS)))
-    tail = ", and loses in the end" if look.regret is not None else ""
+    tail = "; in the end" if look.regret is not None else ""
     canvas.put(0, y + 2, f"expected at once{tail}", "dim")
     prospects = _prospects(view, look)
     for row, action in enumerate(ranked(look, len(prospects)), y + 3):
@@ -87,7 +99,9 @@ def _large(view: View[MachineReplacement], look: Look) -> Text:
         canvas.put(0, row, f"{key} {name:<11} {reward:+.3f}")
         canvas.put(21, row, loss(look, action, LOSS), "yellow")
     truth(canvas, y + 7, NAMES, look)
-    for row, words_ in enumerate(branches(view, look, view.problem.names) or LEGEND, y + 8):
+    open_ = LEGEND if view.rewards is None else LEGEND[:-1]  # no hint is given after the end
+    legend = open_ if look.regret is None else REGIONS
+    for row, words_ in enumerate(branches(view, look, view.problem.names) or legend, y + 8):
         canvas.put(0, row, words_, "" if look.outlook else "dim")
     _tall(view, canvas, BARS + 2, look)
     return canvas.text()
@@ -101,6 +115,8 @@ def _tall(view: View[MachineReplacement], canvas: Canvas, x: int, look: Look) ->
     canvas.put(x, TALL + 1, "─" * (2 * TALL + 1), "dim")
     canvas.put(x + TALL - len(NAMES[0]) // 2, 0, NAMES[0])
     canvas.put(x, TALL + 2, NAMES[1])
+    if look.regret is not None:
+        _regions(view, canvas, x, look)
     canvas.put(x + 2 * TALL + 1 - len(NAMES[2]), TALL + 2, NAMES[2])
     to_come = look.outlook.beliefs if look.outlook else None
     marks = [(belief, "·", "cyan") for belief in view.beliefs or ()]
@@ -108,6 +124,25 @@ def _tall(view: View[MachineReplacement], canvas: Canvas, x: int, look: Look) ->
     for belief, glyph, style in [*marks, (view.belief, "●", "bold cyan")]:
         column = round(TALL * (1.0 + float(belief[2] - belief[1])))
         canvas.put(x + column, 1 + round(TALL * float(1.0 - belief[0])), glyph, style)
+
+
+def _regions(view: View[MachineReplacement], canvas: Canvas, x: int, look: Look) -> None:
+    """The key of the best action at beliefs all over the triangle."""
+    keys = shown(KEYS, look)
+    places = [(row, aside) for row in range(2, TALL) for aside in range(2 - row, row, 2)]
+    failed, skew = np.array(places).T / TALL
+    beliefs = np.stack([1.0 - failed, (failed - skew) / 2, (failed + skew) / 2], axis=1)
+    left = LONGEST if view.limit is None else min(view.limit - view.turn, LONGEST)
+    stage = _stages(view.problem, left)[-1]
+    for (row, aside), action in zip(places, best(action_values(stage, beliefs)), strict=True):
+        number = int(np.argmax(action))
+        canvas.put(x + TALL + aside, row + 1, keys[number], REGION[number])
+
+
+@lru_cache(maxsize=LONGEST)
+def _stages(problem: MachineReplacement, turns: int) -> list[Stage]:
+    """The best plans of so many turns."""
+    return stages(tabulate(problem), problem.discount, turns)
 
 
 def _beliefs(view: View[MachineReplacement], look: Look, canvas: Canvas, y: int) -> int:
@@ -144,6 +179,26 @@ def goal(view: View[MachineReplacement]) -> list[str]:
         "parts fail unseen",
         *others[:0:-1],
     ]
+
+
+def lesson(view: View[MachineReplacement]) -> Lesson:
+    """The machine, what is to be wanted, and what each action costs."""
+    rewards = view.problem.tables.rewards[:, :, 0]
+    makes, *others = zip(view.problem.actions[0].labels, rewards.T, strict=True)
+    each = [f"{name} {_spread(pays)}" for name, pays in others]
+    return Lesson(
+        "You run a machine of two parts; they fail unseen, and only to examine a product tells",
+        "You want it to produce as much as it can: "
+        f"{makes[0]} pays {_spread(makes[1])} with none, one or two failed",
+        f"With as many failed, the others pay: {'; '.join(each)}",
+        "examine",
+    )
+
+
+def _spread(pays: Reals) -> str:
+    """What an action pays, by how many parts have failed."""
+    each = [f"{pay:.3g}" for pay in pays]
+    return each[0] if len(set(each)) == 1 else ", ".join(each)
 
 
 def panel(view: View[MachineReplacement]) -> list[tuple[str, str]]:

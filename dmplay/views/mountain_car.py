@@ -14,10 +14,10 @@ from rich.text import Text
 
 from dmplay.problems.mountain_car import LEFT_WALL, RIGHT_WALL, TOP_SPEED, MountainCar
 from dmplay.session import View
-from dmplay.views._marks import foreseen, lost
+from dmplay.views._advice import foreseen, lost
 from dmplay.views._scale import Scale, gauge, named, plus
 from dmplay.views.canvas import Canvas, written
-from dmplay.views.style import Look
+from dmplay.views.style import Lesson, Look
 
 KEYS = {
     "h": "left", "j": "coast", "l": "right", "left": "left", "down": "coast", "right": "right",
@@ -25,6 +25,7 @@ KEYS = {
 }  # fmt: skip
 BLOCKS = " ▁▂▃▄▅▆▇"
 ASCII_BLOCKS = " __--==#"  # none like the car's star or the point behind it
+DOING = ("drive left", "coast", "drive right")  # by action
 ENGINE = {"left": (-1, "←"), "right": (1, "→")}  # beside the car, by the last action
 FLOOR = -math.pi / 6  # where the valley is deepest
 
@@ -77,11 +78,11 @@ def boards(view: View[MountainCar], look: Look) -> Iterator[Text]:
             named(canvas, y + 2, speed, "speed v" if look.large else "v")
             y += 4
         if look.outlook and after:
-            what = foreseen(look.outlook, view.problem.action_name(0, look.outlook.action))
+            what = foreseen(look.outlook, DOING[int(look.outlook.action)])
             x, v = after[0]
             canvas.put(0, y, f"{what}: x {plus(x, 3)} v {plus(v, 4)}", "bold cyan")
         elif size.width > look.beside:  # else the panel beside has them
-            canvas.put(0, y, _numbers(view, size.width > SIZES[-1].width), "bold")
+            _say(canvas, y, view, look, size)
         yield canvas.text()
     yield written(_numbers(view, False))
 
@@ -94,6 +95,14 @@ def _advice(canvas: Canvas, look: Look, scale: Scale, view: View[MountainCar]) -
         last = scale.column(view.problem.goal) - 2 - len(text)
         middle = scale.column(float(view.observation[0])) - len(text) // 2
         canvas.put(max(min(middle, last), 1), 0, text, "bold green")
+
+
+def _say(canvas: Canvas, y: int, view: View[MountainCar], look: Look, size: Size) -> None:
+    """The numbers, on a screen by their names."""
+    x, v = map(float, view.observation)
+    told = f"place {plus(x, 3)}  speed {plus(v, 4)}"
+    transcript = _numbers(view, size.width > SIZES[-1].width)
+    canvas.put(0, y, told if look.large else transcript, "bold")
 
 
 def _hill(canvas: Canvas, scale: Scale, size: Size, blocks: str) -> None:
@@ -157,13 +166,29 @@ def _numbers(view: View[MountainCar], long: bool) -> str:
 
 def goal(view: View[MountainCar]) -> list[str]:
     """The place to reach, the price of time, and why it is hard."""
-    problem = view.problem
-    fast = f", no slower than {problem.goal_speed:g}" if problem.goal_speed > -TOP_SPEED else ""
     return [
-        f"reach the flag at {problem.goal:g}{fast}",
+        f"reach the flag at {_flag(view)}",
         "each turn costs 1",
         "the engine is too weak to climb: rock",
     ]
+
+
+def lesson(view: View[MountainCar]) -> Lesson:
+    """The car, its flag, and the price of time."""
+    return Lesson(
+        "You are a car in a valley; its engine pulls left or right, or coasts, and is too weak to "
+        "climb out at once",
+        f"You want to reach the flag at {_flag(view)}: rock to and fro to gain speed",
+        "Every turn costs 1 until you are there, whatever the engine does",
+        "right",
+    )
+
+
+def _flag(view: View[MountainCar]) -> str:
+    """Where the flag is, and how fast one must be there."""
+    problem = view.problem
+    fast = f", no slower than {problem.goal_speed:g}" if problem.goal_speed > -TOP_SPEED else ""
+    return f"{problem.goal:g}{fast}"
 
 
 def panel(view: View[MountainCar]) -> list[tuple[str, str]]:
@@ -181,11 +206,11 @@ def _stands(view: View[MountainCar]) -> str:
     """Where the car is, and which way it rolls."""
     x, v = map(float, view.observation)
     if view.problem.terminal(view.observation[None])[0]:
-        return f"at the goal, x {plus(x, 3)}"
+        return f"at the goal, place {plus(x, 3)}"
     way = f"rolls {'right' if v > 0 else 'left'} at {plus(v, 4)}" if v else "stands still"
     if x == LEFT_WALL:
         return f"at the left wall, {'stopped' if not v else way}"
-    return f"{way}, x {plus(x, 3)}"
+    return f"{way}, place {plus(x, 3)}"
 
 
 def told(view: View[MountainCar]) -> str:

@@ -7,7 +7,7 @@ from rich.text import Text
 from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
 from dmplay.session import View
 from dmplay.views import crying_baby
-from dmplay.views.crying_baby import KEYS, goal, panel, told
+from dmplay.views.crying_baby import KEYS, goal, lesson, panel, told
 from dmplay.views.style import Look
 
 
@@ -34,4 +34,4 @@ def situation(view: View[MulticaregiverCryingBaby]) -> str:
 
 FAMILY = "crying-baby"
 
-__all__ = ["FAMILY", "KEYS", "boards", "goal", "panel", "situation", "told"]
+__all__ = ["FAMILY", "KEYS", "boards", "goal", "lesson", "panel", "situation", "told"]

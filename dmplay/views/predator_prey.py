@@ -10,10 +10,10 @@ from dmplay.hexes import DIRECTIONS, Hex, neighbours, notation_of
 from dmplay.problems.predator_prey import DEVOURED, MOVED, PredatorPrey
 from dmplay.session import View
 from dmplay.views import hexgrid
-from dmplay.views._marks import foreseen, odds
+from dmplay.views._advice import odds
 from dmplay.views.canvas import percent
 from dmplay.views.hexgrid import Cell, Size
-from dmplay.views.style import Look
+from dmplay.views.style import Lesson, Look
 
 FAMILY, KEYS, LEFT = hexgrid.FAMILY, hexgrid.KEYS, hexgrid.LEFT
 PREDATORS = ascii_uppercase  # no key that a hex shows is a capital
@@ -127,8 +127,7 @@ def _chances(view: View[PredatorPrey], may: dict[int, float], size: Size) -> Cel
 def _caption(view: View[PredatorPrey], look: Look) -> str:
     """Who you are, or what is written into the hexes."""
     if look.outlook:
-        name = DIRECTIONS[int(look.outlook.action)].upper()
-        return f"{foreseen(look.outlook, name)}, how likely"
+        return f"{hexgrid.going(look.outlook)}, how likely"
     if _feeding(view)[view.seat] and not view.ending and (look.large or look.regret is not None):
         return "any key feeds" if view.seat in view.problem.hunters else "caught: any key"
     if look.regret is not None:
@@ -147,12 +146,12 @@ def _chosen(view: View[PredatorPrey], seat: int) -> int:
 
 
 def _came(view: View[PredatorPrey], seat: int) -> tuple[str, str]:
-    """What came of an agent's last move, for the panel and in a sentence."""
+    """What came of an agent's last move, in one word for the panel and in a sentence."""
     if _feeding(view, -2)[seat]:
-        met = "fed, stayed" if seat in view.problem.hunters else "was devoured, born again"
-        return met, met
+        hunts = seat in view.problem.hunters
+        return ("fed", "fed, stayed") if hunts else ("devoured", "was devoured, born again")
     walk = hexgrid.walked(_places(view, -2)[seat], _places(view)[seat], _chosen(view, seat))
-    return f"{'slip ' * walk.slipped}{walk.way}" or walk.said, walk.said
+    return f"{'slip ' * walk.slipped}{walk.way}" or "bumped", walk.said
 
 
 def _happened(view: View[PredatorPrey], seat: int) -> str:
@@ -171,8 +170,23 @@ def goal(view: View[PredatorPrey]) -> list[str]:
     return [f"keep away: to be caught costs {-DEVOURED:g}", "moving is free", *slips]
 
 
+def lesson(view: View[PredatorPrey]) -> Lesson:
+    """Who hunts whom, and what a turn costs."""
+    problem = view.problem
+    slips = f"{percent(problem.slip)} of steps slip aside" if problem.slip else "no step slips"
+    name = f"{glyph(problem, view.seat)}, {problem.agents[view.seat]}"
+    you = f"You are {name}; all see all and move at once, one hex a turn"
+    if view.seat in problem.hunters:
+        shared = ", shared by the predators on it" if problem.predators > 1 else ""
+        want = f"You want to share a hex with prey: a turn begun there pays 1{shared}"
+        return Lesson(you, want, f"Any other turn costs {-MOVED:g}, and {slips}")
+    want = "You want never to share a hex with a predator"
+    cost = f"To be caught costs {-DEVOURED:g} and you are born again on any hex; a step is free"
+    return Lesson(you, want, f"{cost}, and {slips}")
+
+
 def panel(view: View[PredatorPrey]) -> list[tuple[str, str]]:
-    """Your last move, where everyone is, what shares a hex, and the scores."""
+    """Your last move, where everyone is, the scores, and what shares a hex."""
     problem, places = view.problem, _places(view)
     moved = _came(view, view.seat)[0] if view.turn else "-"
     reward = f"{view.rewards[-1]:g}" if view.rewards else "-"
@@ -180,27 +194,29 @@ def panel(view: View[PredatorPrey]) -> list[tuple[str, str]]:
     for seat, agent in enumerate(problem.agents):
         name = "you" if seat == view.seat else agent
         rows.append((f"{glyph(problem, seat)} {name}", notation_of(places[seat])))
-    for hex_ in dict.fromkeys(places):
-        marks = sorted(glyph(problem, seat) for seat, place in enumerate(places) if place == hex_)
-        if len(marks) > 1:
-            rows.append((f"* {notation_of(hex_)}", " ".join(marks)))
-    return [
-        *rows,
+    rows += [
         *_scores(view),
         ("slips aside", f"{problem.slip / 2:.2f} each"),
         ("discount", f"{problem.discount:.2f} (gamma)"),
     ]
+    for hex_ in dict.fromkeys(places):  # last, as these come and go
+        marks = sorted(glyph(problem, seat) for seat, place in enumerate(places) if place == hex_)
+        if len(marks) > 1:
+            rows.append((f"* {notation_of(hex_)}", " ".join(marks)))
+    return rows
 
 
 def _scores(view: View[PredatorPrey]) -> list[tuple[str, str]]:
-    """What each has won, discounted; of one against one, as what one wins tells the other's."""
-    if not view.rewards or len(view.problem.agents) > 2:
+    """What each has won, discounted: all see where everybody was, and that alone pays."""
+    problem = view.problem
+    if not view.turn:
         return []
-    own = np.array(view.rewards)
-    caught = own == (1.0 if view.seat == 0 else DEVOURED)
-    both = np.where(caught, 1.0, MOVED), np.where(caught, DEVOURED, 0.0)
-    sums = [float((pay * view.problem.discount ** np.arange(view.turn)).sum()) for pay in both]
-    return [(f"score {name}", f"{total:.4g}") for name, total in zip("Ao", sums, strict=True)]
+    states = np.array(view.observations[:-1])
+    still = np.zeros_like(states)  # any move pays the same
+    rewards = problem.move(states, still, tuple(still.T)).rewards
+    weights = problem.discount ** np.arange(view.turn)
+    sums = np.sum(weights[:, None] * rewards, axis=0)
+    return [(f"score {glyph(problem, seat)}", f"{sums[seat]:.4g}") for seat in range(len(sums))]
 
 
 def told(view: View[PredatorPrey]) -> str:

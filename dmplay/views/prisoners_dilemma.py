@@ -3,6 +3,7 @@
 from dmplay.problems.prisoners_dilemma import PrisonersDilemma
 from dmplay.session import View
 from dmplay.views._payoffs import boards, panel, situation, told
+from dmplay.views.style import Lesson
 
 KEYS = {"c": "cooperate", "d": "defect"}
 
@@ -17,4 +18,17 @@ def goal(view: View[PrisonersDilemma]) -> list[str]:
     ]
 
 
-__all__ = ["KEYS", "boards", "goal", "panel", "situation", "told"]
+def lesson(view: View[PrisonersDilemma]) -> Lesson:
+    """Who chooses, and what each pair of choices pays."""
+    you, other = (view.problem.agents[seat] for seat in (view.seat, 1 - view.seat))
+    (cc, cd), (dc, dd) = view.problem.payoffs[:, :, 0]
+    return Lesson(
+        f"You are {you} and choose at the same time as {other}, again and again",
+        "You want your own sum high, whatever the other gets",
+        f"To cooperate pays {cc:g} if {other} does too, else {cd:g}; to defect pays {dc:g} if "
+        f"{other} cooperates, else {dd:g}",
+        "cooperate",
+    )
+
+
+__all__ = ["KEYS", "boards", "goal", "lesson", "panel", "situation", "told"]

@@ -3,6 +3,7 @@
 from dmplay.problems.rock_paper_scissors import RockPaperScissors
 from dmplay.session import View
 from dmplay.views._payoffs import boards, panel, situation, told
+from dmplay.views.style import Lesson
 
 KEYS = {"r": "rock", "p": "paper", "s": "scissors"}
 
@@ -14,4 +15,16 @@ def goal(view: View[RockPaperScissors]) -> list[str]:
     return [beats, f"the winner gets {won:g}, the loser {-won:g}", "both choose at once"]
 
 
-__all__ = ["KEYS", "boards", "goal", "panel", "situation", "told"]
+def lesson(view: View[RockPaperScissors]) -> Lesson:
+    """Who chooses, and what each pair of choices pays."""
+    you, other = (view.problem.agents[seat] for seat in (view.seat, 1 - view.seat))
+    won = view.problem.payoffs.max()
+    return Lesson(
+        f"You are {you} and choose at the same time as {other}, again and again",
+        "You want to beat the other: rock beats scissors, scissors paper, and paper rock",
+        f"A win pays {won:g}, a loss costs {won:g}, and two of a kind pay nothing",
+        "scissors",
+    )
+
+
+__all__ = ["KEYS", "boards", "goal", "lesson", "panel", "situation", "told"]

@@ -14,10 +14,10 @@ from rich.text import Text
 
 from dmplay.problems.simple_regulator import START_DEVIATION, START_MEAN, SimpleRegulator
 from dmplay.session import View
-from dmplay.views._marks import foreseen
+from dmplay.views._advice import foreseen
 from dmplay.views._scale import Scale, plus
 from dmplay.views.canvas import Canvas, signed, written
-from dmplay.views.style import Look, Outlook
+from dmplay.views.style import Lesson, Look, Outlook
 
 KEYS: dict[str, str] = {}
 NUDGES = {"left": -0.05, "right": 0.05, "down": -0.5, "up": 0.5}
@@ -93,7 +93,7 @@ def boards(view: View[SimpleRegulator], look: Look) -> Iterator[Text]:
         if look.outlook:
             canvas.put(0, y, _costs(view, look.outlook, brief), "bold cyan")
         elif size.width > look.beside:  # else the panel beside has the numbers
-            canvas.put(0, y, _words(view, brief), "bold")
+            canvas.put(0, y, _words(view, brief, look), "bold")
         else:
             canvas.put(0, y, LEGEND, "dim")
         yield canvas.text()
@@ -111,8 +111,18 @@ def _costs(view: View[SimpleRegulator], outlook: Outlook, brief: bool) -> str:
     if brief:
         samples = " (samples)" * outlook.sampled
         return f"{plus(outlook.action, 2)}: {now * now:.2f} now, {after:.2f} next{samples}"
-    push = foreseen(outlook, plus(outlook.action, 3))
-    return f"{push}: costs {now * now:.3f} now, {after:.3f} next on average"
+    push = foreseen(outlook, f"push {plus(outlook.action, 3)}")
+    return f"{push}: costs {now * now:.3f} now, {after:.3f} next"
+
+
+def price(view: View[SimpleRegulator], push: float) -> str:
+    """What a turn costs now whatever is pushed, and the next after this push."""
+    (now,), noise = _numbers(view, 0), view.problem.noise
+    aim = now + push
+    return (
+        f"aims at {plus(aim, 3)}; costs {now * now:.3f} now, {aim * aim + noise * noise:.3f} next "
+        "on average"
+    )
 
 
 def _heap(canvas: Canvas, size: Size, scale: Scale, outlook: Outlook) -> None:
@@ -171,16 +181,17 @@ def _line(canvas: Canvas, y: int, scale: Scale, number: float) -> None:
     canvas.put(scale.column(number), y, "●", "bold yellow")
 
 
-def _words(view: View[SimpleRegulator], short: bool) -> str:
+def _words(view: View[SimpleRegulator], short: bool, look: Look) -> str:
     """The number, and the last push with what it aimed at."""
     numbers, (mean, deviation) = _numbers(view, 1), due(view)
-    now = f"s {plus(numbers[-1], 3)}"
+    number, pushed = ("number", "push") if look.large else ("s", "a")
+    now = f"{number} {plus(numbers[-1], 3)}"
     if not view.turn:
         around = f"{mean:g}" if short else f"{mean:g}, give or take {deviation:g}"
         return f"{now}   drawn around {around}"
     push, aim = plus(view.actions[-1], 3), plus(mean, 3)
     if short:
-        return f"{now}  a {push}  aimed {aim}"
+        return f"{now}  {pushed} {push}  aimed {aim}"
     return f"{now}   pushed {plus(numbers[0], 3)} by {push}, aimed at {aim}"
 
 
@@ -192,6 +203,18 @@ def goal(view: View[SimpleRegulator]) -> list[str]:
         "your push is added to it",
         *([f"nature adds {view.problem.noise:g} or so"] if view.problem.noise else []),
     ]
+
+
+def lesson(view: View[SimpleRegulator]) -> Lesson:
+    """The number, the push, and what a turn costs."""
+    problem, bounds = view.problem, view.problem.actions[0]
+    noise = f", and nature adds {problem.noise:g} or so, up or down" if problem.noise else ""
+    return Lesson(
+        f"You add a push to a number each turn, anything from {bounds.low:g} to {bounds.high:g}",
+        "You want the number as near to 0 as you can keep it",
+        f"A turn costs the square of the number before it, a push nothing{noise}",
+        "-0.2",
+    )
 
 
 def panel(view: View[SimpleRegulator]) -> list[tuple[str, str]]:
@@ -212,9 +235,9 @@ def panel(view: View[SimpleRegulator]) -> list[tuple[str, str]]:
 
 def told(view: View[SimpleRegulator]) -> str:
     """The number now, the push, and where it aimed."""
-    numbers = _numbers(view, 1)
+    numbers, push = _numbers(view, 1), plus(view.actions[-1], 3)
     return (
-        f"s {plus(numbers[-1], 3)}. pushed {plus(numbers[0], 3)} by {plus(view.actions[-1], 3)}, "
+        f"number {plus(numbers[-1], 3)}. pushed {plus(numbers[0], 3)} by {push}, "
         f"aimed at {plus(due(view)[0], 3)}."
     )
 
@@ -223,7 +246,7 @@ def situation(view: View[SimpleRegulator]) -> str:
     """The number, what it costs to be there, and what can be done."""
     problem, number = view.problem, _numbers(view, 0)[0]
     return (
-        f"s {plus(number, 3)}. a turn here costs {number * number:.3f}. "
+        f"number {plus(number, 3)}. a turn here costs {number * number:.3f}. "
         f"push by {problem.actions[0].words()}; "
         f"noise of {problem.noise:g} comes on top."
     )

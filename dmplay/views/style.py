@@ -48,19 +48,31 @@ class Look(NamedTuple):
     large: bool = False  # whether drawings may be larger than a transcript's frames
     regret: Reals | None = None  # [A], what each action loses against the best; nan: not legal
     outlook: Outlook | None = None  # what an action may bring, to be drawn on the board
+    passed: float = 1.0  # the share of the last turn's motion that is over
     ghost: Array | None = None  # the state of an agent that plays beside, to be drawn faintly
+    panel: int = PANEL + 2  # columns of the width that the side panel needs
 
     @property
     def beside(self) -> int:
         """The columns that a drawing may have with the side panel beside it; none without one."""
-        return max(self.width - PANEL - 2, 0) if self.large else 0
+        return max(self.width - self.panel, 0) if self.large else 0
+
+
+class Lesson(NamedTuple):
+    """A problem in three sentences for who never saw it, and what to do in a turn as an example."""
+
+    you: str  # what one is, sees and can do
+    want: str
+    cost: str  # what a move costs, and what is left to chance
+    action: str = ""  # of the example; '' for any
 
 
 class Style(Protocol):
     """A view: a module of this shape, with the stem of its problem.
 
     It may also have NUDGES, keys that add so much to a typed number; LEFT, the keys of a second
-    person; and FAMILY, the name under which a player sets its keys where that is not the problem's.
+    person; FAMILY, the name under which a player sets its keys where that is not the problem's;
+    and MOVES, where a turn is seen to happen: it then draws what `Look.passed` says.
     """
 
     @property
@@ -72,6 +84,9 @@ class Style(Protocol):
 
     def goal(self, view: View[Problem]) -> list[str]:
         """What to aim for and what it costs, in clauses, the most important first."""
+
+    def lesson(self, view: View[Problem]) -> Lesson:
+        """The problem in three sentences, without their full stops."""
 
     def panel(self, view: View[Problem]) -> list[tuple[str, str]]:
         """Facts for the side panel."""

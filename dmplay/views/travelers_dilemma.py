@@ -7,12 +7,12 @@ from rich.text import Text
 
 from dmplay.problems.travelers_dilemma import BONUS, LEAST, MOST, TravelersDilemma
 from dmplay.session import View
-from dmplay.views._advice import asked, losses, lost_by, under
+from dmplay.views._advice import WIDEST, asked, fewest, losses, under
 from dmplay.views._belief import spark
 from dmplay.views._payoffs import called, last, named, paid_rounds, panel, rounds, told
 from dmplay.views._scale import Scale
 from dmplay.views.canvas import Canvas
-from dmplay.views.style import Look
+from dmplay.views.style import Lesson, Look
 
 KEYS: dict[str, str] = {}  # a claim is typed
 NUDGES = {"up": 1, "down": -1, "pageup": 10, "pagedown": -10}  # what a key adds to the claim
@@ -29,6 +29,18 @@ def goal(view: View[TravelersDilemma]) -> list[str]:
         f"its author {BONUS:g} more, the other {BONUS:g} less",
         f"claim {LEAST} to {MOST}",
     ]
+
+
+def lesson(view: View[TravelersDilemma]) -> Lesson:
+    """Who claims, and what two claims pay."""
+    you, other = (view.problem.agents[seat] for seat in (view.seat, 1 - view.seat))
+    return Lesson(
+        f"You are {you} and claim {LEAST} to {MOST} dollars at the same time as {other}",
+        "You want to be paid much: a high claim, but one below the other's",
+        f"Both are paid the lower claim; who made it {BONUS:g} more, the other {BONUS:g} less; "
+        "equal claims are paid as they are",
+        "50",
+    )
 
 
 def boards(view: View[TravelersDilemma], look: Look) -> Iterator[Text]:
@@ -101,7 +113,7 @@ def _lost(canvas: Canvas, y: int, look: Look) -> int:
     each = [look.regret[round(LINE.value(column)) - LEAST] / (most or 1.0) for column in columns]
     canvas.put(LINE.left, y, spark(each, look.ascii), "yellow")
     canvas.put(LINE.column(LEAST + best), y, "●", "bold")
-    canvas.put(0, y + 1, f"● best {LEAST + best}; others lose up to {lost_by(most)}", "yellow")
+    canvas.put(0, y + 1, f"● best {LEAST + best}; the worst {fewest(-most, WIDEST)}", "yellow")
     return y + 2
 
 

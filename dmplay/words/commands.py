@@ -12,10 +12,12 @@ from dmplay.finding.names import problem_names
 from dmplay.finding.ways import is_file
 from dmplay.game.answer import answer
 from dmplay.game.game import Game
+from dmplay.game.keymap import SHOWN
 from dmplay.game.request import words_of
 from dmplay.game.table import Table
 from dmplay.words import game_commands as of_game
 from dmplay.words import table_commands as of_table
+from dmplay.words.lesson import lesson
 
 Run = Callable[[Table, str], str]
 NO_TEXT = re.compile(r"[\x00\ud800-\udfff]")  # NUL, and halves of characters
@@ -127,12 +129,32 @@ def _help(table: Table, argument: str) -> str:
         return f"{argument}: a problem; play {argument} begins it, info {argument} tells of it"
     if argument:
         return _line(named(argument, [*TOPICS]))
-    rows = ["an action is played by its name. help tells more of a command, or of a topic:"]
+    rows = [*lesson(table.game), ""] if table.playing else []
+    rows += ["an action is played by its name. help tells more of a command, or of a topic:"]
     rows += [
         f"{topic}: {', '.join(command.name for command in commands)}"
         for topic, commands in TOPICS.items()
     ]
     return answer(rows)
+
+
+def help_page(game: Game, own: Sequence[tuple[str, str, str]]) -> list[str]:
+    """The problem, the keys that play, a screen's own and those of commands; commands without one.
+
+    Of a key: how it is shown, its name, what it does.
+    """
+    legal = game.keyboard.legal(game.view())[:10]
+    actions = [f"{SHOWN.get(key, key)} {label}" for key, label, _ in legal]
+    keys = [(c.shown, f"{c.name} {c.argument}".strip(), c.help) for c in COMMANDS if c.key]
+    others = [command.name for command in COMMANDS if not command.key]
+    return [
+        *lesson(game),
+        "",
+        f"actions: {',  '.join(actions) or 'a number, and Enter'}",
+        "keys",
+        *(f"  {shown:<7} {name:<14} {help_}" for shown, name, help_ in [*own, *keys]),
+        f"commands, typed after ':'  {' '.join(others)}",
+    ]
 
 
 def _line(command: Command) -> str:

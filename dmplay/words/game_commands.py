@@ -6,7 +6,8 @@ from itertools import islice
 import numpy as np
 
 from dmplay.advice.adviser import Adviser
-from dmplay.describe import counted
+from dmplay.core import Continuous
+from dmplay.describe import counted, ended
 from dmplay.errors import BadParameter
 from dmplay.finding.typed import whole
 from dmplay.game.answer import Told, answer
@@ -72,7 +73,7 @@ def _played(game: Game, command: str, turns: int) -> str:
     told = [game.account.change(game.view(), before) for before in run]
     if len(told) > 1:
         return Told("\n".join(told))
-    return told[0] if told else f"the game is over ({game.session.ending})"
+    return told[0] if told else f"the game is over ({ended(game.session.ending)})"
 
 
 def look(game: Game, argument: str) -> str:
@@ -163,6 +164,14 @@ def foresee(game: Game, action: float) -> str:
     told = think(AHEAD, lambda: game.adviser.foresee(action))
     game.helped()
     return told
+
+
+def ahead(game: Game, action: float, width: int) -> str:
+    """What an action may bring, in so many columns where a board draws it: no row of numbers."""
+    told = foresee(game, action)
+    if len(told) < width and not isinstance(game.problem.states, Continuous):
+        return told
+    return f"{told.partition(': ')[0]}: as drawn; Enter plays it, Esc leaves"
 
 
 def review(game: Game, argument: str) -> str:

@@ -7,13 +7,12 @@ from dmplay.errors import BadParameter
 from dmplay.finding import problems
 from dmplay.finding.typed import whole
 from dmplay.game.answer import answer
+from dmplay.game.formats import FORMATS
 from dmplay.game.request import words_of
 from dmplay.game.saves import copied
-from dmplay.game.seats import told_in
+from dmplay.game.seats import seat_policy, told_in
 from dmplay.game.start import retold
 from dmplay.game.table import Table
-
-PICTURES = {"svg": "svg", "film": "svg", "html": "html", "cast": "cast"}  # and their endings
 
 
 def play(table: Table, argument: str) -> str:
@@ -60,7 +59,7 @@ def agent(table: Table, argument: str) -> str:
         seats = zip(game.problem.agents, game.seats, strict=True)
         return f"seats: {', '.join(f'{name} {who}' for name, who in seats)}."
     name, who = (game.problem.agents[0], words[0]) if len(words) == 1 else words[:2]
-    game.problem.seat(name)
+    seat_policy(game.problem, game.problem.seat(name), who)  # refuses what cannot sit there
     sitting = [*(game.asked.seats if game.asked else ()), f"{name}={who}"]
     return table.asks(f"agent {argument}") or table.restart(seats=sitting)
 
@@ -72,6 +71,7 @@ def set_(table: Table, argument: str) -> str:
         known = problems.parameters(game.problem)
         return answer([f"{name} {value}" for name, value in known.items()])
     key, _, value = argument.replace("=", " ", 1).partition(" ")
+    problems.configured(game.problem, {key: value.strip()})  # refuses what cannot be
     settings = [*(game.asked.settings if game.asked else ()), f"{key}={value.strip()}"]
     return table.asks(f"set {argument}") or table.restart(settings=settings)
 
@@ -123,11 +123,11 @@ def export(table: Table, argument: str) -> str:
             raise BadParameter("export: no transcript is written; name a file")
         if hidden and not (table.game.session.over or table.game.reveal):
             raise BadParameter("export: it would tell what is hidden until the game is over")
-        shown = next((name for name in PICTURES if f"--{name}" in words), "")
-        if table.typed and shown and not {"-o", "--output"} & {*words}:
-            raise BadParameter(
-                f"export: --{shown} is for a file; -o game.{PICTURES[shown]} names it"
-            )
+        asked = [(name, one.ending) for name, one in FORMATS.items() if f"--{name}" in words]
+        for name, ending in asked:
+            if table.typed and ending and not {"-o", "--output"} & {*words}:
+                told = f"--{name} is for a file; -o game.{ending} names it"
+                raise BadParameter(f"export: {told}")
         words = [str(recorder.path), *words]
     elif "--peek" in words and table.playing and table.game.sealed:
         raise BadParameter("export: --peek is for after this game, in which much is hidden")

@@ -135,6 +135,12 @@ def test_a_look_ahead_shows_action_after_action_and_enter_plays_the_last() -> No
     assert shown.modes.shows is Mode.BOARD
 
 
+def test_what_a_large_board_tells_is_not_told_below_it() -> None:
+    words = {(80, 24): "if se: Enter plays it, Esc leaves", (50, 14): "if se: 0.70 (8,1), 0.15 "}
+    for size, said in words.items():
+        assert said in play(game("hexworld"), "W", "n", size=size).last
+
+
 @pytest.mark.parametrize("key", ["escape", "W", "L", "tab"])
 def test_a_look_ahead_is_left_by_any_other_key(key: str) -> None:
     shown = screen("hexworld")

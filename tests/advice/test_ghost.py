@@ -111,11 +111,10 @@ def test_the_same_dice_are_silent_where_people_play_against_each_other() -> None
     assert best(played("collaborative-predator-prey"), [0, 1], ["human"] * 2)
 
 
-def test_the_same_dice_are_silent_where_no_agent_advises() -> None:
-    assert (
-        same_dice(played("prisoners-dilemma", "defect", limit=1), [0], ["human", "grim"], None)
-        == ""
-    )
+def test_where_two_choose_at_once_the_best_reply_plays_the_same_dice() -> None:
+    game = played("prisoners-dilemma", "cooperate", limit=1)
+    told = same_dice(game, [0], ["human", "random"], None)
+    assert told == "best-response on the same dice: -3; you -4"
 
 
 @pytest.mark.parametrize(

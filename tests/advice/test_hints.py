@@ -69,7 +69,7 @@ def situations(played: Game, seat: int) -> Iterator[int]:
 
 def told(hint: str) -> tuple[str, dict[str, str]]:
     """The advice of a hint, and each number in it."""
-    found = re.fullmatch(r"hint \((\S+)\): (\S+?)(?:\. values: (.*))?", hint)
+    found = re.fullmatch(r"hint \(([^)]+)\): (\S+?)(?:\. values: (.*))?", hint)
     assert found, hint
     pairs = [pair.rsplit(" ", 1) for pair in (found[3] or "").split(", ") if pair]
     return found[2], dict(pairs)

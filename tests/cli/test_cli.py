@@ -55,7 +55,7 @@ def test_a_variable_that_is_no_number_is_passed_over(env: dict[str, str], tmp_pa
 def test_a_piped_game_is_played_told_and_recorded(tmp_path: Path) -> None:
     done = run(tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin="e\nne\nquit\n")
     assert done.returncode == 0
-    assert "turn 1. at (8,2). chose E, moved E. reward 0. return 0.\n" in done.stdout
+    assert "turn 1. at (8,2). chose E, moved E. reward 0. score 0.\n" in done.stdout
     assert done.stderr == "transcript: g.dmt\nreplay: dmplay replay g.dmt\n"
     assert (
         run(tmp_path, "verify", "g.dmt").stdout
@@ -94,7 +94,7 @@ def test_an_unknown_action_in_a_pipe_ends_with_2_and_keeps_the_turns(tmp_path: P
 def test_an_illegal_slide_in_a_pipe_ends_with_2(tmp_path: Path) -> None:
     done = run(tmp_path, "2048", "--seed", "5", stdin="look\ndown\n")
     assert done.returncode == 2
-    assert "error: line 2: turn 1, agent: down changes nothing" in done.stderr
+    assert "error: line 2: turn 1, agent: down is not legal now" in done.stderr
 
 
 def test_the_seed_is_told_with_the_command_that_plays_again(tmp_path: Path) -> None:

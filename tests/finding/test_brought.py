@@ -8,6 +8,7 @@ import pytest
 
 import dmplay
 from dmplay import Interval, Labels, Outcome, Tables, Tabular
+from dmplay.advice import adviser as advising
 from dmplay.chance import Array, Categorical, Chance
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter, TooMuch
@@ -143,6 +144,12 @@ def test_a_hint_is_searched_where_plans_are_too_many(monkeypatch: pytest.MonkeyP
     assert played.adviser.hint().startswith("hint (search): ")
     with pytest.raises(TooMuch, match="there are too many plans; search needs none"):
         dmplay.agent(Four(discount=1.0), 0, "plan").values((np.full((1, 4), 0.25),))
+
+
+def test_a_hint_costs_less_than_the_agent_may_that_it_asks(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(advising, "WORK", 1000)
+    assert game(Tiger()).adviser.hint().startswith("hint (search): ")
+    assert dmplay.agent(Tiger(), 0, "plan").values((np.full((1, 2), 0.5),)) is not None
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """What a module of somebody's own brings is found under every name that it can be given."""
 
 import pickle
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -60,6 +61,7 @@ VARIANTS = {"icy": Walk(slip=0.5)}
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.dont_write_bytecode", True)
+    monkeypatch.setattr("sys.path", [*sys.path])
     Path("walk.py").write_text(WALK)
 
 
@@ -232,8 +234,8 @@ def test_what_actions_are_called_may_depend_on_the_state() -> None:
     assert not dmplay.check(dmplay.load("./steps.py"))
     played = game("./steps.py")
     table = Table(played)
-    assert typed(table, "up-to-1") == "turn 1. at 1. chose up-to-1. reward 0. return 0."
-    assert typed(table, "right") == "turn 2. at 2. chose up-to-2. reward 0. return 0."
+    assert typed(table, "up-to-1") == "turn 1. at 1. chose up-to-1. reward 0. score 0."
+    assert typed(table, "right") == "turn 2. at 2. chose up-to-2. reward 0. score 0."
     assert typed(table, "legal") == "legal: down-to-1 (1), up-to-3 (l)."
     assert typed(table, "hint") == "hint (patient): up-to-3"
     assert "1 down-to-1\n2 up-to-3" in told(played)
@@ -241,5 +243,5 @@ def test_what_actions_are_called_may_depend_on_the_state() -> None:
         typed(table, "up-to-4")
     played.undo(2)
     assert played.view().last == ""
-    assert typed(table, "up-to-1").endswith("chose up-to-1. reward 0. return 0.")
+    assert typed(table, "up-to-1").endswith("chose up-to-1. reward 0. score 0.")
     assert turn_facts(played.session)["actions"] == {"agent": "right"}

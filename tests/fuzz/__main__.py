@@ -6,6 +6,7 @@ a changed fact must not verify. `--case KIND:NUMBER` shows one again.
 """
 
 import argparse
+import gc
 import importlib
 import pkgutil
 import sys
@@ -48,6 +49,7 @@ def _warm_up() -> None:
         if module.name not in (AXELROD, "dmplay.__main__"):
             importlib.import_module(module.name)
     facts.honest()
+    gc.freeze()  # all of it stays: no worker looks through it for what may go
 
 
 def _run(kinds: dict[Kind, int], seed: int, workers: int) -> int:

@@ -1,4 +1,4 @@
-"""Workers that try cases beside one another: a fresh one after some hundred or a fault."""
+"""Workers that try cases beside one another: a fresh one after some thousand or a fault."""
 
 import multiprocessing
 import os
@@ -13,8 +13,8 @@ from tests.fuzz.judging import Fault
 from tests.fuzz.kinds import Kind
 from tests.fuzz.trial import Result, tried
 
-FRESH = 400  # cases of one worker
-PATIENCE = 60.0  # seconds without a result until a worker hangs
+FRESH = 2000  # cases of one worker
+PATIENCE = 600.0  # seconds without a result until a worker hangs, on a busy machine too
 FORK = multiprocessing.get_context("fork")
 
 

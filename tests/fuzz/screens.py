@@ -12,7 +12,7 @@ from dmplay.errors import DmplayError
 from dmplay.game.errand import Sitting
 from dmplay.game.start import begin
 from dmplay.game.table import Table
-from dmplay.screen.painter import Painter
+from dmplay.painting.painter import Painter
 from dmplay.screen.screen import Screen
 from dmplay.terminal import Terminal
 from dmplay.words.commands import Leave
@@ -20,7 +20,7 @@ from dmplay.words.completion.candidates import Candidates
 from tests.fuzz.case import Case, Told
 from tests.fuzz.program import laid_out
 
-STEERS = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")  # what a painter writes of its own
+STEERS = re.compile(r"\x1b(\[[0-9;?]*[A-Za-z]|[DM])|[\r\x08]")  # what a painter writes of its own
 COMMAND = ":"
 
 

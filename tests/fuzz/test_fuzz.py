@@ -86,7 +86,7 @@ def test_a_case_is_the_same_each_time(kind: Kind) -> None:
 
 
 def test_a_case_ends_the_same_however_many_workers_there_are() -> None:
-    tasks = [Task(kind, 1, range(5, 6)) for kind in KINDS]
+    tasks = [Task(kind, 1, range(5, 6)) for kind in KINDS[::3]]
     assert sorted(results(tasks, 1)) == sorted(results(tasks, 2))
 
 

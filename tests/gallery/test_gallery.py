@@ -17,9 +17,9 @@ from dmplay.gallery.offers import INSTALLED, KINDS, Offer, offers
 from dmplay.game.request import Request
 from dmplay.game.start import begin
 from dmplay.game.table import Table
+from dmplay.painting.painter import Painter
 from dmplay.screen import toolkit
 from dmplay.screen.frame import compose
-from dmplay.screen.painter import Painter
 from dmplay.screen.screen import Screen
 from dmplay.screen.shown import Room
 from dmplay.terminal import Terminal as Way
@@ -96,7 +96,7 @@ def pressed(*keys: str, size: tuple[int, int] = (80, 24)) -> Looked:
 
 def test_every_problem_stands_under_its_kind_and_every_kind_has_words() -> None:
     listed = offers()
-    assert sorted(one.name for one in listed) == problem_names()
+    assert sorted(one.name for one in listed) == [*problem_names()]
     for name, heading in listed:
         assert heading == KINDS[problems.load(name).kind]
 
@@ -132,6 +132,12 @@ def test_a_small_terminal_has_the_list_alone_and_the_goal_below() -> None:
     assert any(row.startswith("> collaborative-predator-prey") for row in rows)
     assert rows[-2].startswith(" goal: ")
     assert not any("agents" in row for row in rows)
+
+
+def test_a_small_terminal_has_the_whole_seed_of_the_day_and_a_whole_goal() -> None:
+    shown = drawn(hung(), 50, 14)
+    assert shown[0].strip() == f"dmplay  15 problems   today's seed {hung().seed}"
+    assert not any("…" in row for row in shown)
 
 
 def test_a_row_of_keys_that_has_no_room_keeps_the_most_important() -> None:
@@ -202,7 +208,7 @@ def test_c_goes_on_with_the_game_that_was_left_the_chosen_problems_own_first() -
 
 
 def test_your_best_and_your_last_result_stand_beside_the_problem() -> None:
-    assert "best" not in "\n".join(drawn(hung(chosen="prisoners-dilemma")))
+    assert "best -" not in "\n".join(drawn(hung(chosen="prisoners-dilemma")))
     played("prisoners-dilemma", *["c"] * 10)
     text = "\n".join(drawn(hung(chosen="prisoners-dilemma")))
     assert "best -10 in 10 turns, seed 7" in text
@@ -276,7 +282,7 @@ def test_a_game_is_played_from_the_gallery_which_comes_back_with_its_result(plac
         terminal.press("k", "goal: ").press(ENTER, "turn 0/10").calm()
         for turn in range(1, 11):
             terminal.press("c", f"turn {turn}/10")
-        terminal.press("q", "prisoners-dilemma: horizon after 10 turns. agent1 return -10").calm()
+        terminal.press("q", "prisoners-dilemma: turn limit after 10 turns. agent1 score -10").calm()
         assert "best -10 in 10 turns" in terminal.text
         terminal.press("d", "seed 2").calm().press("q", "> prisoners-dilemma").calm()
         assert terminal.press("q").ended() == 0

@@ -7,8 +7,8 @@ import pytest
 from dmplay.errors import BadParameter
 from dmplay.game.checking import check
 from dmplay.game.game import Game
-from dmplay.game.request import Request
-from dmplay.game.start import new
+from dmplay.game.request import Request, Resumption
+from dmplay.game.start import begin, new
 from dmplay.game.table import Table
 from dmplay.screen.screen import Screen
 from dmplay.terminal import Terminal
@@ -41,7 +41,7 @@ def test_where_the_state_is_seen_the_ghost_stands_on_the_board_after_each_turn(
     assert "@ you, & ghost, " in told
     assert "ghost    0\n" in told
     assert "lead     +0\n" in told
-    assert "turn 1. at (6,2). chose W, moved W. reward 0. return 0. ghost 0, lead +0." in told
+    assert "turn 1. at (6,2). chose W, moved W. reward 0. score 0. ghost 0, lead +0." in told
     assert "ghost    8.1\n" in shown(game, "h", "h")
     assert "lead     -8.1\n" in shown(game)
 
@@ -100,6 +100,30 @@ def test_a_ghost_comes_along_when_the_game_begins_again(tmp_path: Path) -> None:
     assert table.game.ghost.name == "optimal"
     fresh = new(Request("hexworld", ghost="optimal", record=tmp_path / "fresh.dmt"))
     assert "--ghost optimal" in fresh.again
+
+
+@pytest.mark.parametrize(("wanted", "found"), [("", "optimal"), ("random", "random")])
+def test_a_resumed_game_has_its_ghost_or_another_where_it_was(
+    wanted: str, found: str, tmp_path: Path
+) -> None:
+    game = haunted(tmp_path, "hexworld")
+    game.choose(3)
+    game.finish("interrupted")
+    path = tmp_path / "game.dmt"
+    resumed = begin(Resumption(path, ghost=wanted))
+    assert resumed.ghost
+    assert resumed.ghost.name == found
+    assert len(resumed.ghost.session.turns) == 1
+    assert "│  &  │" in shown(resumed)
+    resumed.finish()
+    assert path.read_text().endswith(f"\n# ghost: {found}\n")
+
+
+def test_a_note_brings_nobody_else_s_code_as_a_ghost(tmp_path: Path) -> None:
+    haunted(tmp_path, "hexworld").finish("interrupted")
+    path = tmp_path / "game.dmt"
+    path.write_text(path.read_text().replace("ghost: optimal", "ghost: ./evil.py:X"))
+    assert begin(Resumption(path)).ghost is None
 
 
 def test_a_ghost_is_no_help_and_so_not_forbidden(tmp_path: Path) -> None:

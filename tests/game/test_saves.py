@@ -67,6 +67,7 @@ def test_the_file_of_a_game_that_just_begins_is_left_to_it(kept: Path) -> None:
     assert first != second
     old = time.time() - 2 * saves.NEW
     os.utime(first, (old, old))
+    assert saves.cleared() == 0
     third = saves.new("catch")
     assert {*kept.iterdir()} == {second, third}
 
@@ -86,6 +87,21 @@ def test_what_is_told_of_is_there(kept: Path, capsys: pytest.CaptureFixture[str]
             table.ended[0].path.unlink()
         epilogue(table)
         assert ("replay: " in capsys.readouterr().err) is not gone
+
+
+def test_games_that_make_room_are_told_of_once(
+    kept: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    fill(kept, PLAYED, 1)
+    table = Table()
+    for _ in range(2):
+        table.put(new(Request("hexworld", seed=7)))
+        table.game.choose(0)
+    table.end()
+    epilogue(table)
+    told = capsys.readouterr().err.split("\n")
+    assert told[-2] == "removed: 12 older games; the last 20 are kept"
+    assert "".join(told).count("removed") == 1
 
 
 def test_bare_resume_passes_over_a_game_of_no_turns(tmp_path: Path, kept: Path) -> None:

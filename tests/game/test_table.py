@@ -268,8 +268,8 @@ def test_a_game_begun_in_lines_is_told_from_its_start(tmp_path: Path) -> None:
     assert done.returncode == 0
     told = [line for line in done.stdout.splitlines() if not line.startswith("action>")]
     assert told[2:6] == [
-        "turn 1. at (8,2). chose E, moved E. reward 0. return 0.",
-        "over: quit after 1 turn. agent return 0, total 0.",
+        "turn 1. at (8,2). chose E, moved E. reward 0. score 0.",
+        "over: quit after 1 turn. agent score (discounted) 0, total 0.",
         *told[:2],
     ]
     assert told[6] == told[2]

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from dmplay import laws
 from dmplay.chance import Array
-from dmplay.laws import WALK, Turns, parts
+from dmplay.samples import WALK, Turns, parts
 from tests.support.cases import ROWS, every_problem, frozen, load, same
 from tests.support.pools import broken, keeps, pool
 

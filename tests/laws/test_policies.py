@@ -4,7 +4,7 @@ from functools import partial
 
 import pytest
 
-from dmplay import laws
+from dmplay.choices import choosing
 from dmplay.finding import agents
 from tests.support.cases import every_problem, load, small
 from tests.support.pools import broken
@@ -25,5 +25,5 @@ def test_an_agent_says_what_it_does_and_what_its_parameters_mean(name: str) -> N
 def test_policies_choose_legal_actions_the_same_alone_as_in_a_batch(name: str) -> None:
     problem = small(name)
     for seat, policies in seated(name):
-        law = partial(laws.choosing, problem, seat, policies, ROWS)
+        law = partial(choosing, problem, seat, policies, ROWS)
         assert not broken(problem, law), type(policies[seat])

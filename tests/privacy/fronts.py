@@ -13,9 +13,9 @@ from dmplay.errors import DmplayError
 from dmplay.game import saves
 from dmplay.game.game import Game
 from dmplay.game.table import Table
+from dmplay.painting.painter import Painter
 from dmplay.prompt import toolbar
 from dmplay.screen.modes import Mode
-from dmplay.screen.painter import Painter
 from dmplay.screen.screen import Screen
 from dmplay.terminal import Terminal
 from dmplay.words.commands import Leave

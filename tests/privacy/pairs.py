@@ -47,6 +47,7 @@ class Pair(NamedTuple):
     """Two games that this seat cannot tell apart before the last turn."""
 
     name: str
+    problem: Problem
     seat: int
     one: Side
     other: Side
@@ -55,11 +56,6 @@ class Pair(NamedTuple):
     def sides(self) -> tuple[Side, Side]:
         """Both games."""
         return self.one, self.other
-
-    @property
-    def problem(self) -> Problem:
-        """What is played."""
-        return dmplay.load(self.name, **parameters(self.name))
 
     def begun(
         self, side: Side, record: Path | None = None, *, alone: bool = True, ghost: str = ""
@@ -106,6 +102,7 @@ def pair(name: str, seat: int) -> Pair:
                 first = tuple(a if n == seat else 0 for n, a in enumerate(last))
                 return Pair(
                     name,
+                    problem,
                     seat,
                     Side(one.seed, (*one.actions[:-1], first)),
                     Side(other.seed, (*other.actions[:-1], tuple(last))),

@@ -8,7 +8,7 @@ import pytest
 from dmplay.chance import Array, Bools
 from dmplay.game.account import Account
 from dmplay.game.game import Game
-from dmplay.screen.painter import Painter
+from dmplay.painting.painter import Painter
 from dmplay.views import generic
 from dmplay.words import commands
 from dmplay.words.commands import Command

@@ -62,7 +62,7 @@ def test_the_agents_follow_the_exact_belief() -> None:
     assert follower
     while not session.over:
         session.advance()
-        np.testing.assert_allclose(follower.memory()[0][0], session.beliefs()[-1][0], atol=1e-12)
+        np.testing.assert_allclose(follower.memory()[0][0], session.beliefs()[0], atol=1e-12)
 
 
 def test_the_greedy_throws_fifty_metres_first() -> None:

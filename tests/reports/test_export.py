@@ -3,13 +3,19 @@
 import csv
 import io
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+from rich.text import Text
 
+from dmplay.cli.errands import do
 from dmplay.game.checking import check
-from tests.support.games import read
+from dmplay.game.errand import Printout
+from dmplay.reports.drawing import film
+from dmplay.reports.export import exported
+from tests.support.games import read, recorded
 from tests.support.programs import run
 
 pytestmark = pytest.mark.slow  # starts the program again and again
@@ -33,6 +39,24 @@ def test_a_picture_is_the_same_every_time_and_of_the_turn_asked_for(file: Path) 
     assert first.startswith("<svg")
     assert first != export(file, "--svg")
     assert "turn&#160;1" in first
+
+
+def test_a_picture_of_any_size_shows_who_chooses_what_is_best(file: Path) -> None:
+    wishes = ("--width", "100", "--height", "30", "--at", "1")
+    watched, advised = export(file, "--svg", *wishes), export(file, "--svg", *wishes, "--hint")
+    assert "hint&#160;(optimal)" not in watched
+    assert "hint&#160;(optimal):&#160;sw" in advised
+    assert "b&#160;sw&#160;best" in advised  # the row of keys
+    assert advised.count("<clipPath") == 30
+    higher = export(file, "--text", "--height", "20").split("\n dmplay")
+    assert "reach +10 or +5" in higher[1]
+
+
+def test_nobody_is_advised_after_the_end(tmp_path: Path) -> None:
+    run(tmp_path, "hexworld", "--agent", "optimal", "--seed", "7", "-o", "g.dmt")
+    done = run(tmp_path, "export", "g.dmt", "--svg", "--hint")
+    told = "error: --hint: nobody chooses after the end; --at shows an earlier turn\n"
+    assert (done.returncode, done.stderr) == (2, told)
 
 
 def test_a_film_shows_every_screen_for_a_second_and_the_last_where_nothing_may_move(
@@ -63,6 +87,20 @@ def test_a_screen_recording_is_an_asciicast_of_a_frame_a_turn(file: Path) -> Non
     assert head["version"] == 2
     assert [frame[0] for frame in frames] == [0.0, 1.0, 2.0, 3.0, 4.0]
     assert all(frame[1] == "o" and "hexworld" in frame[2] for frame in frames)
+
+
+def test_a_screen_recording_of_version_3_tells_how_long_each_frame_comes_after_the_last(
+    file: Path,
+) -> None:
+    head, *frames = map(json.loads, export(file, "--cast3").splitlines())
+    older = [json.loads(row) for row in export(file, "--cast").splitlines()[1:]]
+    assert head == {
+        "version": 3,
+        "term": {"cols": 80, "rows": 24},
+        "title": "dmplay hexworld",
+    }
+    assert [frame[0] for frame in frames] == [0.0, 1.0, 1.0, 1.0, 1.0]
+    assert [frame[1:] for frame in frames] == [frame[1:] for frame in older]
 
 
 def test_text_tells_every_screen(file: Path) -> None:
@@ -110,6 +148,7 @@ def test_data_is_one_object(file: Path) -> None:
         (["--svg", "--csv"], "export: choose one of"),
         (["--svg", "--at", "9"], "--at: got 9, the game has 2 turns"),
         (["--text", "--at", "1"], "--at: a turn of --svg or --html, not of --text"),
+        (["--film", "--hint"], "--hint: on a picture, --svg, not on --film"),
         (["--csv", "-o", "no/g.csv"], "cannot write no/g.csv: No such file or directory"),
     ],
 )
@@ -165,3 +204,27 @@ def test_a_branch_keeps_the_dice_that_were_thrown_anew(tmp_path: Path) -> None:
     draws = [block["draws"] for block in read(tmp_path / "g.dmt").blocks if block.kind == "turn"]
     told = [block["draws"] for block in read(tmp_path / "b.dmt").blocks if block.kind == "turn"]
     assert told == [*draws[:3], *draws[4:], draws[4]]
+
+
+def test_a_film_holds_one_of_its_pictures_at_a_time() -> None:
+    drawn: list[int] = []
+    parts = film((drawn.append(n) or Text("x") for n in range(3)), 3, "three", 9)  # type: ignore[func-returns-value]
+    seen = [(len(drawn), part.count("</svg>")) for part in parts]
+    assert seen == [(1, 0), (1, 0), (1, 1), (2, 1), (3, 1), (3, 1)]
+
+
+@pytest.mark.parametrize("form", ["text", "cast", "film"])
+def test_what_is_printed_is_drawn_when_it_is_told(form: str, tmp_path: Path) -> None:
+    recorded(tmp_path / "g.dmt", "hexworld", "random", turns=9)
+    parts = exported(tmp_path / "g.dmt", [form], None, None).parts
+    assert iter(parts) is parts  # made one by one, and by nobody before
+
+
+def test_what_is_told_part_by_part_is_printed_so(capsys: pytest.CaptureFixture[str]) -> None:
+    def parts() -> Iterator[str]:
+        yield "one\n"
+        assert capsys.readouterr().out == "one\n"
+        yield "t\x1bwo"
+
+    assert do(Printout("", parts=parts())) == 0
+    assert capsys.readouterr().out == "t\\x1bwo\n"

@@ -52,8 +52,8 @@ def test_ctrl_c_ends_the_game_as_its_signal_does(tmp_path: Path) -> None:
 def test_a_signal_before_the_first_key_leaves_the_terminal_as_it_was(
     number: int, code: int, wait: int, tmp_path: Path
 ) -> None:
-    # Before the interpreter is up, which tells so here, a signal is its own affair.
-    up = "print('up', flush=True); import runpy; runpy.run_module('dmplay', None, '__main__')"
+    # Before the program is called, which tells so here, a signal is the interpreter's affair.
+    up = "from dmplay.__main__ import main; print('up', flush=True); main()"
     command = (sys.executable, "-c", up)
     with Terminal("hexworld", "--seed", "7", folder=tmp_path, command=command) as terminal:
         terminal.until(lambda: b"up" in terminal.raw)

@@ -88,7 +88,7 @@ def test_an_unknown_word_in_a_pipe_ends_with_2_and_names_its_line(tmp_path: Path
 def test_an_illegal_action_in_a_pipe_ends_with_2_and_names_its_line(tmp_path: Path) -> None:
     done = run(tmp_path, "2048", "--seed", "7", stdin="down\n" * 50)
     assert done.returncode == 2
-    assert re.search(r"error: line \d+: turn \d+, agent: down changes nothing in ", done.stderr)
+    assert re.search(r"error: line \d+: turn \d+, agent: down is not legal now", done.stderr)
 
 
 ASCII = {"PYTHONIOENCODING": "ascii", "LANG": "C", "LC_ALL": "C"}

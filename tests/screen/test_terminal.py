@@ -59,9 +59,9 @@ def test_a_slide_that_moves_nothing_says_so_and_is_no_turn(tmp_path: Path) -> No
         terminal.ready()
         for arrow in (DOWN, LEFT, DOWN, LEFT) * 20:
             terminal.press(arrow).calm(0.05)
-            if "changes nothing" in terminal.text:
+            if "is not legal" in terminal.text:
                 break
-        terminal.until("changes nothing")
+        terminal.until("is not legal")
         assert terminal.press("q").ended() == 0
     verified(tmp_path / "game.dmt")
 
@@ -99,7 +99,7 @@ def test_grim_never_forgives(tmp_path: Path) -> None:
         terminal.ready()
         for turn, key in enumerate("cdcccccccc", 1):
             terminal.press(key, f"turn {turn}/10")
-        terminal.until("horizon after 10 turns").press("q")
+        terminal.until("turn limit after 10 turns").press("q")
         assert terminal.ended() == 0
     told = map(json.loads, values(verified(tmp_path / "game.dmt"), "actions"))
     assert "".join(one["agent2"][0] for one in told) == "ccdddddddd"

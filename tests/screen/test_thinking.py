@@ -58,6 +58,14 @@ def waited(keys: Sequence[str]) -> Iterator[str]:
         yield "" if key == SHARE else key
 
 
+def until_judged(game: Game) -> Iterator[str]:
+    """Keys that end a heap, then frames until it was looked back at, and one after that."""
+    yield from ("1", "1")
+    while not game.verdict:
+        yield ""
+    yield "z"
+
+
 def test_an_agent_that_thinks_is_named_with_the_share_that_is_done() -> None:
     game = against(Deep())
     frames = played(game, "c", SHARE, "c-c").frames
@@ -150,7 +158,8 @@ def test_a_game_that_is_over_is_shown_while_it_is_looked_back_at() -> None:
 
 def test_what_is_over_before_it_is_cancelled_is_looked_back_at() -> None:
     RELEASED.set()
-    assert "review: " in played(heap(), "1", "1").last
+    game = heap()
+    assert "review: " in press(game, until_judged(game), (80, 24), moment=0.0).last
 
 
 @dataclass(frozen=True)
@@ -184,14 +193,14 @@ def test_ctrl_c_while_an_agent_thinks_ends_the_game_in_lines() -> None:
     assert not isinstance(caught.value, Cancelled)
 
 
-MOVE, LOOK = About("optimal is thinking", move=True), About("thinking of a hint")
+MOVE, HINT = About("optimal is thinking", move=True), About("thinking of a hint")
 
 
 @pytest.mark.parametrize(
     ("about", "acts", "cancels"),
     [
         (MOVE, {"q", "c-d"}, {"c-c", "escape", "backspace", "P", "A"}),
-        (LOOK, {"q", "c-d", "backspace", "P", "A", ":", "h", "?"}, {"c-c", "escape"}),
+        (HINT, {"q", "c-d", "backspace", "P", "A", ":", "h", "?"}, {"c-c", "escape"}),
     ],
 )
 def test_what_a_key_does_meanwhile(about: About, acts: set[str], cancels: set[str]) -> None:

@@ -51,7 +51,7 @@ def kept(place: Path, **wishes: object) -> Game:
 
 FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
     ("hexworld", (), LARGE, False): """\
- dmplay hexworld    seed 7   turn 4/4   return -1.539   you: agent   turn limit
+ hexworld  turn 4/4  score (discounted) -1.539  you: agent  turn limit
  reach +10 or +5; keep off -10; a bump costs 1; 30% of steps slip aside
  ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   last     E
 │     │     │     │     │     │     │  @  │     │     │     │  moved    bumped
@@ -65,18 +65,18 @@ FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱
 @ you, ◆ pays, ✗ costs
 
- turn 1. at (6,2). chose W, moved W. reward 0. return 0.
- turn 2. at (5,2). chose W, moved W. reward 0. return 0.
- turn 3. at (5,2). chose SE, bumped, stayed. reward -1. return -0.81.
- turn 4. at (5,2). chose E, bumped, stayed. reward -1. return -1.539.
+ turn 1. at (6,2). chose W, moved W. reward 0. score 0.
+ turn 2. at (5,2). chose W, moved W. reward 0. score 0.
+ turn 3. at (5,2). chose SE, bumped, stayed. reward -1. score -0.81.
+ turn 4. at (5,2). chose E, bumped, stayed. reward -1. score -1.539.
  review: 1 of 4 moves the best, regret 4.35 in all, most in turn 2
  optimal on the same dice: 8.1; you -1.539
- over: turn limit after 4 turns. agent return -1.539, total -2.
+ over: turn limit after 4 turns. agent score (discounted) -1.539, total -2.
 
 
  Enter looks back  Tab hint  Bksp undo  ? help  q quit  : command""",
     ("hexworld", ("enter", "left"), LARGE, False): """\
- dmplay hexworld    seed 7   turn 2/4   return 0   you: agent
+ dmplay hexworld    seed 7   turn 2/4   score (discounted) 0   you: agent
  reach +10 or +5; keep off -10; a bump costs 1; 30% of steps slip aside
  ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   last     W
 │     │     │     │     │     │h ███│  @  │  l  │     │     │  moved    W
@@ -94,14 +94,14 @@ walls: u -1.16 n -1.16 y -1.47 b -1.47                           ne     3.64
                                                                  nw     3.32
                                                                  sw     3.32
 
- turn 2. at (5,2). chose W, moved W. reward 0. return 0.
+ turn 2. at (5,2). chose W, moved W. reward 0. score 0.
  regret ██[▆]▁  worst: turn 2, 1, 3
  turn 3 of 4: chose se; e was better by 1.16.
 
 
  ← → turns  Enter plays on  N new  ? help  q quit  : command""",
     ("hexworld", ("enter", "left"), SMALL, True): """\
- hexworld  turn 2/4  return 0  you: agent
+ hexworld  turn 2/4  score 0  you: agent
  / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\
 |   |   |   |   |   | h#| @ | l*|   |   |
  \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ /
@@ -116,7 +116,7 @@ walls: u -1.16 n -1.16 y -1.47 b -1.47
 
  < > turns  Enter plays on  ? help  q quit""",
     ("crying-baby", (), SMALL, False): """\
- crying-baby  turn 5/5  return -19.423  turn limit
+ crying-baby  turn 5/5  score -19.423  turn limit
 heard  quiet
 
 sated   ███████████████████▊ 0.989
@@ -125,20 +125,20 @@ history of hungry ▅▁▁▁▁▁··············
 truly sated
 
  optimal on the same dice: -15; you -19.423
- over: turn limit after 5 turns. agent return
-   -19.423, total -21.
+ over: turn limit after 5 turns. agent score
+   (discounted) -19.423, total -21.
  rows 24-26 of 26: PgUp PgDn Home End
 
  Enter looks back  ? help  q quit  : command""",
     ("crying-baby", ("left", "left"), SMALL, False): """\
- crying-baby  turn 3/5  return -15.45  you: agent
+ crying-baby  turn 3/5  score -15.45  you: agent
 heard  quiet
 
 sated   ███████████████████▌ 0.973
 hungry  ▌··················· 0.027
 history of hungry ▅▁▁▁················
 truly sated
-loses  i best  s ▏··· 0.139  f ████ 3.05
+hint  i best  s ▏··· -0.139  f ████ -3.05
 
  regret ▁▂▁[█]▂  worst: turn 4, 2, 5
  turn 4 of 5: chose feed; ignore was better by
@@ -146,32 +146,32 @@ loses  i best  s ▏··· 0.139  f ████ 3.05
 
  ← → turns  Enter plays on  ? help  q quit""",
     ("crying-baby", ("left", "left"), LARGE, True): """\
- dmplay crying-baby    seed 7   turn 3/5   return -15.45   you: agent
+ crying-baby  turn 3/5  score (discounted) -15.45  you: agent
  keep the baby sated; hunger costs 10; feeding 5; singing 0.5
-heard  quiet                                               reward   0
-                                                           discount 0.90
-sated   #######################################. 0.973     worth
-hungry  #....................................... 0.027       ignore -16.89
-history of hungry =___                                       sing   -17.03
-                                                             feed   -19.94
+heard  quiet                                                reward   0
+                                                            discount 0.90
+sated   #######################################. 0.973      worth
+hungry  #....................................... 0.027        ignore -16.89
+history of hungry =___                                        sing   -17.03
+                                                              feed   -19.94
 expected reward  hunger  effort     sum  in the end
 i ignore          -0.27   +0.00   -0.27  best
-s sing            -0.27   -0.50   -0.77  .......... 0.139
-f feed            -0.27   -5.00   -5.27  ########## 3.05
+s sing            -0.27   -0.50   -0.77  .......... -0.139
+f feed            -0.27   -5.00   -5.27  ########## -3.05
 
 a hungry baby cries 80%, sung to 90%
 a sated one 10%, sung to 0%; unfed, 10% get hungry
 truly sated
 
  turn 3. quiet. chose ignore. belief: sated 0.973, hungry 0.027. reward 0.
-   return -15.45.
+   score -15.45.
  regret _._[#].  worst: turn 4, 2, 5
  turn 4 of 5: chose feed; ignore was better by 3.05.
 
 
  < > turns  Enter plays on  N new  ? help  q quit  : command""",
     ("crying-baby", (), LARGE, False): """\
- crying-baby  turn 5/5  return -19.423  you: agent  turn limit
+ crying-baby  turn 5/5  score (discounted) -19.423  you: agent  turn limit
  keep the baby sated; hunger costs 10; feeding 5; singing 0.5
 heard  quiet                                            reward   -0.5
                                                         discount 0.90
@@ -191,7 +191,7 @@ truly sated
    [0.989, 0.01099].
  review: 2 of 5 moves the best, regret 3.35 in all, most in turn 4
  optimal on the same dice: -15; you -19.423
- over: turn limit after 5 turns. agent return -19.423, total -21.
+ over: turn limit after 5 turns. agent score (discounted) -19.423, total -21.
  rows 16-19 of 19: PgUp PgDn Home End
 
  Enter looks back  Tab hint  Bksp undo  ? help  q quit  : command""",
@@ -222,8 +222,8 @@ def test_keys_lead_to_any_turn_and_no_further() -> None:
 def test_what_the_end_alone_may_tell_is_told_of_every_turn() -> None:
     shown = pressed(over("crying-baby"), *["left"] * 5)
     assert "truly hungry" in shown
-    assert "return 0 " in shown
-    assert "reward -15.\n   return -15." in pressed(over("crying-baby"), *["left"] * 4)
+    assert "score (discounted) 0 " in shown
+    assert "reward -15.\n   score -15." in pressed(over("crying-baby"), *["left"] * 4)
 
 
 @pytest.mark.parametrize("key", ["left", "right", "home", "end", "enter"])
@@ -273,10 +273,8 @@ def test_another_end_is_judged_anew() -> None:
 
 
 def test_moves_that_nobody_can_value_are_named() -> None:
-    played = game("prisoners-dilemma", "human", "grim", turns=2)
-    screen = Screen(Table(played), Terminal(True, "", True, True, False))
-    shown = pressed(screen, "c", "d", "left")
-    assert "turn 2 of 2: chose defect." in shown
+    shown = pressed(over("simple-regulator"), "enter")
+    assert "turn 2 of 2: chose 0." in shown
     assert "regret" not in shown
 
 
@@ -308,7 +306,7 @@ def test_a_key_of_the_game_that_comes_too_late_does_not_look_back() -> None:
 
 
 def test_other_keys_do_what_they_do_at_the_end() -> None:
-    assert "keys\n" in pressed(over("hexworld"), "enter", "?")
+    assert "You are @" in pressed(over("hexworld"), "enter", "?")
     assert "no hint: the game is over" in pressed(over("hexworld"), "enter", "tab")
     assert "x: no such key" in pressed(over("hexworld"), "enter", "x")
     assert "turn 4 of 4" in pressed(over("hexworld"), "enter", "x")

@@ -6,7 +6,7 @@ import pytest
 
 import dmplay
 from dmplay.chance import Reals
-from dmplay.errors import BadParameter
+from dmplay.errors import BadParameter, TooMuch
 from dmplay.solvers import alpha_vectors, value_iteration
 from dmplay.solvers.envelope import envelope
 from dmplay.tabular import Tables, tabulate
@@ -150,6 +150,11 @@ def test_an_optimum_without_a_finite_controller_is_told_with_its_gap(
     assert 0 < stage.gap < 0.05
     hungry = alpha_vectors.values(stage.vectors, np.array([[0.0, 1.0]]))[0]
     assert -15.0 - stage.gap <= hungry <= -15.0 + 1e-9  # fed once
+
+
+def test_stages_without_number_are_refused_before_the_first() -> None:
+    with pytest.raises(TooMuch, match="alpha vectors: more than"):
+        alpha_vectors.stages(tables("crying-baby"), 1.0, 10**9)
 
 
 def test_a_problem_whose_state_is_seen_is_refused() -> None:

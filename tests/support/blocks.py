@@ -81,6 +81,7 @@ class Reader:
         for name, value in (plain | {"PATH": f"{commands}:{plain['PATH']}"}).items():
             monkeypatch.setenv(name, value)
         monkeypatch.setattr(sys, "dont_write_bytecode", True)  # files change within a second
+        monkeypatch.setattr(sys, "path", [*sys.path])  # to which the folders of files are added
         monkeypatch.chdir(folder)
 
     def follow(self, document: str) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay import laws
+from dmplay import samples
 from dmplay.chance import Array, Reals
 from dmplay.core import Policy, Problem
 from dmplay.dice import NATURE, uniforms
@@ -17,7 +17,7 @@ from dmplay.finding.names import problem_names
 from dmplay.policies.general import Random
 from dmplay.session import Past
 
-SEED = laws.SEED
+SEED = samples.SEED
 SOME = 4  # turns of a game that is played on for a while
 ROWS = 20_011  # a prime, so that no vector width divides it
 CASES = [
@@ -49,12 +49,12 @@ def draws(count: int, turn: int, rows: int = ROWS, stream: int = NATURE) -> Real
 
 def anything(problem: Problem, s: Array | None, turn: int, rows: int = ROWS) -> Array:
     """Random joint actions `[B, n]`: legal ones in states `s`, or any."""
-    return laws.actions(problem, s, turn, rows)
+    return samples.actions(problem, s, turn, rows)
 
 
 def frozen(*arrays: Array) -> tuple[Array, ...]:
     """The same arrays, which raise an error where they are written to."""
-    return laws.frozen(*arrays)
+    return samples.frozen(*arrays)
 
 
 def same(one: Any, other: Any) -> bool:

@@ -6,7 +6,7 @@ from functools import cache
 from dmplay import laws
 from dmplay.breach import Breach, Facts
 from dmplay.core import Problem
-from dmplay.laws import WALK, Turns
+from dmplay.samples import WALK, Turns, turns
 from tests.support.cases import ROWS, anything, frozen, load
 
 
@@ -14,7 +14,7 @@ from tests.support.cases import ROWS, anything, frozen, load
 def pool(name: str) -> Turns:
     """Row r is what the r-th game is at after r % WALK turns; any action, legal or not."""
     problem = load(name)
-    return laws.turns(problem, ROWS)._replace(a=frozen(anything(problem, None, WALK))[0])
+    return turns(problem, ROWS)._replace(a=frozen(anything(problem, None, WALK))[0])
 
 
 def broken(problem: Problem, law: Callable[[], Facts]) -> list[Breach]:

@@ -19,8 +19,8 @@ from dmplay.game.keymap import AS_DRAWN, Keys
 from dmplay.game.request import Request
 from dmplay.game.seats import HUMAN, people, seat_policy
 from dmplay.game.table import Table
+from dmplay.painting.painter import Painter
 from dmplay.screen import toolkit
-from dmplay.screen.painter import Painter
 from dmplay.screen.screen import Screen
 from dmplay.screen.shown import Room
 from dmplay.session import Session, Source
@@ -118,7 +118,7 @@ class Easel(Painter):
     """A painter on paper."""
 
     def __init__(self, paper: Paper, columns: int, rows: int) -> None:
-        super().__init__(paper, "default")
+        super().__init__(paper, "default", fills=True)
         self.paper = paper
         self.resize(columns, rows)
 
@@ -143,11 +143,13 @@ class Watched(Screen):
         self.pipe = pipe
         self.paper = paper
         self.frames: list[str] = []
+        self.motion.step = 0.0
 
     def paint(self, painter: Painter) -> None:
-        """Paints, and looks."""
+        """Paints, and looks once nothing moves."""
         super().paint(painter)
-        self._look(None)
+        if not self.motion.moves:
+            self._look(None)
 
     def upper(self, room: Room) -> Text:
         """The screen's own, for the command row; the first time, asks to be told of its frames."""

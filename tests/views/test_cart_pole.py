@@ -19,12 +19,12 @@ def leaning() -> Session:
     ("view", "fate", "push", "numbers"),
     [
         (leaning().view(0), "stands", "right",
-         "x +1.01 m, v +0.59 m/s, theta +11.0 deg, omega +21 deg/s"),
+         "place +1.01 m, speed +0.59 m/s, lean +11.0 deg, swing +21 deg/s"),
         (started("cart-pole", [1.0, 0.4, -0.2, -0.6], [1]).view(0), "fell to the left", "right",
-         "x +1.01 m, v +0.60 m/s, theta -12.1 deg, omega -54 deg/s"),
+         "place +1.01 m, speed +0.60 m/s, lean -12.1 deg, swing -54 deg/s"),
         (started("cart-pole:gym", [2.39, 1.0, 0.05, 0.6], [1]).view(0),
          "off the track on the right", "right",
-         "x +2.41 m, v +1.19 m/s, theta +3.6 deg, omega +19 deg/s"),
+         "place +2.41 m, speed +1.19 m/s, lean +3.6 deg, swing +19 deg/s"),
     ],
 )  # fmt: skip
 def test_how_the_pole_fares_is_told_first_and_its_limits_last(

@@ -16,16 +16,16 @@ def rolling() -> Session:
 
 def test_a_rolling_car_is_told_with_its_goal() -> None:
     view = rolling().view(0)
-    assert mountain_car.told(view) == "rolls left at -0.0477, x -0.948. coasted."
+    assert mountain_car.told(view) == "rolls left at -0.0477, place -0.948. coasted."
     assert mountain_car.situation(view) == (
-        "rolls left at -0.0477, x -0.948. height -0.29. goal x >= 0.6."
+        "rolls left at -0.0477, place -0.948. height -0.29. goal x >= 0.6."
     )
 
 
 def test_a_car_at_its_goal_is_told_so() -> None:
     view = started("mountain-car", [0.58, 0.05], [2]).view(0)
-    assert mountain_car.told(view) == "at the goal, x +0.600. drove right."
-    assert mountain_car.situation(view) == "at the goal, x +0.600. height +0.97. goal x >= 0.6."
+    assert mountain_car.told(view) == "at the goal, place +0.600. drove right."
+    assert mountain_car.situation(view) == "at the goal, place +0.600. height +0.97. goal x >= 0.6."
 
 
 def test_a_car_at_the_left_wall_keeps_rolling() -> None:

@@ -167,6 +167,16 @@ def test_the_hunt_is_told_from_where_one_stands() -> None:
     )
 
 
+def test_each_of_many_has_a_score() -> None:
+    problem = dmplay.load("predator-prey", predators=2)
+    game = dmplay.Session(problem, dmplay.Dice(7))
+    for _ in range(4):
+        game.advance([0, 3, 0])
+    scores = {name: told for name, told in predator_prey.panel(game.view(1)) if "score" in name}
+    each = zip(("A", "B", "o"), game.returns(), strict=True)
+    assert scores == {f"score {mark}": f"{total:.4g}" for mark, total in each}
+
+
 def test_the_other_predator_is_no_key_of_the_board() -> None:
     left = {label: key for key, label in LEFT.items()}
     shown = fit(predator_prey, after(seat=1), Look(80, 24, keys=True, names=left)).plain

@@ -40,16 +40,11 @@ def tiles() -> Session:
     return game
 
 
-def advised() -> Session:
-    """An encounter ten seconds old."""
-    before, draws = [1, 1, 1, 2, 2, 2, 2, 0, 0, 1], [[0.5]] * 8 + [[0.1]] * 2
-    return started("collision-avoidance", [40.0, -3.0, 0.0, 40.0], before, *draws)
-
-
-def pushed() -> Session:
-    """A number after three pushes."""
-    draws = [0.5, 0.25], [0.7, 0.6], [0.9, 0.1]
-    return started("simple-regulator", [0.9], [-0.6, -0.7, 0.25], *draws)
+def slid() -> Session:
+    """The same board after a slide up."""
+    game = tiles()
+    game.advance([3], np.array([0.9, 0.0]))
+    return game
 
 
 def now(game: Session, seat: int = 0) -> View[Problem]:
@@ -57,12 +52,12 @@ def now(game: Session, seat: int = 0) -> View[Problem]:
     return game.view(seat)
 
 
-EXIT, BORDER = hexworld(9, 0), hexworld(8, 1)
+EXIT = hexworld(9, 0)
 HUNT, BLIND = played("predator-prey", "sw e"), played("collaborative-predator-prey", "e w", "ne w")
-TILES, ENCOUNTER, NUMBER = tiles(), advised(), pushed()
+TILES = tiles()
 CART = started("cart-pole", [1.0, 0.4, 0.18, 0.6], [1])
 EDGE = started("cart-pole", [2.2, 0.4, 0.18, 0.6], [1])
-CAR = started("mountain-car", [-0.9, -0.05], [0])
+SLID = slid()
 SLIDES = losing(math.nan, 2.5, 0, 40)
 
 FRAMES = {
@@ -81,75 +76,6 @@ FRAMES = {
 │     │     │ -10 │     │     │     │     │     │     │ +10 │
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱
 any key collects +10"""),
-    "each way on says what is lost by it": (
-        now(BORDER),
-        LARGE._replace(regret=losing(0, 0.21, 1.2, 1.5, 0.9, 0.4)),
-        """
- ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲
-│     │     │     │     │     │     │     │     │y ██▍│u ▍  │
-│     │     │     │     │     │     │     │     │-1.20│-0.21│
-  ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
-   │  ◆  │     │     │     │     │           │h ███│  @  │
-   │  +5 │     │     │     │     │           │-1.50│     │
- ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲     ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲
-│     │     │  ✗  │     │     │     │     │     │     │◆ n ▊│
-│     │     │ -10 │     │     │     │     │     │     │-0.40│
-  ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱
-walls: l best b -0.90"""),
-    "each way on says what is lost by it, small and in ascii": (
-        now(BORDER),
-        PLAIN._replace(regret=losing(0, 0.21, 1.2, 1.5, 0.9, 0.4)),
-        r"""
- / \ / \ / \ / \ / \ / \ / \ / \ / \ / \
-|   |   |   |   |   |   |   |   | y | u |
- \ / \ / \ / \ / \ / \ / \ / \ / \ / \ /
-  | + |   |   |   |   |       | h#| @ |
- / \ / \ / \ / \   \ / \ / \ / \ / \ / \
-|   |   | x |   |   |   |   |   |   |+ n|
- \ / \ / \ / \ /     \ / \ / \ /     \ /
-walls: l best b -0.90"""),
-    "each hex says how likely a step ends there": (
-        now(BORDER),
-        LARGE._replace(outlook=foreseen(BORDER, 2)),
-        """
- ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲
-│     │     │     │     │     │     │     │     │ 0.70│ 0.15│
-│     │     │     │     │     │     │     │     │     │     │
-  ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
-   │  ◆  │     │     │     │     │           │ 0.15│  @  │
-   │  +5 │     │     │     │     │           │     │     │
- ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲     ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲
-│     │     │  ✗  │     │     │     │     │     │     │  ◆  │
-│     │     │ -10 │     │     │     │     │     │     │ +10 │
-  ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱
-if NW, how likely each hex is"""),
-    "each hex says how likely a step ends there, small and in ascii": (
-        now(BORDER),
-        PLAIN._replace(outlook=foreseen(BORDER, 2)),
-        r"""
- / \ / \ / \ / \ / \ / \ / \ / \ / \ / \
-|   |   |   |   |   |   |   |   |.70|.15|
- \ / \ / \ / \ / \ / \ / \ / \ / \ / \ /
-  | + |   |   |   |   |       |.15| @ |
- / \ / \ / \ / \   \ / \ / \ / \ / \ / \
-|   |   | x |   |   |   |   |   |   | + |
- \ / \ / \ / \ /     \ / \ / \ /     \ /
-if NW, how likely each hex is"""),
-    "the predator sees who it is": (
-        now(HUNT),
-        SMALL._replace(width=60, height=12, keys=True),
-        """
-    ╱   ╲ ╱   ╲ ╱   ╲
-   │     │  y  │  u  │
-   │     │     │     │
- ╱   ╲ ╱   ╲ ╱   ╲ ╱     ╱   ╲ ╱   ╲
-│     │     │  A  │     │     │     │
-│     │     │ you │     │     │     │
-  ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
-   │     │  b  │  o  │     │     │
-   │     │     │  n  │     │     │
-     ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
-A is you, o is the prey"""),
     "the prey has the same glyph for itself": (
         now(HUNT, 1),
         SMALL._replace(keys=True),
@@ -161,78 +87,48 @@ A is you, o is the prey"""),
  ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱
   │   │ h │ o │ l │   │
    ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱"""),
-    "the way that leads to somebody says what is lost by it": (
-        now(HUNT),
-        LARGE._replace(width=60, regret=losing(1, 2, 3, 2, 1, 0)),
-        """
-    ╱   ╲ ╱   ╲ ╱   ╲
-   │     │y ███│u ██ │
-   │     │-3.00│-2.00│
- ╱   ╲ ╱   ╲ ╱   ╲ ╱     ╱   ╲ ╱   ╲
-│     │     │  A  │     │     │     │
-│     │     │ you │     │     │     │
-  ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
-   │     │b █  │ o n │     │     │
-   │     │-1.00│ best│     │     │
-     ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
-walls: l -1.00 h -2.00"""),
-    "in the hunt both may come to a hex": (
-        now(HUNT),
-        LARGE._replace(width=60, ascii=True, outlook=foreseen(HUNT, 5)),
-        r"""
-    /   \ /   \ /   \
-   |     |     |     |
-   |     |     |     |
- /   \ /   \ /   \ /     /   \ /   \
-|     |     |  A  |     |     |     |
-|     |     | 0.15|     |     |     |
-  \ /   \ /   \ /   \ /   \ /   \ /
-   |     | 0.15|  o  |o0.70|     |
-   |     |     | 0.70|     |     |
-     \ /   \ /   \ /   \ /   \ /
-if SE, how likely"""),
     "the blind hunt in shades": (
         now(BLIND),
         LARGE._replace(width=60),
         """
     ╱   ╲ ╱   ╲ ╱   ╲
-   │  @@ │  @  │ @@@@│
-   │█████│▇▇▇▇▇│▅▅▅▅▅│
+   │  @  │  @  │  @@ │
+   │█████│█████│▆▆▆▆▆│
  ╱   ╲ ╱   ╲ ╱   ╲ ╱     ╱   ╲ ╱   ╲
-│  @  │     │  @  │     │  @@ │ @28%│
-│█10%█│     │█████│     │▇▇▇▇▇│▆▆▆▆▆│
+│     │     │  @  │     │  @  │ @28%│
+│█10%█│     │█████│     │█████│▆▆▆▆▆│
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
-   │  @  │     │  @  │     │  @  │
-   │██9%█│█10%█│█████│▇▇▇▇▇│▇▇▇▇▇│
+   │     │     │  @  │     │     │
+   │██9%█│█10%█│█████│█████│█████│
      ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
-sensed nothing. @ you, █ prey if likely"""),
+@ you, █ prey if likely"""),
     "the blind hunt in shades, small and in ascii": (
         now(BLIND),
         PLAIN,
         r"""
    / \ / \ / \
-  |@##|@**|@==|
+  |@##|@##|@++|
  / \ / \ / \ /   / \ / \
-|###|   |@##|   |@**|@++|
+|###|   |@##|   |@##|@++|
  \ / \ / \ / \ / \ / \ /
-  |#9%|###|@##|***|***|
+  |#9%|###|@##|###|###|
    \ / \ / \ / \ / \ /
-sensed nothing. @ you, # prey if likely"""),
+@ you, # prey if likely"""),
     "where the prey would be after either sense": (
         now(BLIND),
         LARGE._replace(width=60, height=13, outlook=foreseen(BLIND, 4)),
         """
     ╱   ╲ ╱   ╲ ╱   ╲
-   │▇▇▇▇▇│█10%█│▅▅▅▅▅│
-   │▃▃▃▃▃│▄▄▄▄▄│▁▁▁▁▁│
+   │█████│█10%█│▆▆▆▆▆│
+   │▄▄▄▄▄│▄▄▄▄▄│▂▂▂▂▂│
  ╱   ╲ ╱   ╲ ╱   ╲ ╱     ╱   ╲ ╱   ╲
-│█10%█│     │█10%█│     │█████│▅▅▅▅▅│
-│▂▂▂▂▂│     │█19%█│     │▂▂▂▂▂│▁▁▁▁▁│
+│█10%█│     │█10%█│     │█████│▆▆▆▆▆│
+│▂▂▂▂▂│     │█19%█│     │▂▂▂▂▂│▂▂▂▂▂│
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
-   │▇▇▇▇▇│▇▇▇▇▇│▆▆▆▆▆│▆▆▆▆▆│█████│
-   │▃▃▃▃▃│█17%█│█18%█│▇▇▇▇▇│▂▂▂▂▂│
+   │█████│█████│▆▆▆▆▆│▆▆▆▆▆│█████│
+   │▄▄▄▄▄│█17%█│█18%█│█████│▂▂▂▂▂│
      ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
-if SW, where the prey is
+if you go SW, where the prey is
 upper: nothing 95%, lower: prey 5%"""),
     "who truly was where": (
         now(BLIND),
@@ -240,13 +136,13 @@ upper: nothing 95%, lower: prey 5%"""),
         """
     ╱   ╲ ╱   ╲ ╱   ╲
    │     │     │     │
-   │█████│▇▇▇▇▇│▅▅▅▅▅│
+   │█████│█████│▆▆▆▆▆│
  ╱   ╲ ╱   ╲ ╱   ╲ ╱     ╱   ╲ ╱   ╲
 │  @  │     │  B  │     │  o  │     │
-│█10%█│     │█████│     │▇▇▇▇▇│▆▆▆▆▆│
+│█10%█│     │█████│     │█████│▆▆▆▆▆│
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
    │     │     │     │     │     │
-   │██9%█│█10%█│█████│▇▇▇▇▇│▇▇▇▇▇│
+   │██9%█│█10%█│█████│█████│█████│
      ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
 truly @ predator1, B predator2, o prey"""),
     "the actions of the blind from the best down": (
@@ -254,89 +150,34 @@ truly @ predator1, B predator2, o prey"""),
         SMALL._replace(regret=losing(1.3, 1.04, 0.78, 0.52, 0.26, 0)),
         """
    ╱ ╲ ╱ ╲ ╱ ╲
-  │@██│@▇▇│@▅▅│
+  │@██│@██│@▆▆│
  ╱ ╲ ╱ ╲ ╱ ╲ ╱   ╱ ╲ ╱ ╲
-│███│   │@██│   │@▇▇│@▆▆│
+│███│   │@██│   │@██│@▆▆│
  ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱
-  │█9%│███│@██│▇▇▇│▇▇▇│
+  │█9%│███│@██│███│███│
    ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱
-n best, b -0.26, h -0.52, y -0.78, u -1.04, l -1.3"""),
-    "each edge says what is lost by a slide": (
-        now(TILES),
-        SMALL._replace(regret=SLIDES),
+hint  n best  b -0.26  h -0.52  y -0.78  u -1.04"""),
+    "tiles half on their way, two of them to the same cell": (
+        now(SLID),
+        SMALL._replace(height=10, passed=0.5),
         """
-       ┌───── ↑ -40.00 █████ ──────┐
-       │  2   │  ·   │  ·   │  ·   │
-       ├──────┼──────┼──────┼──────┤
-       │  ·   │  ·   │  ·   │  ·   │ →
-       ├──────┼──────┼──────┼──────┤ best
-       │  ·   │  ·   │  ·   │  ·   │
-       ├──────┼──────┼──────┼──────┤
-       │  2   │  4   │  ·   │  ·   │
-       └──────┴ ↓ -2.50 ▎ ──┴──────┘"""),
-    "four rows of tiles in a frame": (
-        now(TILES),
-        SMALL._replace(height=8, regret=SLIDES),
-        """
-       ┌── ↑ -40.00 █████ ───┐
-       │    2    ·    ·    · │ →
-       │    ·    ·    ·    · │ best
-       │    ·    ·    ·    · │
-       │    2    4    ·    · │
-       └──── ↓ -2.50 ▎ ──────┘"""),
+┌──────┬──────┬──────┬──────┐
+│  2   │      │      │      │
+├──────┼──────┼──────┼──────┤
+│      │      │      │      │
+├  2   ┼  4   ┼──────┼──────┤
+│      │      │      │      │
+├──────┼──────┼──────┼──────┤
+│      │      │      │      │
+└──────┴──────┴──────┴──────┘"""),
     "four rows of tiles without one": (
         now(TILES),
         PLAIN._replace(height=4, regret=SLIDES),
         """
-    2    .    .    .  ^ -40.00
+    2    .    .    .  ^ -40
     .    .    .    .
     .    .    .    .  > best
-    2    4    .    .  v -2.50"""),
-    "the board after a slide, and where a tile may come": (
-        now(TILES),
-        SMALL._replace(outlook=foreseen(TILES, 2)),
-        """
-┌ if right: pays 0 ──┬──────┐
-│  8%  │  8%  │  8%  │  2   │
-├──────┼──────┼──────┼──────┤
-│  8%  │  8%  │  8%  │  8%  │
-├──────┼──────┼──────┼──────┤
-│  8%  │  8%  │  8%  │  8%  │
-├──────┼──────┼──────┼──────┤
-│  8%  │  8%  │  2   │  4   │
-└──────┴──────┴──────┴──────┘"""),
-    "the board after a slide in ascii": (
-        now(TILES),
-        PLAIN._replace(outlook=foreseen(TILES, 1)),
-        """
-+ if down: pays 4 ---+------+
-|  7%  |  7%  |  7%  |  7%  |
-+------+------+------+------+
-|  7%  |  7%  |  7%  |  7%  |
-+------+------+------+------+
-|  7%  |  7%  |  7%  |  7%  |
-+------+------+------+------+
-|  4   |  4   |  7%  |  7%  |
-+------+------+------+------+"""),
-    "a straight pole beside the panel that has its numbers": (
-        now(CART),
-        LARGE._replace(height=17),
-        """
-                                            ●
-                                            │
-                                            │
-                                           │
-                                           │
-                                           │
-                                          │
-                                          │
-                                         │
-                                       ┌─┴─┐
-                                      →└o─o┘
-   ╋━━━━━━━━━━━━━━━━━━━━━━━━━━┷━━━━━━━━━━━━━━━━━━━━━━━━━━╋
--2.4                       place x                     +2.4 m
-   ├┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┼┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄●┄┤
--12                      lean theta                   +12 deg"""),
+    2    4    .    .  v -2.5"""),
     "the cart says what is lost by a push": (
         now(CART),
         SMALL._replace(regret=losing(0.5, 0)),
@@ -345,10 +186,11 @@ n best, b -0.26, h -0.52, y -0.78, u -1.04, l -1.3"""),
                            │
                            │
                           │
-                -0.50 ← ┌─┴─┐ → best
+                 -0.5 ← ┌─┴─┐ → best
                        →└o─o┘
    ╋━━━━━━━━━━━━━━━┷━━━━━━━━━━━━━━━╋
-x +1.01/2.4 v +0.59 th +11.0/12 om +21"""),
+place +1.01/2.4 m  speed +0.59 m/s
+lean +11.0/12 deg  swings +21 deg/s"""),
     "the cart says it where there is room": (
         now(EDGE),
         PLAIN._replace(regret=losing(0.5, 0)),
@@ -357,158 +199,11 @@ x +1.01/2.4 v +0.59 th +11.0/12 om +21"""),
                                    |
                                    |
                                   |
-                < -0.50  > best +-+-+
+                 < -0.5  > best +-+-+
                                >+o-o+
    #===============^===============#
-x +2.21/2.4 v +0.59 th +11.0/12 om +21"""),
-    "where a push leads": (
-        now(CART),
-        LARGE._replace(height=17, ascii=True, outlook=foreseen(CART, 1)),
-        """
-                                            *
-                                            |
-                                            |
-                                           |
-                                           |
-                                           |
-                                          |
-                                          |
-                                         |
-                                       +-+-+
-                                      >+o-o+
-   #==========================^==========================#
--2.4                       place x                     +2.4 m
-   +--------------------------+------------------------*o+
--12                      lean theta                   +12 deg
-
-if right: place +1.020 m, lean +11.42 deg"""),
-    "the car says what is lost by its engine": (
-        now(CAR),
-        LARGE._replace(height=14, regret=losing(0, 0.25, 1)),
-        """
-│← best  · -0.25  → -1.00
-│                                                           F
-│                                                           │
-│                                                ▁▃▄▅▆▇▇████▇
-│▃▁                                          ▂▄▆▇████████████
-│██▇▄▂                                   ▁▄▆█████████████████
-│██████▆←● ·                         ▁▃▅▇████████████████████
-│█████████▇▅▃▂                   ▁▃▅▇████████████████████████
-│██████████████▆▅▄▃▂▁▁▁▁▁▁▁▁▂▃▅▆▇████████████████████████████
--1.2                 -0.52                           goal 0.6
- ├┄┄┄┄┄┄┄┄●┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┼┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┤
--0.07                      speed v                      +0.07"""),
-    "where the engine leads": (
-        now(CAR),
-        LARGE._replace(height=14, ascii=True, outlook=foreseen(CAR, 2)),
-        """
-|
-|                                                           F
-|                                                           |
-|                                                _--==#######
-|-_                                          _-=#############
-|###-_                                   _-=#################
-|######=<* .                         _-=#####################
-|##########=-_                   _-=#########################
-|##############==--__________-==#############################
--1.2                 -0.52                           goal 0.6
- +--------*o------------------+----------------------------+
--0.07                      speed v                      +0.07
-
-if right: x -0.994 v -0.0453"""),
-    "the number beside the panel that tells it": (
-        now(NUMBER),
-        LARGE,
-        """
-                              │
-                              │
-                              │
-                              │
-                              │        ←────────────────∘
-                  ←────────────────────∘
-               ∘──────→       │
-                   ▁▅▇█▇▅▁    │
-               ▁▂▄▆███████▆▄▂▁│
- ├──────────────┬──────────●──┼──────────────┬─────────────┤
--1            -0.5            0            +0.5           +1
-● the number, ∘→ a push and its aim, ▄█▄ where chance took it"""),
-    "what a push costs now and next": (
-        now(NUMBER),
-        LARGE._replace(outlook=foreseen(NUMBER, 0.1)),
-        """
-                              │
-                              │
-                              │
-                              │
-                              │        ←────────────────∘
-                  ←────────────────────∘
-               ∘──────→       │
-                           ▁▅▅█▇▃
-                   ▁   ▁▁▆▆██████▇▇▄▄▁▁
- ├──────────────┬──────────●──┼──────────────┬─────────────┤
--1            -0.5            0            +0.5           +1
-if +0.100 (samples): costs 0.010 now, 0.011 next on average"""),
-    "what a push costs, small and in ascii": (
-        now(NUMBER),
-        PLAIN._replace(outlook=foreseen(NUMBER, 0.1)),
-        """
-                   |    <----------o
-            <-----------o
-          o--->    |
-               _.-=#+-._
- +--------+------*-+--------+--------+
--1      -0.5       0      +0.5      +1
-+0.10: 0.01 now, 0.01 next (samples)"""),
-    "where each advisory leads, by name": (
-        now(ENCOUNTER),
-        LARGE._replace(height=16),
-        """
- +300
-
-
- +150                                     ↑ ↑ ↑  climb
-                                    ↑ ↑ ↑
-      ···↑↑↑↑↓↓·              ↑ ↑ ↑           ▒▒
-    0 ┄┄┄┄┄┄┄┄┄┄◆┄↑┄↑┄↑┄↑┄↑┄↑┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄▒A
-                        ↓ ∘ ∘ ∘ ∘ ∘ ∘         ▒▒
-                                ↓ ↓ ↓ ∘ ∘ ∘ ∘ ∘
- -150                                 ↓ ↓ ↓      none
-                                            ↓ ↓  descend
-
- -300
-     40s       30s        20s       10s       0s
-will pass 127 m below A: clear"""),
-    "where each gust bears an advisory": (
-        now(ENCOUNTER),
-        LARGE._replace(height=16, ascii=True, outlook=foreseen(ENCOUNTER, 2)),
-        """
- +200                                         ^  climb
-                                          ^ ^ ^  climb
-                                      ^ ^ ^ ^ ^  climb
- +100                             ^ ^ ^ ^ ^
-                              ^ ^ ^ ^ ^       ::
-      ...^^^^vv.+     ^ ^ ^ ^ ^ ^ ^           ::
-    0 ------------^-^-^-^-^-^-^---------------:A
-                                              ::
-
- -100
-
-
- -200
-     40s       30s        20s       10s       0s
-if climb: rate -4.0 0.50, -6.0 0.25, -2.0 0.25"""),
-    "what is lost by each advisory": (
-        now(ENCOUNTER),
-        SMALL._replace(regret=losing(0.3, 0.01, 0)),
-        """
- +300
- +150                       ↑ ↑ ↑ ↑ ↑
-    0 ··↑↑↑↓↓·◆┄↑┄↑┄↑┄↑┄↑┄↑┄∘┄┄┄┄┄┄┄▒A
- -150                     ↓ ↓ ∘ ∘ ∘ ∘
- -300
-     40s     30s     20s    10s     0s
-◆ h +23 m  dh -5.0 m/s  30 s  none
-climb best, none -0.01, descend -0.30"""),
+place +2.21/2.4 m  speed +0.59 m/s
+lean +11.0/12 deg  swings +21 deg/s"""),
 }  # fmt: skip
 
 

@@ -32,9 +32,9 @@ def test_the_panel_has_what_the_number_costs() -> None:
 
 def test_a_push_is_told_with_its_aim() -> None:
     view = pushed().view(0)
-    assert simple_regulator.told(view) == "s -0.102. pushed -0.526 by +0.250, aimed at -0.276."
+    assert simple_regulator.told(view) == "number -0.102. pushed -0.526 by +0.250, aimed at -0.276."
     assert simple_regulator.situation(view) == (
-        "s -0.102. a turn here costs 0.010. push by a number from -10 to 10; noise of 0.1"
+        "number -0.102. a turn here costs 0.010. push by a number from -10 to 10; noise of 0.1"
         " comes on top."
     )
 
@@ -79,7 +79,7 @@ def test_the_smallest_noise_is_drawn() -> None:
 def test_the_start_is_told_with_what_can_be_done() -> None:
     view = started("simple-regulator:undiscounted", [0.36]).view(0)
     assert simple_regulator.situation(view) == (
-        "s +0.360. a turn here costs 0.130. push by a number from -10 to 10; noise of 0.1"
+        "number +0.360. a turn here costs 0.130. push by a number from -10 to 10; noise of 0.1"
         " comes on top."
     )
 

@@ -73,6 +73,7 @@ CASES = [
     ("dmplay figure F.1", [f"F.{n}" for n in range(10, 17)]),
     ("dmplay list PO", ["POMDP", "POMG"]),
     ("dmplay config ", ["show", "path"]),
+    ("dmplay verfy --ag", ["--agent"]),
 ]
 
 

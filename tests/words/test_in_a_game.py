@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from dmplay.cli.errands import understood
-from dmplay.errors import BadParameter
+from dmplay.errors import BadParameter, UnknownName
 from dmplay.game.request import Request
 from dmplay.game.start import new
 from dmplay.game.table import Table
@@ -46,6 +46,13 @@ def test_what_would_end_a_game_is_asked_first(line: str, table: Table) -> None:
     assert table.game is not played
 
 
+@pytest.mark.parametrize("line", ["set nothing 7", "set slip 3", "agent agent bst"])
+def test_what_cannot_be_is_refused_before_anything_is_asked(line: str, table: Table) -> None:
+    with pytest.raises((BadParameter, UnknownName)):
+        typed(table, line)
+    assert table.game.session.ending is None
+
+
 def test_a_game_without_a_turn_and_a_script_are_not_asked(table: Table) -> None:
     typed(table, "undo")
     assert typed(table, "set slip 0").startswith("new game")
@@ -54,7 +61,7 @@ def test_a_game_without_a_turn_and_a_script_are_not_asked(table: Table) -> None:
     assert typed(table, "set slip 0.1").startswith("new game")
 
 
-@pytest.mark.parametrize("form", ["svg", "film", "html", "cast"])
+@pytest.mark.parametrize("form", ["svg", "film", "html", "cast", "cast3"])
 def test_a_picture_is_written_to_a_file_not_over_the_board(
     form: str, table: Table, tmp_path: Path
 ) -> None:
@@ -92,9 +99,9 @@ def test_the_bare_locale_is_drawn_in_ascii(env: dict[str, str], ascii_: bool) ->
 @pytest.mark.parametrize(
     ("name", "title"),
     [
-        ("prisoners-dilemma", " prisoners-dilemma  turn 0/10  return 0"),
+        ("prisoners-dilemma", " prisoners-dilemma  turn 0/10  score 0"),
         ("multicaregiver-crying-baby", " multicaregiver-crying-baby  turn 0/20"),
-        ("hexworld", " hexworld  turn 0  return 0  you: agent"),
+        ("hexworld", " hexworld  turn 0  score 0  you: agent"),
     ],
 )
 def test_a_title_tells_a_fact_whole_or_not_at_all(name: str, title: str) -> None:

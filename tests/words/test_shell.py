@@ -204,7 +204,7 @@ def test_the_prompt_and_the_toolbar_tell_where_the_game_stands(place: Path) -> N
     assert (made.prompt, prompt.toolbar(made)) == ("dmplay> ", " F1 help")
     made.do("hw; e")
     assert made.prompt == "dmplay [hexworld t1]> "
-    assert prompt.toolbar(made) == " return 0.00 · at (8,2) · F1 help"
+    assert prompt.toolbar(made) == " score 0.00 · at (8,2) · F1 help"
     made.do("play crying-baby --turns 1")
     assert prompt.toolbar(made) == " F1 help"
     made.do("feed")

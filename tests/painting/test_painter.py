@@ -1,6 +1,7 @@
 """The painter: whatever stood on the screen before, a frame looks as if it were painted first."""
 
 import io
+from typing import Any
 
 import pyte
 import pytest
@@ -9,11 +10,16 @@ from hypothesis import strategies as st
 from rich.text import Text
 
 from dmplay import styles
-from dmplay.screen.painter import Painter, Place
+from dmplay.painting.painter import Painter
+from dmplay.painting.pen import pen, turned
+from dmplay.painting.writing import Place
 from tests.support.screens import Easel, Paper
 
 COLUMNS, ROWS = 24, 6
-STYLES = ("", "bold", "dim red", "reverse", "bold bright_cyan")
+STYLES = (
+    "", "bold", "dim red", "reverse", "bold bright_cyan", "bold color(16) on color(255)",
+    "on color(230) underline", "bold dim italic",
+)  # fmt: skip
 
 
 def painted(*frames: Text, cursor: Place | None = None) -> Easel:
@@ -26,9 +32,14 @@ def painted(*frames: Text, cursor: Place | None = None) -> Easel:
 
 
 def cells(easel: Easel) -> list[list[object]]:
-    """Every cell of the screen, glyph and style."""
+    """Every cell of the screen, glyph and style; of a blank, what is seen of it."""
     screen = easel.paper.screen
-    return [[screen.buffer[y][x] for x in range(COLUMNS)] for y in range(ROWS)]
+    return [[_seen(screen.buffer[y][x]) for x in range(COLUMNS)] for y in range(ROWS)]
+
+
+def _seen(cell: Any) -> object:
+    shows = cell.data != " " or cell.reverse or cell.underscore
+    return cell if shows else (cell.data, cell.bg)
 
 
 @st.composite
@@ -38,7 +49,8 @@ def rows(draw: st.DrawFn) -> Text:
     for _ in range(draw(st.integers(0, 3))):
         glyphs = draw(st.sampled_from(("ab ", "◆│ ", "深 x")))
         size = draw(st.integers(1, 4))
-        row.append(draw(st.text(glyphs, max_size=size)), draw(st.sampled_from(STYLES)))
+        piece = draw(st.text(glyphs, max_size=size)) + " " * draw(st.sampled_from((0, 0, 3, 7)))
+        row.append(piece, draw(st.sampled_from(STYLES)))
     return row
 
 
@@ -62,14 +74,22 @@ def test_rows_that_move_up_look_as_if_written_anew(lines: list[Text], by: int) -
 
 
 def test_a_log_that_moves_up_is_scrolled_not_written() -> None:
-    log = [Text(f"turn {turn}. moved to e.") for turn in range(9)]
+    log = [Text(f"{'abcdefghi'[turn] * 12} {turn}.") for turn in range(9)]
     title = Text("dmplay")
     easel = painted(frame(title, *log[:5]))
     start = easel.paper.tell()
     easel.paint(frame(title, *log[1:6]))
     written = easel.paper.getvalue()[start:]
     assert easel.paper.text.split("\n")[1:] == [line.plain for line in log[1:6]]
-    assert written == "\x1b[2;6r\x1b[6;1H\x1b[m\n\x1b[r\x1b[6;1Hturn 5. moved to e."
+    assert written == "\x1b[2H\x1b[M\x1b[6H\x1b[Lffffffffffff 5."
+
+
+def test_rows_that_are_written_anew_in_fewer_bytes_are_not_moved() -> None:
+    title, log = Text("dmplay"), [Text(f"turn {turn}. moved on to e.") for turn in range(3)]
+    easel = painted(frame(title, *log[:2]))
+    start = easel.paper.tell()
+    easel.paint(frame(title, *log[1:]))
+    assert easel.paper.getvalue()[start:] == "\x1b[2;6H1\x1b[3;6H2"
 
 
 def test_one_changed_cell_costs_one_jump_and_one_character() -> None:
@@ -77,6 +97,30 @@ def test_one_changed_cell_costs_one_jump_and_one_character() -> None:
     start = easel.paper.tell()
     easel.paint(frame(Text("│  h  │  o  │")))
     assert easel.paper.getvalue()[start:] == "\x1b[1;10Ho"
+
+
+def test_a_filled_cell_becomes_an_empty_one_with_its_dot() -> None:
+    before = frame(Text("│").append("    2    ", "bold color(16) on color(255)").append("│"))
+    now = frame(Text("│").append("    ·    ", "dim").append("│"))
+    assert cells(painted(before, now)) == cells(painted(now))
+
+
+def test_many_blanks_are_erased_and_jumped_over() -> None:
+    easel = painted(frame(Text("│ eight-cells │ e │")))
+    start = easel.paper.tell()
+    easel.paint(frame(Text("│             │ o │")))
+    assert easel.paper.getvalue()[start:] == "\x1b[1;3H\x1b[11X\x1b[14Co"
+
+
+def test_the_pen_changes_in_few_codes() -> None:
+    tile, other = pen("1;38;5;16;48;5;255"), pen("1;38;5;16;48;5;230")
+    assert turned(tile, other) == "\x1b[48;5;230m"
+    assert turned(tile, pen("1")) == "\x1b[0;1m"
+    assert turned(pen("1;31"), pen("1")) == "\x1b[39m"
+    assert turned(pen("1"), pen("2")) == "\x1b[0;2m"
+    assert turned(pen("1;2;31"), pen("1;31")) == "\x1b[22;1m"
+    assert turned(tile, pen("")) == "\x1b[m"
+    assert turned(pen(""), pen("")) == ""
 
 
 def test_a_frame_that_is_the_same_writes_nothing() -> None:

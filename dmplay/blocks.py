@@ -1,0 +1,202 @@
+"""Work on many games, done in blocks: here, in processes of this machine, or by any executor.
+
+What comes of a game does not depend on its block, so no result depends on who did it.
+"""
+
+import math
+import os
+import pickle
+import signal
+import time
+from collections import Counter
+from collections.abc import Callable, Generator, Iterator
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    wait,
+)
+from functools import lru_cache
+from multiprocessing import get_all_start_methods, get_context
+from typing import Any, Generic, Literal, NamedTuple, TypeVar
+
+from dmplay.budget import between
+from dmplay.errors import BadParameter, LostGames
+
+R = TypeVar("R")
+Work = Callable[[range], R]  # what is done with the games of a block
+Workers = int | Literal["auto"]
+MOST = 16_384  # games of a block
+PAYS = 4.0  # seconds of work left for which processes are started
+TRIES = 3  # before a block is given up
+AHEAD = 2  # blocks for each worker, so that none waits for the next
+
+
+class _Found(NamedTuple, Generic[R]):
+    """What came of a block."""
+
+    result: R
+
+
+class _Met(NamedTuple):
+    """The error that the work met."""
+
+    error: Exception
+
+
+_Answer = _Found[R] | _Met
+
+
+class _Blocks:
+    """Games cut into blocks of a size; smaller at the end, so that all workers end together."""
+
+    def __init__(self, games: range, size: int, workers: int) -> None:
+        self.left, self.size, self.workers = games, size, workers
+
+    def next(self) -> range:
+        """The next block; empty when there is none."""
+        many = min(self.size, math.ceil(len(self.left) / self.workers))
+        block, self.left = self.left[:many], self.left[many:]
+        return block
+
+
+def done(
+    work: Work[R],
+    games: range,
+    *,
+    size: int = MOST,
+    workers: Workers = 1,
+    executor: Executor | None = None,
+) -> Iterator[tuple[range, R]]:
+    """Each block of at most `size` games with what came of it, in any order.
+
+    Done in this process, in so many others, or by an executor; `auto` starts others where so much
+    is left that they pay. An error of the work is raised at once. What a worker takes with it when
+    it dies is done again; LostGames is raised at the end for what was lost three times.
+    """
+    if isinstance(workers, int) and workers < 1:
+        raise BadParameter(f"workers: got {workers}, expected auto, or 1 or more")
+    many = cores() if workers == "auto" or (executor and workers == 1) else workers
+    if executor is None and (workers == "auto" or many == 1):
+        games = yield from _here(work, _Blocks(games, size, 1), auto=many > 1)
+    if games:
+        yield from _Crew(work, many, executor).done(_Blocks(games, size, many))
+
+
+def cores() -> int:
+    """The cores that this process may use."""
+    able = getattr(os, "sched_getaffinity", None)
+    return len(able(0)) if able else os.cpu_count() or 1
+
+
+def _here(work: Work[R], blocks: _Blocks, *, auto: bool) -> Generator[tuple[range, R], None, range]:
+    """The blocks one after another; returns those that are better left to processes."""
+    many, started = len(blocks.left), time.monotonic()
+    while block := blocks.next():
+        after = many - len(blocks.left)
+        with between(1 - (len(blocks.left) + len(block)) / many, after / many):
+            result = work(block)
+        yield block, result
+        if auto and (time.monotonic() - started) / after * len(blocks.left) > PAYS:
+            break
+    return blocks.left
+
+
+class _Crew(Generic[R]):
+    """Workers, and what each of them has in hand."""
+
+    def __init__(self, work: Work[R], workers: int, executor: Executor | None) -> None:
+        try:
+            self.work = pickle.dumps(work)
+        except (pickle.PicklingError, AttributeError, TypeError) as error:
+            raise BadParameter(f"a worker cannot be sent this: {error}") from None
+        self.workers, self.given = workers, executor
+        self.executor = executor or _processes(workers)
+        self.running: dict[Future[_Answer[R]], range] = {}
+        self.again: list[range] = []
+        self.tries: Counter[range] = Counter()
+        self.lost: list[tuple[range, str]] = []
+
+    def done(self, blocks: _Blocks) -> Iterator[tuple[range, R]]:
+        """Each block with what came of it, the first to end first."""
+        try:
+            while self._send(blocks):
+                for future in wait(self.running, return_when=FIRST_COMPLETED).done:
+                    block = self.running.pop(future)
+                    answer = self._answer(future, block)
+                    if answer is None:
+                        continue
+                    if isinstance(answer, _Met):
+                        raise answer.error
+                    yield block, answer.result
+        finally:
+            for future in self.running:
+                future.cancel()
+            if self.given is None:
+                self.executor.shutdown(wait=False, cancel_futures=True)
+        if self.lost:
+            raise LostGames([(games.start, games.stop) for games, _ in self.lost], self.lost[0][1])
+
+    def _send(self, blocks: _Blocks) -> bool:
+        """Gives the workers what they have room for; whether any has work.
+
+        What was lost is done alone, so that nothing else is lost with it.
+        """
+        room = 1 if self.again else AHEAD * self.workers
+        while len(self.running) < room:
+            block = self.again.pop() if self.again else blocks.next()
+            if not block:
+                break
+            self.running[self.executor.submit(_answer, self.work, block)] = block
+        return bool(self.running)
+
+    def _answer(self, future: Future[_Answer[R]], block: range) -> _Answer[R] | None:
+        """What a worker says; None when it was lost with its block."""
+        try:
+            return future.result()
+        except Exception as error:
+            self.tries[block] += 1
+            if self.tries[block] == TRIES:
+                self.lost.append((block, str(error) or type(error).__name__))
+            else:
+                self.again.append(block)
+            if isinstance(error, BrokenExecutor) and self.given is None and not self.running:
+                self.executor = _processes(self.workers)
+            return None
+
+
+def _processes(workers: int) -> ProcessPoolExecutor:
+    """Processes of this machine that begin with nothing of this one."""
+    method = "forkserver" if "forkserver" in get_all_start_methods() else "spawn"
+    return ProcessPoolExecutor(workers, get_context(method), initializer=_deaf)
+
+
+def _deaf() -> None:
+    """Leaves Ctrl-C to the process that waits."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _answer(work: bytes, block: range) -> _Answer[Any]:
+    """Does a block, in a worker."""
+    try:
+        return _Found(_made(work)(block))
+    except Exception as error:
+        return _Met(_sendable(error))
+
+
+@lru_cache(maxsize=4)
+def _made(work: bytes) -> Work[Any]:
+    """The work, its problem and agents made once for all blocks of a worker."""
+    made: Work[Any] = pickle.loads(work)
+    return made
+
+
+def _sendable(error: Exception) -> Exception:
+    """An error that survives the way back, or its text."""
+    try:
+        again: Exception = pickle.loads(pickle.dumps(error))
+    except Exception:
+        return RuntimeError(f"{type(error).__name__}: {error}")
+    return again

@@ -1,0 +1,174 @@
+"""Commands that play many games: what agents earn, and who is ahead."""
+
+from importlib import import_module
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+from dmplay.blocks import Workers
+from dmplay.cli import options
+from dmplay.errors import BadParameter
+from dmplay.terminal import Wishes
+
+Episodes = Annotated[int, typer.Option("--episodes", metavar="N", min=1, help="games")]
+Csv = Annotated[bool, typer.Option("--csv", help="as comma-separated values")]
+Hands = Annotated[
+    str, typer.Option("--workers", metavar="N", help="processes; auto: as many as pay")
+]
+Engine = Annotated[
+    str, typer.Option("--executor", metavar="MODULE:MAKE", help="what makes another engine")
+]
+Form = Literal["", "json", "csv"]
+
+
+@options.wishes("json", "motion")
+def run(
+    problem: options.Name,
+    variant: options.Variant = "",
+    set_: options.Set = [],  # noqa: B006 - typer reads it once
+    agent: options.Agent = "",
+    vs: options.Others = "",
+    seat: options.Seats = [],  # noqa: B006
+    episodes: Episodes = 10_000,
+    until_se: Annotated[
+        float | None, typer.Option("--until-se", metavar="X", help="until errors are so small")
+    ] = None,
+    turns: options.Unattended = None,
+    seed: options.Seed = None,
+    workers: Hands = "auto",
+    executor: Engine = "",
+    csv: Csv = False,
+    *,
+    wishes: Wishes,
+) -> object:
+    """Play many games: what each seat earns, how sure that is, and how it is spread.
+
+    A list of numbers for a parameter is a sweep. The dice are those of --seed, 0 if
+    not given: the same games on every machine, whatever the workers.
+
+    \b
+      dmplay run hexworld --agent optimal
+      dmplay run hexworld --set slip=0.1,0.2,0.3 --until-se 0.01
+      dmplay run prisoners-dilemma --agent grim --vs tit-for-tat --turns 20 --json
+    """
+    from dmplay.reports import measuring
+
+    match = measuring.Match(
+        _named(problem, variant), set_, agent, vs, seat, turns, seed or 0, _workers(workers),
+        _executor(executor),
+    )  # fmt: skip
+    form = _form(json=wishes.json, csv=csv)
+    return measuring.ran(match, episodes=episodes, until=until_se, form=form, motion=wishes.motion)
+
+
+@options.wishes("json", "motion")
+def compare(
+    problem: options.Name,
+    agents: Annotated[list[str], typer.Argument(metavar="AGENT...", help="two or more agents")],
+    variant: options.Variant = "",
+    set_: options.Set = [],  # noqa: B006 - typer reads it once
+    vs: options.Others = "",
+    seat: options.Seats = [],  # noqa: B006
+    episodes: Episodes = 10_000,
+    decide: Annotated[
+        float | None,
+        typer.Option("--decide", metavar="P", help="stop when it is clear, wrong in at most P"),
+    ] = None,
+    turns: options.Unattended = None,
+    seed: options.Seed = None,
+    workers: Hands = "auto",
+    executor: Engine = "",
+    csv: Csv = False,
+    *,
+    wishes: Wishes,
+) -> object:
+    """Compare agents in the first seat on the same dice: who earns more, and how sure that is.
+
+    \b
+      dmplay compare hexworld optimal search
+      dmplay compare crying-baby optimal feed-when-crying --decide 0.05
+    """
+    from dmplay.reports import measuring
+
+    match = measuring.Match(
+        _named(problem, variant), set_, "", vs, seat, turns, seed or 0, _workers(workers),
+        _executor(executor),
+    )  # fmt: skip
+    form = _form(json=wishes.json, csv=csv)
+    return measuring.compared(
+        match, agents, episodes=episodes, decide=decide, form=form, motion=wishes.motion
+    )
+
+
+@options.wishes("json", "motion")
+def tournament(
+    problem: options.Name,
+    entrants: Annotated[list[str], typer.Argument(metavar="AGENT...", help="two or more agents")],
+    variant: options.Variant = "",
+    set_: options.Set = [],  # noqa: B006 - typer reads it once
+    episodes: Episodes = 1000,
+    turns: options.Unattended = None,
+    seed: options.Seed = None,
+    workers: Hands = "auto",
+    executor: Engine = "",
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="keeps what is played, to go on with"),
+    ] = None,
+    csv: Csv = False,
+    *,
+    wishes: Wishes,
+) -> object:
+    """Seat everybody against everybody, in every order, on the same dice.
+
+    The cross table, who replies best to whom, the equilibrium of the game in which
+    an action is an entrant, and what each loses in it.
+
+    \b
+      dmplay tournament prisoners-dilemma grim tit-for-tat always-defect --turns 50
+      dmplay tournament rock-paper-scissors nash random copy --json
+    """
+    from dmplay.reports import measuring
+
+    match = measuring.Match(
+        _named(problem, variant), set_, turns=turns, seed=seed or 0, workers=_workers(workers),
+        executor=_executor(executor),
+    )  # fmt: skip
+    form = _form(json=wishes.json, csv=csv)
+    return measuring.met(
+        match, entrants, episodes=episodes, kept=output, form=form, motion=wishes.motion
+    )
+
+
+def _named(problem: str, variant: str) -> str:
+    return f"{problem}:{variant}" if variant else problem
+
+
+def _form(*, json: bool, csv: bool) -> Form:
+    if json and csv:
+        raise BadParameter("--json and --csv: expected one of them")
+    return "json" if json else "csv" if csv else ""
+
+
+def _workers(text: str) -> Workers:
+    if text == "auto":
+        return "auto"
+    if not text.isdecimal():
+        raise BadParameter(f"--workers: got {text!r}, expected auto or a number")
+    return int(text)
+
+
+def _executor(spec: str) -> Any:
+    """The engine that a factory makes."""
+    if not spec:
+        return None
+    module, _, name = spec.partition(":")
+    try:
+        make = getattr(import_module(module), name)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise BadParameter(f"--executor: got {spec!r}, expected MODULE:FACTORY; {error}") from None
+    made = make()
+    if not hasattr(made, "submit"):
+        raise BadParameter(f"--executor: {spec} made a {type(made).__name__}, not an Executor")
+    return made

@@ -1,0 +1,13 @@
+"""What a notebook shows of a game. Drawing is far below the game itself, and so is found late."""
+
+import dmplay
+
+
+class Displayed:
+    """A game that a notebook shows as its board, as text and as HTML."""
+
+    def _repr_mimebundle_(self, include: object = None, exclude: object = None) -> dict[str, str]:
+        return dmplay._notebook(self)
+
+    def _repr_html_(self) -> str:
+        return self._repr_mimebundle_()["text/html"]

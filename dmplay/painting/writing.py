@@ -1,0 +1,190 @@
+"""What a terminal is sent: characters, moves of the cursor and changes of the pen, as few bytes
+as do.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import groupby, zip_longest
+from typing import NamedTuple
+
+from dmplay.painting.pen import PLAIN, Pen, blanking, ground, turned
+
+Cell = tuple[str, Pen]  # a character and its pen; a blank's, what is seen of it
+BLANK: Cell = (" ", PLAIN)
+ERASED = 6  # blanks from which on they are erased, not written
+
+
+class Place(NamedTuple):
+    """A cell of the screen, from 0."""
+
+    column: int
+    row: int
+
+
+class Row(NamedTuple):
+    """A row of the screen as it is and as it is to be, without the blanks at its end."""
+
+    before: Sequence[Cell]
+    after: Sequence[Cell]
+
+
+class Run(NamedTuple):
+    """Cells to be written from a place on, of one ground; none where the rest is to be erased."""
+
+    place: Place
+    cells: Sequence[Cell]
+
+    @property
+    def ground(self) -> Pen:
+        """The colour behind them."""
+        return ground(self.cells[0][1]) if self.cells else PLAIN
+
+    @property
+    def blank(self) -> bool:
+        """Whether they may as well be erased."""
+        return len(self.cells) >= ERASED and all(cell == (" ", self.ground) for cell in self.cells)
+
+    @property
+    def below(self) -> Place:
+        """The place under its first cell."""
+        return Place(self.place.column, self.place.row + 1)
+
+    def goes_on(self, other: "Run | None") -> bool:
+        """Whether the run below is of the same block."""
+        alike = other is not None and self.ground == other.ground
+        return alike and (bool(self.ground) or self.blank)
+
+
+class Writing:
+    """What is to be sent, and what state the terminal is in then."""
+
+    def __init__(self, columns: int, pen: Pen = PLAIN, *, fills: bool = False) -> None:
+        self.pen = pen
+        self._columns = columns
+        self._fills = fills  # whether what is erased takes the pen's colour
+        self.place: Place | None = None  # of the cursor, where it is known
+        self._sent: list[str] = []
+
+    def __str__(self) -> str:
+        return "".join(self._sent)
+
+    def send(self, codes: str, place: Place | None = None) -> None:
+        """Sends a sequence that leaves the cursor at a place, or nobody knows where."""
+        self._sent.append(codes)
+        self.place = place
+
+    def go(self, place: Place) -> None:
+        """Moves the cursor, if it is elsewhere."""
+        if self.place != place:
+            self.send(moved(self.place, place), place)
+
+    def rows(self, changed: Mapping[int, Row]) -> None:
+        """Writes what differs in rows: what has no colour behind it from left to right, then colour
+        after colour, block after block, so that each is set once.
+        """
+        runs = [run for y, row in changed.items() for run in _runs(y, row)]
+        waiting = {run.place: run for run in sorted(runs, key=lambda run: sorted(run.ground))}
+        while waiting:
+            run: Run | None = waiting.pop(next(iter(waiting)))
+            while run:
+                self._run(run, changed[run.place.row].after)
+                run = waiting.pop(run.below, None) if run.goes_on(waiting.get(run.below)) else None
+
+    def _run(self, run: "Run", row: Sequence[Cell]) -> None:
+        self._reach(run.place, row)
+        if not run.cells:
+            self.erase("\x1b[K")
+        elif run.blank and (self._fills or not run.ground):
+            self.erase(f"\x1b[{len(run.cells)}X", run.ground)
+        else:
+            self.write(run.cells)
+
+    def erase(self, codes: str, ground: Pen = PLAIN) -> None:
+        """Erases by a sequence that leaves the cursor where it is."""
+        self._turn(blanking(self.pen, ground))
+        self._sent.append(codes)
+
+    def write(self, cells: Sequence[Cell]) -> None:
+        """Writes cells, on a row that holds them."""
+        text, self.pen = _written(cells, self.pen)
+        self._sent.append(text)
+        if self.place:
+            column = self.place.column + len(cells)
+            # Behind the last column, terminals differ in where the cursor is.
+            self.place = Place(column, self.place.row) if column < self._columns else None
+
+    def whole(self, y: int, cells: Sequence[Cell]) -> None:
+        """Writes a row of which nobody knows how many columns it takes."""
+        self.go(Place(0, y))
+        self.erase("\x1b[K")
+        self.write(cells)
+        self.place = None
+
+    def _turn(self, pen: Pen) -> None:
+        self._sent.append(turned(self.pen, pen))
+        self.pen = pen
+
+    def _reach(self, place: Place, row: Sequence[Cell]) -> None:
+        """Moves on to a cell, or writes what stands before it again where that is shorter."""
+        if self.place and self.place.row == place.row and self.place.column < place.column:
+            between, there = row[self.place.column : place.column], row[place.column :][:1]
+            jumped = moved(self.place, place) + _written(there, self.pen)[0]
+            again = _written([*between, *there], self.pen)[0]
+            if len(again.encode()) <= len(jumped.encode()):
+                self.write(between)
+        self.go(place)
+
+
+def moved(old: Place | None, new: Place) -> str:
+    """The shortest sequence that moves the cursor."""
+    column = f";{new.column + 1}" if new.column else ""
+    forms = [f"\x1b[{new.row + 1}{column}H"]
+    if old and old.row == new.row:
+        forms += [_steps(new.column - old.column, ("\x1b[C", "C"), ("\b", "D"))]
+        forms += ["\r"] * (not new.column)
+    elif old and old.column == new.column:
+        forms += [_steps(new.row - old.row, ("\x1bD", "B"), ("\x1bM", "A"))]
+    return min(forms, key=len)
+
+
+def _steps(many: int, on: tuple[str, str], back: tuple[str, str]) -> str:
+    """A move of so many columns or rows: what moves by one, and what ends the move by several."""
+    one, end = on if many > 0 else back
+    return one if abs(many) == 1 else f"\x1b[{abs(many)}{end}"
+
+
+def _written(cells: Sequence[Cell], now: Pen) -> tuple[str, Pen]:
+    """Cells as they are sent, and the pen after them."""
+    sent = []
+    for glyph, wanted in cells:
+        pen = blanking(now, wanted) if glyph == " " else wanted
+        sent.append(turned(now, pen) + glyph)
+        now = pen
+    return "".join(sent), now
+
+
+def _runs(y: int, row: Row) -> Iterator[Run]:
+    """The stretches of cells that differ, of one ground each; where many are blank, by themselves;
+    at last what is to be erased up to the end.
+    """
+    before, after = row
+    both = enumerate(zip_longest(before[: len(after)], after, fillvalue=BLANK))
+    differ = [x for x, (old, new) in both if old != new]
+    for _, near in groupby(enumerate(differ), lambda at: (at[1] - at[0], ground(after[at[1]][1]))):
+        places = [x for _, x in near]
+        for first, end in _parts(after, places[0], places[-1] + 1):
+            yield Run(Place(first, y), after[first:end])
+    if any(cell != BLANK for cell in before[len(after) :]):
+        yield Run(Place(len(after), y), [])
+
+
+def _parts(row: Sequence[Cell], first: int, end: int) -> Iterator[tuple[int, int]]:
+    """A stretch cut where it is blank for long."""
+    for blank, near in groupby(range(first, end), lambda x: row[x][0] == " "):
+        places = [*near]
+        if blank and len(places) >= ERASED:
+            if first < places[0]:
+                yield first, places[0]
+            yield places[0], places[-1] + 1
+            first = places[-1] + 1
+    if first < end:
+        yield first, end

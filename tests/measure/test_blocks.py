@@ -1,0 +1,105 @@
+"""Many games in blocks: the same bits whoever plays them, and what is lost is done again."""
+
+from collections.abc import Callable
+from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay.blocks import done
+from dmplay.errors import BadParameter, LostGames, UnknownName
+from dmplay.rollouts import Rollout, rollout
+
+HEX = dmplay.load("hexworld")
+WALKER = [dmplay.agent(HEX, 0, "optimal")]
+WHOLE = rollout(HEX, WALKER, episodes=200, seed=5)
+
+
+class Losing(Executor):
+    """An engine that loses the first blocks that it is sent, or any with a certain game."""
+
+    def __init__(self, first: int = 0, game: int = -1) -> None:
+        self.left, self.game = first, game
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **more: Any) -> Future[Any]:
+        """Does the work at once, or tells that it was lost."""
+        future: Future[Any] = Future()
+        if self.left > 0 or self.game in args[1]:
+            self.left -= 1
+            future.set_exception(BrokenExecutor("a worker went away"))
+        else:
+            future.set_result(fn(*args, **more))
+        return future
+
+
+def same(one: Rollout, other: Rollout, first: int = 0) -> bool:
+    """Whether all is equal from the first of the other's games on."""
+    return all(np.array_equal(a, b[first:]) for a, b in zip(one, other, strict=True))
+
+
+@pytest.mark.parametrize("size", [1, 7, 64, 200])
+def test_the_blocks_are_all_games_once(size: int) -> None:
+    found = list(done(list, range(3, 203), size=size))
+    assert sorted(game for block, games in found for game in games) == [*range(3, 203)]
+    assert all([*block] == games for block, games in found)
+    assert max(len(block) for block, _ in found) <= size
+
+
+def test_games_are_the_same_bits_by_any_engine() -> None:
+    with ThreadPoolExecutor(3) as threads:
+        assert same(rollout(HEX, WALKER, episodes=200, seed=5, executor=threads), WHOLE)
+    assert same(rollout(HEX, WALKER, episodes=200, seed=5, executor=Losing()), WHOLE)
+    part = rollout(HEX, WALKER, episodes=50, first=150, seed=5, workers="auto")
+    assert same(part, WHOLE, first=150)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("workers", [2, 3])
+def test_games_are_the_same_bits_by_processes(workers: int) -> None:
+    assert same(rollout(HEX, WALKER, episodes=200, seed=5, workers=workers), WHOLE)
+
+
+def test_what_an_engine_loses_is_done_again() -> None:
+    assert same(
+        rollout(HEX, WALKER, episodes=200, seed=5, workers=4, executor=Losing(first=2)), WHOLE
+    )
+
+
+def test_what_is_lost_three_times_is_named_and_the_rest_is_told() -> None:
+    with pytest.raises(LostGames, match=r"games 0 to \d+ were lost: a worker went away") as lost:
+        rollout(HEX, WALKER, episodes=200, seed=5, workers=4, executor=Losing(game=0))
+    ((first, end),) = lost.value.blocks
+    rest = lost.value.rest
+    assert first == 0
+    assert isinstance(rest, Rollout)
+    assert same(rest, WHOLE, first=end)
+
+
+def test_an_error_of_the_work_is_raised_as_it_was_and_at_once() -> None:
+    def refuse(games: range) -> None:
+        raise BadParameter("no such game")
+
+    with pytest.raises(BadParameter, match="no such game"):
+        list(done(refuse, range(9)))
+
+
+def test_only_what_is_wanted_is_kept() -> None:
+    kept = rollout(HEX, WALKER, episodes=200, seed=5, keep=["returns"])
+    assert np.array_equal(kept.returns, WHOLE.returns)
+    assert [len(array) for array in kept] == [200, 0, 0, 0, 0]
+    with pytest.raises(UnknownName, match="unknown array to keep 'return'; did you mean returns"):
+        rollout(HEX, WALKER, episodes=2, keep=["return"])
+
+
+def test_progress_is_told_and_never_less_than_before() -> None:
+    told: list[float] = []
+    rollout(HEX, WALKER, episodes=200, seed=5, progress=told.append)
+    assert told == sorted(told)
+    assert told[-1] == 1.0
+
+
+def test_no_workers_are_refused() -> None:
+    with pytest.raises(BadParameter, match="workers: got 0, expected auto, or 1 or more"):
+        rollout(HEX, WALKER, episodes=2, workers=0)

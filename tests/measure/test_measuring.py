@@ -1,0 +1,120 @@
+"""`dmplay run` and `dmplay compare`: what agents earn, and who is ahead, on the same dice."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay.cli.errands import understood
+from dmplay.core import exact_start
+from dmplay.errors import BadParameter
+from dmplay.measure.comparing import compare
+from dmplay.measure.running import run
+from dmplay.reports.measuring import histogram
+from dmplay.solvers import value_iteration
+from dmplay.tabular import tabulate
+
+HEX = dmplay.load("hexworld")
+
+
+def ran(*words: str) -> str:
+    told = understood(words)
+    assert isinstance(told, str)
+    return told
+
+
+def value() -> float:
+    """What the optimum is worth over the start states of hex world."""
+    q = value_iteration.optimal(tabulate(HEX), HEX.discount)
+    probabilities, starts = exact_start(HEX)
+    return float(probabilities @ q[HEX.index(starts)].max(axis=1))
+
+
+def test_intervals_hold_the_exact_value_as_often_as_they_say() -> None:
+    optimal, exact = [dmplay.agent(HEX, 0, "optimal")], value()
+    runs = [run(HEX, optimal, episodes=100, seed=seed).earned[0].returns for seed in range(60)]
+    assert 0.9 <= np.mean([one.low <= exact <= one.high for one in runs]) <= 1.0
+
+
+def test_games_are_played_until_the_error_is_small() -> None:
+    found = run(HEX, [dmplay.agent(HEX, 0, "optimal")], until=0.1, seed=1)
+    assert found.earned[0].returns.error <= 0.1
+    assert found.episodes == 1600
+
+
+def test_the_run_of_a_problem_tells_each_seat() -> None:
+    told = ran("run", "hexworld", "--agent", "optimal", "--episodes", "100", "--seed", "3")
+    first, *rest = told.splitlines()
+    assert first.startswith("hexworld: 100 games of seed 3, 4.7 turns each, 100 % of them to an")
+    assert rest[1].split()[:3] == ["seat", "agent", "return"]
+    assert "optimal" in rest[2]
+    assert "returns:" in rest
+
+
+def test_a_sweep_has_a_row_for_each_setting() -> None:
+    told = json.loads(ran("run", "hexworld", "--set", "slip=0,0.3", "--episodes", "50", "--json"))
+    assert [row["slip"] for row in told["runs"]] == ["0", "0.3"]
+    assert told["runs"][0]["mean return"] > told["runs"][1]["mean return"]
+
+
+def test_a_table_for_programs_has_a_row_for_each_seat() -> None:
+    words = ("run", "prisoners-dilemma", "--agent", "grim", "--vs", "tit-for-tat", "--turns", "5")
+    rows = [*csv.DictReader(ran(*words, "--episodes", "4", "--csv").splitlines())]
+    assert [(row["seat"], row["agent"], row["mean return"]) for row in rows] == [
+        ("agent1", "grim", "-5.0"),
+        ("agent2", "tit-for-tat", "-5.0"),
+    ]
+
+
+def test_agents_are_compared_on_the_same_dice() -> None:
+    words = ("compare", "hexworld", "optimal", "random", "--episodes", "200", "--seed", "2")
+    told = json.loads(ran(*words, "--json"))
+    (pair,) = told["pairs"]
+    assert (pair["agent"], pair["against"]) == ("optimal", "random")
+    assert 0 < pair["low"] < pair["difference"] < pair["high"]
+    one, other = (agent["mean return"] for agent in told["agents"])
+    assert pair["difference"] == pytest.approx(one - other)
+
+
+def test_a_comparison_ends_when_it_is_decided() -> None:
+    told = ran("compare", "hexworld", "optimal", "random", "--decide", "0.05", "--seed", "2")
+    assert told.splitlines()[0].startswith("hexworld: 50 games of seed 2, on the same dice")
+    assert told.endswith("decided: optimal earns more (wrong in at most 5 % of comparisons)")
+
+
+def test_an_agent_is_never_decided_to_be_better_than_itself() -> None:
+    optimal = [dmplay.agent(HEX, 0, "optimal")]
+    found = compare(HEX, [optimal, optimal], episodes=500, decide=0.05)
+    assert found.decided is False
+    assert found.differences[0, 1].more.mean == 0.0
+    assert len(found.returns) == 500
+
+
+def test_a_histogram_shows_where_returns_lie() -> None:
+    assert histogram(np.array([0.0, 0.0, 1.0])) == ("█          ▄", 0.0, 1.0)
+    assert histogram(np.array([2.0, 2.0])) == ("█           ", 2.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["run", "hexworld", "--agent", "human"], "agent: a person cannot play so many games"),
+        (["run", "hexworld", "--vs", "random"], "--vs: hexworld has one seat only; use --agent"),
+        (["run", "hexworld", "--until-se", "0"], "until-se: got 0, expected more than 0"),
+        (["run", "hexworld", "--workers", "many"], "--workers: got 'many', expected auto or a"),
+        (["run", "hexworld", "--json", "--csv"], "--json and --csv: expected one of them"),
+        (["run", "hexworld", "--executor", "no:thing"], "--executor: got 'no:thing', expected"),
+        (["compare", "hexworld", "optimal"], "got 1 agent, expected two or more to compare"),
+        (["compare", "hexworld", "a", "b"], "unknown agent 'a'"),
+        (
+            ["compare", "hexworld", "optimal", "random", "search", "--decide", "0.1"],
+            "decide: got 3 agents, expected two",
+        ),
+        (["compare", "hexworld", "optimal", "random", "--decide", "2"], "decide: got 2, expected"),
+    ],
+)
+def test_what_cannot_be_measured_is_one_line(words: list[str], told: str) -> None:
+    with pytest.raises((BadParameter, LookupError), match=told.replace("(", r"\(")):
+        understood(words)
