@@ -44,7 +44,7 @@ def shares(view: View[Problem]) -> tuple[list[str], Reals]:
     states, belief = view.problem.enumerated(), view.belief
     if len(belief) <= LONGEST_LIST:
         return [view.problem.notation(s) for s in states], belief
-    order = np.argsort(-belief, kind="stable")[:LIKELIEST]
+    order = np.argsort(-belief.round(9), kind="stable")[:LIKELIEST]  # ties as the states stand
     order = order[belief[order] > 0]
     names = [view.problem.notation(states[place]) for place in order]
     left = np.count_nonzero(belief) - len(order)

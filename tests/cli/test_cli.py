@@ -112,7 +112,7 @@ def test_the_seed_is_told_with_the_command_that_plays_again(tmp_path: Path) -> N
     ("words", "message"),
     [
         (["hexwrold"], "unknown problem 'hexwrold'; did you mean hexworld?"),
-        (["verfy", "x"], "unknown command 'verfy'; did you mean verify?"),
+        (["verfy", "x"], "unknown command 'verfy'; did you mean verify"),
         (["hexworld", "--sed", "3"], "no such option: --sed"),
         (["solve"], "missing argument 'PROBLEM'; see dmplay solve --help"),
         (["hexworld", "--seed", "x"], "invalid value for '--seed'"),
