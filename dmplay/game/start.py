@@ -60,7 +60,7 @@ def new(request: Request, shown: Collection[Luck] = ()) -> Game:
         turns = request.turns
         seats = [agents.for_turns(problem, n, who, turns) for n, who in enumerate(seats)]
     _answered(problem, seats, asks=request.asks)
-    policies = [seat_policy(problem, seat, who) for seat, who in enumerate(seats)]
+    policies = [seat_policy(problem, seat, who, request.turns) for seat, who in enumerate(seats)]
     request, dice = _thrown(request)
     limit = turn_limit(problem, seats, request.turns)
     session = Session(problem, dice, policies, limit=limit)
@@ -207,7 +207,7 @@ def _sitting(
 ) -> tuple[list[str], list[Policy | None]]:
     """Who plays on where a transcript leaves off."""
     folder = ways.beside(Path(transcript.path))
-    return sitting(problem, transcript.header.seats, trusted=trusted, folder=folder)
+    return sitting(problem, transcript.header, trusted=trusted, folder=folder)
 
 
 def _repeated(

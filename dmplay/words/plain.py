@@ -101,6 +101,8 @@ class Objects(Reporter):
     def end(self, game: Game) -> None:
         """The ending with return and total, the seed, and what was hidden."""
         facts = end_facts(game.session) | {"seed": game.seed}
+        if game.account.forfeited:
+            facts["why"] = game.account.forfeited
         rows = game.account.debrief()
         self._print("end", facts | ({"debrief": rows} if rows else {}))
 
