@@ -41,7 +41,7 @@ def _choices(name: str, seed: int) -> list[float]:
     """Seconds of each choice but the first, which starts the program."""
     problem = dmplay.load("2048")
     game = dmplay.Session(problem, dmplay.Dice(seed), [dmplay.agent(problem, 0, name)])
-    spent = []
+    spent: list[float] = []
     while len(spent) <= TURNS and not game.over:
         begun = perf_counter()
         decided = game.decided()
