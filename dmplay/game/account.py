@@ -81,7 +81,7 @@ class Account:
         name = score(session.problem)
         each = "; ".join(f"{who} {name} {number(r):g}, total {number(t):g}" for who, r, t in sums)
         turns = f"{ended(session.ending)} after {counted(len(session.turns), 'turn')}."
-        turns += f" {self.forfeited}." if self.forfeited else ""
+        turns += f" {self.forfeited.rstrip('?.')}." if self.forfeited else ""
         known = not self.people or self.reveal or session.ending not in LEFT
         return f"{turns} {each}." if known or not session.problem.hidden else turns
 
