@@ -23,6 +23,7 @@ _HOMES = {
     "check": "conformance",
     "exact": "core",
     "load": "finding.problems",
+    "play": "hand",
     "rollout": "rollouts",
 }
 __all__ = [*_HOMES]  # noqa: PLE0604 - the names above

@@ -12,6 +12,7 @@ from dmplay.core import exact as exact
 from dmplay.dice import Dice as Dice
 from dmplay.finding.agents import agent as agent
 from dmplay.finding.problems import load as load
+from dmplay.hand import play as play
 from dmplay.rollouts import rollout as rollout
 from dmplay.session import Session as Session
 from dmplay.tabular import Tables as Tables

@@ -1,5 +1,6 @@
 """Uniform draws by seed: the only place where a random generator lives."""
 
+import os
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -8,6 +9,7 @@ from numpy.typing import NDArray
 
 from dmplay.chance import Ints, Reals
 
+NEW_SEEDS = 10**9  # few enough to type
 NATURE = 0  # the stream of nature; seat i draws from stream 1 + i
 SHORT, FEW, MANY = 256, 16, 512  # turns of a short game; whose dice are thrown together
 NONE = np.zeros((0, 0))
@@ -111,9 +113,19 @@ def _folded(words: Words) -> Words:
     return words ^ (words >> np.uint32(WORD // 2))
 
 
+def fresh() -> int:
+    """A new seed."""
+    return int.from_bytes(os.urandom(8), "big") % NEW_SEEDS
+
+
+def generator(seed: int) -> np.random.Generator:
+    """A generator of this seed, for games that nobody plays again."""
+    return np.random.Generator(np.random.PCG64(seed))
+
+
 def spread(u: Reals, count: int) -> Reals:
     """Uniforms `[B, count]` that follow from one uniform a row `[B]`, whatever the batch."""
     found = np.empty((len(u), count))
     for row, seed in enumerate((u * 1e9).round().astype(np.int64)):
-        found[row] = np.random.Generator(np.random.PCG64(int(seed))).random(count)
+        found[row] = generator(int(seed)).random(count)
     return found

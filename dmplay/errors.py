@@ -7,6 +7,7 @@ DmplayError
 |-- ImpossibleObservation (ValueError)   an observation of probability 0: there is no posterior
 |-- EpisodeOver (RuntimeError)           a turn after the end
 |-- BadPolicy (RuntimeError)             a policy that does not keep its contract
+|   `-- Forfeit                          a program that does not answer as it must
 |-- TooMuch (RuntimeError)               a computation beyond its budget of work or memory
 |-- LostGames (RuntimeError)            games whose worker died each time they were played
 |-- BadFile (ValueError)                 a file that is not in its format: line and column
@@ -53,6 +54,14 @@ class EpisodeOver(DmplayError, RuntimeError):
 
 class BadPolicy(DmplayError, RuntimeError):
     """A policy that does not keep its contract, or cannot play this problem."""
+
+
+class Forfeit(BadPolicy):
+    """A program in a seat that does not answer as it must: why in a word, and what it did."""
+
+    def __init__(self, reason: str, told: str, seat: str = "") -> None:
+        super().__init__(f"{seat} forfeits, {reason}: {told}" if seat else f"{reason}: {told}")
+        self.reason, self.told = reason, told
 
 
 class TooMuch(DmplayError, RuntimeError):

@@ -42,6 +42,8 @@ def sit(table: Table, sitting: Sitting) -> int:
         else:
             reporter = Objects() if sitting.wishes.json else Sentences(terminal)
             by_lines(table, terminal, sys.stdin, Reporter() if quiet else reporter)
+            if quiet and table.game.account.forfeited:
+                print(table.game.account.forfeited, file=sys.stderr)
     return code or faults(table)
 
 
@@ -134,6 +136,7 @@ def epilogue(table: Table) -> None:
         rows.append(f"again: {table.game.again}")
     if table.removed:
         rows.append(f"removed: {counted(table.removed, 'older game')}; the last {KEPT} are kept")
+    rows += [f"log: {path}" for path in table.game.logs] if table.playing else []
     for row in rows:
         print(clean(row), file=sys.stderr)
 

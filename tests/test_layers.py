@@ -16,9 +16,10 @@ FLOORS = (
     "errors", "places", "disk", "budget", "thought", "chance", "core", "dice", "describe", "hexes",
     "matrix_game", "rows", "tabular", "breach", "arrays", "sound", "samples", "laws", "choices",
     "belief", "displayed", "session", "blocks", "rollouts", "problems", "files", "guests",
-    "solvers", "policies", "transcript", "finding", "terminal", "signals", "styles", "painting",
-    "views", "figures", "solutions", "measure", "advice", "game", "conformance", "records",
-    "words", "screen", "gallery", "reports", "prompt", "front", "cli", "pytest_plugin", "__main__",
+    "solvers", "policies", "transcript", "bots", "finding", "hand", "terminal", "signals",
+    "styles", "painting", "views", "loops", "gym", "zoo", "figures", "solutions", "measure",
+    "advice", "game", "conformance", "records", "words", "screen", "gallery", "reports", "prompt",
+    "front", "cli", "pytest_plugin", "__main__",
 )  # fmt: skip
 SCREENS = {"rich", "typer", "prompt_toolkit"}
 ALLOWED = {  # what a floor may load beside the standard library and numpy

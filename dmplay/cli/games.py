@@ -155,3 +155,19 @@ def shell(
     if not here(wishes).asks and not execute:
         raise BadParameter("--no-input: nobody is asked; give commands by -e or in a pipe")
     return Conversation(execute, wishes, speed)
+
+
+def bot(
+    agent: Annotated[str, typer.Argument(metavar="AGENT", help="who plays")],
+    problem: Annotated[
+        str, typer.Option("--problem", "-p", metavar="PROBLEM", help="what is played")
+    ],
+) -> object:
+    """Play in lines of JSON where another program keeps the game; dmplay guide bots tells of them.
+
+    \b
+      dmplay hexworld --agent 'bot:dmplay bot optimal --problem hexworld'
+    """
+    from dmplay.game.errand import Service
+
+    return Service(agent, problem)

@@ -1,6 +1,7 @@
 """Agents by name: who can play a seat, who advises there, and how an agent in a game is named.
 
-An agent is `NAME`, `NAME:PARAMETER=VALUE,...`, `MODULE:ATTRIBUTE` or `./FILE.py:ATTRIBUTE`.
+An agent is `NAME`, `NAME:PARAMETER=VALUE,...`, `MODULE:ATTRIBUTE`, `./FILE.py:ATTRIBUTE` or a
+program, `bot:COMMAND` or `bot:PARAMETER=VALUE,...,COMMAND`.
 """
 
 from collections.abc import Sequence
@@ -9,12 +10,15 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
 
+from dmplay.bots.bot import Bot
 from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter, BadPolicy, UnknownName
 from dmplay.finding import modules
+from dmplay.finding.names import name_of
 from dmplay.finding.outside import attribute, is_outside
 from dmplay.finding.problems import stem
 from dmplay.finding.typed import typed
+from dmplay.finding.ways import is_program
 from dmplay.policies.kinds import Seated
 from dmplay.policies.roster import Roster
 
@@ -30,7 +34,9 @@ def roster(problem: Problem, seat: int = 0) -> Roster:
 
 
 def agent(problem: Problem, seat: int, name: str) -> Policy:
-    """The agent of this name for a seat, `NAME` or `NAME:PARAMETER=VALUE,...`."""
+    """The agent of this name for a seat."""
+    if is_program(name):
+        return _program(problem, seat, name)
     if not is_brought(problem, seat, name):
         return _of_roster(problem, seat, name)
     place, _, rest = name.partition(":")
@@ -98,9 +104,20 @@ def _of_roster(problem: Problem, seat: int, name: str) -> Seated:
     base, _, given = name.partition(":")
     known = roster(problem, seat).agents
     if base not in known:
-        raise UnknownName("agent", base, ["human", *known, "script", "replay"])
+        raise UnknownName("agent", base, ["human", *known, "script", "replay", "bot"])
     make = known[base]
     return make(problem, seat, **_settings(make, given, base))
+
+
+def _program(problem: Problem, seat: int, name: str) -> Bot:
+    """The program of `bot:COMMAND`; pairs that stand before the command are its parameters."""
+    command, given = name.partition(":")[2], {}
+    while command.startswith(("clock=", "belief=")):
+        pair, _, command = command.partition(",")
+        key, _, value = pair.partition("=")
+        given[key] = typed(key, value, getattr(Bot, key))
+    told = name_of(stem(problem)) or type(problem).__name__
+    return Bot(problem, seat, command, told, **given)  # type: ignore[arg-type] # typed by `typed`
 
 
 def _settings(make: type[Seated], given: str, name: str) -> dict[str, object]:

@@ -33,6 +33,11 @@ def is_file(name: str) -> bool:
     return name.partition(":")[0].endswith(CODE)
 
 
+def is_program(name: str) -> bool:
+    """Whether a name of an agent is a program to be run."""
+    return name.startswith("bot:")
+
+
 def is_data(name: str) -> bool:
     """Whether a name is that of a file that is read, and never run."""
     return Path(name).suffix.lower() in DATA
@@ -41,7 +46,8 @@ def is_data(name: str) -> bool:
 def moved(name: str, before: Path, after: Path) -> str:
     """A name as it is told from one folder, told from another; one without a path stays."""
     place, colon, rest = (name, "", "") if is_data(name) else name.partition(":")
-    if not (is_data(place) or place.endswith(CODE)) or _same(before, after, place):
+    path = is_data(place) or place.endswith(CODE)
+    if not path or is_program(name) or _same(before, after, place):
         return name
     return os.path.relpath(before / place, after) + colon + rest
 

@@ -31,6 +31,7 @@ class Account:
         self.reveal = reveal
         self.dice = True  # whether draws may be told
         self.ghost: Ghost | None = None
+        self.forfeit = ""  # the last there was: whose, and why
         self._style = style_of(session.problem)
         self._hidden: tuple[object, list[dict[str, object]]] = (None, [])
 
@@ -80,8 +81,14 @@ class Account:
         name = score(session.problem)
         each = "; ".join(f"{who} {name} {number(r):g}, total {number(t):g}" for who, r, t in sums)
         turns = f"{ended(session.ending)} after {counted(len(session.turns), 'turn')}."
+        turns += f" {self.forfeited.rstrip('?.')}." if self.forfeited else ""
         known = not self.people or self.reveal or session.ending not in LEFT
         return f"{turns} {each}." if known or not session.problem.hidden else turns
+
+    @property
+    def forfeited(self) -> str:
+        """Which seat forfeited the game, and why; '' where none did."""
+        return self.forfeit if self.session.ending == "forfeit" else ""
 
     def closing(self) -> list[str]:
         """How it ended and, turn by turn, what was hidden, a line each."""

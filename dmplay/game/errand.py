@@ -52,5 +52,12 @@ class Conversation(NamedTuple):
     gallery: bool = False  # whether it begins with the list of problems, where that can be drawn
 
 
-Errand = Sitting | Conversation | Printout | str
+class Service(NamedTuple):
+    """An agent that is to play a game which another program keeps, at the other end of a pipe."""
+
+    agent: str
+    problem: str
+
+
+Errand = Sitting | Conversation | Service | Printout | str
 Program = Callable[[Sequence[str]], Sitting | str]  # what the command line makes of words

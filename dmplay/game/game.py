@@ -9,15 +9,17 @@ from rich.text import Text
 
 from dmplay.advice.adviser import Adviser
 from dmplay.advice.ghost import Ghost
+from dmplay.bots.end import dismissed
 from dmplay.budget import Stopped
 from dmplay.chance import Array
 from dmplay.core import Problem
-from dmplay.describe import ended
+from dmplay.describe import ended, one_line
 from dmplay.dice import Dice
-from dmplay.errors import BadParameter
+from dmplay.errors import BadParameter, Forfeit
 from dmplay.game.account import Account
 from dmplay.game.keyboard import Keyboard
 from dmplay.game.request import Request
+from dmplay.game.saves import logged
 from dmplay.policies.script import EndOfScript
 from dmplay.session import Follower, Session, View
 from dmplay.signals import WHOLE
@@ -57,6 +59,7 @@ class Game:
         self.removed = 0  # older games that had to make room for it where games are kept
         self.repeats = False  # whether one of the same dice was played before it
         self.between: Callable[[], object] = lambda: None  # after a turn that another follows
+        self.logs: list[Path] = []  # of programs that play, once it is over
         agents = {clean(who): None for seat, who in enumerate(seats) if seat not in self.people}
         self._agents = " and ".join(agents) + (" are" if len(agents) > 1 else " is") + " thinking"
         self._chosen: dict[int, float] = {}
@@ -199,6 +202,10 @@ class Game:
         except EndOfScript:
             self.session.end("quit")
             return False
+        except Forfeit as forfeit:
+            self.account.forfeit = one_line(clean(str(forfeit)))
+            self.session.end("forfeit")
+            return False
         finally:
             self._chosen = {}
         with WHOLE:
@@ -330,9 +337,12 @@ class Game:
             self.recorder.turn()
 
     def finish(self, reason: str = "quit") -> None:
-        """Ends the game and its transcript."""
+        """Ends the game and its transcript, and the programs that play in it."""
         with WHOLE:
             self.session.end(reason)
             if self.recorder:
+                why = f"# {self.account.forfeited}\n" if self.account.forfeited else ""
                 ghost = self.ghost.note() if self.ghost else ""
-                self.recorder.end(f"{ghost}{AGAIN * self.repeats}{self.notes}")
+                self.recorder.end(f"{why}{ghost}{AGAIN * self.repeats}{self.notes}")
+        logs = dismissed(self.session)
+        self.logs += [path for who, log in logs.items() if (path := logged(self.name, who, log))]

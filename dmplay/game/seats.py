@@ -1,14 +1,16 @@
 """Who sits where: people, agents, scripts and recordings."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
+from dmplay.bots.bot import Bot
 from dmplay.core import Policy, Problem
 from dmplay.dice import Dice
 from dmplay.disk import content
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.finding import agents, problems
-from dmplay.finding.ways import HERE, beside, moved
+from dmplay.finding.ways import HERE, beside, is_program, moved
 from dmplay.game.keyboard import action_of
 from dmplay.game.request import Request
 from dmplay.game.saves import readable
@@ -29,8 +31,8 @@ def people(seats: Sequence[str]) -> list[int]:
     return [seat for seat, who in enumerate(seats) if who == HUMAN]
 
 
-def seat_policy(problem: Problem, seat: int, who: str) -> Policy | None:
-    """The policy that plays a seat; None for a person."""
+def seat_policy(problem: Problem, seat: int, who: str, turns: int | None = None) -> Policy | None:
+    """The policy that plays a seat of a game of so many turns; None for a person."""
     kind, _, rest = who.partition(":")
     if who == HUMAN:
         return None
@@ -39,7 +41,8 @@ def seat_policy(problem: Problem, seat: int, who: str) -> Policy | None:
     if kind == "replay":
         played = replay(opened(readable(Path(rest)), problem), problem).turns
         return Script(problem, seat, tuple(turn.actions[seat].item() for turn in played))
-    return agents.agent(problem, seat, who)
+    found = agents.agent(problem, seat, who)
+    return replace(found, turns=turns) if isinstance(found, Bot) else found
 
 
 def _script(problem: Problem, seat: int, rest: str) -> tuple[float, ...]:
@@ -84,24 +87,26 @@ def asked_again(
 
 
 def sitting(
-    problem: Problem, seats: Mapping[str, str], *, trusted: bool, folder: Path = HERE
+    problem: Problem, header: Header, *, trusted: bool, folder: Path = HERE
 ) -> tuple[list[str], list[Policy | None]]:
     """Who plays on where a transcript leaves off: its agents, people for all other seats.
 
     What a file names, a path told from `folder`, is imported only where it is trusted; raises
     BadParameter otherwise.
     """
-    known = [HUMAN if who.partition(":")[0] in UNASKED else who for who in seats.values()]
+    known = [HUMAN if who.partition(":")[0] in UNASKED else who for who in header.seats.values()]
     names = [moved(who, folder, HERE) for who in known]
     for name in names:
         base = name.partition(":")[0]
         if name != HUMAN and base not in agents.roster(problem).agents and not trusted:
             raise BadParameter(f"seats: {name!r} is not built in; if it is yours, add --trust")
-    return names, [seat_policy(problem, seat, name) for seat, name in enumerate(names)]
+    turns = header.turns
+    return names, [seat_policy(problem, seat, name, turns) for seat, name in enumerate(names)]
 
 
 def _asked(problem: Problem, seat: int, who: str, trusted: bool) -> Policy | None:
-    if who in UNASKED or (agents.is_brought(problem, seat, who) and not trusted):
+    brought = agents.is_brought(problem, seat, who)
+    if who in UNASKED or is_program(who) or (brought and not trusted):
         return None
     policy = agents.agent(problem, seat, who)
     timed = isinstance(policy, Seated) and policy.timed  # it may do otherwise next time

@@ -1,6 +1,5 @@
 """Setting up games: new ones, resumed ones, and new ones that begin as another did."""
 
-import os
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -9,7 +8,7 @@ from tempfile import TemporaryDirectory
 from dmplay.advice.ghost import Ghost, beside, noted
 from dmplay.core import Policy, Problem
 from dmplay.describe import counted, ended
-from dmplay.dice import Dice
+from dmplay.dice import Dice, fresh
 from dmplay.disk import apart, write
 from dmplay.errors import BadParameter
 from dmplay.finding import agents, problems, ways
@@ -32,7 +31,6 @@ from dmplay.transcript.replay import check_seats, replay, unattended
 from dmplay.transcript.seal import Luck, going_on, luck, marked, opened, sealed
 
 LARGEST_SEED = 2**63 - 1
-NEW_SEEDS = 10**9  # few enough to type
 
 
 def begin(wanted: Wanted, shown: Collection[Luck] = ()) -> Game:
@@ -60,7 +58,7 @@ def new(request: Request, shown: Collection[Luck] = ()) -> Game:
         turns = request.turns
         seats = [agents.for_turns(problem, n, who, turns) for n, who in enumerate(seats)]
     _answered(problem, seats, asks=request.asks)
-    policies = [seat_policy(problem, seat, who) for seat, who in enumerate(seats)]
+    policies = [seat_policy(problem, seat, who, request.turns) for seat, who in enumerate(seats)]
     request, dice = _thrown(request)
     limit = turn_limit(problem, seats, request.turns)
     session = Session(problem, dice, policies, limit=limit)
@@ -100,8 +98,7 @@ def _ghost(session: Session, seats: Sequence[str], name: str) -> Ghost | None:
 def _thrown(request: Request) -> tuple[Request, Dice]:
     """The request with a seed, a fresh one if it has none, and its dice."""
     if request.seed is None:
-        seed = int.from_bytes(os.urandom(8), "big") % NEW_SEEDS
-        request = replace(request, seed=seed, seed_known=False, fresh=True)
+        request = replace(request, seed=fresh(), seed_known=False, fresh=True)
     assert request.seed is not None
     if not 0 <= request.seed <= LARGEST_SEED:
         raise BadParameter(f"--seed: got {request.seed}, expected 0 to {LARGEST_SEED}")
@@ -207,7 +204,7 @@ def _sitting(
 ) -> tuple[list[str], list[Policy | None]]:
     """Who plays on where a transcript leaves off."""
     folder = ways.beside(Path(transcript.path))
-    return sitting(problem, transcript.header.seats, trusted=trusted, folder=folder)
+    return sitting(problem, transcript.header, trusted=trusted, folder=folder)
 
 
 def _repeated(

@@ -5,8 +5,10 @@ import getpass
 import json
 import sys
 from collections.abc import Iterator
+from math import isfinite
 from typing import TextIO
 
+from dmplay.bots.protocol import choices
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.game.answer import Page
 from dmplay.game.game import Game
@@ -21,6 +23,8 @@ from dmplay.words.commands import Leave, own_parts, parts, typed
 class Reporter:
     """How a game is told: not at all, as one that is only recorded; others say more."""
 
+    patient = False  # whether a piped line that cannot be done is told, and another one read
+
     def start(self, game: Game) -> None:
         """Before the first turn."""
 
@@ -29,6 +33,14 @@ class Reporter:
 
     def words(self, text: str) -> None:
         """What a command answers."""
+
+    def answer(self, game: Game, text: str, before: int) -> None:
+        """What a command answers that played no turn, where so many had been played before it."""
+        self.words(text)
+
+    def fault(self, line: int, error: DmplayError) -> None:
+        """What is wrong with a line."""
+        self.words(f"error: {error}")
 
     def prompt(self, game: Game) -> str:
         """What stands before a typed line."""
@@ -81,6 +93,8 @@ class Sentences(Reporter):
 class Objects(Reporter):
     """Tells a game as data: one JSON object a line."""
 
+    patient = True
+
     def start(self, game: Game) -> None:
         """Problem, seats, the seed if it was given, and what is known at first."""
         seats = dict(zip(game.problem.agents, game.seats, strict=True))
@@ -98,9 +112,37 @@ class Objects(Reporter):
         """What a command answers, under `words`."""
         self._print("words", {"text": text})
 
+    def answer(self, game: Game, text: str, before: int) -> None:
+        """Turns that were taken back, a hint, or words."""
+        turns, advice = len(game.session.turns), game.adviser.given
+        if turns < before:
+            self._print("undo", {"turns": before - turns} | game.account.public(game.view()))
+        elif advice and text.startswith("hint"):
+            by, _, action = advice.best.rpartition(": ")
+            told = [] if advice.values is None else advice.values.tolist()
+            known = {n: one for n, one in zip(advice.labels, told, strict=False) if isfinite(one)}
+            seat = game.problem.agents[game.watcher]
+            who = {"seat": seat, "by": by.strip("()")}
+            self._print("hint", {**who, "action": action, "values": known})
+        else:
+            self.words(text)
+
+    def fault(self, line: int, error: DmplayError) -> None:
+        """The number of the line, and what is wrong with it."""
+        self._print("error", {"line": line, "text": str(error)})
+
+    def prompt(self, game: Game) -> str:
+        """Whose turn it is, and what can be done, before each line that is read."""
+        seat, legal = game.watcher, game.session.legal(game.watcher)
+        facts = {"turn": len(game.session.turns) + 1, "legal": choices(game.problem, seat, legal)}
+        self._print("ask", {"seat": game.problem.agents[seat]} | facts)
+        return ""
+
     def end(self, game: Game) -> None:
         """The ending with return and total, the seed, and what was hidden."""
         facts = end_facts(game.session) | {"seed": game.seed}
+        if game.account.forfeited:
+            facts["why"] = game.account.forfeited
         rows = game.account.debrief()
         self._print("end", facts | ({"debrief": rows} if rows else {}))
 
@@ -118,8 +160,8 @@ def _begin(reporter: Reporter, game: Game) -> None:
 def by_lines(table: Table, terminal: Terminal, stdin: TextIO, reporter: Reporter) -> None:
     """Plays at a table in lines until the game is over, the input ends or the player leaves.
 
-    A line that cannot be done is told and asked again where a person types; piped, it ends the
-    game and raises BadParameter with the line's number.
+    A line that cannot be done is told and asked again where a person types, and as data; piped
+    else, it ends the game and raises BadParameter with the line's number.
     """
     table.typed = terminal.typed
     table.tells = lambda: reporter.turn(table.game)
@@ -132,10 +174,10 @@ def by_lines(table: Table, terminal: Terminal, stdin: TextIO, reporter: Reporter
             except Leave:
                 break
             except DmplayError as error:
-                if not terminal.typed:
+                if not (terminal.typed or reporter.patient):
                     table.end("illegal")
                     raise BadParameter(f"line {number}: {error}") from None
-                reporter.words(f"error: {error}")
+                reporter.fault(number, error)
             except Cancelled:
                 if not terminal.typed:
                     raise
@@ -150,7 +192,7 @@ def _watch(game: Game, reporter: Reporter) -> None:
     """Plays a game without people to its end."""
     for before in game.run():
         if len(game.session.turns) < before:
-            reporter.words(game.account.change(game.view(), before))
+            reporter.answer(game, game.account.change(game.view(), before), before)
         else:
             reporter.turn(game)
 
@@ -168,7 +210,7 @@ def _do(table: Table, line: str, reporter: Reporter) -> None:
     elif len(turns) >= max(before, 1) and turns[-1] is not last and not isinstance(words, Page):
         reporter.turn(game)
     elif words:
-        reporter.words(words)
+        reporter.answer(game, words, before)
 
 
 def handed_over(table: Table) -> str:

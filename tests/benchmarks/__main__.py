@@ -1,5 +1,6 @@
-"""How fast it is: `python -m tests.benchmarks [start] [keys] [batch] [long] [--runs N]`; how well
-agents play: `python -m tests.benchmarks league [--problem NAME] [--agent NAME] [--games N]`.
+"""How fast it is: `python -m tests.benchmarks [start] [keys] [batch] [long] [bots] [loops]
+[--runs N]`; how well agents play:
+`python -m tests.benchmarks league [--problem NAME] [--agent NAME] [--games N]`.
 
 Every number is a median of runs that take turns with one another, so that a busy moment of the
 machine hits all of them alike. Nothing here passes or fails.
@@ -10,10 +11,17 @@ import compileall
 from pathlib import Path
 
 import dmplay
-from tests.benchmarks import batch, keys, league, long, start
+from tests.benchmarks import batch, bots, keys, league, long, loops, start
 
-PARTS = {"start": start.report, "keys": keys.report, "batch": batch.report, "long": long.report}
-RUNS = {"start": 15, "keys": 60, "batch": 7, "long": 3}
+PARTS = {
+    "start": start.report,
+    "keys": keys.report,
+    "batch": batch.report,
+    "long": long.report,
+    "bots": bots.report,
+    "loops": loops.report,
+}
+RUNS = {"start": 15, "keys": 60, "batch": 7, "long": 3, "bots": 3, "loops": 7}
 
 
 def main() -> None:

@@ -211,13 +211,33 @@ def test_an_unfinished_file_is_allowed_only_when_asked(tmp_path: Path) -> None:
 
 def test_a_game_of_data_is_one_object_a_line(tmp_path: Path) -> None:
     done = run(tmp_path, "crying-baby", "--seed", "7", "--turns", "2", "--json", stdin="i\ni\n")
-    start, *turns, end = map(json.loads, done.stdout.splitlines())
-    assert [one["event"] for one in (start, *turns, end)] == ["start", "turn", "turn", "end"]
-    for one in (start, turns[0]):
+    told = [json.loads(line) for line in done.stdout.splitlines()]
+    start, asked, turn, _, _, end = told
+    every = ["start", "ask", "turn", "ask", "turn", "end"]
+    assert [one["event"] for one in told] == every
+    legal = ["feed", "sing", "ignore"]
+    assert asked == {"event": "ask", "seat": "agent", "turn": 1, "legal": legal}
+    for one in (start, asked, turn):
         assert "state" not in one
         assert "rewards" not in one
     assert end["debrief"][1]["state"] == "hungry"
     assert end["total"] == {"agent": -20}
+
+
+def test_as_data_what_cannot_be_done_is_told_and_the_next_line_read(tmp_path: Path) -> None:
+    done = run(tmp_path, "hexworld", "--seed", "7", "--json", stdin="fly\nhint\ne\nundo\nlook\n")
+    told = [json.loads(line) for line in done.stdout.splitlines()]
+    asked = [one["turn"] for one in told if one["event"] == "ask"]
+    assert (done.returncode, asked) == (0, [1, 1, 1, 2, 1, 1])
+    fault, hint, turn, undo, words = (one for one in told[1:-1] if one["event"] != "ask")
+    wrong = "unknown action 'fly'; did you mean play?"
+    assert fault == {"event": "error", "line": 1, "text": wrong}
+    assert (hint["seat"], hint["by"], hint["action"]) == ("agent", "optimal", "se")
+    assert max(hint["values"], key=hint["values"].get) == "se"
+    assert turn["actions"] == {"agent": "e"}
+    assert undo == {"event": "undo", "turns": 1, "turn": 0, "state": told[0]["state"]}
+    assert words["text"].startswith("at (7,2)")
+    assert (told[-1]["event"], told[-1]["reason"]) == ("end", "quit")
 
 
 def test_reveal_shows_what_is_hidden(tmp_path: Path) -> None:

@@ -113,4 +113,4 @@ def test_a_file_is_converted_too(tmp_path: Path) -> None:
     assert told == f"{path}: {source}, a POMDP"
     found = markov.read("tiger.dpomdp", path.read_bytes(), team=True)
     assert (found.discount, found.agents) == (0.5, ("agent1",))
-    assert found.story() == tiger().about
+    assert found.story() == tiger().story()

@@ -21,9 +21,10 @@ SCREEN = Terminal(True, "", True, False, False)
 PIPE = SCREEN._replace(screen=False)
 LONG = "\n".join(map(str, range(100)))
 every_topic = pytest.mark.parametrize("name", topics())
+STARTS = pytest.param("bots", marks=pytest.mark.slow)  # programs, one after another
 
 
-@every_topic
+@pytest.mark.parametrize("name", [STARTS if name == "bots" else name for name in topics()])
 def test_what_a_topic_says_is_what_happens(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -44,6 +45,12 @@ def test_a_topic_names_only_topics_and_commands_that_there_are(name: str) -> Non
 
 def test_the_first_problem_of_the_guide_is_no_longer_than_fifteen_lines() -> None:
     assert len([line for line in TIGER.splitlines() if line.strip()]) <= 15
+
+
+def test_no_program_of_the_guide_has_fifteen_lines() -> None:
+    programs = [block for block in blocks(topic("bots")) if block.name]
+    assert [one.language for one in programs] == ["python", "awk", "bash", "c"]
+    assert all(len(one.code.splitlines()) < 15 for one in programs)
 
 
 def test_topics_are_in_reading_order_and_titled_by_their_first_lines() -> None:

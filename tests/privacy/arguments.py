@@ -101,6 +101,7 @@ OUTSIDE: Mapping[str, Sequence[str]] = {
         "{file}",
     ),
     "review": ("{file}", "{file} --json", "{file} --write"),
+    "bot": ("random --problem {problem}",),
     "branch": (
         "{file} --at 2 -o branch.dmt",
         "{file} --at 1 -o branch.dmt --json",

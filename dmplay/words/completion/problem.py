@@ -5,7 +5,7 @@ from dmplay.errors import DmplayError
 from dmplay.finding import problems
 from dmplay.finding.agents import roster, settings
 
-SEATS = ("human", "script:", "replay:")
+SEATS = ("human", "script:", "replay:", "bot:")
 
 
 def agents(problem: str, word: str = "") -> list[str]:

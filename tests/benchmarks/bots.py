@@ -1,0 +1,50 @@
+"""What a turn of a program costs: the guide's bots in each language, beside an agent of ours."""
+
+import os
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from statistics import median
+from time import perf_counter
+
+import dmplay
+from dmplay.finding.topics import topic
+from tests.support.blocks import file
+
+TURNS = 1000
+FILES = ("first.c", "first.sh")
+BOTS: Mapping[str, str] = {"built-in": "random", "C": "bot:./first", "bash": "bot:bash first.sh"}
+
+
+def report(runs: int) -> None:
+    """Prints the median and the ninetieth percentile of a choice."""
+    before = Path.cwd()
+    print(f"programs in a seat, 2048, medians of {runs * TURNS} turns: ms a choice, 90%")
+    with tempfile.TemporaryDirectory() as place:
+        os.chdir(place)
+        for name in FILES:
+            Path(name).write_text(file(topic("bots"), name), encoding="utf-8")
+        if shutil.which("cc"):
+            subprocess.run(["cc", "-O2", "-o", "first", "first.c"], check=True)
+        for language, name in BOTS.items():
+            if language == "C" and not shutil.which("cc"):
+                print("  C                       there is no compiler here")
+                continue
+            spent = sorted(1000 * one for run in range(runs) for one in _choices(name, run))
+            print(f"  {language:<24}{median(spent):8.3f} {spent[len(spent) * 9 // 10]:7.3f}")
+        os.chdir(before)
+
+
+def _choices(name: str, seed: int) -> list[float]:
+    """Seconds of each choice but the first, which starts the program."""
+    problem = dmplay.load("2048")
+    game = dmplay.Session(problem, dmplay.Dice(seed), [dmplay.agent(problem, 0, name)])
+    spent: list[float] = []
+    while len(spent) <= TURNS and not game.over:
+        begun = perf_counter()
+        decided = game.decided()
+        spent.append(perf_counter() - begun)
+        game.advance(decided)
+    return spent[1:]
