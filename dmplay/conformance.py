@@ -14,7 +14,7 @@ from dmplay.core import Policy, Problem
 from dmplay.dice import Dice
 from dmplay.errors import BadPolicy
 from dmplay.finding import agents, modules, problems
-from dmplay.game.keymap import AS_DRAWN, hands
+from dmplay.keys.keymap import AS_DRAWN, hands
 from dmplay.policies.general import Random
 from dmplay.samples import SEED, Turns, final, parts, turns
 from dmplay.session import Session

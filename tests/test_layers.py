@@ -18,8 +18,8 @@ FLOORS = (
     "belief", "displayed", "session", "blocks", "rollouts", "problems", "files", "guests",
     "solvers", "policies", "transcript", "bots", "finding", "hand", "terminal", "signals",
     "styles", "painting", "views", "loops", "gym", "zoo", "figures", "solutions", "measure",
-    "advice", "game", "conformance", "records", "words", "screen", "gallery", "reports", "prompt",
-    "front", "cli", "pytest_plugin", "__main__",
+    "advice", "keys", "game", "conformance", "records", "words", "screen", "gallery", "reports",
+    "prompt", "front", "cli", "pytest_plugin", "__main__",
 )  # fmt: skip
 SCREENS = {"rich", "typer", "prompt_toolkit"}
 ALLOWED = {  # what a floor may load beside the standard library and numpy

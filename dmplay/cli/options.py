@@ -48,7 +48,7 @@ def _problem(ctx: typer.Context) -> str:
 
 def wanted_keys(preset: str | None) -> Any:
     """The keys of a preset, and those of the files."""
-    from dmplay.game.keymap import Keys as Wanted
+    from dmplay.keys.keymap import Keys as Wanted
 
     return Wanted(preset or "", config.keys())
 

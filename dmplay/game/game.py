@@ -17,9 +17,9 @@ from dmplay.describe import ended, one_line
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter, Forfeit
 from dmplay.game.account import Account
-from dmplay.game.keyboard import Keyboard
 from dmplay.game.request import Request
 from dmplay.game.saves import logged
+from dmplay.keys.keyboard import Keyboard
 from dmplay.policies.script import EndOfScript
 from dmplay.session import Follower, Session, View
 from dmplay.signals import WHOLE

@@ -6,10 +6,10 @@ from dmplay.displayed import Displayed
 from dmplay.errors import BadParameter
 from dmplay.game.checking import altered, loaded
 from dmplay.game.game import Game
-from dmplay.game.keyboard import Keyboard
-from dmplay.game.keymap import AS_DRAWN
 from dmplay.game.saves import readable
 from dmplay.game.seats import people
+from dmplay.keys.keyboard import Keyboard
+from dmplay.keys.keymap import AS_DRAWN
 from dmplay.session import Session
 from dmplay.transcript.replay import feed, start
 from dmplay.transcript.seal import opened

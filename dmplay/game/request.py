@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from dmplay.errors import BadParameter
-from dmplay.game.keymap import AS_DRAWN, Keys
+from dmplay.keys.keymap import AS_DRAWN, Keys
 from dmplay.transcript.format import PERSON
 from dmplay.transcript.header import Header
 

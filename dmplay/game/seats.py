@@ -11,9 +11,9 @@ from dmplay.disk import content
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.finding import agents, problems
 from dmplay.finding.ways import HERE, beside, is_program, moved
-from dmplay.game.keyboard import action_of
 from dmplay.game.request import Request
 from dmplay.game.saves import readable
+from dmplay.keys.keyboard import action_of
 from dmplay.policies.kinds import Seated
 from dmplay.policies.script import Script
 from dmplay.terminal import clean

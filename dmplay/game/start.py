@@ -16,12 +16,12 @@ from dmplay.game import saves
 from dmplay.game.account import frame
 from dmplay.game.checking import altered, loaded
 from dmplay.game.game import AGAIN, Game
-from dmplay.game.keyboard import Keyboard
-from dmplay.game.keymap import hands
 from dmplay.game.playback import Playback
 from dmplay.game.request import Branching, Recording, Request, Resumption, Wanted, pairs, repeated
 from dmplay.game.saves import OUTPUT, readable, standard
 from dmplay.game.seats import HUMAN, header, people, seat_policy, sitting, told_in
+from dmplay.keys.keyboard import Keyboard
+from dmplay.keys.keymap import hands
 from dmplay.session import Session
 from dmplay.transcript.format import Frame, turn_limit
 from dmplay.transcript.header import Header

@@ -15,11 +15,11 @@ from dmplay.errors import BadParameter
 from dmplay.game.errand import Printout
 from dmplay.game.formats import FORMATS
 from dmplay.game.game import Game
-from dmplay.game.keyboard import Keyboard
-from dmplay.game.keymap import AS_DRAWN
 from dmplay.game.playback import Playback
 from dmplay.game.request import Request
 from dmplay.game.seats import people
+from dmplay.keys.keyboard import Keyboard
+from dmplay.keys.keymap import AS_DRAWN
 from dmplay.reports.drawing import film as pictures
 from dmplay.reports.drawing import kept, picture
 from dmplay.reports.page import page

@@ -14,7 +14,7 @@ from dmplay.describe import counted, summary
 from dmplay.errors import UnknownName
 from dmplay.finding import agents, problems
 from dmplay.finding.names import problem_names
-from dmplay.game.keymap import AS_DRAWN, Keys, hands
+from dmplay.keys.keymap import AS_DRAWN, Keys, hands
 from dmplay.terminal import Wishes
 
 WIDE = 100  # columns of a table that goes into a pipe

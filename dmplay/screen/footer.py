@@ -9,7 +9,7 @@ from rich.text import Text
 
 from dmplay.advice.adviser import Advice, decimals, fixed
 from dmplay.game.game import Game
-from dmplay.game.keymap import SHOWN
+from dmplay.keys.keymap import SHOWN
 from dmplay.screen.shown import NOTHING, Room, Shown, fitted
 from dmplay.words.commands import named
 

@@ -12,9 +12,9 @@ from dmplay.finding.names import problem_names
 from dmplay.finding.ways import is_file
 from dmplay.game.answer import answer
 from dmplay.game.game import Game
-from dmplay.game.keymap import SHOWN
 from dmplay.game.request import words_of
 from dmplay.game.table import Table
+from dmplay.keys.keymap import SHOWN
 from dmplay.words import game_commands as of_game
 from dmplay.words import table_commands as of_table
 from dmplay.words.lesson import lesson

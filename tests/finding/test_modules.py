@@ -14,8 +14,8 @@ from dmplay.errors import BadParameter, DmplayError
 from dmplay.finding import agents, problems
 from dmplay.game.account import frame
 from dmplay.game.game import Game
-from dmplay.game.keymap import AS_DRAWN, hands
 from dmplay.game.table import Table
+from dmplay.keys.keymap import AS_DRAWN, hands
 from dmplay.reports import problems as reports
 from dmplay.transcript.format import turn_facts
 from dmplay.views.style import Look, fit, style_of

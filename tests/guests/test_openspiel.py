@@ -9,8 +9,8 @@ import dmplay
 from dmplay.conformance import check
 from dmplay.core import WAIT
 from dmplay.errors import BadParameter, BadPolicy, IllegalAction, UnknownName
-from dmplay.game.keyboard import Keyboard
-from dmplay.game.keymap import AS_DRAWN
+from dmplay.keys.keyboard import Keyboard
+from dmplay.keys.keymap import AS_DRAWN
 from dmplay.session import Session
 from dmplay.views import generic
 from tests.support.games import Scripted

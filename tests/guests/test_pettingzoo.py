@@ -7,8 +7,8 @@ import pytest
 import dmplay
 from dmplay.conformance import check
 from dmplay.errors import BadParameter, UnknownName
-from dmplay.game.keyboard import Keyboard
-from dmplay.game.keymap import AS_DRAWN
+from dmplay.keys.keyboard import Keyboard
+from dmplay.keys.keymap import AS_DRAWN
 from dmplay.session import Session
 from tests.support.guests import tried
 

@@ -14,11 +14,11 @@ from rich.text import Text
 from dmplay.dice import Dice
 from dmplay.finding import problems
 from dmplay.game.game import Game
-from dmplay.game.keyboard import Keyboard
-from dmplay.game.keymap import AS_DRAWN, Keys
 from dmplay.game.request import Request
 from dmplay.game.seats import HUMAN, people, seat_policy
 from dmplay.game.table import Table
+from dmplay.keys.keyboard import Keyboard
+from dmplay.keys.keymap import AS_DRAWN, Keys
 from dmplay.painting.painter import Painter
 from dmplay.screen import toolkit
 from dmplay.screen.screen import Screen

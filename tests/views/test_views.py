@@ -11,7 +11,7 @@ from dmplay.core import Problem
 from dmplay.dice import Dice
 from dmplay.finding import problems
 from dmplay.finding.names import problem_names
-from dmplay.game.keyboard import action_by_key
+from dmplay.keys.keyboard import action_by_key
 from dmplay.session import Session
 from dmplay.solvers import value_iteration
 from dmplay.styles import rgb

@@ -6,10 +6,10 @@ import dmplay
 from dmplay.errors import DmplayError
 from dmplay.finding.names import problem_names
 from dmplay.game.game import Game
-from dmplay.game.keyboard import action_by_key
-from dmplay.game.keymap import AS_DRAWN, CLUSTERS, Keys, hands
 from dmplay.game.seats import HUMAN
 from dmplay.game.table import Table
+from dmplay.keys.keyboard import action_by_key
+from dmplay.keys.keymap import AS_DRAWN, CLUSTERS, Keys, hands
 from dmplay.reports.problems import about
 from dmplay.screen.footer import keys
 from dmplay.screen.shown import Room

@@ -6,8 +6,8 @@ from contextlib import suppress
 
 from dmplay.core import WAIT, Interval, Labels, Problem
 from dmplay.errors import BadParameter, UnknownName
-from dmplay.game import keymap
-from dmplay.game.keymap import DIGITS, Keys
+from dmplay.keys import keymap
+from dmplay.keys.keymap import DIGITS, Keys
 from dmplay.session import View
 from dmplay.views.style import style_of
 

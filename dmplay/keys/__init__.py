@@ -1,0 +1,1 @@
+"""Which keys and words play which actions."""
