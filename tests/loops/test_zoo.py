@@ -4,8 +4,6 @@ import warnings
 
 import numpy as np
 import pytest
-from pettingzoo.test import api_test, parallel_api_test
-from pettingzoo.utils.conversions import parallel_to_aec
 
 import dmplay
 from dmplay.core import Interval
@@ -57,7 +55,11 @@ def test_a_game_is_begun_before_a_turn() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:The old environment creation API:DeprecationWarning")
 def test_every_problem_passes_pettingzoos_checks() -> None:
+    from pettingzoo.test import api_test, parallel_api_test  # which warn of their own imports
+    from pettingzoo.utils.conversions import parallel_to_aec
+
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of observations that are no images
         for name in CASES:
