@@ -50,7 +50,7 @@ class Hand:
             done[seat] = self.session.problem.action(seat, str(action))
         self.session.advance(done)
         if self.over:
-            dismissed(self.session)
+            dismissed(self.session, type(self.session.problem).__name__)
         return self.learnt()
 
     def learnt(self, agent: str = "") -> Facts:

@@ -4,7 +4,7 @@ from typing import NamedTuple, Protocol
 
 from dmplay.bots.protocol import VERSION, Facts, choices, line, message
 from dmplay.chance import Bools, Reals
-from dmplay.core import Problem
+from dmplay.core import Labels, Problem
 from dmplay.errors import DmplayError, Forfeit
 
 FIRST = 10.0  # seconds at least to say hello
@@ -68,7 +68,7 @@ class Talk:
             "seat": problem.agents[seat],
             "agents": problem.agents,
             "actions": choices(problem, seat),
-            "observations": problem.observations[seat] if problem.hidden else None,
+            "observations": _names(problem, seat),
             "discount": problem.discount,
             "horizon": problem.horizon,
             "clock": self._clock,
@@ -150,3 +150,9 @@ class Talk:
             farewell = self._new(last) + line("over", end) + line("quit", {})
         self.channel.close(farewell)
         return self.channel.log
+
+
+def _names(problem: Problem, seat: int) -> Labels | None:
+    """What a seat may observe, by name; None where that is a state, numbers or text."""
+    known = problem.observations[seat] if problem.hidden else None
+    return known if isinstance(known, Labels) else None

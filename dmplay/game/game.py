@@ -18,7 +18,6 @@ from dmplay.dice import Dice
 from dmplay.errors import BadParameter, Forfeit
 from dmplay.game.account import Account
 from dmplay.game.request import Request
-from dmplay.game.saves import logged
 from dmplay.keys.keyboard import Keyboard
 from dmplay.policies.script import EndOfScript
 from dmplay.session import Follower, Session, View
@@ -344,5 +343,4 @@ class Game:
                 why = f"# {self.account.forfeited}\n" if self.account.forfeited else ""
                 ghost = self.ghost.note() if self.ghost else ""
                 self.recorder.end(f"{why}{ghost}{AGAIN * self.repeats}{self.notes}")
-        logs = dismissed(self.session)
-        self.logs += [path for who, log in logs.items() if (path := logged(self.name, who, log))]
+        self.logs += dismissed(self.session, self.name)

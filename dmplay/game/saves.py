@@ -3,7 +3,6 @@
 import contextlib
 import errno
 import os
-import re
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -123,21 +122,6 @@ def history() -> Path | None:
     file = place.parent / "history"
     able = ready(place) and (not file.exists() or os.access(file, os.W_OK))
     return file if able else None
-
-
-def logged(game: str, agent: str, log: str) -> Path | None:
-    """Keeps what a program in a seat said on its standard error in place of what the last one
-    said there; None where that was nothing, or cannot be kept.
-    """
-    place = folder(os.environ)
-    if not log or not ready(place):
-        return None
-    name = "-".join(re.findall(r"\w+", f"{game} {agent}"))
-    path = place.parent / f"{name}.log"
-    with contextlib.suppress(DmplayError):
-        disk.write(path, [log], force=True, private=True)
-        return path
-    return None
 
 
 def copied(recorder: Recorder, path: Path) -> None:

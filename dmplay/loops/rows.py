@@ -41,8 +41,11 @@ class Rows:
         self.luck.anew(rows)
         self._turn[rows] = 0
         state = problem.start(self.luck.draw(NATURE, self._turn, problem.draws.start, rows))
-        first = problem.first_sight(state)
-        memories = [() if one is None else one.begin(first) for one in self._policies]
+        memories: list[Memory] = [
+            () if policy is None else policy.begin(problem.first_sight(state, place))
+            for place, policy in enumerate(self._policies)
+        ]
+        first = problem.first_sight(state, self.seat.seat)
         return state, memories, self.seat.seen(first, None)
 
     def play(self, own: Array) -> tuple[Reals, Bools, Bools]:

@@ -133,7 +133,7 @@ def test_a_seat_is_told_what_it_may_know_and_how_it_ended() -> None:
     game.advance()
     game.advance()
     game.end("quit")
-    dismissed(game)
+    dismissed(game, "it")
     hello, first, _, turn, ask, last, over, end = program.heard
     parameters = {one.name: getattr(game.problem, one.name) for one in fields(game.problem)}
     assert hello["parameters"] == parameters
@@ -153,7 +153,7 @@ def test_what_a_game_that_can_be_played_on_paid_is_no_farewell() -> None:
     game = program.seated("crying-baby")
     game.advance()
     game.end("interrupted")
-    dismissed(game)
+    dismissed(game, "it")
     assert program.heard[-2] == {"type": "over", "reason": "interrupted", "turns": 1}
 
 

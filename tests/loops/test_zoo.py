@@ -61,7 +61,10 @@ def test_every_problem_passes_pettingzoos_checks() -> None:
     from pettingzoo.utils.conversions import parallel_to_aec
 
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of observations that are no images
+        warnings.simplefilter("ignore")  # of observations that are no images, and its own imports
+        from pettingzoo.test import api_test, parallel_api_test
+        from pettingzoo.utils.conversions import parallel_to_aec
+
         for name in CASES:
             parallel_api_test(ParallelEnv(name), CYCLES)
             api_test(parallel_to_aec(ParallelEnv(name)), CYCLES)
