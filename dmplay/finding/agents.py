@@ -42,7 +42,13 @@ def agent(problem: Problem, seat: int, name: str) -> Policy:
     place, _, rest = name.partition(":")
     wanted, _, given = rest.partition(":")
     make = attribute(f"{place}:{wanted}")
-    made: Policy = make(problem, seat, **(_settings(make, given, name) if given else {}))
+    chosen = _settings(make, given, name) if given else {}
+    try:
+        made: Policy = make(problem, seat, **chosen)
+    except TypeError as error:
+        if error.__traceback__ and error.__traceback__.tb_next:  # from inside what is called
+            raise
+        raise BadPolicy(f"{name}: nothing that a problem and a seat make a policy of") from None
     missing = [part for part in ("begin", "update", "choose") if not hasattr(made, part)]
     if missing:
         raise BadPolicy(f"{name}: not a policy, it lacks {', '.join(missing)}")

@@ -7,7 +7,7 @@ import pytest
 
 import dmplay
 from dmplay.core import Problem
-from dmplay.errors import DmplayError, UnknownName
+from dmplay.errors import BadPolicy, DmplayError, UnknownName
 from dmplay.finding.agents import adviser, for_turns, roster
 from dmplay.finding.names import problem_names
 from dmplay.finding.problems import variants
@@ -121,6 +121,14 @@ def test_a_wrong_agent_is_one_clear_line(name: str, message: str) -> None:
     with pytest.raises(UnknownName) as caught:
         dmplay.agent(dmplay.load("hexworld"), 0, name)
     assert str(caught.value).startswith(message)
+
+
+@pytest.mark.parametrize("name", ["os:path", "os:getcwd", "os:sep"])
+def test_what_makes_no_policy_is_told_as_such(name: str) -> None:
+    with pytest.raises(
+        BadPolicy, match=f"^{name}: nothing that a problem and a seat make a policy"
+    ):
+        dmplay.agent(dmplay.load("hexworld"), 0, name)
 
 
 def test_an_agent_in_a_file_plays(tmp_path: Path) -> None:
