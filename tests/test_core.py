@@ -5,10 +5,23 @@ import pytest
 
 import dmplay
 from dmplay.chance import Array, Chance, Pick
-from dmplay.core import GRID, Interval, Problem, exact, exact_start, placed, possible
+from dmplay.core import (
+    GRID,
+    WAIT,
+    Interval,
+    Labels,
+    Numbers,
+    Problem,
+    Texts,
+    exact,
+    exact_start,
+    placed,
+    possible,
+)
 from dmplay.errors import BadParameter, TooMuch, UnknownName
 from dmplay.problems.cart_pole import CartPole
 from dmplay.problems.rock_paper_scissors import RockPaperScissors
+from tests.support.turns import Nim
 
 
 @pytest.mark.parametrize(
@@ -149,3 +162,30 @@ def test_what_can_happen_is_what_is_listed_with_a_chance() -> None:
     assert listed.probabilities.tolist() == [[1.0, 0.0, 0.0]] * 2
     assert outcome.state.tolist() == listed.outcome.state[:, 0].tolist()
     assert outcome.rewards.tolist() == listed.outcome.rewards[:, 0].tolist()
+
+
+def test_what_is_seen_as_numbers_or_text_is_told_and_so_is_nothing_yet() -> None:
+    assert Numbers(2).told(np.array([0.5, -1.25])) == "0.5, -1.25"
+    assert Numbers(2).told(Numbers(2).unseen(1)[0]) == "nothing yet"
+    assert Numbers().fact(np.array(0.5)) == 0.5
+    assert Texts().told(np.array("a king")) == "a king"
+    assert Texts().told(Texts().unseen(1)[0]) == "nothing yet"
+    assert Texts().fact(np.array("a king")) == "a king"
+
+
+def test_observations_without_labels_are_not_counted() -> None:
+    class Measured(RockPaperScissors):
+        observations = (Numbers(), Numbers())
+
+    with pytest.raises(BadParameter, match="Measured has observations without labels"):
+        _ = Measured().observation_counts
+
+
+def test_only_a_seat_that_can_do_no_more_than_wait_is_waiting() -> None:
+    class Passing(Nim):
+        actions = (Labels(("one", "two", WAIT)), Labels(("one", "two", "pass")))
+
+    start = Nim().place(1, ())
+    assert Nim().waiting(start).tolist() == [[False, True]]
+    assert Passing().waiting(start).tolist() == [[False, False]]
+    assert RockPaperScissors().waiting(np.array([0])).tolist() == [[False, False]]

@@ -406,3 +406,10 @@ def test_an_undo_copies_as_little_late_in_a_game_as_early() -> None:
         finally:
             tracemalloc.stop()
     assert copied[1] < 1.5 * copied[0]
+
+
+def test_who_chose_in_every_turn_goes_back_as_many() -> None:
+    session = dmplay.Session(dmplay.load("rock-paper-scissors"), dmplay.Dice(1))
+    for _ in range(3):
+        session.advance([0, 0])
+    assert [session.back([0], choices) for choices in (1, 2, 3, 4)] == [1, 2, 3, 4]
