@@ -1,5 +1,6 @@
 """Commands that play many games: what agents earn, and who is ahead."""
 
+from collections.abc import Callable, Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -13,33 +14,55 @@ from dmplay.terminal import Wishes
 
 Episodes = Annotated[int, typer.Option("--episodes", metavar="N", min=1, help="games")]
 Csv = Annotated[bool, typer.Option("--csv", help="as comma-separated values")]
+Dice = Annotated[int, typer.Option("--seed", metavar="N", min=0, help="the dice of all games")]
 Hands = Annotated[
     str, typer.Option("--workers", metavar="N", help="processes; auto: as many as pay")
 ]
 Engine = Annotated[
     str, typer.Option("--executor", metavar="MODULE:MAKE", help="what makes another engine")
 ]
+MATCH: Mapping[str, tuple[Any, object]] = {
+    "variant": (options.Variant, ""),
+    "set_": (options.Set, []),
+    "vs": (options.Others, ""),
+    "seat": (options.Seats, []),
+    "turns": (options.Unattended, None),
+    "seed": (Dice, 0),
+    "workers": (Hands, "auto"),
+    "executor": (Engine, ""),
+    "csv": (Csv, False),
+}
 Form = Literal["", "json", "csv"]
 
 
+def _of_matches(*without: str) -> Callable[[options.Command], options.Command]:
+    """Gives a command, in place of its parameter `given`, the options of games that are many."""
+    some = {name: one for name, one in MATCH.items() if name not in without}
+    return options.spread("given", some, lambda given: given)
+
+
+def _match(problem: str, given: Mapping[str, Any], agent: str = "") -> Any:
+    """What is played, by what was given."""
+    from dmplay.reports.measuring import Match
+
+    name = f"{problem}:{given['variant']}" if given["variant"] else problem
+    return Match(
+        name, given["set_"], agent, given.get("vs", ""), given.get("seat", ()), given["turns"],
+        given["seed"], _workers(given["workers"]), _executor(given["executor"]),
+    )  # fmt: skip
+
+
+@_of_matches()
 @options.wishes("json", "motion")
 def run(
     problem: options.Name,
-    variant: options.Variant = "",
-    set_: options.Set = [],  # noqa: B006 - typer reads it once
     agent: options.Agent = "",
-    vs: options.Others = "",
-    seat: options.Seats = [],  # noqa: B006
     episodes: Episodes = 10_000,
     until_se: Annotated[
         float | None, typer.Option("--until-se", metavar="X", help="until errors are so small")
     ] = None,
-    turns: options.Unattended = None,
-    seed: options.Seed = None,
-    workers: Hands = "auto",
-    executor: Engine = "",
-    csv: Csv = False,
     *,
+    given: Mapping[str, Any],
     wishes: Wishes,
 ) -> object:
     """Play many games: what each seat earns, how sure that is, and how it is spread.
@@ -54,33 +77,23 @@ def run(
     """
     from dmplay.reports import measuring
 
-    match = measuring.Match(
-        _named(problem, variant), set_, agent, vs, seat, turns, seed or 0, _workers(workers),
-        _executor(executor),
-    )  # fmt: skip
-    form = _form(json=wishes.json, csv=csv)
+    form = _form(json=wishes.json, csv=given["csv"])
+    match = _match(problem, given, agent)
     return measuring.ran(match, episodes=episodes, until=until_se, form=form, motion=wishes.motion)
 
 
+@_of_matches()
 @options.wishes("json", "motion")
 def compare(
     problem: options.Name,
     agents: Annotated[list[str], typer.Argument(metavar="AGENT...", help="two or more agents")],
-    variant: options.Variant = "",
-    set_: options.Set = [],  # noqa: B006 - typer reads it once
-    vs: options.Others = "",
-    seat: options.Seats = [],  # noqa: B006
     episodes: Episodes = 10_000,
     decide: Annotated[
         float | None,
         typer.Option("--decide", metavar="P", help="stop when it is clear, wrong in at most P"),
     ] = None,
-    turns: options.Unattended = None,
-    seed: options.Seed = None,
-    workers: Hands = "auto",
-    executor: Engine = "",
-    csv: Csv = False,
     *,
+    given: Mapping[str, Any],
     wishes: Wishes,
 ) -> object:
     """Compare agents in the first seat on the same dice: who earns more, and how sure that is.
@@ -91,33 +104,25 @@ def compare(
     """
     from dmplay.reports import measuring
 
-    match = measuring.Match(
-        _named(problem, variant), set_, "", vs, seat, turns, seed or 0, _workers(workers),
-        _executor(executor),
-    )  # fmt: skip
-    form = _form(json=wishes.json, csv=csv)
+    form = _form(json=wishes.json, csv=given["csv"])
+    match = _match(problem, given)
     return measuring.compared(
         match, agents, episodes=episodes, decide=decide, form=form, motion=wishes.motion
     )
 
 
+@_of_matches("vs", "seat")
 @options.wishes("json", "motion")
 def tournament(
     problem: options.Name,
     entrants: Annotated[list[str], typer.Argument(metavar="AGENT...", help="two or more agents")],
-    variant: options.Variant = "",
-    set_: options.Set = [],  # noqa: B006 - typer reads it once
     episodes: Episodes = 1000,
-    turns: options.Unattended = None,
-    seed: options.Seed = None,
-    workers: Hands = "auto",
-    executor: Engine = "",
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", metavar="FILE", help="keeps what is played, to go on with"),
     ] = None,
-    csv: Csv = False,
     *,
+    given: Mapping[str, Any],
     wishes: Wishes,
 ) -> object:
     """Seat everybody against everybody, in every order, on the same dice.
@@ -131,18 +136,11 @@ def tournament(
     """
     from dmplay.reports import measuring
 
-    match = measuring.Match(
-        _named(problem, variant), set_, turns=turns, seed=seed or 0, workers=_workers(workers),
-        executor=_executor(executor),
-    )  # fmt: skip
-    form = _form(json=wishes.json, csv=csv)
+    form = _form(json=wishes.json, csv=given["csv"])
+    match = _match(problem, given)
     return measuring.met(
         match, entrants, episodes=episodes, kept=output, form=form, motion=wishes.motion
     )
-
-
-def _named(problem: str, variant: str) -> str:
-    return f"{problem}:{variant}" if variant else problem
 
 
 def _form(*, json: bool, csv: bool) -> Form:

@@ -170,7 +170,7 @@ def wishes(*some: str) -> Callable[[Command], Command]:
     options = {
         name: (WISHES[name], Wishes._field_defaults[name]) for name in some or Wishes._fields
     }
-    return _spread("wishes", options, lambda given: Wishes(**given))
+    return spread("wishes", options, lambda given: Wishes(**given))
 
 
 def formats(command: Command) -> Command:
@@ -179,12 +179,12 @@ def formats(command: Command) -> Command:
         name: (Annotated[bool, typer.Option(f"--{name}", help=one.help)], False)
         for name, one in FORMATS.items()
     }
-    return _spread("formats", options, lambda given: [n for n, wish in given.items() if wish])(
+    return spread("formats", options, lambda given: [n for n, wish in given.items() if wish])(
         command
     )
 
 
-def _spread(
+def spread(
     name: str, options: Mapping[str, tuple[Any, object]], gather: Callable[[dict[str, Any]], object]
 ) -> Callable[[Command], Command]:
     """Gives a command options in place of a parameter, which is what `gather` makes of them.
