@@ -106,7 +106,7 @@ def _layout(screen: Screen, painter: Painter, line: Buffer, *, hidden: bool) -> 
     typed = BufferControl(line, input_processors=[*veil, BeforeInput(" :")])
     rows = [
         Window(FormattedTextControl(upper)),
-        Window(typed, height=1),
+        Window(typed, height=1, get_horizontal_scroll=lambda window: 0),  # no further than it must
         Window(FormattedTextControl(row), height=1),
     ]
     if painter.size()[1] < len(rows):  # no room beside what is typed

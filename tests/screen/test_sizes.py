@@ -60,6 +60,13 @@ def test_five_hundred_sizes_in_a_row_leave_the_screen_as_the_last_one_is(
         assert terminal.left_clean()
 
 
+def test_what_is_typed_is_shown_whole_again_where_there_is_room(tmp_path: Path) -> None:
+    with Terminal("hexworld", "--seed", "7", folder=tmp_path) as terminal:
+        terminal.ready().press(":").press("hint", ":hint")
+        terminal.resize(3, 10).until(lambda: "hint" not in terminal.text and "t" in terminal.text)
+        terminal.calm().resize(80, 24).until(" :hint")
+
+
 def test_the_board_above_the_command_row_follows_every_size(tmp_path: Path) -> None:
     with Terminal("hexworld", "--seed", "7", folder=tmp_path) as terminal:
         terminal.ready().press(":").press("hin", ":hin")
