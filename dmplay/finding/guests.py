@@ -3,7 +3,7 @@
 from importlib import import_module
 
 from dmplay.finding.ways import Found
-from dmplay.guests.library import origin
+from dmplay.guests.extras import origin
 
 LIBRARIES = {  # by the word before the colon, the package that is asked
     "gymnasium": "gymnasium",

@@ -11,8 +11,8 @@ from typing import Any
 from dmplay.core import Interval, Labels, Numbers, Problem
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.guests import tabled
+from dmplay.guests.extras import RAISED, called, first_line, library
 from dmplay.guests.history import Guest, Known, World, seed, sight
-from dmplay.guests.library import RAISED, called, first_line, library
 from dmplay.guests.spaces import Actions, numbers, size
 
 EXTRA = "gymnasium"

@@ -14,8 +14,8 @@ import numpy as np
 from dmplay.core import WAIT, Labels, Problem, Texts
 from dmplay.dice import spread
 from dmplay.errors import BadParameter, UnknownName
+from dmplay.guests.extras import RAISED, first_line, library
 from dmplay.guests.history import LARGEST_SEED, Guest, Known, World
-from dmplay.guests.library import RAISED, first_line, library
 from dmplay.sound import COMMANDS
 
 EXTRA = "openspiel"

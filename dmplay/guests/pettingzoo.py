@@ -11,8 +11,8 @@ import numpy as np
 from dmplay.chance import Array
 from dmplay.core import WAIT, Interval, Labels, Numbers, Problem
 from dmplay.errors import BadParameter, UnknownName
+from dmplay.guests.extras import RAISED, called, first_line, library
 from dmplay.guests.history import Guest, Known, World, seed, sight
-from dmplay.guests.library import RAISED, called, first_line, library
 from dmplay.guests.spaces import Actions, numbers, size
 
 EXTRA = "pettingzoo"
