@@ -16,8 +16,8 @@ from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import DECIMALS, Memory, Policy, Problem, asked, own
 from dmplay.dice import NATURE, uniforms
 from dmplay.errors import BadPolicy, LostGames, UnknownName
+from dmplay.session import MOST_TURNS
 
-MOST_TURNS = 10_000  # where nothing else ends a game
 LEAST, SOME, PROBED = 8, 32, 2  # games of a block; games and turns that tell what they cost
 
 

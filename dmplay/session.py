@@ -30,6 +30,7 @@ from dmplay.displayed import Displayed
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
 from dmplay.tabular import Tabular
 
+MOST_TURNS = 10_000  # where nothing else ends a game
 LARGEST_BELIEF = 4096  # states that a view shows a belief over, where it is quick to have
 LARGEST_ROWS = 2**16  # of them where what can happen is listed
 PART = 256  # turns of a part of what a seat was told

@@ -124,7 +124,17 @@ def test_every_module_has_a_floor() -> None:
         (["--version"], {"typer", "numpy", "rich", "prompt_toolkit"}),
         (["--help"], {"numpy", "rich", "prompt_toolkit"}),
         (["play", "--help"], {"numpy", "rich", "prompt_toolkit"}),
-        (["hexworld", "--agent", "optimal", "--quiet"], {"prompt_toolkit"}),
+        (
+            ["hexworld", "--agent", "optimal", "--quiet"],
+            {
+                "prompt_toolkit",
+                "multiprocessing",
+                "importlib.metadata",
+                "dmplay.files.markov",
+                "dmplay.bots.bot",
+                "dmplay.rollouts",
+            },
+        ),
     ],
 )
 def test_start_up_loads_no_more_than_it_needs(words: list[str], never: set[str]) -> None:

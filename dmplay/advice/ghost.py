@@ -9,8 +9,7 @@ from dmplay.core import Policy, Problem
 from dmplay.dice import NATURE, Dice
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.finding import agents
-from dmplay.rollouts import MOST_TURNS
-from dmplay.session import Session
+from dmplay.session import MOST_TURNS, Session
 from dmplay.terminal import clean
 from dmplay.thought import About, think
 

@@ -7,7 +7,6 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from dmplay.blocks import Workers
 from dmplay.cli import options
 from dmplay.errors import BadParameter
 from dmplay.terminal import Wishes
@@ -149,7 +148,7 @@ def _form(*, json: bool, csv: bool) -> Form:
     return "json" if json else "csv" if csv else ""
 
 
-def _workers(text: str) -> Workers:
+def _workers(text: str) -> int | Literal["auto"]:
     if text == "auto":
         return "auto"
     if not text.isdecimal():

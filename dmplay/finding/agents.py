@@ -10,7 +10,6 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
 
-from dmplay.bots.bot import Bot
 from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter, BadPolicy, UnknownName
 from dmplay.finding import modules
@@ -36,7 +35,7 @@ def roster(problem: Problem, seat: int = 0) -> Roster:
 def agent(problem: Problem, seat: int, name: str) -> Policy:
     """The agent of this name for a seat."""
     if is_program(name):
-        return _program(problem, seat, name)
+        return program(problem, seat, name)
     if not is_brought(problem, seat, name):
         return _of_roster(problem, seat, name)
     place, _, rest = name.partition(":")
@@ -115,15 +114,20 @@ def _of_roster(problem: Problem, seat: int, name: str) -> Seated:
     return make(problem, seat, **_settings(make, given, base))
 
 
-def _program(problem: Problem, seat: int, name: str) -> Bot:
-    """The program of `bot:COMMAND`; pairs that stand before the command are its parameters."""
+def program(problem: Problem, seat: int, name: str, turns: int | None = None) -> Policy:
+    """The program of `bot:COMMAND`, in a game of so many turns.
+
+    Pairs that stand before the command are its parameters.
+    """
+    from dmplay.bots.bot import Bot  # not needed where none plays
+
     command, given = name.partition(":")[2], {}
     while command.startswith(("clock=", "belief=")):
         pair, _, command = command.partition(",")
         key, _, value = pair.partition("=")
         given[key] = typed(key, value, getattr(Bot, key))
     told = name_of(stem(problem)) or type(problem).__name__
-    return Bot(problem, seat, command, told, **given)  # type: ignore[arg-type] # typed by `typed`
+    return Bot(problem, seat, command, told, turns, **given)  # type: ignore[arg-type] # typed by `typed`
 
 
 def _settings(make: type[Seated], given: str, name: str) -> dict[str, object]:

@@ -7,7 +7,6 @@ from pathlib import Path
 from dmplay import disk
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, TooMuch
-from dmplay.files import gambit, markov
 from dmplay.finding import guests
 from dmplay.finding.ways import Found
 
@@ -34,6 +33,8 @@ def find(name: str) -> Found:
 @lru_cache(maxsize=2)
 def _read(name: str, raw: bytes) -> Problem:
     """The problem of a file of this content, read once."""
+    from dmplay.files import gambit, markov  # not needed where none is played
+
     suffix = Path(name).suffix.lower()
     if suffix == ".nfg":
         return gambit.read(name, raw)

@@ -9,13 +9,13 @@ from rich.text import Text
 
 from dmplay.advice.adviser import Adviser
 from dmplay.advice.ghost import Ghost
-from dmplay.bots.end import dismissed
 from dmplay.budget import Stopped
 from dmplay.chance import Array
 from dmplay.core import Problem
 from dmplay.describe import ended, one_line
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter, Forfeit
+from dmplay.finding.ways import is_program
 from dmplay.game.account import Account
 from dmplay.game.request import Request
 from dmplay.keys.keyboard import Keyboard
@@ -343,4 +343,7 @@ class Game:
                 why = f"# {self.account.forfeited}\n" if self.account.forfeited else ""
                 ghost = self.ghost.note() if self.ghost else ""
                 self.recorder.end(f"{why}{ghost}{AGAIN * self.repeats}{self.notes}")
-        self.logs += dismissed(self.session, self.name)
+        if any(map(is_program, self.seats)):
+            from dmplay.bots.end import dismissed  # not needed where none plays
+
+            self.logs += dismissed(self.session, self.name)

@@ -1,10 +1,8 @@
 """Who sits where: people, agents, scripts and recordings."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 
-from dmplay.bots.bot import Bot
 from dmplay.core import Policy, Problem
 from dmplay.dice import Dice
 from dmplay.disk import content
@@ -41,8 +39,9 @@ def seat_policy(problem: Problem, seat: int, who: str, turns: int | None = None)
     if kind == "replay":
         played = replay(opened(readable(Path(rest)), problem), problem).turns
         return Script(problem, seat, tuple(turn.actions[seat].item() for turn in played))
-    found = agents.agent(problem, seat, who)
-    return replace(found, turns=turns) if isinstance(found, Bot) else found
+    if is_program(who):
+        return agents.program(problem, seat, who, turns)
+    return agents.agent(problem, seat, who)
 
 
 def _script(problem: Problem, seat: int, rest: str) -> tuple[float, ...]:

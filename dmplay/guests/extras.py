@@ -3,7 +3,6 @@
 import json
 import re
 from importlib import import_module
-from importlib.metadata import version
 from types import ModuleType
 from typing import NamedTuple
 
@@ -35,6 +34,8 @@ def library(module: str, extra: str, name: str) -> ModuleType:
 
 def origin(package: str) -> str:
     """A library and its version."""
+    from importlib.metadata import version  # it takes as long to load as the rest of the start
+
     return f"{package} {version(package)}"
 
 

@@ -6,8 +6,8 @@ from rich.text import Text
 
 from dmplay.describe import ended, score
 from dmplay.game.game import Game
-from dmplay.rollouts import MOST_TURNS
 from dmplay.screen.shown import Room
+from dmplay.session import MOST_TURNS
 from dmplay.terminal import clean
 
 

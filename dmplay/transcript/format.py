@@ -30,8 +30,7 @@ from typing import NamedTuple
 
 from dmplay.chance import Array
 from dmplay.core import NOTHING_YET, Problem
-from dmplay.rollouts import MOST_TURNS
-from dmplay.session import LONGEST_LIST, Session, believed
+from dmplay.session import LONGEST_LIST, MOST_TURNS, Session, believed
 
 PERSON = "human"
 DIGITS = 10  # significant, of a fact that is a real number

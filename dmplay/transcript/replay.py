@@ -8,8 +8,7 @@ import numpy as np
 from dmplay.chance import Reals
 from dmplay.core import Policy, Problem
 from dmplay.errors import BadTranscript, DmplayError
-from dmplay.rollouts import MOST_TURNS
-from dmplay.session import Session, Source
+from dmplay.session import MOST_TURNS, Session, Source
 from dmplay.transcript.format import PERSON, turn_limit
 from dmplay.transcript.reading import Block, Transcript
 
