@@ -12,7 +12,7 @@ from dmplay.core import Interval, Labels, Numbers, Problem
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.guests import tabled
 from dmplay.guests.extras import RAISED, called, first_line, library
-from dmplay.guests.history import Guest, Known, World, seed, sight
+from dmplay.guests.history import Environment, Known, World, seed, sight
 from dmplay.guests.spaces import Actions, numbers, size
 
 EXTRA = "gymnasium"
@@ -36,7 +36,7 @@ def find(name: str) -> Problem:
     env = _made(name)
     if tabled.tells(env.unwrapped):
         return Tabled(name=name)
-    made = Environment(name=name)
+    made = Observed(name=name)
     made.check()
     return made
 
@@ -121,15 +121,8 @@ class Playing(World):
 
 
 @dataclass(frozen=True)
-class Environment(Guest):
+class Observed(Environment):
     """An environment of which only its observations are known."""
-
-    drawn = True
-
-    @property
-    def rewards_observed(self) -> bool:
-        """Environments tell rewards each turn."""
-        return True
 
     @cached_property
     def actions(self) -> tuple[Labels | Interval]:

@@ -240,6 +240,18 @@ class Guest(Problem, ABC):
         return state
 
 
+@dataclass(frozen=True)
+class Environment(Guest):
+    """A world that draws, and tells agents what they observe and are paid in every turn."""
+
+    drawn = True
+
+    @property
+    def rewards_observed(self) -> bool:
+        """They are told."""
+        return True
+
+
 def _renamed(labels: Labels, called: Mapping[int, str]) -> Labels:
     """The labels, some under other names; a name that is another's has its number added."""
     names = [called.get(n, label) for n, label in enumerate(labels)]

@@ -12,7 +12,7 @@ from dmplay.chance import Array
 from dmplay.core import WAIT, Interval, Labels, Numbers, Problem
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.guests.extras import RAISED, called, first_line, library
-from dmplay.guests.history import Guest, Known, World, seed, sight
+from dmplay.guests.history import Environment, Known, World, seed, sight
 from dmplay.guests.spaces import Actions, numbers, size
 
 EXTRA = "pettingzoo"
@@ -23,7 +23,7 @@ PLANES = ".xo"  # of a board: free, the first's, the second's
 
 def find(name: str) -> Problem:
     """The environment of this name."""
-    made = Environment(name=name)
+    made = Observed(name=name)
     made.check()
     return made
 
@@ -152,15 +152,8 @@ class Playing(World):
 
 
 @dataclass(frozen=True)
-class Environment(Guest):
+class Observed(Environment):
     """An environment of several agents, of which only their observations are known."""
-
-    drawn = True
-
-    @property
-    def rewards_observed(self) -> bool:
-        """Environments tell rewards each turn."""
-        return True
 
     @cached_property
     def agents(self) -> tuple[str, ...]:
