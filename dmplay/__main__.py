@@ -12,22 +12,29 @@ SELDOM = 20_000, 20, 20  # a game keeps what it makes: to look for garbage finds
 
 def main() -> None:
     """Runs dmplay; the exit code is 0, 1, 2, 3, or 128 and a signal."""
-    _open_streams()
-    gc.set_threshold(*SELDOM)
     try:
-        code = _run()
-        sys.stdout.flush()
+        code = _ran()
     except KeyboardInterrupt:
         code = INTERRUPT_CODE
-    except BrokenPipeError:
-        code = PIPE_CODE
-    except OSError as error:
-        code = _refused(error)
     try:
         _let_go()
     except KeyboardInterrupt:
         code = INTERRUPT_CODE
     sys.exit(code)
+
+
+def _ran() -> int:
+    """Runs dmplay, and says in one line what the system refuses; the exit code."""
+    try:
+        _open_streams()
+        gc.set_threshold(*SELDOM)
+        code = _run()
+        sys.stdout.flush()
+    except BrokenPipeError:
+        return PIPE_CODE
+    except OSError as error:
+        return _refused(error)
+    return code
 
 
 def _run() -> int:
