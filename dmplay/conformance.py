@@ -6,19 +6,19 @@ from functools import cache, partial
 import numpy as np
 from rich.text import Text
 
-from dmplay import laws
-from dmplay.breach import Breach, Fact, Facts
 from dmplay.chance import Array
-from dmplay.choices import choosing
 from dmplay.core import Policy, Problem
 from dmplay.dice import Dice
 from dmplay.errors import BadPolicy
 from dmplay.finding import agents, modules, problems
 from dmplay.keys.keymap import AS_DRAWN, hands
+from dmplay.laws import play
+from dmplay.laws.breach import Breach, Fact, Facts
+from dmplay.laws.choices import choosing
+from dmplay.laws.samples import SEED, Turns, final, parts, turns
+from dmplay.laws.sound import STAGES
 from dmplay.policies.general import Random
-from dmplay.samples import SEED, Turns, final, parts, turns
 from dmplay.session import Session
-from dmplay.sound import STAGES
 from dmplay.views.style import Look, Style, fit, style_of
 
 ROWS = 200  # turns that each law is asked of
@@ -47,7 +47,7 @@ def _facts(problem: Problem) -> Iterator[Breach]:
     """What it says of itself."""
     for stage in STAGES:
         found = [
-            one for facts in stage for one in laws.held(type(problem), partial(facts, problem))
+            one for facts in stage for one in play.held(type(problem), partial(facts, problem))
         ]
         yield from found
         if found:
@@ -63,27 +63,27 @@ def _dynamics(problem: Problem) -> Iterator[Breach]:
 
     @cache
     def whole() -> tuple[Array, ...]:
-        return laws.everything(problem, found())
+        return play.everything(problem, found())
 
     def ends() -> Array:
         return np.concatenate([found().s, final(problem, GAMES, TURNS)])
 
     def apart(rows: slice) -> Facts:
-        return laws.alone(problem, Turns(*parts(found(), rows)), parts(whole(), rows))
+        return play.alone(problem, Turns(*parts(found(), rows)), parts(whole(), rows))
 
     singly: list[list[Callable[[], Facts]]] = [[partial(apart, rows)] for rows in ALONE]
     groups: list[list[Callable[[], Facts]]] = [
-        [lambda: laws.repeated(problem, found(), whole())],
+        [lambda: play.repeated(problem, found(), whole())],
         *singly,
-        [lambda: laws.shaped(problem, found())],
+        [lambda: play.shaped(problem, found())],
         [
-            *(partial(lambda law: law(problem, found()), law) for law in laws.LAWS),
-            lambda: laws.written(problem, ends()[:: ROWS // NOTED]),
-            lambda: laws.absorbing(problem, ends()),
+            *(partial(lambda law: law(problem, found()), law) for law in play.LAWS),
+            lambda: play.written(problem, ends()[:: ROWS // NOTED]),
+            lambda: play.absorbing(problem, ends()),
         ],
     ]
     for group in groups:
-        broken = [one for law in group for one in laws.held(type(problem), law)]
+        broken = [one for law in group for one in play.held(type(problem), law)]
         yield from broken
         if broken:
             return
@@ -100,7 +100,7 @@ def _agents(problem: Problem) -> Iterator[Breach]:
             policies: list[Policy] = [Random(problem, at) for at in range(len(problem.agents))]
             policies[seat] = policy
             law = partial(choosing, problem, seat, policies, ASKED)
-            for breach in laws.held(type(policy), law):
+            for breach in play.held(type(policy), law):
                 yield breach._replace(what=f"{name}: {breach.what}")
 
 
@@ -109,7 +109,7 @@ def _look(problem: Problem) -> Iterator[Breach]:
     if not problems.stem(problem):
         policies = [Random(problem, at) for at in range(len(problem.agents))]
         session = Session(problem, Dice(SEED), policies, limit=SHOWN)
-        yield from laws.held(type(problem), partial(_shown, session))
+        yield from play.held(type(problem), partial(_shown, session))
 
 
 def _shown(session: Session) -> Facts:

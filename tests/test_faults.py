@@ -8,9 +8,9 @@ import pytest
 import dmplay
 from dmplay.conformance import check
 from dmplay.errors import DmplayError
+from dmplay.laws.sound import COMMANDS
 from dmplay.places import blamed
 from dmplay.reports import checked
-from dmplay.sound import COMMANDS
 from dmplay.words import commands
 from tests.support.blocks import TIGER
 from tests.support.brought import WALK, Heap, Key, Vault

@@ -12,8 +12,8 @@ from dmplay.core import Problem, exact
 from dmplay.errors import BadParameter, TooMuch
 from dmplay.finding.agents import roster
 from dmplay.finding.problems import load
+from dmplay.laws.sound import sound
 from dmplay.rows import Rows
-from dmplay.sound import sound
 from dmplay.tabular import Sparse, tabulate
 from dmplay.transcript.format import turn_facts
 from dmplay.views import generic

@@ -23,8 +23,8 @@ from dmplay.finding.installed import installed
 from dmplay.finding.names import problem_names, stem_of
 from dmplay.finding.typed import typed
 from dmplay.finding.ways import HERE, Found, Way, is_data, is_file, moved
+from dmplay.laws.sound import sound
 from dmplay.places import blamed
-from dmplay.sound import sound
 
 FILES, GUESTS = "dmplay.files.", "dmplay.guests."
 

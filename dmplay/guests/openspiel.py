@@ -16,7 +16,7 @@ from dmplay.dice import spread
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.guests.extras import RAISED, first_line, library
 from dmplay.guests.history import LARGEST_SEED, Guest, Known, World
-from dmplay.sound import COMMANDS
+from dmplay.laws.sound import COMMANDS
 
 EXTRA = "openspiel"
 PERFECT = ("PERFECT_INFORMATION", "ONE_SHOT")  # after which all is known to all

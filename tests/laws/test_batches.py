@@ -7,9 +7,9 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dmplay import laws
 from dmplay.chance import Array
-from dmplay.samples import WALK, Turns, parts
+from dmplay.laws import play
+from dmplay.laws.samples import WALK, Turns, parts
 from tests.support.cases import ROWS, every_problem, frozen, load, same
 from tests.support.pools import broken, keeps, pool
 
@@ -27,13 +27,13 @@ def strided(found: Turns) -> Turns:
 
 @cache
 def whole(name: str) -> tuple[Array, ...]:
-    return laws.everything(load(name), pool(name))
+    return play.everything(load(name), pool(name))
 
 
 def alone(name: str, found: Turns, rows: slice) -> None:
     """Some turns come out as they do among all."""
     problem = load(name)
-    assert not broken(problem, lambda: laws.alone(problem, found, parts(whole(name), rows)))
+    assert not broken(problem, lambda: play.alone(problem, found, parts(whole(name), rows)))
 
 
 @every_problem
@@ -55,16 +55,16 @@ def test_each_of_the_first_rows_alone_has_the_same_bits(name: str) -> None:
 @every_problem
 def test_the_same_draws_give_the_same_outcome(name: str) -> None:
     problem, found = load(name), Turns(*(part.copy() for part in pool(name)))
-    assert not broken(problem, lambda: laws.repeated(problem, found, whole(name)))
+    assert not broken(problem, lambda: play.repeated(problem, found, whole(name)))
     assert same(found, pool(name))  # and nothing was written into
-    assert not broken(problem, lambda: laws.repeated(replace(problem), found, whole(name)))
+    assert not broken(problem, lambda: play.repeated(replace(problem), found, whole(name)))
 
 
 @every_problem
 def test_a_step_is_the_move_of_the_sampled_events(name: str) -> None:
-    keeps(name, laws.sampled)
+    keeps(name, play.sampled)
 
 
 @every_problem
 def test_outcomes_have_the_shapes_and_ranges_that_the_problem_states(name: str) -> None:
-    keeps(name, laws.shaped)
+    keeps(name, play.shaped)

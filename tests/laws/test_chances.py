@@ -8,8 +8,8 @@ import pytest
 
 from dmplay.chance import Array, Chance, Normal, Reals, Span
 from dmplay.core import exact, exact_start
-from dmplay.laws import extreme
-from dmplay.samples import WALK, finite
+from dmplay.laws.play import extreme
+from dmplay.laws.samples import WALK, finite
 from tests.support.cases import draws, every_problem, load
 from tests.support.pools import keeps, pool
 

@@ -4,8 +4,8 @@ from functools import partial
 
 import pytest
 
-from dmplay.choices import choosing
 from dmplay.finding import agents
+from dmplay.laws.choices import choosing
 from tests.support.cases import every_problem, load, small
 from tests.support.pools import broken
 from tests.support.seats import seated

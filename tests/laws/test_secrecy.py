@@ -11,7 +11,7 @@ import pytest
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Percept, Policy, Problem
 from dmplay.dice import Dice
-from dmplay.samples import finite
+from dmplay.laws.samples import finite
 from dmplay.session import Session, Turn, View
 from tests.support.cases import anything, every_problem, same, small
 from tests.support.pools import pool

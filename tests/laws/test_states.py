@@ -5,10 +5,10 @@ from functools import cache, partial
 import numpy as np
 import pytest
 
-from dmplay import laws
 from dmplay.chance import Array
 from dmplay.core import Problem
 from dmplay.errors import BadParameter
+from dmplay.laws import play
 from dmplay.rollouts import rollout
 from tests.support.cases import SEED, every_problem, load, random_play
 from tests.support.pools import broken, keeps, pool
@@ -34,7 +34,7 @@ def final_states(name: str) -> Array:
 def test_notation_and_parse_are_inverse(name: str) -> None:
     problem = load(name)
     for states in (pool(name).s[:100], final_states(name)[:50]):
-        assert not broken(problem, partial(laws.written, problem, states))
+        assert not broken(problem, partial(play.written, problem, states))
 
 
 @every_problem
@@ -43,7 +43,7 @@ def test_index_and_enumerated_are_inverse(name: str) -> None:
     if not isinstance(problem.states, int):
         with pytest.raises(BadParameter):
             problem.enumerated()
-    keeps(name, laws.listed)
+    keeps(name, play.listed)
 
 
 @every_problem
@@ -54,4 +54,4 @@ def test_a_terminal_state_absorbs_and_pays_nothing(name: str) -> None:
         known = np.concatenate([known, problem.enumerated()])
     if type(problem).terminal is not Problem.terminal:
         assert problem.terminal(known).any(), "no agent came to a terminal state"
-    assert not broken(problem, partial(laws.absorbing, problem, known))
+    assert not broken(problem, partial(play.absorbing, problem, known))

@@ -5,9 +5,9 @@ from functools import partial
 import numpy as np
 import pytest
 
-from dmplay import laws
 from dmplay.chance import Bools
 from dmplay.core import Problem
+from dmplay.laws import play
 from dmplay.tabular import Tables, Tabular, tabulate
 from tests.support.brought import Heap, Key
 from tests.support.cases import every_problem, load
@@ -16,18 +16,18 @@ from tests.support.pools import broken, keeps
 
 @every_problem
 def test_probabilities_sum_to_one(name: str) -> None:
-    keeps(name, laws.summed)
+    keeps(name, play.summed)
 
 
 @every_problem
 def test_the_tables_are_what_the_outcomes_amount_to(name: str) -> None:
-    keeps(name, laws.tabulated)
+    keeps(name, play.tabulated)
 
 
 @pytest.mark.parametrize("problem", [Key(), Heap()])
 def test_the_tables_are_what_the_outcomes_of_legal_actions_amount_to(problem: Problem) -> None:
     s, a = np.nonzero(allowed(problem)[:, 0])
-    law = partial(laws.amounting, problem, problem.enumerated()[s], a[:, None])
+    law = partial(play.amounting, problem, problem.enumerated()[s], a[:, None])
     assert not broken(problem, law)
 
 
@@ -53,7 +53,7 @@ def allowed(problem: Problem) -> Bools:
 
 @every_problem
 def test_a_belief_is_carried_as_the_listed_outcomes_say(name: str) -> None:
-    keeps(name, laws.carried)
+    keeps(name, play.carried)
 
 
 def test_nobody_writes_into_the_tables_of_a_game() -> None:

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay import samples
 from dmplay.chance import Array, Reals
 from dmplay.core import Policy, Problem
 from dmplay.dice import NATURE, uniforms
 from dmplay.finding import problems
 from dmplay.finding.names import problem_names
+from dmplay.laws import samples
 from dmplay.policies.general import Random
 from dmplay.session import Past
 

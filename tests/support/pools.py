@@ -3,10 +3,10 @@
 from collections.abc import Callable
 from functools import cache
 
-from dmplay import laws
-from dmplay.breach import Breach, Facts
 from dmplay.core import Problem
-from dmplay.samples import WALK, Turns, turns
+from dmplay.laws import play
+from dmplay.laws.breach import Breach, Facts
+from dmplay.laws.samples import WALK, Turns, turns
 from tests.support.cases import ROWS, anything, frozen, load
 
 
@@ -19,7 +19,7 @@ def pool(name: str) -> Turns:
 
 def broken(problem: Problem, law: Callable[[], Facts]) -> list[Breach]:
     """What does not hold of a law."""
-    return [*laws.held(type(problem), law)]
+    return [*play.held(type(problem), law)]
 
 
 def keeps(name: str, law: Callable[[Problem, Turns], Facts]) -> None:

@@ -6,8 +6,8 @@ from itertools import product
 
 import numpy as np
 
-from dmplay.breach import Fact, Facts, reals
 from dmplay.core import Labels, Problem
+from dmplay.laws.breach import Fact, Facts, reals
 from dmplay.rows import Rows
 from dmplay.tabular import Sparse, Tables, Tabular
 

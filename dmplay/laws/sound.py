@@ -7,11 +7,11 @@ from dataclasses import fields
 
 import numpy as np
 
-from dmplay import arrays
-from dmplay.breach import Fact, Facts, breach, reals, shaped
 from dmplay.chance import Array, Categorical, Chance, Normal, Pick, Span, sample
 from dmplay.core import Continuous, Interval, Labels, Numbers, Outcome, Problem, Texts
 from dmplay.errors import BadParameter
+from dmplay.laws import arrays
+from dmplay.laws.breach import Fact, Facts, breach, reals, shaped
 from dmplay.tabular import Tabular
 
 ROWS = 2  # of the turn that is tried

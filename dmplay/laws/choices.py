@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.breach import Fact, Facts
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Interval, Labels, Memory, Policy, Problem
-from dmplay.samples import after, draws, frozen, parts, same
+from dmplay.laws.breach import Fact, Facts
+from dmplay.laws.samples import after, draws, frozen, parts, same
 
 TURNS = 3  # in which an agent is asked
 

@@ -7,13 +7,13 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from dmplay.breach import Breach, Fact, Facts, breach
 from dmplay.chance import Array, sample
 from dmplay.core import Labels, Problem, exact
 from dmplay.errors import BadParameter, TooMuch
+from dmplay.laws.breach import Breach, Fact, Facts, breach
+from dmplay.laws.samples import FEW, WALK, Turns, actions, after, finite, frozen, same, taken
+from dmplay.laws.sound import outcomes, typable
 from dmplay.places import blamed
-from dmplay.samples import FEW, WALK, Turns, actions, after, finite, frozen, same, taken
-from dmplay.sound import outcomes, typable
 from dmplay.tabular import tabulate
 
 SOME = 24  # turns whose outcomes are listed

@@ -10,8 +10,8 @@ from dmplay.chance import Array, Categorical, Chance, Normal, Pick, Span
 from dmplay.core import Problem
 from dmplay.errors import BadParameter
 from dmplay.finding.problems import resolve
+from dmplay.laws.sound import sound
 from dmplay.places import blamed
-from dmplay.sound import sound
 from tests.support.brought import Heap, Key
 
 RIGHT = Key.tables
@@ -148,6 +148,6 @@ def test_an_error_is_blamed_on_code_that_is_not_ours() -> None:
     with pytest.raises(IndexError) as caught:
         np.zeros(1)[7]
     told = blamed(caught.value)
-    assert told.startswith("./tests/test_sound.py:")
+    assert told.startswith("./tests/laws/test_sound.py:")
     assert told.endswith(": IndexError: index 7 is out of bounds for axis 0 with size 1")
     assert blamed(ValueError()) == ""
