@@ -1,7 +1,6 @@
 """The terminal's screen: of each frame only what differs from the last one is written."""
 
 import os
-from collections.abc import Sequence
 from functools import lru_cache
 from itertools import zip_longest
 from typing import TextIO
@@ -111,7 +110,7 @@ def _wide(row: styles.Row) -> bool:
 
 
 @lru_cache(1000)
-def _cells(row: styles.Row) -> Sequence[Cell]:
+def _cells(row: styles.Row) -> tuple[Cell, ...]:
     """The cells of a row, without the blanks at its end."""
     cells: list[Cell] = []
     for piece, codes in row:
@@ -120,4 +119,4 @@ def _cells(row: styles.Row) -> Sequence[Cell]:
         cells += [(glyph, of_blanks if glyph == " " else own) for glyph in piece]
     while cells and cells[-1] == BLANK:
         cells.pop()
-    return cells
+    return tuple(cells)

@@ -3,6 +3,7 @@ as do.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
 from itertools import groupby, zip_longest
 from typing import NamedTuple
 
@@ -23,25 +24,24 @@ class Place(NamedTuple):
 class Row(NamedTuple):
     """A row of the screen as it is and as it is to be, without the blanks at its end."""
 
-    before: Sequence[Cell]
-    after: Sequence[Cell]
+    before: tuple[Cell, ...]
+    after: tuple[Cell, ...]
+
+
+class Stretch(NamedTuple):
+    """Cells of a row to be written, of one ground; none where the rest is to be erased."""
+
+    column: int
+    cells: tuple[Cell, ...]
+    ground: Pen  # the colour behind them
+    blank: bool  # whether they may as well be erased
 
 
 class Run(NamedTuple):
-    """Cells to be written from a place on, of one ground; none where the rest is to be erased."""
+    """A stretch where it stands on the screen."""
 
     place: Place
-    cells: Sequence[Cell]
-
-    @property
-    def ground(self) -> Pen:
-        """The colour behind them."""
-        return ground(self.cells[0][1]) if self.cells else PLAIN
-
-    @property
-    def blank(self) -> bool:
-        """Whether they may as well be erased."""
-        return len(self.cells) >= ERASED and all(cell == (" ", self.ground) for cell in self.cells)
+    stretch: Stretch
 
     @property
     def below(self) -> Place:
@@ -50,8 +50,8 @@ class Run(NamedTuple):
 
     def goes_on(self, other: "Run | None") -> bool:
         """Whether the run below is of the same block."""
-        alike = other is not None and self.ground == other.ground
-        return alike and (bool(self.ground) or self.blank)
+        alike = other is not None and self.stretch.ground == other.stretch.ground
+        return alike and (bool(self.stretch.ground) or self.stretch.blank)
 
 
 class Writing:
@@ -81,22 +81,27 @@ class Writing:
         """Writes what differs in rows: what has no colour behind it from left to right, then colour
         after colour, block after block, so that each is set once.
         """
-        runs = [run for y, row in changed.items() for run in _runs(y, row)]
-        waiting = {run.place: run for run in sorted(runs, key=lambda run: sorted(run.ground))}
+        runs = [
+            Run(Place(stretch.column, y), stretch)
+            for y, row in changed.items()
+            for stretch in _stretches(row)
+        ]
+        waiting = {run.place: run for run in sorted(runs, key=lambda run: _order(run.stretch))}
         while waiting:
             run: Run | None = waiting.pop(next(iter(waiting)))
             while run:
                 self._run(run, changed[run.place.row].after)
                 run = waiting.pop(run.below, None) if run.goes_on(waiting.get(run.below)) else None
 
-    def _run(self, run: "Run", row: Sequence[Cell]) -> None:
+    def _run(self, run: Run, row: Sequence[Cell]) -> None:
         self._reach(run.place, row)
-        if not run.cells:
+        _, cells, ground, blank = run.stretch
+        if not cells:
             self.erase("\x1b[K")
-        elif run.blank and (self._fills or not run.ground):
-            self.erase(f"\x1b[{len(run.cells)}X", run.ground)
+        elif blank and (self._fills or not ground):
+            self.erase(f"\x1b[{len(cells)}X", ground)
         else:
-            self.write(run.cells)
+            self.write(cells)
 
     def erase(self, codes: str, ground: Pen = PLAIN) -> None:
         """Erases by a sequence that leaves the cursor where it is."""
@@ -127,9 +132,8 @@ class Writing:
         """Moves on to a cell, or writes what stands before it again where that is shorter."""
         if self.place and self.place.row == place.row and self.place.column < place.column:
             between, there = row[self.place.column : place.column], row[place.column :][:1]
-            jumped = moved(self.place, place) + _written(there, self.pen)[0]
-            again = _written([*between, *there], self.pen)[0]
-            if len(again.encode()) <= len(jumped.encode()):
+            jump = len((moved(self.place, place) + _written(there, self.pen)[0]).encode())
+            if len(between) <= jump >= len(_written([*between, *there], self.pen)[0].encode()):
                 self.write(between)
         self.go(place)
 
@@ -144,6 +148,11 @@ def moved(old: Place | None, new: Place) -> str:
     elif old and old.column == new.column:
         forms += [_steps(new.row - old.row, ("\x1bD", "B"), ("\x1bM", "A"))]
     return min(forms, key=len)
+
+
+def _order(stretch: Stretch) -> list[str]:
+    """Where among the colours its ground comes."""
+    return sorted(stretch.ground)
 
 
 def _steps(many: int, on: tuple[str, str], back: tuple[str, str]) -> str:
@@ -162,19 +171,26 @@ def _written(cells: Sequence[Cell], now: Pen) -> tuple[str, Pen]:
     return "".join(sent), now
 
 
-def _runs(y: int, row: Row) -> Iterator[Run]:
+@lru_cache(4000)
+def _stretches(row: Row) -> Sequence[Stretch]:
     """The stretches of cells that differ, of one ground each; where many are blank, by themselves;
     at last what is to be erased up to the end.
     """
     before, after = row
     both = enumerate(zip_longest(before[: len(after)], after, fillvalue=BLANK))
     differ = [x for x, (old, new) in both if old != new]
-    for _, near in groupby(enumerate(differ), lambda at: (at[1] - at[0], ground(after[at[1]][1]))):
+    found = []
+    for (_, behind), near in groupby(
+        enumerate(differ), lambda at: (at[1] - at[0], ground(after[at[1]][1]))
+    ):
         places = [x for _, x in near]
         for first, end in _parts(after, places[0], places[-1] + 1):
-            yield Run(Place(first, y), after[first:end])
+            cells = after[first:end]
+            blank = end - first >= ERASED and all(cell == (" ", behind) for cell in cells)
+            found.append(Stretch(first, cells, behind, blank))
     if any(cell != BLANK for cell in before[len(after) :]):
-        yield Run(Place(len(after), y), [])
+        found.append(Stretch(len(after), (), PLAIN, blank=False))
+    return found
 
 
 def _parts(row: Sequence[Cell], first: int, end: int) -> Iterator[tuple[int, int]]:
