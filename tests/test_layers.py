@@ -2,13 +2,13 @@
 
 import ast
 import re
-import subprocess
-import sys
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
 import pytest
+
+from tests.support.programs import loaded
 
 HERE = Path(__file__).parent
 HOUSE = HERE.parent / "dmplay"
@@ -142,26 +142,22 @@ def test_start_up_loads_no_more_than_it_needs(words: list[str], never: set[str])
         "import sys\nfrom dmplay.__main__ import main\n"
         f"sys.argv[1:] = {words!r}\n"
         "try:\n    main()\nexcept SystemExit as end:\n    assert not end.code, end.code\n"
-        f"print('LOADED', sorted({never!r} & set(sys.modules)))"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines()[-1] == "LOADED []"
+    assert not loaded(code, never)
 
 
 def test_a_first_frame_is_drawn_without_the_toolkit_and_without_agents() -> None:
     never = {"prompt_toolkit", "dmplay.policies.hexworld", "dmplay.solvers.alpha_vectors"}
     code = (
-        "import sys\nfrom pathlib import Path\n"
+        "from pathlib import Path\n"
         "from dmplay.screen.frame import compose\n"
         "from dmplay.screen.shown import Room, Shown\n"
         "from dmplay.game.request import Request\nfrom dmplay.game.start import new\n"
         "from dmplay.game import table\nfrom dmplay.screen import screen\n"
         "game = new(Request('hexworld', seed=7, record=Path('/dev/null')))\n"
         "compose(game, Room(80, 24), Shown(), [])\n"
-        f"print('LOADED', sorted({never!r} & set(sys.modules)))"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines()[-1] == "LOADED []"
+    assert not loaded(code, never)
 
 
 def test_the_stub_and_the_lazy_names_agree() -> None:

@@ -191,30 +191,18 @@ def test_every_setting_is_shown_with_its_source(
         ("[keys.hex]\na = 3", "dmplay.toml: keys.hex.a: got 3, expected text"),
         ("x = [", "dmplay.toml: invalid value (at end of document)"),
         ("a = 1\na = 2", "dmplay.toml: cannot overwrite a value"),
-    ],
-)
-def test_a_wrong_file_is_one_clear_line(text: str, message: str, place: Path) -> None:
-    projects(place, text)
-    with pytest.raises(DmplayError) as error:
-        defaults(GROUP.commands)
-    assert str(error.value).startswith(message)
-    assert "\n" not in str(error.value)
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
         ("[aliases]\nplay = 'list'", "config.toml: aliases.play: play is a command"),
         ("[aliases]\ncatch = 'list'", "config.toml: aliases.catch: catch is a problem"),
         ("[aliases]\n'a b' = 'list'", "config.toml: aliases.a b: got 'a b', expected one plain"),
         ("[aliases]\nx = ' '", "config.toml: aliases.x: got ' ', expected a command"),
     ],
 )
-def test_a_wrong_alias_is_one_clear_line(text: str, message: str, place: Path) -> None:
-    users(place, text)
+def test_a_wrong_file_is_one_clear_line(text: str, message: str, place: Path) -> None:
+    users(place, text) if message.startswith("config.toml") else projects(place, text)
     with pytest.raises(DmplayError) as error:
         defaults(GROUP.commands)
-    assert str(error.value).startswith(f"{place}/home/dmplay/{message}")
+    assert str(error.value).removeprefix(f"{place}/home/dmplay/").startswith(message)
+    assert "\n" not in str(error.value)
 
 
 def test_a_file_that_is_not_text_is_one_clear_line(place: Path) -> None:

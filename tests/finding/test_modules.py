@@ -22,7 +22,7 @@ from dmplay.views.style import Look, fit, style_of
 from dmplay.words.commands import typed
 from dmplay.words.completion import lists
 from tests.support.blocks import TIGER
-from tests.support.brought import WALK
+from tests.support.brought import WALK, installed
 from tests.support.programs import run
 from tests.support.screens import game
 
@@ -197,11 +197,8 @@ def test_a_file_imports_what_is_beside_it_under_the_program_too(tmp_path: Path) 
 def test_installed_problems_are_listed_completed_and_played(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    facts = tmp_path / "walks-1.dist-info"
-    facts.mkdir()
-    (facts / "METADATA").write_text("Name: walks\nVersion: 1\n")
     points = "stroll = stroll_module\nlong = stroll_module:Long\nlame = lame_module\n"
-    (facts / "entry_points.txt").write_text(f"[dmplay.problems]\n{points}")
+    installed(tmp_path, "walks", points)
     (tmp_path / "stroll_module.py").write_text(WALK + MORE)
     (tmp_path / "lame_module.py").write_text("raise ValueError('no leg')\n")
     monkeypatch.syspath_prepend(tmp_path)

@@ -1,6 +1,5 @@
 """The gallery: what it lists and tells in each room, what its keys do, and what follows."""
 
-import subprocess
 import sys
 from collections.abc import Iterable
 from pathlib import Path
@@ -25,6 +24,8 @@ from dmplay.screen.shown import Room
 from dmplay.terminal import Terminal as Way
 from dmplay.views.style import Look
 from dmplay.words.commands import Leave, typed
+from tests.support.brought import installed
+from tests.support.programs import loaded
 from tests.support.screens import SEQUENCES, Easel, Paper
 from tests.support.terminals import CTRL_C, CTRL_D, CTRL_Z, DOWN, ENTER, ESCAPE, Terminal, colours
 
@@ -244,10 +245,7 @@ def test_the_help_names_every_key_and_any_key_closes_it() -> None:
 def test_an_installed_problem_is_listed_last_and_one_that_is_broken_says_so(
     place: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    facts = place / "maze-1.dist-info"
-    facts.mkdir()
-    (facts / "METADATA").write_text("Name: maze\nVersion: 1\n")
-    (facts / "entry_points.txt").write_text("[dmplay.problems]\nmaze = broken_maze\n")
+    installed(place, "maze", "maze = broken_maze\n")
     (place / "broken_maze.py").write_text("")
     monkeypatch.syspath_prepend(place)
     listed = offers()
@@ -263,16 +261,14 @@ def test_an_installed_problem_is_listed_last_and_one_that_is_broken_says_so(
 def test_a_first_frame_needs_neither_the_toolkit_nor_agents_nor_views() -> None:
     never = {"prompt_toolkit", "dmplay.policies.game_2048", "dmplay.views.game_2048"}
     code = (
-        "import sys\nfrom dmplay.terminal import Terminal\n"
+        "from dmplay.terminal import Terminal\n"
         "from dmplay.screen.shown import Room\nfrom dmplay.gallery.gallery import Gallery\n"
         "from dmplay.gallery.offers import offers\n"
         "from dmplay.screen import show\n"
         "way = Terminal(True, '', True, True, False)\n"
         "Gallery(offers(), way, '20261122').compose(Room(80, 24))\n"
-        f"print('LOADED', sorted({never!r} & set(sys.modules)))"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines()[-1] == "LOADED []"
+    assert not loaded(code, never)
 
 
 @pytest.mark.slow

@@ -31,6 +31,14 @@ def painted(*frames: Text, cursor: Place | None = None) -> Easel:
     return easel
 
 
+def sent(before: Text, now: Text) -> str:
+    """What the terminal is sent to bring one frame where another stands."""
+    easel = painted(before)
+    start = easel.paper.tell()
+    easel.paint(now)
+    return easel.paper.getvalue()[start:]
+
+
 def cells(easel: Easel) -> list[list[object]]:
     """Every cell of the screen, glyph and style; of a blank, what is seen of it."""
     screen = easel.paper.screen
@@ -86,17 +94,12 @@ def test_a_log_that_moves_up_is_scrolled_not_written() -> None:
 
 def test_rows_that_are_written_anew_in_fewer_bytes_are_not_moved() -> None:
     title, log = Text("dmplay"), [Text(f"turn {turn}. moved on to e.") for turn in range(3)]
-    easel = painted(frame(title, *log[:2]))
-    start = easel.paper.tell()
-    easel.paint(frame(title, *log[1:]))
-    assert easel.paper.getvalue()[start:] == "\x1b[2;6H1\x1b[3;6H2"
+    assert sent(frame(title, *log[:2]), frame(title, *log[1:])) == "\x1b[2;6H1\x1b[3;6H2"
 
 
 def test_one_changed_cell_costs_one_jump_and_one_character() -> None:
-    easel = painted(frame(Text("│  h  │  @  │")))
-    start = easel.paper.tell()
-    easel.paint(frame(Text("│  h  │  o  │")))
-    assert easel.paper.getvalue()[start:] == "\x1b[1;10Ho"
+    before, now = frame(Text("│  h  │  @  │")), frame(Text("│  h  │  o  │"))
+    assert sent(before, now) == "\x1b[1;10Ho"
 
 
 def test_a_filled_cell_becomes_an_empty_one_with_its_dot() -> None:
@@ -106,10 +109,8 @@ def test_a_filled_cell_becomes_an_empty_one_with_its_dot() -> None:
 
 
 def test_many_blanks_are_erased_and_jumped_over() -> None:
-    easel = painted(frame(Text("│ eight-cells │ e │")))
-    start = easel.paper.tell()
-    easel.paint(frame(Text("│             │ o │")))
-    assert easel.paper.getvalue()[start:] == "\x1b[1;3H\x1b[11X\x1b[14Co"
+    before, now = frame(Text("│ eight-cells │ e │")), frame(Text("│             │ o │"))
+    assert sent(before, now) == "\x1b[1;3H\x1b[11X\x1b[14Co"
 
 
 def test_the_pen_changes_in_few_codes() -> None:

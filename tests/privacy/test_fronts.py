@@ -96,29 +96,21 @@ def test_no_ghost_tells_games_apart(name: str, front: str, place: Path) -> None:
 
 @pytest.mark.slow
 @every_last_seat
-def test_no_question_of_the_last_seat_in_any_turn_tells_games_apart(
+def test_no_question_and_no_small_screen_of_the_last_seat_tells_games_apart(
     name: str, seat: int, place: Path
 ) -> None:
     twins = pair(name, seat)
-    lines = [
+    early = [
         *questions(twins, 0, ASKING, READING),
         *moves(twins, 0, 1),
         *questions(twins, 1, ASKING),
         *moves(twins, 1),
-        *questions(twins, LOOKED_AT, ASKING),
     ]
-    alike(*both(twins, place, lambda side: FRONTS["shell"](twins.begun(side, FILE), lines)))
-
-
-@pytest.mark.slow
-@every_last_seat
-def test_no_small_screen_of_the_last_seat_tells_games_apart(
-    name: str, seat: int, place: Path
-) -> None:
-    twins = pair(name, seat)
-    asked = questions(twins, LOOKED_AT, ASKING)
-    lines = [*moves(twins), *asked, *KEYS_ASKED]
-    alike(*both(twins, place, lambda side: on_screen((40, 12))(twins.begun(side, FILE), lines)))
+    late = questions(twins, LOOKED_AT, ASKING)
+    small = [*moves(twins), *late, *KEYS_ASKED]
+    shell, screen = FRONTS["shell"], on_screen((40, 12))
+    alike(*both(twins, place, lambda side: shell(twins.begun(side, FILE), early + late)))
+    alike(*both(twins, place, lambda side: screen(twins.begun(side, FILE), small)))
 
 
 def moved(twins: Pair, front: str, line: str, turn: int) -> Callable[[Side], list[Told]]:

@@ -2,6 +2,7 @@
 
 from abc import abstractmethod
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -176,3 +177,11 @@ class Patient(Reactive):
 AGENTS = Roster({"patient": Patient}, adviser="patient")
 KEYS = {"l": "right"}
 '''
+
+
+def installed(folder: Path, name: str, points: str) -> None:
+    """Writes what tells that a package stands in a folder, and the problems that it offers."""
+    facts = folder / f"{name}-1.dist-info"
+    facts.mkdir()
+    (facts / "METADATA").write_text(f"Name: {name}\nVersion: 1\n")
+    (facts / "entry_points.txt").write_text(f"[dmplay.problems]\n{points}")

@@ -196,3 +196,11 @@ def _play(
     except Exception as error:
         sys.excepthook(type(error), error, error.__traceback__)
         sys.exit(1)
+
+
+def loaded(code: str, never: set[str], env: Mapping[str, str] = NOTHING) -> set[str]:
+    """Which of these modules a fresh interpreter has loaded that has run some code."""
+    told = f"\nimport sys\nprint(*sorted({never!r} & set(sys.modules)))"
+    words, world = [sys.executable, "-c", code + told], os.environ | env
+    done = subprocess.run(words, capture_output=True, text=True, check=True, env=world)
+    return {*done.stdout.splitlines()[-1].split()}

@@ -17,6 +17,7 @@ from dmplay import disk
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter, BadTranscript
 from dmplay.game.checking import check, update
+from dmplay.game.game import Game
 from dmplay.game.request import Branching, Request, Resumption
 from dmplay.game.start import branched, new, resumed
 from dmplay.transcript import format as transcript_format
@@ -288,12 +289,18 @@ def test_another_number_of_a_reroll_is_found_on_its_line(tmp_path: Path) -> None
     assert findings(path)[0] == f"game.dmt:{line}: turn 1: reroll: expected 4, got 1"
 
 
-def test_undo_and_reroll_are_kept_and_verified(tmp_path: Path) -> None:
-    path = tmp_path / "game.dmt"
+def taken_back(path: Path) -> Game:
+    """A game of three turns of which two were taken back."""
     game = new(Request("crying-baby", seed=7, record=path))
     for action in (0, 1, 2):
         game.choose(action)
     game.undo(2)
+    return game
+
+
+def test_undo_and_reroll_are_kept_and_verified(tmp_path: Path) -> None:
+    path = tmp_path / "game.dmt"
+    game = taken_back(path)
     game.choose(2)
     game.reroll()
     game.reroll()
@@ -363,10 +370,7 @@ def test_update_follows_a_changed_header_to_another_end(
 
 def test_update_keeps_what_was_taken_back(tmp_path: Path) -> None:
     path = tmp_path / "game.dmt"
-    game = new(Request("crying-baby", seed=7, record=path))
-    for action in (0, 1, 2):
-        game.choose(action)
-    game.undo(2)
+    game = taken_back(path)
     game.reroll()
     game.finish("quit")
     right = path.read_text()
@@ -535,24 +539,23 @@ def test_missing_and_extra_facts_are_told(file: Path) -> None:
     ]
 
 
-def test_a_wrong_end_is_told(file: Path) -> None:
-    altered(file, '"reason": "quit"', '"reason": "terminal"')
-    assert findings(file)[0] == "game.dmt:22: end: reason: expected terminal, got null"
-
-
-def test_an_end_without_a_reason_is_told(file: Path) -> None:
-    altered(file, '"reason": "quit"', '"reason": null')
-    assert findings(file)[0] == "game.dmt:22: end: no reason"
-
-
-def test_a_turn_limit_that_the_header_does_not_set_is_told_by_the_end(file: Path) -> None:
-    altered(file, '"reason": "quit"', '"reason": "turn limit"')
-    assert findings(file)[0] == "game.dmt:22: end: reason: expected turn limit, got null"
-
-
-def test_true_is_not_one(file: Path) -> None:
-    altered(file, 'rewards: {"agent": 0}', 'rewards: {"agent": false}')
-    assert findings(file)[0] == "game.dmt:20: turn 2, agent: reward: expected false, got 0"
+@pytest.mark.parametrize(
+    ("old", "new", "finding"),
+    [
+        ('"quit"', '"terminal"', "22: end: reason: expected terminal, got null"),
+        ('"quit"', "null", "22: end: no reason"),  # an end without one
+        ('"quit"', '"turn limit"', "22: end: reason: expected turn limit, got null"),  # of none
+        # True is not one, nor is false nought.
+        (
+            'rewards: {"agent": 0}',
+            'rewards: {"agent": false}',
+            "20: turn 2, agent: reward: expected false, got 0",
+        ),
+    ],
+)
+def test_a_wrong_value_is_told(old: str, new: str, finding: str, file: Path) -> None:
+    altered(file, old, new)
+    assert findings(file)[0] == f"game.dmt:{finding}"
 
 
 def test_of_many_differences_five_are_shown_and_the_rest_are_counted(tmp_path: Path) -> None:

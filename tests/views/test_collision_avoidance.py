@@ -26,28 +26,32 @@ def collided() -> Session:
     )
 
 
-def test_a_collision_is_told_first() -> None:
-    view = collided().view(0)
-    assert collision_avoidance.told(view) == (
-        "collision: passed 30 m below the intruder. kept climb. "
-        "height -30 m, rate -2.0 m/s, 0 s left."
-    )
-    assert collision_avoidance.situation(view) == (
-        "collision: passed 30 m below the intruder. "
-        "height -30 m, rate -2.0 m/s, 0 s left. advisory climb."
-    )
+REVERSED = "clear ahead: will pass 301 m above the intruder."
 
 
-def test_an_advisory_reversed_is_told() -> None:
-    view = started("collision-avoidance", [300.0, 0.0, 0.0, 20.0], [2, 0], [0.5], [0.5]).view(0)
-    assert collision_avoidance.told(view) == (
-        "clear ahead: will pass 301 m above the intruder. changed to descend. "
-        "height +301 m, rate +0.0 m/s, 18 s left."
-    )
-    assert collision_avoidance.situation(view) == (
-        "clear ahead: will pass 301 m above the intruder. height +301 m, rate +0.0 m/s, 18 s "
-        "left. advisory descend."
-    )
+@pytest.mark.parametrize(
+    ("game", "told", "situation"),
+    [
+        (
+            collided(),
+            "collision: passed 30 m below the intruder. kept climb. "
+            "height -30 m, rate -2.0 m/s, 0 s left.",
+            "collision: passed 30 m below the intruder. "
+            "height -30 m, rate -2.0 m/s, 0 s left. advisory climb.",
+        ),
+        (
+            started("collision-avoidance", [300.0, 0.0, 0.0, 20.0], [2, 0], [0.5], [0.5]),
+            f"{REVERSED} changed to descend. height +301 m, rate +0.0 m/s, 18 s left.",
+            f"{REVERSED} height +301 m, rate +0.0 m/s, 18 s left. advisory descend.",
+        ),
+    ],
+)
+def test_a_collision_and_an_advisory_reversed_are_told_first(
+    game: Session, told: str, situation: str
+) -> None:
+    view = game.view(0)
+    assert collision_avoidance.told(view) == told
+    assert collision_avoidance.situation(view) == situation
 
 
 def test_the_panel_has_what_the_board_does_not_say() -> None:

@@ -121,31 +121,30 @@ def test_a_turn_that_is_not_there_is_told(line: str, message: str, tmp_path: Pat
 # At the prompt
 
 
-def test_a_game_is_typed_and_ctrl_d_leaves(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert session("play hexworld --seed 7\re\rne; hint\r\x04") == 0
-    told = capsys.readouterr().out
-    assert "turn 1. at (8,2). chose E, moved E." in told
-    assert "turn 2. at (8,2). chose NE, bumped, stayed." in told
-    assert "hint (optimal): sw" in told
-    assert told.count("  @  ") == 3  # one board a line
+WALKED = "turn 1. at (8,2). chose E, moved E.", "turn 2. at (8,2). chose NE, bumped, stayed."
 
 
-def test_ctrl_c_cancels_a_line_and_twice_on_an_empty_one_leaves(
-    place: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(
+    ("keys", "code", "told"),
+    [
+        ("play hexworld --seed 7\re\rne; hint\r\x04", 0, (*WALKED, "hint (optimal): sw")),
+        ("play hexworld --seed 7\re\rne\r\x04", 0, ("  @  ",) * 3),  # one board a line
+        # Ctrl-C cancels a line, and twice on an empty one leaves.
+        (
+            "play hexwo\x03list\r\x03help act\r\x03\x03",
+            130,
+            ("problem  ", *["Ctrl-C once more"] * 2),
+        ),
+        # Lines that are pasted together are done one after the other.
+        ("\x1b[200~play hexworld --seed 7\ne # east\nne\n\x1b[201~\r\x04", 0, WALKED),
+    ],
+)
+def test_what_is_typed_is_done(
+    keys: str, code: int, told: tuple[str, ...], place: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert session("play hexwo\x03list\r\x03help act\r\x03\x03") == 130
-    told = capsys.readouterr().out
-    assert "problem  " in told
-    assert told.count("Ctrl-C once more leaves") == 2
-
-
-def test_lines_pasted_together_are_done_one_after_the_other(
-    place: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert session("\x1b[200~play hexworld --seed 7\ne # east\nne\n\x1b[201~\r\x04") == 0
-    told = capsys.readouterr().out
-    assert "turn 1. at (8,2). chose E, moved E." in told
-    assert "turn 2. at (8,2). chose NE, bumped, stayed." in told
+    assert session(keys) == code
+    shown = capsys.readouterr().out
+    assert [shown.count(one) for one in told] == [told.count(one) for one in told]
 
 
 def test_quit_leaves_with_0(place: Path) -> None:
