@@ -8,10 +8,11 @@ import numpy as np
 from dmplay.chance import Reals
 from dmplay.errors import UnknownName
 from dmplay.files.names import ANY, Axis, Joint
-from dmplay.files.words import Part, Text, whole
+from dmplay.files.words import Part, Text, is_number, whole
 
 KEYS = ("agents", "discount", "values", "states", "actions", "observations", "start")
 LISTS = ("include", "exclude")
+VALUES = ("reward", "cost", "rewards", "costs")
 SUMS = 1e-3  # how far from 1 probabilities may sum, as rounded ones do
 EXACT = 1e-9  # how far they may without being scaled
 
@@ -109,7 +110,7 @@ def _each(what: str, part: Part, agents: int) -> Joint:
 def _cost(lines: _Lines) -> bool:
     """Whether rewards are costs."""
     told = lines.parts.get("values")
-    return told is not None and told.one_of("kind of values", ("reward", "cost")) == "cost"
+    return told is not None and told.one_of("kind of values", VALUES).startswith("cost")
 
 
 def _start(lines: _Lines, states: Axis) -> Reals:
@@ -118,7 +119,8 @@ def _start(lines: _Lines, states: Axis) -> Reals:
     if part is None or list(part.words) == ["uniform"]:
         return np.full(many, 1.0 / many)
     listed = [key for key in LISTS if key in lines.parts]
-    if not listed and (len(part.words) != 1 or many == 1):
+    named = bool(part.words) and not is_number(part.words[0])
+    if not (listed or named) and (len(part.words) != 1 or many == 1):
         return _scaled(part, part.probabilities(many))
     chosen = np.zeros(many, bool)
     for number, word in enumerate(part.words or [""]):

@@ -100,7 +100,7 @@ class About(NamedTuple):
 
     def __str__(self) -> str:
         """The same for people."""
-        rows = [f"{self.problem}: {self.kind}", "", self.about, ""]
+        rows = [f"{self.problem}: {self.kind}", "", *([self.about, ""] if self.about else [])]
         rows += [
             f"seats         {', '.join(self.agents)}",
             f"states        {self.states}",

@@ -41,6 +41,7 @@ SAME = [  # changes that say the same
     [(LEFT, "R: 1 : 0 : tiger-left : * : -100\nR: 1 : 0 : 1 : 0 -100\nR: 1 : 0 : 1 : 1 -100\n")],
     [(LEFT, "R: open-left : tiger-left : * : * : -1e2\n")],
     [("values: reward\n", "")],
+    [("values: reward", "values: rewards")],
     [("discount: 0.95\nvalues: reward\n", ""), (COUNTS[:13] + " hear-left hear-right\n",
       "values:reward\nobservations: hear-left hear-right\nstart:uniform\ndiscount:.95\n")],
     [(STATES, STATES + "\nstart: 0.5 0.5")],
@@ -87,11 +88,13 @@ def test_the_tiger_is_solved_by_nine_vectors() -> None:
         ("start: 1", [0, 1]),
         ("start:\n0.25 0.75", [0.25, 0.75]),
         ("start: uniform", [0.5, 0.5]),
+        ("start: tiger-right tiger-left", [0.5, 0.5]),
+        ("start: 1 0", [1, 0]),
         ("start include: 0", [1, 0]),
         ("start exclude: tiger-left", [0, 1]),
     ],
 )
-def test_the_start_is_told_in_six_ways(start: str, wanted: list[float]) -> None:
+def test_the_start_is_told_in_eight_ways(start: str, wanted: list[float]) -> None:
     problem = tiger((STATES, f"{STATES}\n{start}"), (OPENS, "T: open-left : 0 reset\n"
                                                              "T: 1 : 1 uniform\n"))  # fmt: skip
     assert problem.start_belief.tolist() == wanted
@@ -160,7 +163,7 @@ FAULTS = [  # a change, and where and what the error is
     (("-left : * : * -100", "-left : * : growl -100"), "24:33: unknown observation 'growl'; exp"),
     (("R: listen : *", "R: listen : tiger"), "23:13: unknown state 'tiger'; did you mean tiger-"),
     (("actions", "actoins"), "5:1: unknown word 'actoins'; did you mean actions?"),
-    (("values: reward", "values: rewards"), "3:9: unknown kind of values 'rewards'; did you mea"),
+    (("values: reward", "values: rewardd"), "3:9: unknown kind of values 'rewardd'; did you mea"),
     (("0.95", "1.95"), "2:11: got '1.95', expected a probability, 0 to 1"),
     (("discount: 0.95\n", ""), "7:1: no discount: line; expected a number from 0 to 1"),
     ((STATES, "states: 2 3"), "24:16: unknown state 'tiger-left'"),
