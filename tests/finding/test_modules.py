@@ -217,7 +217,7 @@ def test_what_is_made_of_arrays_has_as_many_states_as_names() -> None:
     assert reports.about("hexworld").states == "varies"
     assert "\n\n\n" not in str(
         reports.about("./tiger.py")
-    )  # a problem that tells nothing of itself
+    )  # it tells nothing
 
 
 CALLED = """
