@@ -120,6 +120,11 @@ class Joint:
         parts = np.unravel_index(place, self.counts)
         return " ".join(axis.name(int(n)) for axis, n in zip(self.each, parts, strict=True))
 
+    @property
+    def known(self) -> dict[str, int]:
+        """The place of each name and number, where there is one part."""
+        return self.each[0].known if len(self.each) == 1 else {}
+
     def holds(self, words: Sequence[str]) -> bool:
         """Whether these words name one, or some."""
         if len(words) == len(self.each):

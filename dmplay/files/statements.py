@@ -9,6 +9,7 @@ from dmplay.files.names import Field, Places
 from dmplay.files.words import Part, Text, is_number
 
 BEGINS = re.compile(r"(?<!\S)([TOR])\s*:")
+FIELDS, SINGLE = 3, 6  # that T: and O: lines name, and words of one that tells one number
 WORDS = {"T": ("uniform", "identity", "reset"), "O": ("uniform", "reset"), "R": ()}
 
 
@@ -24,6 +25,19 @@ class Form:
         sizes = [float(len(field)) for field in fields]
         counts = [prod(sizes[named:]) for named in range(len(fields) + 1)]
         self.counts = [inf] * self.least + counts[self.least :]
+        plain = len(fields) == FIELDS and len(fields[-1]) > 2 and not team  # else a row is alike
+        self._known = [field.known for field in fields] if plain else []
+
+    def single(self, words: Sequence[str]) -> list[Places]:
+        """The three places that the commonest line names: `a : s : x 0.5`; none of any other."""
+        if not self._known or not words[1] == words[3] == ":" or not is_number(words[5]):
+            return []
+        of_action, of_state, of_last = self._known
+        action, state = of_action.get(words[0]), of_state.get(words[2])
+        last = of_last.get(words[4])
+        if action is None or state is None or last is None:
+            return []
+        return [action, state, last]
 
 
 class Statement(NamedTuple):
@@ -62,6 +76,8 @@ def statements(text: Text, forms: Mapping[str, Form]) -> Iterator[Statement]:
 def _statement(form: Form, at: int, part: Part) -> Statement:
     """One line, read: its last field stands before a colon, or before the numbers."""
     words, first = part.words, 0
+    if len(words) == SINGLE and (one := form.single(words)):
+        return Statement(form, at, one, part.slice(SINGLE - 1))
     places: list[Places] = []
     for field in form.fields:
         if ":" not in words[first:]:

@@ -215,9 +215,7 @@ def test_what_is_made_of_arrays_has_as_many_states_as_names() -> None:
     Path("tiger.py").write_text(TIGER)
     assert reports.about("./tiger.py").states == "2"
     assert reports.about("hexworld").states == "varies"
-    assert "\n\n\n" not in str(
-        reports.about("./tiger.py")
-    )  # it tells nothing
+    assert "\n\n\n" not in str(reports.about("./tiger.py"))  # it tells nothing
 
 
 CALLED = """
