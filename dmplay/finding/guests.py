@@ -2,6 +2,7 @@
 
 from importlib import import_module
 
+from dmplay.errors import BadParameter
 from dmplay.finding.ways import Found
 from dmplay.guests.extras import origin
 
@@ -16,6 +17,16 @@ def takes(name: str) -> bool:
     """Whether a name is that of a problem of another library."""
     library, colon, _ = name.partition(":")
     return bool(colon) and library in LIBRARIES
+
+
+def names(word: str) -> list[str]:
+    """The problems of the library before the colon; none where it is not installed."""
+    library = word.partition(":")[0]
+    try:
+        known: list[str] = import_module(f"dmplay.guests.{library}").names()
+    except BadParameter:
+        return []
+    return [f"{library}:{name}" for name in known]
 
 
 def find(name: str) -> Found:

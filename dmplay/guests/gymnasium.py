@@ -41,6 +41,11 @@ def find(name: str) -> Problem:
     return made
 
 
+def names() -> list[str]:
+    """The environments of a registry."""
+    return sorted(library("gymnasium", EXTRA, EXTRA).registry)
+
+
 def _made(name: str, **more: object) -> Any:
     """The environment; raises UnknownName or BadParameter in one line."""
     gymnasium = library("gymnasium", EXTRA, name)

@@ -35,6 +35,11 @@ def find(name: str) -> Problem:
     return made
 
 
+def names() -> list[str]:
+    """The games that the library has."""
+    return sorted(library("pyspiel", EXTRA, EXTRA).registered_names())
+
+
 @cache
 def _game(name: str) -> Any:
     """The game; raises UnknownName or BadParameter in one line."""

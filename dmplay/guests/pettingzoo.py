@@ -28,10 +28,15 @@ def find(name: str) -> Problem:
     return made
 
 
+def names() -> list[str]:
+    """The environments of both registries."""
+    pettingzoo = library("pettingzoo", EXTRA, EXTRA)
+    return sorted({*pettingzoo.aec_registry, *pettingzoo.parallel_registry})
+
+
 def _made(name: str) -> Any:
     """The environment, one in which all act at once where it has such a form."""
-    library("pettingzoo", EXTRA, name)
-    import pettingzoo
+    pettingzoo = library("pettingzoo", EXTRA, name)
     from pettingzoo.env_registry.exceptions import FailedToImport
 
     wanted = called(name.partition(":")[2])

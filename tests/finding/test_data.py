@@ -1,6 +1,7 @@
 """Problems in files: found by name, told of in transcripts, and known again by their hash."""
 
 import json
+import sys
 from pathlib import Path
 
 import pytest
@@ -111,7 +112,33 @@ def test_teams_play_verify_and_go_on(here: Path) -> None:
     assert json.dumps(turn["observations"]).count("hear-") == 2
 
 
-def test_an_extensive_game_names_the_extra_that_reads_it(here: Path) -> None:
-    kept(here, "x.efg", 'EFG 2 R "x" { "a" "b" }')
-    with pytest.raises(BadParameter, match="openspiel"):
-        load("x.efg")
+POKER = """EFG 2 R "Poker" { "Fred" "Alice" }
+c "" 1 "" { "A" 1/2 "K" 1/2 } 0
+p "" 1 1 "" { "R" "F" } 0
+p "" 2 1 "" { "M" "P" } 0
+t "" 1 "" { 2, -2 }
+t "" 2 "" { 1, -1 }
+t "" 3 "" { -1, 1 }
+p "" 1 2 "" { "R" "F" } 0
+p "" 2 1 "" { "M" "P" } 0
+t "" 4 "" { -2, 2 }
+t "" 2 "" { 1, -1 }
+t "" 3 "" { -1, 1 }
+"""
+
+
+def test_an_extensive_game_is_played_and_names_the_extra_that_reads_it(
+    here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept(here, "poker.efg", POKER)
+    game = new(Request("poker.efg", others="script:m", seed=1, record=Path("game.dmt")))
+    game.choose(game.session.labels(0).index("r"))
+    while game.unattended():
+        pass
+    assert game.session.over
+    assert abs(game.session.totals()[0]) == 2.0  # who raises and is met wins or loses two
+    game.finish()
+    assert check(Path("game.dmt")).ok
+    monkeypatch.setitem(sys.modules, "pyspiel", None)
+    with pytest.raises(BadParameter, match=r"pip install 'dmplay\[openspiel\]'"):
+        load(kept(here / "below", "poker.efg", POKER))

@@ -90,6 +90,9 @@ def test_what_can_follow_is_offered(
     [
         ("dmplay hexworld:", ["straight-line"]),
         ("dmplay play hexworld:st", ["straight-line"]),
+        ("dmplay play openspiel:kuhn", ["kuhn_poker"]),
+        ("dmplay gymnasium:FrozenLake-", ["FrozenLake-v1"]),
+        ("dmplay info pettingzoo:classic/r", ["classic/rps-v2"]),
         ("dmplay play machine-replacement --agent threshold:", ["repair=", "examine="]),
         ("dmplay play prisoners-dilemma --seat agent2=gri", ["grim"]),
     ],
@@ -98,7 +101,7 @@ def test_bash_is_told_only_what_it_lacks_of_a_word(
     line: str, offered: list[str], place: Path
 ) -> None:
     assert bash(line, place) == offered
-    kept = re.sub("[a-z]*$", "", line.rpartition(" ")[2])
+    kept = re.sub("(?<=[:=])[^:=]*$", "", line.rpartition(" ")[2])
     assert fish(line, place) == [f"{kept}{one}" for one in offered]
 
 

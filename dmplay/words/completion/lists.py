@@ -10,18 +10,24 @@ SEEDS = 20  # of games played before
 
 
 def problems(word: str = "") -> list[str]:
-    """The problems, those that are installed too; once a name stands before a colon, its variants.
+    """The problems, those that are installed too; once a name stands before a colon, its variants,
+    or what the library of this name has.
 
-    No code but our own is run for them.
+    No code but our own, and that of the library, is run for them.
     """
+    base, colon, _ = word.partition(":")
+    if colon and base in problem_names():
+        from dmplay.finding import problems
+
+        return [f"{base}:{variant}" for variant in problems.variants(base) if variant]
+    if colon:
+        from dmplay.finding import guests
+
+        if guests.takes(word):
+            return guests.names(word)
     from dmplay.finding.installed import installed
 
-    base, colon, _ = word.partition(":")
-    if not colon or base not in problem_names():
-        return [*problem_names(), *sorted(installed())]
-    from dmplay.finding import problems
-
-    return [f"{base}:{variant}" for variant in problems.variants(base) if variant]
+    return [*problem_names(), *sorted(installed())]
 
 
 def figures() -> list[str]:
