@@ -93,7 +93,7 @@ def _shaded(view: View[CollaborativePredatorPrey], look: Look) -> Iterator[Text]
         shade = "@" + first[1:] if you and size.lines and len(shades) == 1 else first
         return Cell(shade, dot=f"@{first}" if you and room > 1 else first or ".", style=style)
 
-    caption = _caption(view, look)
+    caption = _caption(view, look, here)
     for drawn in hexgrid.grids(problem.hexes, cell, look):
         for row in caption:
             drawn.append(f"\n{row[: look.width]}", "dim")
@@ -135,7 +135,7 @@ def _after(view: View[CollaborativePredatorPrey], look: Look) -> list[Reals]:
     return [_each(view, belief).prey for belief in look.outlook.beliefs[:2]]
 
 
-def _caption(view: View[CollaborativePredatorPrey], look: Look) -> list[str]:
+def _caption(view: View[CollaborativePredatorPrey], look: Look, here: Hex | None) -> list[str]:
     """What was sensed, and how the map is to be read."""
     if look.state is not None:
         names = [*view.problem.agents, "prey"]
@@ -152,8 +152,9 @@ def _caption(view: View[CollaborativePredatorPrey], look: Look) -> list[str]:
     sensed = f"sensed {seen(view)}"
     if view.beliefs is None:
         return [f"{sensed}. belief too large"]
-    reading = f"@ you, {'#' if look.ascii else '█'} prey if likely"
-    return [reading if len(reading) <= look.width else sensed]
+    you, full = "you" if here else "where you may be", "#" if look.ascii else "█"
+    readings = f"@ {you}, {full} where the prey may be", f"@ you, {full} prey if likely", sensed
+    return [next(one for one in readings if len(one) <= look.width or one == sensed)]
 
 
 def _numbered(view: View[CollaborativePredatorPrey], look: Look) -> Iterator[Text]:

@@ -101,7 +101,7 @@ any key collects +10"""),
    │     │     │  @  │     │     │
    │██9%█│█10%█│█████│█████│█████│
      ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
-@ you, █ prey if likely"""),
+@ where you may be, █ where the prey may be"""),
     "the blind hunt in shades, small and in ascii": (
         now(BLIND),
         PLAIN,
@@ -113,7 +113,7 @@ any key collects +10"""),
  \ / \ / \ / \ / \ / \ /
   |#9%|###|@##|###|###|
    \ / \ / \ / \ / \ /
-@ you, # prey if likely"""),
+@ where you may be, # where the prey may be"""),
     "where the prey would be after either sense": (
         now(BLIND),
         LARGE._replace(width=60, height=13, outlook=foreseen(BLIND, 4)),
