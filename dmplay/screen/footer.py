@@ -69,12 +69,14 @@ def _forms(game: Game, advice: Advice | None) -> Iterator[Text]:
         legal = [Key(*one) for one in game.keyboard.legal(game.view())]
         yield from (_row(ranked) for ranked in _ranked(legal, advice))
         yield _row(legal)
-        for most in LABELS:
-            yield _row([one._replace(label=_cut(one.label, most)) for one in legal])
+        for most in (*LABELS, 0):
+            cut = [one._replace(label=_cut(one.label, most)) for one in legal]
+            if not most or len({one.label for one in cut}) == len(cut):  # tells them apart
+                yield _row(cut)
 
 
 def _cut(label: str, most: int) -> str:
-    return label if len(label) <= most else f"{label[: most - 1]}…"
+    return label if len(label) <= most else f"{label[: most - 1]}…" if most else ""
 
 
 def _row(actions: Sequence[Key]) -> Text:

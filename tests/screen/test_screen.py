@@ -623,6 +623,12 @@ def test_the_key_row_has_all_actions_before_any_key_of_the_shell(problem: str, w
     assert "? help" in row
 
 
+def test_labels_that_look_alike_when_they_are_cut_leave_their_keys() -> None:
+    played = game("openspiel:tic_tac_toe", "human", "random")
+    row = keys(played, Room(80, 24)).plain
+    assert row.startswith(" 1  2  3  4  5  6  7  8  9  Tab hint ")  # the board lists what they play
+
+
 def test_names_of_outsiders_reach_the_screen_as_what_they_print() -> None:
     evil = seated("hex\x1b]0;x\x07", game("hexworld").session, ["\x9b31m\u202e"])
     text = compose(evil, Room(200, 24), Shown("no \x1b[2J such key"), []).plain
