@@ -13,12 +13,15 @@ from dmplay.session import Session
 from tests.support.guests import tried
 
 PLAYED = ("classic/rps-v2", "classic/tictactoe-v3", "classic/connect_four-v3")
+LARGE = ("butterfly/knights_archers_zombies-v11", "sisl/pursuit-v5")  # of two more families
 
 
 @pytest.mark.slow
 def test_they_play_record_undo_and_verify(tmp_path: Path) -> None:
-    found = [tried(f"pettingzoo:{name}", tmp_path / "game.dmt", 20) for name in PLAYED]
-    assert [one.refused for one in found] == [""] * 3
+    path = tmp_path / "game.dmt"
+    found = [tried(f"pettingzoo:{name}", path, 20) for name in PLAYED]
+    large = [tried(f"pettingzoo:{name}", path, 4) for name in LARGE]
+    assert [one.refused for one in [*found, *large]] == [""] * 5
     assert [check(dmplay.load(one.name)) for one in found] == [[], [], []]
 
 
