@@ -219,7 +219,8 @@ def _body(game: Game, room: Room, shown: Shown, log: list[str], body: int) -> li
     """Board, panel and log."""
     laid = _laid(game, room, shown, body)
     long = [shown.message] if too_long(shown, room) else []
-    aim = [] if aimed(room) or game.session.turns else [heading.aim(game)]
+    rest = "" if game.session.turns else heading.more(game, room if aimed(room) else None)
+    aim = [rest] if rest else []
     if isinstance(laid, Needed):
         left = Room(room.width, max(body - 1, 0), room.ascii)
         if log or long:

@@ -54,17 +54,26 @@ def name(game: Game) -> Text:
     return Text(f" dmplay {clean(game.name)}  ", style="bold")
 
 
-def aim(game: Game) -> str:
-    """What to aim for and what it costs."""
-    return "; ".join(map(clean, game.style.goal(game.view())))
-
-
 def goal(game: Game, room: Room) -> Text:
-    """What to aim for and what it costs, as many clauses as one row holds."""
-    told = Text(" ")
-    for number, clause in enumerate(game.style.goal(game.view())):
-        part = f"{'; ' if number else ''}{clean(clause)}"
-        if number and len(told.plain) + len(part) >= room.width:
-            break
-        told.append(part)
-    return told
+    """What to aim for and what it costs, as many clauses as one row holds; one at least."""
+    return Text(f" {_joined(_clauses(game)[: max(_held(game, room), 1)])}")
+
+
+def more(game: Game, room: Room | None = None) -> str:
+    """What of it that row does not hold whole; all where there is no such row."""
+    return _joined(_clauses(game)[_held(game, room) if room else 0 :])
+
+
+def _clauses(game: Game) -> list[str]:
+    return [clean(clause) for clause in game.style.goal(game.view())]
+
+
+def _joined(clauses: Sequence[str]) -> str:
+    return "; ".join(clauses)
+
+
+def _held(game: Game, room: Room) -> int:
+    """How many clauses a row holds."""
+    clauses = _clauses(game)
+    many = range(len(clauses), 0, -1)
+    return next((n for n in many if len(_joined(clauses[:n])) < room.width), 0)
