@@ -20,6 +20,7 @@ from dmplay.screen.screen import Screen
 from dmplay.screen.show import show
 from dmplay.signals import leaving
 from dmplay.terminal import clean, here
+from dmplay.transcript.recorder import Recorder
 from dmplay.words.plain import Objects, Reporter, Sentences, by_lines
 from dmplay.words.shell import Shell, ask, script
 
@@ -44,7 +45,7 @@ def sit(table: Table, sitting: Sitting) -> int:
             by_lines(table, terminal, sys.stdin, Reporter() if quiet else reporter)
             if quiet and table.game.account.forfeited:
                 print(table.game.account.forfeited, file=sys.stderr)
-    return code or faults(table)
+    return code or faults(table.ended)
 
 
 def converse(table: Table, conversation: Conversation) -> int:
@@ -68,7 +69,7 @@ def converse(table: Table, conversation: Conversation) -> int:
         else:
             script(shell, sys.stdin)
         table.end("interrupted" if code else "quit")
-    return code or faults(table)
+    return code or faults(table.ended)
 
 
 def _browse(shell: Shell) -> int:
@@ -141,9 +142,9 @@ def epilogue(table: Table) -> None:
         print(clean(row), file=sys.stderr)
 
 
-def faults(table: Table) -> int:
+def faults(ended: Sequence[Recorder]) -> int:
     """Exit code 1, and a line each, where turns could not be written."""
-    bad = [recorder for recorder in table.ended if recorder.fault]
+    bad = [recorder for recorder in ended if recorder.fault]
     for recorder in bad:
         assert recorder.fault
         if isinstance(recorder.fault, BrokenPipeError):

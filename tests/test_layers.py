@@ -18,7 +18,7 @@ FLOORS = (
     "blocks", "rollouts", "problems", "files", "guests", "solvers", "policies", "transcript",
     "bots", "finding", "hand", "terminal", "signals", "styles", "painting", "views", "loops",
     "gym", "zoo", "figures", "solutions", "measure", "advice", "keys", "game", "conformance",
-    "records", "words", "screen", "gallery", "reports", "prompt", "front", "cli",
+    "records", "words", "screen", "gallery", "reports", "prompt", "front", "mcp", "cli",
     "pytest_plugin", "__main__",
 )  # fmt: skip
 SCREENS = {"rich", "typer", "prompt_toolkit"}

@@ -58,6 +58,14 @@ class Advice(NamedTuple):
         return each and f"values: {each}"
 
     @property
+    def facts(self) -> dict[str, object]:
+        """By whom, what and the values that are known, as data."""
+        by, _, action = self.best.rpartition(": ")
+        told = [] if self.values is None else self.values.tolist()
+        known = {name: one for name, one in zip(self.labels, told, strict=False) if isfinite(one)}
+        return {"by": by.strip("()"), "action": action, "values": known}
+
+    @property
     def regret(self) -> Reals | None:
         """What each action `[A]` loses against the best; nan where not legal, or not known."""
         if self.values is None or not np.isfinite(self.values).any():

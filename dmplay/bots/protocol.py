@@ -35,11 +35,14 @@ def message(text: str) -> Facts:
     return said
 
 
-def choices(problem: Problem, seat: int, legal: Bools | None = None) -> object:
-    """What a seat may do: the names of actions, or the bounds of a number."""
+def choices(
+    problem: Problem, seat: int, legal: Bools | None = None, called: Labels | None = None
+) -> object:
+    """What a seat may do: the names of actions, as they are called, or the bounds of a number."""
     known = problem.actions[seat]
     if isinstance(known, Labels):
-        return [name for place, name in enumerate(known) if legal is None or legal[place]]
+        names = enumerate(called or known)
+        return [name for place, name in names if legal is None or legal[place]]
     return {"low": known.low, "high": known.high}
 
 

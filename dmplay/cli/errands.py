@@ -10,7 +10,7 @@ from dmplay.cli import config
 from dmplay.cli.app import root
 from dmplay.cli.sentence import USAGE, sentence
 from dmplay.errors import BadParameter
-from dmplay.game.errand import Errand, Printout, Service, Sitting
+from dmplay.game.errand import Errand, Hosting, Printout, Service, Sitting
 from dmplay.game.table import Table
 from dmplay.terminal import Terminal, clean, here
 from dmplay.words.commands import is_command
@@ -23,9 +23,13 @@ def do(errand: Errand) -> int:
     if isinstance(errand, Printout):
         return _print(errand)
     if isinstance(errand, Service):
-        from dmplay.cli.service import serve
+        from dmplay.cli.service import speaks
 
-        return serve(*errand)
+        return speaks(*errand)
+    if isinstance(errand, Hosting):
+        from dmplay.cli.service import host
+
+        return host(errand)
     from dmplay import front  # the front ends are of no use to a report
 
     if isinstance(errand, Sitting):

@@ -171,3 +171,30 @@ def bot(
     from dmplay.game.errand import Service
 
     return Service(agent, problem)
+
+
+def mcp(
+    problems: Annotated[
+        list[str],
+        typer.Argument(metavar="PROBLEM...", help="what may be played; all fifteen if not given"),
+    ] = [],  # noqa: B006
+    hints: Annotated[bool, typer.Option(help="let it ask what a good player would do")] = False,
+    undo: Annotated[bool, typer.Option(help="let it take turns back")] = False,
+    belief: Annotated[bool, typer.Option(help="tell it what its seat is to believe")] = False,
+    seed: Annotated[
+        int | None, typer.Option(metavar="N", min=0, help="the dice, a game an episode of them")
+    ] = None,
+    turns: options.Turns = None,
+    folder: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FOLDER", help="for the transcripts")
+    ] = None,
+) -> object:
+    """Have a language model play by the Model Context Protocol; dmplay guide mcp tells how.
+
+    \b
+      dmplay mcp
+      dmplay mcp hexworld catch --hints --seed 7 -o games
+    """
+    from dmplay.game.errand import Hosting
+
+    return Hosting(problems, hints, undo, belief, seed, turns, folder)

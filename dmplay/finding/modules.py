@@ -20,7 +20,7 @@ from dmplay.errors import BadParameter, UnknownName
 from dmplay.policies.kinds import Seated
 from dmplay.policies.roster import Roster
 
-TAKEN = ("human", "script", "replay", "bot")  # what else may sit
+TAKEN = ("human", "mcp", "script", "replay", "bot")  # what else may sit
 
 
 def problems(module: ModuleType) -> dict[str, type[Problem]]:

@@ -1,16 +1,17 @@
 """How a game is told: a turn, the situation, the end, and what only the end brings out."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from dmplay.advice.ghost import Ghost
 from dmplay.core import Problem
 from dmplay.describe import counted, ended, score
 from dmplay.game import facts
 from dmplay.session import Session, View
-from dmplay.transcript.format import number, turn_facts
+from dmplay.transcript.format import end_facts, number, turn_facts
 from dmplay.transcript.seal import LEFT
 from dmplay.views.style import Look, fit, style_of, whole
 
+NOTHING: Mapping[str, object] = {}
 FRAME = Look(width=80, height=24)
 
 
@@ -84,6 +85,14 @@ class Account:
         turns += f" {self.forfeited.rstrip('?.')}." if self.forfeited else ""
         known = not self.people or self.reveal or session.ending not in LEFT
         return f"{turns} {each}." if known or not session.problem.hidden else turns
+
+    def end(self, known: Mapping[str, object] = NOTHING) -> dict[str, object]:
+        """The ending as data, with what else is known of it, and turn by turn what was hidden."""
+        facts = {**end_facts(self.session), **known}
+        if self.forfeited:
+            facts["why"] = self.forfeited
+        rows = self.debrief()
+        return facts | ({"debrief": rows} if rows else {})
 
     @property
     def forfeited(self) -> str:

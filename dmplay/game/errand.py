@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import NamedTuple
 
 from rich.text import Text
@@ -59,5 +60,22 @@ class Service(NamedTuple):
     problem: str
 
 
-Errand = Sitting | Conversation | Service | Printout | str
+class Hosting(NamedTuple):
+    """What a language model at the other end of a pipe may play, and what it may ask for."""
+
+    problems: Sequence[str] = ()  # all that are built in if none is named
+    hints: bool = False
+    undo: bool = False
+    belief: bool = False  # whether it is told what its seat is to believe
+    seed: int | None = None  # of all games, which are its episodes; fresh dice if there is none
+    turns: int | None = None  # after which a game ends
+    folder: Path | None = None  # for transcripts; that of games that are kept if there is none
+
+    @property
+    def strict(self) -> bool | str:
+        """How strict its games are, as their transcripts say."""
+        return not self.undo and (self.hints or "hints")
+
+
+Errand = Sitting | Conversation | Service | Hosting | Printout | str
 Program = Callable[[Sequence[str]], Sitting | str]  # what the command line makes of words

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from dmplay import disk
 from dmplay.errors import BadParameter, DmplayError
-from dmplay.transcript.format import checksum, closing
+from dmplay.transcript.format import MODEL, checksum, closing
 from dmplay.transcript.reading import Transcript, read
 from dmplay.transcript.recorder import Recorder
 
@@ -47,14 +47,14 @@ def new(problem: str) -> Path | None:
     if not ready(place):
         return None
     try:
-        return _free(place, problem)
+        return free(place, problem)
     except OSError as error:
         _not_kept(f"{place}: {error.strerror}")
         return None
 
 
-def _free(place: Path, problem: str) -> Path:
-    """A new empty file."""
+def free(place: Path, problem: str) -> Path:
+    """A new empty file for a game in a folder, which others cannot read."""
     stem = f"{time.strftime('%Y%m%d-%H%M%S')}-{problem.replace(':', '-').replace('/', '-')}"
     for number in count():
         path = place / f"{stem}{f'-{number}' if number else ''}.dmt"
@@ -154,10 +154,11 @@ def kept() -> Iterator[Transcript]:
 
 
 def unfinished() -> Iterator[Transcript]:
-    """The games that have no end, or that their player left, the last first."""
+    """The games that have no end, or that the person in it left, the last first."""
     for transcript in kept():
         path, left = Path(transcript.path), transcript.end is None or transcript.chosen
-        if left and _has_turns(path) and not disk.in_play(path):
+        ours = MODEL not in transcript.header.seats.values()
+        if ours and left and _has_turns(path) and not disk.in_play(path):
             yield transcript
 
 

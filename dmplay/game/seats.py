@@ -15,18 +15,18 @@ from dmplay.keys.keyboard import action_of
 from dmplay.policies.kinds import Seated
 from dmplay.policies.script import Script
 from dmplay.terminal import clean
-from dmplay.transcript.format import PERSON
+from dmplay.transcript.format import PERSON, PLAYERS
 from dmplay.transcript.header import LINES, Header
 from dmplay.transcript.replay import replay
 from dmplay.transcript.seal import opened
 
 HUMAN = PERSON
-UNASKED = (HUMAN, "script", "replay")  # seats whose actions only the file can tell
+UNASKED = (*PLAYERS, "script", "replay")  # seats whose actions only the file can tell
 
 
 def people(seats: Sequence[str]) -> list[int]:
-    """The seats that people play."""
-    return [seat for seat, who in enumerate(seats) if who == HUMAN]
+    """The seats that people play, or a language model."""
+    return [seat for seat, who in enumerate(seats) if who in PLAYERS]
 
 
 def seat_policy(problem: Problem, seat: int, who: str, turns: int | None = None) -> Policy | None:
@@ -123,7 +123,7 @@ def header(
     """The header of a game's transcript there; scripts are named without their place."""
     names = [
         who.partition(":")[0] if who.startswith(("script:", "replay:")) else told_in(who, path)
-        for who in seats
+        for who in (request.player if who == HUMAN else who for who in seats)
     ]
     told = {line.field: getattr(request, line.field) for line in LINES}
     told |= {"problem": told_in(loaded.name, path), "origin": loaded.origin, "seed": dice.seed}

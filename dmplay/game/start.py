@@ -23,7 +23,7 @@ from dmplay.game.seats import HUMAN, header, people, seat_policy, sitting, told_
 from dmplay.keys.keyboard import Keyboard
 from dmplay.keys.keymap import hands
 from dmplay.session import Session
-from dmplay.transcript.format import Frame, turn_limit
+from dmplay.transcript.format import MODEL, Frame, turn_limit
 from dmplay.transcript.header import Header
 from dmplay.transcript.reading import Transcript, left
 from dmplay.transcript.recorder import Recorder
@@ -31,6 +31,7 @@ from dmplay.transcript.replay import check_seats, replay, unattended
 from dmplay.transcript.seal import Luck, going_on, luck, marked, opened, sealed
 
 LARGEST_SEED = 2**63 - 1
+GONE = {"script": "a script", "replay": "a replay", MODEL: "a language model"}  # when it ends
 
 
 def begin(wanted: Wanted, shown: Collection[Luck] = ()) -> Game:
@@ -133,11 +134,9 @@ def resumed(wanted: Resumption, shown: Collection[Luck] = ()) -> Game:
     hands(found.problem, wanted.keys)
     check_seats(transcript, found.problem)
     for who in transcript.header.seats.values():
-        kind = who.partition(":")[0]
-        if kind in ("script", "replay"):
-            raise BadParameter(
-                f"{path}: a seat was played by a {kind}, which the file does not hold"
-            )
+        kind = GONE.get(who.partition(":")[0])
+        if kind:
+            raise BadParameter(f"{path}: a seat was played by {kind}, which the file does not hold")
     seats, policies = _sitting(transcript, found.problem, trusted=wanted.trusted)
     _answered(found.problem, seats, asks=wanted.asks)
     unattended(transcript, seats, wanted.turns)

@@ -32,7 +32,8 @@ from dmplay.chance import Array
 from dmplay.core import NOTHING_YET, Problem
 from dmplay.session import LONGEST_LIST, MOST_TURNS, Session, believed
 
-PERSON = "human"
+PERSON, MODEL = "human", "mcp"  # who plays from outside: a language model is one
+PLAYERS = (PERSON, MODEL)
 DIGITS = 10  # significant, of a fact that is a real number
 NATURAL = ("terminal", "horizon", "turn limit")  # ends that the game itself comes to
 NOTE = re.compile(r"^#.*\n", re.MULTILINE)

@@ -7,7 +7,7 @@ from pathlib import Path
 from dmplay import disk
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, DmplayError
-from dmplay.transcript.format import PERSON, checksum, lines
+from dmplay.transcript.format import PLAYERS, checksum, lines
 from dmplay.transcript.header import Header
 from dmplay.transcript.reading import Transcript, parse
 from dmplay.transcript.replay import replay
@@ -23,8 +23,8 @@ def luck(name: str, dice: object) -> Luck:
 
 
 def secret(problem: Problem, seats: Collection[str], *, reveal: bool) -> bool:
-    """Whether people play who may not know all."""
-    return problem.hidden and PERSON in seats and not reveal
+    """Whether people or models play who may not know all."""
+    return problem.hidden and not {*PLAYERS}.isdisjoint(seats) and not reveal
 
 
 def sealed(transcript: Transcript, problem: Problem) -> bool:

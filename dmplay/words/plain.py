@@ -5,7 +5,6 @@ import getpass
 import json
 import sys
 from collections.abc import Iterator
-from math import isfinite
 from typing import TextIO
 
 from dmplay.bots.protocol import choices
@@ -16,7 +15,6 @@ from dmplay.game.table import Table
 from dmplay.terminal import Terminal, clean, wipe
 from dmplay.terminal import line as typed_line
 from dmplay.thought import Cancelled
-from dmplay.transcript.format import end_facts
 from dmplay.words.commands import Leave, own_parts, parts, typed
 
 
@@ -118,12 +116,8 @@ class Objects(Reporter):
         if turns < before:
             self._print("undo", {"turns": before - turns} | game.account.public(game.view()))
         elif advice and text.startswith("hint"):
-            by, _, action = advice.best.rpartition(": ")
-            told = [] if advice.values is None else advice.values.tolist()
-            known = {n: one for n, one in zip(advice.labels, told, strict=False) if isfinite(one)}
             seat = game.problem.agents[game.watcher]
-            who = {"seat": seat, "by": by.strip("()")}
-            self._print("hint", {**who, "action": action, "values": known})
+            self._print("hint", {"seat": seat} | advice.facts)
         else:
             self.words(text)
 
@@ -140,11 +134,7 @@ class Objects(Reporter):
 
     def end(self, game: Game) -> None:
         """The ending with return and total, the seed, and what was hidden."""
-        facts = end_facts(game.session) | {"seed": game.seed}
-        if game.account.forfeited:
-            facts["why"] = game.account.forfeited
-        rows = game.account.debrief()
-        self._print("end", facts | ({"debrief": rows} if rows else {}))
+        self._print("end", game.account.end({"seed": game.seed}))
 
     def _print(self, event: str, facts: dict[str, object]) -> None:
         print(json.dumps({"event": event} | facts), flush=True)

@@ -71,5 +71,5 @@ def test_an_example_does_what_it_says(line: str, tmp_path: Path) -> None:
     )  # fmt: skip
     assert (done.returncode, "error:" in done.stderr) == (0, False), done.stderr
     written = re.findall(r"-o (\S+)", line)
-    assert all((tmp_path / name).read_text() for name in written)
-    assert done.stdout or written
+    assert all((tmp_path / name).stat().st_size for name in written)
+    assert done.stdout or written or line == "dmplay mcp"  # which nobody asks anything

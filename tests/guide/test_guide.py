@@ -21,10 +21,11 @@ SCREEN = Terminal(True, "", True, False, False)
 PIPE = SCREEN._replace(screen=False)
 LONG = "\n".join(map(str, range(100)))
 every_topic = pytest.mark.parametrize("name", topics())
-STARTS = pytest.param("bots", marks=pytest.mark.slow)  # programs, one after another
+SLOW = ("bots", "mcp")  # which start programs, one after another
+EVERY = [pytest.param(name, marks=pytest.mark.slow if name in SLOW else ()) for name in topics()]
 
 
-@pytest.mark.parametrize("name", [STARTS if name == "bots" else name for name in topics()])
+@pytest.mark.parametrize("name", EVERY)
 def test_what_a_topic_says_is_what_happens(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -102,6 +102,7 @@ OUTSIDE: Mapping[str, Sequence[str]] = {
     ),
     "review": ("{file}", "{file} --json", "{file} --write"),
     "bot": ("random --problem {problem}",),
+    "mcp": ("nothing", "{file}", "--output {file}"),
     "branch": (
         "{file} --at 2 -o branch.dmt",
         "{file} --at 1 -o branch.dmt --json",

@@ -51,11 +51,12 @@ def transcripts(word: str = "") -> list[str]:
 def seeds() -> list[str]:
     """The seeds of the games that are kept, the last first; not of what people still play."""
     from dmplay.game.saves import folder
+    from dmplay.transcript.format import PLAYERS
 
     found: dict[str, None] = {}
     for path in sorted(folder(os.environ).glob("*.dmt"), reverse=True)[:SEEDS]:
         header, _, turns = path.read_text(encoding="utf-8", errors="replace").partition("\n\n")
-        if '"human"' in header and "\nend: " not in turns:
+        if any(f'"{who}"' in header for who in PLAYERS) and "\nend: " not in turns:
             continue
         for line in header.splitlines():
             key, _, value = line.partition(": ")
