@@ -60,8 +60,11 @@ class Forfeit(BadPolicy):
     """A program in a seat that does not answer as it must: why in a word, and what it did."""
 
     def __init__(self, reason: str, told: str, seat: str = "") -> None:
-        super().__init__(f"{seat} forfeits, {reason}: {told}" if seat else f"{reason}: {told}")
-        self.reason, self.told = reason, told
+        super().__init__(reason, told, seat)
+        self.reason, self.told, self.seat = reason, told, seat
+
+    def __str__(self) -> str:
+        return f"{self.seat} forfeits, {self.reason}: {self.told}".removeprefix(" forfeits, ")
 
 
 class TooMuch(DmplayError, RuntimeError):

@@ -10,8 +10,8 @@ import numpy as np
 
 from dmplay import belief
 from dmplay.bots.program import Program
-from dmplay.bots.protocol import Facts, learnt, sight
-from dmplay.bots.talk import Channel, Seen, Talk
+from dmplay.bots.protocol import GAMES, Facts, learnt, sight
+from dmplay.bots.talk import Asked, Channel, Seen, Talk
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Percept, parameter
 from dmplay.errors import BadParameter, Forfeit
@@ -25,6 +25,10 @@ class Live:
 
     talk: Talk | None = None
     log: bytes = b""
+
+    def __reduce__(self) -> tuple[type["Live"], tuple[()]]:
+        """Another process begins a program of its own."""
+        return Live, ()
 
 
 @dataclass(frozen=True)
@@ -66,7 +70,8 @@ class Bot(Seated):
         """What each row sees first."""
         prior = belief.prior(self.problem) if self._believes else None
         seen = [sight(self.problem, self.seat, one) for one in observation]
-        return (_column([Seen(None, 0, {"observation": one}, prior) for one in seen]),)
+        each = enumerate(seen)
+        return (_column([Seen(None, 0, {"observation": one}, prior, n) for n, one in each]),)
 
     def update(self, memory: Memory, percept: Percept) -> Memory:
         """One more turn."""
@@ -74,7 +79,8 @@ class Bot(Seated):
 
     def _after(self, row: int, before: Seen, percept: Percept) -> Seen:
         facts = learnt(self.problem, self.seat, percept, row)
-        return Seen(before, before.turn + 1, facts, self._believed(row, before.belief, percept))
+        believed = self._believed(row, before.belief, percept)
+        return Seen(before, before.turn + 1, facts, believed, before.game)
 
     def _believed(self, row: int, before: Reals | None, percept: Percept) -> Reals | None:
         """What the seat is to believe after a turn, by what it alone knows."""
@@ -89,8 +95,7 @@ class Bot(Seated):
         """What the program answers, row by row."""
         able = [None] * len(u) if legal is None else [*legal]
         with self._talking() as talk:
-            rows = zip(memory[0], able, u, strict=True)
-            return np.array([talk.asked(*row) for row in rows])
+            return np.array(talk.asked([*map(Asked, memory[0], able, u)]))
 
     @property
     def _believes(self) -> bool:
@@ -114,7 +119,7 @@ class Bot(Seated):
         talk = self._live.talk = Talk(channel, problem, self.seat, self.clock)
         parameters = {one.name: getattr(problem, one.name) for one in fields(problem)}
         told: Facts = {"problem": self.name, "parameters": parameters, "turns": self.turns}
-        talk.meet(told, ["history"] + ["belief"] * self._believes)
+        talk.meet(told, ["history", GAMES] + ["belief"] * self._believes)
         return talk
 
     @property

@@ -14,6 +14,7 @@ from dmplay.core import Labels, Percept, Problem
 from dmplay.transcript.keyed import JSON
 
 VERSION = 1
+GAMES = "games"  # what a program wants that plays many games at once
 LONGEST = 65_536  # characters of a line that a program says
 
 Facts = dict[str, Any]

@@ -5,7 +5,7 @@ from typing import TextIO
 
 import numpy as np
 
-from dmplay.bots.protocol import VERSION, Facts, choices, line, message, percept, seen
+from dmplay.bots.protocol import GAMES, VERSION, Facts, choices, line, message, percept, seen
 from dmplay.chance import Bools
 from dmplay.core import Memory, Policy, Problem
 from dmplay.errors import BadParameter
@@ -22,7 +22,7 @@ class Speaker:
         self._name = name
         self._sit = seat
         self._seated: tuple[Problem, int, Policy] | None = None
-        self._memory: Memory = ()
+        self._memories: dict[int, Memory] = {}  # of each game
 
     def answer(self, text: str) -> str:
         """The answer to a line, '' where there is none to give; BadParameter where it is wrong."""
@@ -53,17 +53,22 @@ class Speaker:
             raise BadParameter(f"protocol {said.get('protocol')!r}, expected {VERSION}")
         self._seated = self._sit(said)
         policy = self._seated[2]
-        return line("hello", {"protocol": VERSION, "name": self._name, "draws": policy.draws})
+        wants = [one for one in said.get("offers", []) if one == GAMES]
+        facts = {"protocol": VERSION, "name": self._name, "draws": policy.draws, "wants": wants}
+        return line("hello", facts)
 
     def _learn(self, said: Facts, problem: Problem, seat: int, policy: Policy) -> None:
+        game = said.get("game", 0)
         if said["turn"]:
-            self._memory = policy.update(self._memory, percept(problem, seat, said))
+            told = percept(problem, seat, said)
+            self._memories[game] = policy.update(self._memories[game], told)
         else:
-            self._memory = policy.begin(seen(problem, seat, said["observation"]))
+            self._memories[game] = policy.begin(seen(problem, seat, said["observation"]))
 
     def _act(self, said: Facts, problem: Problem, seat: int, policy: Policy) -> str:
         luck = np.array([said.get("luck", [])], float)
-        (chosen,) = policy.choose(self._memory, _legal(problem, seat, said["legal"]), luck)
+        memory = self._memories[said.get("game", 0)]
+        (chosen,) = policy.choose(memory, _legal(problem, seat, said["legal"]), luck)
         action = problem.actions[seat].fact(float(chosen))
         return line("act", {"id": said["id"], "action": action})
 

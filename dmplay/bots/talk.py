@@ -1,8 +1,9 @@
 """The referee: a conversation with one program, which is told what its seat may know and asked."""
 
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple, Protocol
 
-from dmplay.bots.protocol import VERSION, Facts, choices, line, message
+from dmplay.bots.protocol import GAMES, VERSION, Facts, choices, line, message
 from dmplay.chance import Bools, Reals
 from dmplay.core import Labels, Problem
 from dmplay.errors import DmplayError, Forfeit
@@ -11,6 +12,7 @@ FIRST = 10.0  # seconds at least to say hello
 UNASKED = 1000  # lines between a question and its answer that answer nothing
 MOST_LUCK = 1000  # uniforms for a choice
 WORDS = 60  # characters of a bad line that are quoted
+AHEAD = 16  # questions that are asked before the first of them is answered
 
 
 class Seen(NamedTuple):
@@ -20,6 +22,7 @@ class Seen(NamedTuple):
     turn: int
     facts: Facts
     belief: Reals | None
+    game: int = 0  # of those that are played at once
 
     def since(self, told: "Seen | None") -> "list[Seen]":
         """What is to be told after that: all of the game where that is not a part of it."""
@@ -33,6 +36,14 @@ class Seen(NamedTuple):
     def told(self) -> Facts:
         """The turn, as it is told."""
         return {"turn": self.turn, **self.facts}
+
+
+class Asked(NamedTuple):
+    """What a program is asked in a game that has come so far."""
+
+    now: Seen
+    legal: Bools | None
+    luck: Reals
 
 
 class Channel(Protocol):
@@ -58,7 +69,7 @@ class Talk:
         self.draws = 0  # uniforms that the program wants for a choice
         self._problem, self._seat, self._clock = problem, seat, clock
         self._wants: list[str] = []
-        self._told: Seen | None = None
+        self._told: dict[int, Seen] = {}  # the last turn of each game, or of the one that it knows
         self._id = 0
 
     def meet(self, game: Facts, offers: list[str]) -> None:
@@ -87,11 +98,27 @@ class Talk:
             raise Forfeit("garbled", f"wants {wants!r}, expected some of {', '.join(offers)}")
         self.draws, self._wants = draws, wants
 
-    def asked(self, now: Seen, legal: Bools | None, luck: Reals) -> float:
-        """What the program does in a game that has come so far."""
-        self._id += 1
+    def asked(self, games: Sequence[Asked]) -> list[float]:
+        """What the program does in each game: some are asked at once where it plays many."""
+        ahead = AHEAD if GAMES in self._wants else 1
+        parts = (games[first : first + ahead] for first in range(0, len(games), ahead))
+        return [action for part in parts for action in self._answered(part)]
+
+    def _answered(self, games: Sequence[Asked]) -> Iterator[float]:
+        """What it does in some games; the clock begins anew with each answer."""
+        first, self._id = self._id + 1, self._id + len(games)
+        said = [self._question(number, one) for number, one in enumerate(games, first)]
+        for number, one in enumerate(games, first):
+            self.channel.say("".join(said), self._clock)
+            said.clear()
+            yield self._action(self._heard("act", number).get("action"), one.legal)
+
+    def _question(self, number: int, asked: Asked) -> str:
+        """What is new in a game, and what to do there."""
+        now, legal, luck = asked
         said = self._new(now)
-        ask: Facts = {"id": self._id, "turn": now.turn + 1, "observation": now.facts["observation"]}
+        ask: Facts = {"id": number, **self._game(now)}
+        ask |= {"turn": now.turn + 1, "observation": now.facts["observation"]}
         ask["legal"] = choices(self._problem, self._seat, legal)
         if len(luck):
             ask["luck"] = luck.tolist()
@@ -99,21 +126,26 @@ class Talk:
             said, ask["history"] = "", [one.told for one in now.since(None)]
         if "belief" in self._wants and now.belief is not None:
             ask["belief"] = self._believed(now.belief)
-        self.channel.say(said + line("act", ask), self._clock)
-        return self._action(self._heard("act").get("action"), legal)
+        return said + line("act", ask)
+
+    def _game(self, now: Seen) -> Facts:
+        """Which game it is, for a program that plays many at once."""
+        return {"game": now.game} if GAMES in self._wants else {}
 
     def _new(self, now: Seen) -> str:
         """The turns that the program was not told of yet."""
-        new = now.since(self._told)
-        self._told = now
-        return "".join(line("turn", one.told) for one in new)
+        known = self._game(now)
+        place = now.game if known else 0
+        new = now.since(self._told.get(place))
+        self._told[place] = now
+        return "".join(line("turn", known | one.told) for one in new)
 
     def _believed(self, probabilities: Reals) -> Facts:
         problem = self._problem
         each = zip(problem.enumerated(), probabilities.tolist(), strict=True)
         return {problem.notation(state): p for state, p in each if p}
 
-    def _heard(self, kind: str) -> Facts:
+    def _heard(self, kind: str, wanted: int = 0) -> Facts:
         """The answer to what was asked last; one to what nobody asks any more is passed over, and
         what is of another kind too.
         """
@@ -124,10 +156,10 @@ class Talk:
             except ValueError as error:
                 raise Forfeit("garbled", f"said {text[:WORDS]!r}: {error}") from None
             number = said.get("id")
-            if said["type"] == kind and (kind == "hello" or number == self._id):
+            if said["type"] == kind and (kind == "hello" or number == wanted):
                 return said
-            if said["type"] == kind and (type(number) is not int or not 0 < number < self._id):
-                raise Forfeit("garbled", f"answered id {number!r}, expected {self._id}")
+            if said["type"] == kind and (type(number) is not int or not 0 < number < wanted):
+                raise Forfeit("garbled", f"answered id {number!r}, expected {wanted}")
         raise Forfeit("garbled", f"said {UNASKED} lines that answer nothing")
 
     def _action(self, told: object, legal: Bools | None) -> float:

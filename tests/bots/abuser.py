@@ -34,6 +34,11 @@ def late() -> None:
     answer()
 
 
+def garbled() -> None:
+    print("ne", flush=True)
+    time.sleep(60)
+
+
 def ahead() -> None:
     for number in range(1, 1000):
         say(type="act", id=number, action=ACTION)
@@ -56,7 +61,7 @@ ABUSES: dict[str, Callable[[], object]] = {
     "deaf": ahead,
     "dead": lambda: os.kill(os.getpid(), signal.SIGKILL),
     "late": late,
-    "garbled": lambda: print("ne", flush=True),
+    "garbled": garbled,
     "illegal": lambda: answer(action="101"),
     "flooding": lambda: ever('{"type": "chatter"}\n'),
     "forking": fork,

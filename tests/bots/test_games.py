@@ -86,3 +86,13 @@ def test_a_forfeit_is_told_wherever_a_game_is(folder: Path) -> None:
     end = json.loads(told("--json").stdout.splitlines()[-1])
     assert (end["reason"], end["why"]) == ("forfeit", why)
     verified(folder / "game.dmt")
+
+
+def test_its_many_games_are_the_same_in_one_process_and_in_two(folder: Path) -> None:
+    words = ("run", "hexworld", "--agent", BOT, "--episodes", "40", "--turns", "5", "--csv")
+    one, two = (run(folder, *words, "--workers", workers) for workers in ("1", "2"))
+    assert one.stdout.count("\n") > 1
+    assert one.stdout == two.stdout
+    fault = ("--agent", "bot:sh -c 'exit 3'", "--workers", "2", "--episodes", "40")
+    told = run(folder, "run", "hexworld", *fault).stderr
+    assert told == "error: agent forfeits, dead: ended with exit code 3\n"

@@ -1,6 +1,7 @@
 """A program is told what its seat may know, and plays as the agent would that it speaks for."""
 
 import json
+import pickle
 import re
 from collections.abc import Sequence
 from dataclasses import fields
@@ -8,9 +9,10 @@ from dataclasses import fields
 import pytest
 
 import dmplay
-from dmplay.bots.bot import Bot
+from dmplay.bots.bot import Bot, Live
 from dmplay.bots.end import dismissed
 from dmplay.bots.speaker import Speaker
+from dmplay.bots.talk import AHEAD
 from dmplay.cli.service import sits
 from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter, Forfeit
@@ -168,6 +170,31 @@ def test_the_whole_history_is_told_to_who_asks_for_it() -> None:
         {"turn": 1, "action": "ignore", "observation": "crying"},
     ]
     assert program.told("history")[1:] == [turns[:1], turns]
+
+
+def test_who_plays_many_games_at_once_is_told_each_turn_of_each_game_once() -> None:
+    games, turns = AHEAD + 1, 2
+    program = Said(HELLO[:-1] + ', "wants": ["games"]}', *ignoring(games * turns))
+    problem = load("crying-baby")
+    bot = Bot(problem, 0, "it", "crying-baby", start=lambda _: program)
+    dmplay.rollout(problem, [bot], episodes=games, turns=turns, seed=1)
+    told = [(said["type"], said["game"], said["turn"]) for said in program.heard[1:]]
+    rounds = [[*range(AHEAD)], [AHEAD]]  # so many are asked before the first answer
+    assert told == [
+        (kind, game, turn)
+        for played in range(turns)
+        for asked in rounds
+        for game in asked
+        for kind, turn in (("turn", played), ("act", played + 1))
+    ]
+
+
+def test_what_is_sent_to_a_worker_begins_a_program_there_and_brings_a_forfeit_back() -> None:
+    there = pickle.loads(pickle.dumps(Live(log=b"of the one here")))
+    assert there == Live()
+    back = pickle.loads(pickle.dumps(Forfeit("dead", "it ended", "agent")))
+    assert str(back) == "agent forfeits, dead: it ended"
+    assert str(Forfeit("dead", "it ended")) == "dead: it ended"
 
 
 def test_a_belief_is_told_only_where_it_is_asked_for_and_allowed() -> None:
