@@ -2,6 +2,7 @@
 
 import warnings
 from dataclasses import dataclass
+from pathlib import Path
 
 import gymnasium
 import numpy as np
@@ -16,10 +17,10 @@ from dmplay.finding import agents
 from dmplay.gym import Env, VectorEnv
 from dmplay.policies.kinds import Reactive
 from dmplay.rollouts import Rollout, rollout
+from tests.files.sources import BALLET, TEAM, TIGER, kept
 from tests.support.cases import CASES, SOME, load, small
 
 ROWS, SEED = 3, 7
-WIDEST = "collaborative-predator-prey"  # whose agents believe one of 1,728 states
 
 
 @dataclass(frozen=True)
@@ -50,28 +51,31 @@ def first(problem: Problem, seat: int, mask: Array | None) -> Array:
 
 
 def seats() -> list[tuple[str, int]]:
-    """Every seat of every problem whose agents are soon made."""
-    narrow = [name for name in CASES if not name.startswith(WIDEST)]
-    return [(name, seat) for name in narrow for seat in range(len(load(name).agents))]
+    """Every seat of every problem."""
+    return [(name, seat) for name in CASES for seat in range(len(load(name).agents))]
+
+
+def plays_rows(problem: Problem, seat: int) -> None:
+    """The episodes of a seat are rows of a rollout."""
+    env = Env(problem, seat=problem.agents[seat], turns=SOME)
+    wanted = rolled(problem, seat, ROWS)
+    for episode in range(ROWS):
+        _, info = env.reset(seed=SEED if not episode else None)
+        total, weight, over, turns = 0.0, 1.0, False, 0
+        while not over:
+            mask = info.get("action_mask")
+            action = first(problem, seat, None if mask is None else mask[None])[0]
+            _, reward, terminated, truncated, info = env.step(action)
+            over, turns = terminated or truncated, turns + 1
+            total, weight = total + weight * reward, weight * problem.discount
+        got = (total, turns, terminated)
+        told = (wanted.returns[episode, seat], wanted.turns[episode], wanted.over[episode])
+        assert got == told, (problem, seat, episode)
 
 
 def test_episodes_are_rows_of_a_rollout_to_the_last_bit() -> None:
     for name, seat in seats():
-        problem = small(name)
-        env = Env(problem, seat=problem.agents[seat], turns=SOME)
-        wanted = rolled(problem, seat, ROWS)
-        for episode in range(ROWS):
-            _, info = env.reset(seed=SEED if not episode else None)
-            total, weight, over, turns = 0.0, 1.0, False, 0
-            while not over:
-                mask = info.get("action_mask")
-                action = first(problem, seat, None if mask is None else mask[None])[0]
-                _, reward, terminated, truncated, info = env.step(action)
-                over, turns = terminated or truncated, turns + 1
-                total, weight = total + weight * reward, weight * problem.discount
-            got = (total, turns, terminated)
-            told = (wanted.returns[episode, seat], wanted.turns[episode], wanted.over[episode])
-            assert got == told, (name, seat, episode)
+        plays_rows(small(name), seat)
 
 
 def test_the_games_of_rows_are_those_of_a_rollout_one_after_another() -> None:
@@ -99,14 +103,13 @@ def test_the_games_of_rows_are_those_of_a_rollout_one_after_another() -> None:
 def test_what_is_seen_is_in_the_space_from_the_first() -> None:
     for name in CASES:
         problem = small(name)
-        env = Env(problem, turns=2) if not name.startswith(WIDEST) else None
+        env = Env(problem, turns=2)
         rows = VectorEnv(problem, ROWS, turns=2, dice="fast", others="random")
         seen, info = rows.reset(seed=SEED)
         for _ in range(4):
             assert rows.observation_space.contains(seen), name
             seen, _, _, _, info = rows.step(first(problem, 0, info.get("action_mask")))
-        if env:
-            assert env.observation_space.contains(env.reset(seed=SEED)[0])
+        assert env.observation_space.contains(env.reset(seed=SEED)[0])
 
 
 def test_a_move_that_is_not_legal_changes_nothing_and_no_turn_passes() -> None:
@@ -146,10 +149,34 @@ def test_what_cannot_be_is_said() -> None:
             env.step(np.array([0]))
 
 
+def checked(problem: Problem) -> None:
+    """Every seat passes Gymnasium's check."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of spaces without bounds
+        for agent in problem.agents:
+            check_env(Env(problem, seat=agent, turns=SOME), skip_render_check=True)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_every_seat_passes_gymnasiums_check(name: str) -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of spaces without bounds
-        for agent in load(name).agents:
-            check_env(Env(small(name), seat=agent, turns=SOME), skip_render_check=True)
+    checked(small(name))
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:.*infinity:UserWarning")  # of spaces without bounds
+def test_what_is_registered_passes_the_check_with_its_drawings() -> None:
+    made = [name for name in gymnasium.registry if name.startswith("dmplay/")]
+    assert len(made) == len(CASES)
+    for name in ("dmplay/Hexworld-v0", "dmplay/CryingBaby-v0", "dmplay/CartPole-v0"):
+        check_env(gymnasium.make(name, turns=SOME).unwrapped)
+
+
+def test_every_seat_of_a_problem_of_a_file_passes_the_check_and_plays_rows_of_a_rollout(
+    tmp_path: Path,
+) -> None:
+    for name, text in {"tiger.pomdp": TIGER, "team.dpomdp": TEAM, "ballet.nfg": BALLET}.items():
+        problem = dmplay.load(kept(tmp_path, name, text))
+        checked(problem)
+        for seat in range(len(problem.agents)):
+            plays_rows(problem, seat)

@@ -1,6 +1,7 @@
 """The problems in PettingZoo's loop: its own checks pass, and the games are those of sessions."""
 
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ import dmplay
 from dmplay.core import Interval
 from dmplay.errors import BadParameter
 from dmplay.zoo import ParallelEnv
+from tests.files.sources import BALLET, TEAM, kept
 from tests.support.cases import CASES, SOME, load
 
 CYCLES = 30
@@ -56,7 +58,7 @@ def test_a_game_is_begun_before_a_turn() -> None:
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:The old environment creation API:DeprecationWarning")
-def test_every_problem_passes_pettingzoos_checks() -> None:
+def test_every_problem_passes_pettingzoos_checks(tmp_path: Path) -> None:
     from pettingzoo.test import api_test, parallel_api_test  # which warn of their own imports
     from pettingzoo.utils.conversions import parallel_to_aec
 
@@ -65,6 +67,7 @@ def test_every_problem_passes_pettingzoos_checks() -> None:
         from pettingzoo.test import api_test, parallel_api_test
         from pettingzoo.utils.conversions import parallel_to_aec
 
-        for name in CASES:
+        files = [kept(tmp_path, "team.dpomdp", TEAM), kept(tmp_path, "ballet.nfg", BALLET)]
+        for name in [*CASES, *files]:
             parallel_api_test(ParallelEnv(name), CYCLES)
             api_test(parallel_to_aec(ParallelEnv(name)), CYCLES)
