@@ -17,7 +17,7 @@ from dmplay.tabular import tabulate
 from tests.oracles.spiel import Tree
 
 CLOSE = partial(pytest.approx, rel=0, abs=1e-9)
-UPDATES = 500  # of CFR+
+UPDATES = 200  # of CFR+
 
 
 def reached(game: Any, seat: int, others: Any) -> float:
