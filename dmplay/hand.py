@@ -6,18 +6,22 @@ from dmplay.bots.end import dismissed
 from dmplay.bots.protocol import Facts, choices, learnt, sight
 from dmplay.core import Policy, Problem
 from dmplay.dice import Dice, fresh
+from dmplay.displayed import Displayed
 from dmplay.errors import BadPolicy
 from dmplay.finding import agents as known
 from dmplay.finding import problems
 from dmplay.session import Session
 
 
-class Hand:
-    """A game, and the seats in it that are played by hand."""
+class Hand(Displayed):
+    """A game, and the seats in it that are played by hand; a notebook shows its board."""
 
     def __init__(self, session: Session) -> None:
         self.session = session
         self._seats = [seat for seat, one in enumerate(session.followers) if one is None]
+
+    def _repr_mimebundle_(self, include: object = None, exclude: object = None) -> dict[str, str]:
+        return self.session._repr_mimebundle_()
 
     @property
     def over(self) -> bool:

@@ -9,6 +9,7 @@ from dmplay.errors import BadPolicy, EpisodeOver, UnknownName
 def test_a_person_of_python_plays_with_words() -> None:
     game = dmplay.play("crying-baby", seed=7, turns=3)
     assert game.legal() == ["feed", "sing", "ignore"]
+    assert game._repr_html_() == game.session._repr_html_()
     assert game.seen() is None
     told = game.act("ignore")
     assert told == {"action": "ignore", "observation": "crying"}
