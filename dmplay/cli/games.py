@@ -182,9 +182,12 @@ def mcp(
     undo: Annotated[bool, typer.Option(help="let it take turns back")] = False,
     belief: Annotated[bool, typer.Option(help="tell it what its seat is to believe")] = False,
     seed: Annotated[
-        int | None, typer.Option(metavar="N", min=0, help="the dice, a game an episode of them")
+        int | None,
+        typer.Option(metavar="N", min=0, max=2**63 - 1, help="the dice, a game an episode of them"),
     ] = None,
-    turns: options.Turns = None,
+    turns: Annotated[
+        int | None, typer.Option(metavar="N", min=1, help="a game ends after so many")
+    ] = None,
     folder: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="FOLDER", help="for the transcripts")
     ] = None,

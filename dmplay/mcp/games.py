@@ -98,9 +98,8 @@ class Games:
             seed_known=False,
         )
         self._begun += 1
-        found = Seat(new(request), place)
+        found = self._seats[f"g{self._begun}"] = Seat(new(request), place)
         found.game.catch_up()
-        self._seats[f"g{self._begun}"] = found
         return self._told(f"g{self._begun}")
 
     def look(self, game: str, *, history: bool = False) -> Situation:

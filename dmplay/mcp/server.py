@@ -25,6 +25,7 @@ HOW = """\
 Play decision problems. list names them, info tells the rules of one, new begins a game and gives
 its id; look tells where it stands, act plays a turn, over ends it. Act on what you are told: what
 is hidden comes out at the end."""
+LONGEST = 1000  # characters of what is wrong
 ALONE = "dmplay mcp: a client speaks here, not a person; dmplay guide mcp tells how"
 
 
@@ -61,7 +62,7 @@ def _line(error: BaseException) -> str:
         each = [f"{one['loc'][0]}: {one['msg']}" for one in error.errors()]
         return one_line("; ".join(each))
     if isinstance(error, DmplayError | ToolError):
-        return one_line(clean(str(error)))
+        return one_line(clean(str(error)))[:LONGEST]
     print(f"error: {clean(blamed(error) or repr(error))}", file=sys.stderr)
     return f"unexpected {type(error).__name__}; whoever runs dmplay can read where"
 
