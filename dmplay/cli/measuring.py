@@ -76,7 +76,7 @@ def run(
     """
     from dmplay.reports import measuring
 
-    form = _form(json=wishes.json, csv=given["csv"])
+    form = form_of(json=wishes.json, csv=given["csv"])
     match = _match(problem, given, agent)
     return measuring.ran(match, episodes=episodes, until=until_se, form=form, motion=wishes.motion)
 
@@ -103,7 +103,7 @@ def compare(
     """
     from dmplay.reports import measuring
 
-    form = _form(json=wishes.json, csv=given["csv"])
+    form = form_of(json=wishes.json, csv=given["csv"])
     match = _match(problem, given)
     return measuring.compared(
         match, agents, episodes=episodes, decide=decide, form=form, motion=wishes.motion
@@ -135,14 +135,15 @@ def tournament(
     """
     from dmplay.reports import measuring
 
-    form = _form(json=wishes.json, csv=given["csv"])
+    form = form_of(json=wishes.json, csv=given["csv"])
     match = _match(problem, given)
     return measuring.met(
         match, entrants, episodes=episodes, kept=output, form=form, motion=wishes.motion
     )
 
 
-def _form(*, json: bool, csv: bool) -> Form:
+def form_of(*, json: bool, csv: bool) -> Form:
+    """Which of two forms is wanted, or neither: for people."""
     if json and csv:
         raise BadParameter("--json and --csv: expected one of them")
     return "json" if json else "csv" if csv else ""

@@ -91,6 +91,11 @@ LastFile = Annotated[
     Path | None,
     _argument("FILE", "a transcript; the last game if not given", lists.transcripts),
 ]
+MaybeName = Annotated[str, _argument("PROBLEM", "the same; not with --assignment", lists.problems)]
+Assignment = Annotated[
+    Path | None, typer.Option("--assignment", metavar="FILE", help="what all are to play")
+]
+Player = Annotated[str, typer.Option("--player", metavar="NAME", help="who you are")]
 Paths = Annotated[list[Path], _argument("PATH...", "files and folders", lists.transcripts)]
 Figure = Annotated[
     str,

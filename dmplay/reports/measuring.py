@@ -1,7 +1,5 @@
 """Measured play for people and programs: `run` and `compare`."""
 
-import csv
-import io
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor
@@ -25,6 +23,7 @@ from dmplay.measure.running import Run, run
 from dmplay.measure.tournament import Tournament, tournament
 from dmplay.reports.kept import Kept
 from dmplay.reports.progress import Bar
+from dmplay.reports.tables import csv_of, table
 from dmplay.solutions.solution import Row
 
 BARS, BINS = "▁▂▃▄▅▆▇█", 12
@@ -100,9 +99,9 @@ def ran(
     if form == "json":
         return dumps({"problem": match.problem, "seed": match.seed, "runs": rows})
     if form == "csv":
-        return _csv(rows)
+        return csv_of(rows)
     told = [_summary(match, found[0][2])] if len(found) == 1 else [_sweep(match, found)]
-    return "\n\n".join([*told, _table([_for_people(row) for row in rows]), *_pictures(found)])
+    return "\n\n".join([*told, table([_for_people(row) for row in rows]), *_pictures(found)])
 
 
 def _rows(parameters: Mapping[str, object], names: Sequence[str], result: Run) -> list[Row]:
@@ -220,10 +219,10 @@ def compared(  # noqa: PLR0913 - each is the caller's to choose
             }
         )
     if form == "csv":
-        return _csv(rows)
+        return csv_of(rows)
     seconds = time.monotonic() - since
     told = f"{match.problem}: {len(result.returns):,} games of seed {match.seed}, on the same dice"
-    tables = [_table(_earned(entrants, result.earned)), _table([_pair_for_people(r) for r in rows])]
+    tables = [table(_earned(entrants, result.earned)), table([_pair_for_people(r) for r in rows])]
     return "\n\n".join([f"{told}; {seconds:.3g} s", *tables, *_verdict(entrants, result, decide)])
 
 
@@ -294,10 +293,10 @@ def met(  # noqa: PLR0913 - each is the caller's to choose
     if form == "json":
         return dumps(told | {"table": found.table.tolist(), "standings": _standings(found)})
     if form == "csv":
-        return _csv(_standings(found))
+        return csv_of(_standings(found))
     head = f"{match.problem}: {len(played)} seatings of {episodes:,} games of seed {match.seed}"
-    tables = [_table(_cross(found))] if len(seats) == 2 else []
-    return "\n\n".join([head, *tables, _table([_standing(row) for row in _standings(found)])])
+    tables = [table(_cross(found))] if len(seats) == 2 else []
+    return "\n\n".join([head, *tables, table([_standing(row) for row in _standings(found)])])
 
 
 def _policy(problem: Problem, seat: int, name: str) -> Policy:
@@ -340,24 +339,3 @@ def _standing(row: Row) -> Row:
     told = {key: value for key, value in row.items() if key not in ("low", "high")}
     told["mean return"] = f"{told['mean return']:.5g} ± {told.pop('standard error'):.2g}"
     return told
-
-
-def _csv(rows: Sequence[Row]) -> str:
-    written = io.StringIO()
-    writer = csv.DictWriter(written, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return written.getvalue().rstrip("\n")
-
-
-def _table(rows: Sequence[Row]) -> str:
-    cells = [list(rows[0])] + [[_cell(value) for value in row.values()] for row in rows]
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    return "\n".join(
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in cells
-    )
-
-
-def _cell(value: object) -> str:
-    return f"{value:.5g}" if isinstance(value, float) else str(value)

@@ -11,6 +11,7 @@ from dmplay.budget import watched
 from dmplay.disk import user_folder
 from dmplay.finding import problems
 from dmplay.reports.progress import Bar
+from dmplay.reports.tables import table
 from dmplay.solutions.every import solution
 from dmplay.solutions.solution import Solution
 
@@ -47,18 +48,7 @@ def _code() -> list[int]:
 
 def _told(name: str, found: Solution) -> str:
     """The solution for people: method, result and a table."""
-    columns = list(found.rows[0]) if found.rows else []
-    cells = [columns] + [[_cell(row[column]) for column in columns] for row in found.rows]
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    lines = [
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in cells
-    ]
-    return "\n".join([f"{name}: {found.method}", found.result, "", *lines])
-
-
-def _cell(value: object) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
+    return "\n".join([f"{name}: {found.method}", found.result, "", table(found.rows, 6)])
 
 
 def solved(
