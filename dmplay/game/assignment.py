@@ -30,6 +30,7 @@ from dmplay.transcript.reading import HEADER, Block, header_of, left
 from dmplay.transcript.seal import LEFT
 
 SEEDS = "seeds"
+KEYS = [SEEDS if key == "seed" else key for key in HEADER]
 EXPECTED = "expected whole numbers, each another, such as 7, 8"
 SAID = {  # what is not for the player to choose
     "problem": "PROBLEM", "variant": "--variant", "settings": "--set", "agent": "--agent",
@@ -140,10 +141,10 @@ def read(path: Path) -> Assignment:
     for number, row in enumerate(rows, 1):
         if row and not row.startswith("#"):
             key, value = keyed(row, where, number)
-            if key not in (*HEADER, SEEDS):
-                raise BadFile(where, number, 1, str(UnknownName("key", key, [*HEADER, SEEDS])))
-            told[key] = value
-    seeds = told.pop(SEEDS, None)
+            if key not in KEYS:
+                raise BadFile(where, number, 1, str(UnknownName("key", key, KEYS)))
+            told["seed" if key == SEEDS else key] = value
+    seeds = told.get("seed")
     if not isinstance(seeds, list) or not _apart(seeds):
         raise BadFile(where, 1, None, f"seeds: {EXPECTED}")
     told["seed"] = seeds[0]

@@ -25,7 +25,7 @@ from dmplay.transcript.replay import replay
 from dmplay.transcript.report import Report
 from dmplay.transcript.seal import LEFT, sealed
 
-WORK = 1e9  # operations that may go into the regret of a game
+WORK = 3e8  # operations that may go into the regret of a game
 GUESS = 5e7  # and into asking an agent whether it would have played so
 TELLING = 5  # turns before that says anything
 PROVES = (
@@ -45,7 +45,7 @@ class Grade(NamedTuple):
     who: str = ""  # sat there: a person, or the name of an agent
     problem: str = ""
     seat: str = ""
-    seed: int | None = None
+    seed: int | None = None  # None where people can play on who may not know it
     turns: int = 0
     ending: str = ""
     returned: float | None = None  # None where the game does not hold, or can still be played on
@@ -93,10 +93,10 @@ def graded(
     found: list[_Game] = []
     done = 0
     try:
-        for done, file in enumerate(files):
+        for file in files:
             found += _of(file, assignment, trusted=trusted)
-            progress((done + 1) / len(files))
-        done = len(files)
+            done += 1
+            progress(done / len(files))
     except KeyboardInterrupt:
         if not found:
             raise
@@ -117,11 +117,12 @@ def _of(file: Path, assignment: Assignment | None, *, trusted: bool) -> Iterator
     header = transcript.header
     names = [*header.seats.values()]
     dice = header.problem, str(sorted(header.parameters.items())), header.seed, header.episode
+    known = transcript.end is not None or header.peeked or not people(names)
     for seat in people(names) or [0]:
         holds = report.ok and not sealed(transcript, problem)
         grade = Grade(
             str(file), report.ok, fault, header.player, names[seat], header.problem,
-            problem.agents[seat], header.seed, len(session.turns),
+            problem.agents[seat], header.seed if known else None, len(session.turns),
             transcript.reason or "unfinished", undo=_taken(transcript, "undo"),
             reroll=_taken(transcript, "reroll"), hints=session.help[problem.agents[seat]],
             strict=header.strict, peeked=header.peeked, marks=(*_marks(transcript, report),),
@@ -180,7 +181,9 @@ def _like(session: Session, seat: int) -> Iterator[str]:
     """The agents that would have made every move of a seat, the same luck given."""
     if len(session.turns) < TELLING:
         return
-    for name in agents.roster(session.problem, seat).agents:
+    for name, make in agents.roster(session.problem, seat).agents.items():
+        if make.unnamed:  # one of many
+            continue
         with suppress(DmplayError), within(GUESS):
             policy = agents.agent(session.problem, seat, name)
             if _plays(policy, session, seat):
