@@ -18,6 +18,8 @@ from concurrent.futures import (
     ProcessPoolExecutor,
     wait,
 )
+from contextlib import contextmanager
+from contextvars import ContextVar
 from functools import lru_cache
 from multiprocessing import get_all_start_methods, get_context
 from typing import Any, Generic, Literal, NamedTuple, TypeVar
@@ -113,7 +115,7 @@ class _Crew(Generic[R]):
         except (pickle.PicklingError, AttributeError, TypeError) as error:
             raise BadParameter(f"a worker cannot be sent this: {error}") from None
         self.workers, self.given = workers, executor
-        self.executor = executor or _processes(workers)
+        self.executor = executor or _started(workers)
         self.running: dict[Future[_Answer[R]], range] = {}
         self.again: list[range] = []
         self.tries: Counter[range] = Counter()
@@ -134,7 +136,7 @@ class _Crew(Generic[R]):
         finally:
             for future in self.running:
                 future.cancel()
-            if self.given is None:
+            if self.given is None and _staying.get() is None:
                 self.executor.shutdown(wait=False, cancel_futures=True)
         if self.lost:
             raise LostGames([(games.start, games.stop) for games, _ in self.lost], self.lost[0][1])
@@ -163,8 +165,34 @@ class _Crew(Generic[R]):
             else:
                 self.again.append(block)
             if isinstance(error, BrokenExecutor) and self.given is None and not self.running:
-                self.executor = _processes(self.workers)
+                self.executor = _started(self.workers, anew=True)
             return None
+
+
+_staying: ContextVar[dict[int, ProcessPoolExecutor] | None] = ContextVar("staying", default=None)
+
+
+@contextmanager
+def staying() -> Iterator[None]:
+    """Has processes that are started meanwhile stay for whatever games come next, to the end."""
+    pools: dict[int, ProcessPoolExecutor] = {}
+    before = _staying.set(pools)
+    try:
+        yield
+    finally:
+        _staying.reset(before)
+        for pool in pools.values():
+            pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _started(workers: int, *, anew: bool = False) -> ProcessPoolExecutor:
+    """Processes that are there, or new ones."""
+    pools = _staying.get()
+    if pools is None:
+        return _processes(workers)
+    if anew or workers not in pools:
+        pools[workers] = _processes(workers)
+    return pools[workers]
 
 
 def _processes(workers: int) -> ProcessPoolExecutor:

@@ -26,6 +26,10 @@ class Live:
     talk: Talk | None = None
     log: bytes = b""
 
+    def __reduce__(self) -> tuple[type["Live"], tuple[()]]:
+        """A copy in another process begins its own."""
+        return Live, ()
+
 
 @dataclass(frozen=True)
 class Bot(Seated):

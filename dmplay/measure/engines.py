@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from importlib import import_module
 from typing import Any, NamedTuple
 
-from dmplay.blocks import Workers, cores
+from dmplay.blocks import Workers, cores, staying
 from dmplay.errors import BadParameter
 
 DASK = "dask"
@@ -27,7 +27,8 @@ def engine(spec: str, workers: Workers = "auto") -> Iterator[Engine]:
     """
     name, _, address = spec.partition(":")
     if not spec:
-        yield Engine(workers)
+        with staying():
+            yield Engine(workers)
     elif name == DASK:
         with _client(address, workers) as client:
             many = sum(client.nthreads().values()) if workers == "auto" else workers

@@ -25,7 +25,7 @@ from dmplay.transcript.replay import replay
 from dmplay.transcript.report import Report
 from dmplay.transcript.seal import LEFT, sealed
 
-WORK = 3e8  # operations that may go into the regret of a game
+WORK = 1e9  # operations that may go into the regret of a game
 GUESS = 5e7  # and into asking an agent whether it would have played so
 TELLING = 5  # turns before that says anything
 PROVES = (
@@ -91,10 +91,11 @@ def graded(
     Ctrl-C ends it with what was graded so far, if anything was.
     """
     found: list[_Game] = []
+    hopeless: set[tuple[object, ...]] = set()
     done = 0
     try:
         for file in files:
-            found += _of(file, assignment, trusted=trusted)
+            found += _of(file, assignment, hopeless, trusted=trusted)
             done += 1
             progress(done / len(files))
     except KeyboardInterrupt:
@@ -103,8 +104,10 @@ def graded(
     return Graded(tuple(_beside(one, found) for one in found), done, _missing(found, assignment))
 
 
-def _of(file: Path, assignment: Assignment | None, *, trusted: bool) -> Iterator[_Game]:
-    """The grades of one file."""
+def _of(
+    file: Path, assignment: Assignment | None, hopeless: set[tuple[object, ...]], *, trusted: bool
+) -> Iterator[_Game]:
+    """The grades of one file; problems in which no move can be valued in a moment are noted."""
     report = check(file, trusted=trusted)
     fault = str(report.findings[0]) if report.findings else ""
     try:
@@ -117,19 +120,21 @@ def _of(file: Path, assignment: Assignment | None, *, trusted: bool) -> Iterator
     header = transcript.header
     names = [*header.seats.values()]
     dice = header.problem, str(sorted(header.parameters.items())), header.seed, header.episode
-    known = transcript.end is not None or header.peeked or not people(names)
+    shown = transcript.end is not None or header.peeked or not people(names)
     for seat in people(names) or [0]:
         holds = report.ok and not sealed(transcript, problem)
         grade = Grade(
             str(file), report.ok, fault, header.player, names[seat], header.problem,
-            problem.agents[seat], header.seed if known else None, len(session.turns),
+            problem.agents[seat], header.seed if shown else None, len(session.turns),
             transcript.reason or "unfinished", undo=_taken(transcript, "undo"),
             reroll=_taken(transcript, "reroll"), hints=session.help[problem.agents[seat]],
             strict=header.strict, peeked=header.peeked, marks=(*_marks(transcript, report),),
             unlike=None if assignment is None else (*assignment.differs(header, file),),
         )  # fmt: skip
         if holds:
-            grade = _valued(grade, session, seat, names)
+            grade = _valued(grade, session, seat, names, known=dice[:2] not in hopeless)
+            if grade.who == HUMAN and len(session.turns) and grade.regret is None:
+                hopeless.add(dice[:2])
         turns = [(turn.actions.tobytes(), turn.draws.tobytes()) for turn in session.turns]
         yield _Game(grade, dice, (*dice[:2], seat, *turns))
 
@@ -160,14 +165,16 @@ def _marks(transcript: Transcript, report: Report) -> Iterator[str]:
         yield report.altered
 
 
-def _valued(grade: Grade, session: Session, seat: int, names: Sequence[str]) -> Grade:
-    """A grade with what its moves earned, and what the adviser thinks of them."""
+def _valued(
+    grade: Grade, session: Session, seat: int, names: Sequence[str], *, known: bool
+) -> Grade:
+    """A grade with what its moves earned, and what the adviser thinks of them where it can."""
     grade = grade._replace(returned=float(session.returns()[seat]))
     if names[seat] != HUMAN:
         return grade
     made: list[Move] = []
-    with suppress(DmplayError), within(WORK):  # one that nobody can value in a moment has no regret
-        made = [*moves(session, [seat], names)]
+    with suppress(DmplayError), within(WORK):
+        made = [*moves(session, [seat], names)] if known else []
     like = [*_like(session, seat)]
     return grade._replace(
         regret=sum(move.regret for move in made) if made else None,

@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from json import dumps
 from pathlib import Path
 
+import numpy as np
+
 from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter
 from dmplay.finding import agents, problems
@@ -50,7 +52,8 @@ def met(  # noqa: PLR0913 - each is the caller's to choose
             executor=executor, progress=bar, played=played,
         )  # fmt: skip
     if form == "json":
-        rest = {"table": found.table.tolist(), "equilibrium": exact, "standings": _standings(found)}
+        table_ = np.where(np.isnan(found.table), None, found.table).tolist()  # type: ignore[call-overload]
+        rest = {"table": table_, "equilibrium": exact, "standings": _standings(found)}
         return told(dumps(facts | rest), found.short)
     if form == "csv":
         return told(csv_of(_standings(found)), found.short)
@@ -82,7 +85,7 @@ def _cross(found: Tournament) -> list[Row]:
     for name, paid in zip(found.entrants, found.table, strict=True):
         row: Row = {"first seat": name}
         for other, pair in zip(found.entrants, paid, strict=True):
-            row[other] = "{:.4g}, {:.4g}".format(*pair)
+            row[other] = "-" if np.isnan(pair).any() else "{:.4g}, {:.4g}".format(*pair)
         rows.append(row)
     return rows
 
