@@ -13,9 +13,6 @@ from dmplay.terminal import Wishes, here
 Episodes = Annotated[int, typer.Option("--episodes", metavar="N", min=1, help="games")]
 Csv = Annotated[bool, typer.Option("--csv", help="as comma-separated values")]
 Dice = Annotated[int, typer.Option("--seed", metavar="N", min=0, help="the dice of all games")]
-Hands = Annotated[
-    str, typer.Option("--workers", metavar="N", help="processes; auto: as many as pay")
-]
 Engine = Annotated[
     str,
     typer.Option("--executor", metavar="ENGINE", help="dask, dask:tcp://HOST:PORT, MODULE:FACTORY"),
@@ -27,7 +24,7 @@ MATCH: Mapping[str, tuple[Any, object]] = {
     "seat": (options.Seats, []),
     "turns": (options.Unattended, None),
     "seed": (Dice, 0),
-    "workers": (Hands, "auto"),
+    "workers": (options.Workers, "auto"),
     "executor": (Engine, ""),
     "csv": (Csv, False),
 }
@@ -47,7 +44,7 @@ def _match(problem: str, given: Mapping[str, Any], agent: str = "") -> Any:
     name = f"{problem}:{given['variant']}" if given["variant"] else problem
     return Match(
         name, given["set_"], agent, given.get("vs", ""), given.get("seat", ()), given["turns"],
-        given["seed"], _workers(given["workers"]), given["executor"],
+        given["seed"], options.many(given["workers"]), given["executor"],
     )  # fmt: skip
 
 
@@ -160,11 +157,3 @@ def form_of(*, json: bool, csv: bool) -> Form:
     if json and csv:
         raise BadParameter("--json and --csv: expected one of them")
     return "json" if json else "csv" if csv else ""
-
-
-def _workers(text: str) -> int | Literal["auto"]:
-    if text == "auto":
-        return "auto"
-    if not text.isdecimal():
-        raise BadParameter(f"--workers: got {text!r}, expected auto or a number")
-    return int(text)

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from dmplay.cli import config
+from dmplay.errors import BadParameter
 from dmplay.finding.topics import topics
 from dmplay.game.formats import FORMATS
 from dmplay.terminal import Wishes
@@ -147,7 +148,20 @@ StrictHints = Annotated[bool, typer.Option("--strict-hints", help="the same as -
 Peek = Annotated[
     bool, typer.Option("--peek", help="look into a game that can be played on, and mark it so")
 ]
+Workers = Annotated[
+    str, typer.Option("--workers", metavar="N", help="processes; auto: as many as pay")
+]
 Output = Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help="a file")]
+
+
+def many(workers: str) -> int | Literal["auto"]:
+    """How many workers a word means."""
+    if workers == "auto":
+        return "auto"
+    if not workers.isdecimal():
+        raise BadParameter(f"--workers: got {workers!r}, expected auto or a number")
+    return int(workers)
+
 
 WISHES = {
     "plain": Annotated[bool, _switch("plain", "lines, not the full screen")],
