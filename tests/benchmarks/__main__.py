@@ -34,9 +34,10 @@ def main() -> None:
     parser.add_argument(
         "--games", type=int, default=league.GAMES, help="of each agent of the league"
     )
+    parser.add_argument("--workers", type=int, default=1, help="of the league")
     wanted = parser.parse_args()
     if wanted.part == ["league"]:
-        league.report(wanted.games, wanted.problem, wanted.agent)
+        league.report(wanted.games, wanted.problem, wanted.agent, wanted.workers)
         return
     unknown = set(wanted.part) - set(PARTS)
     if unknown:
