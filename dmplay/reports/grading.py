@@ -31,10 +31,11 @@ def graded(
     with Bar(f"grading {counted(len(files), 'file')}", quiet=bool(form), motion=motion) as bar:
         found = grades(files, wanted, trusted=trusted, progress=bar)
     whole = found.files == len(files)
-    return Printout(_told(found, len(files), form), code=0 if whole else INTERRUPTED)
+    return Printout(written(found, len(files), form), code=0 if whole else INTERRUPTED)
 
 
-def _told(found: Graded, files: int, form: str) -> str:
+def written(found: Graded, files: int, form: str = "") -> str:
+    """The grades of so many files as a table, or as data."""
     rows = [_row(one) for one in found.grades]
     if form == "json":
         told = {"games": rows, "missing": found.missing, "files": found.files, "of": files}

@@ -59,11 +59,11 @@ def met(  # noqa: PLR0913 - each is the caller's to choose
         return told(csv_of(_standings(found)), found.short)
     many = len(entrants) ** len(seats)
     head = f"{match.problem}: {many} seatings of {episodes:,} games of seed {match.seed}"
+    parts = [head, *([table(_cross(found))] if len(seats) == 2 else [])]
+    parts.append(table([_standing(row) for row in _standings(found)]))
     if found.exact:
-        head += f"; regret of the entrants' game, and exact: against {exact}"
-    tables = [table(_cross(found))] if len(seats) == 2 else []
-    text = "\n\n".join([head, *tables, table([_standing(row) for row in _standings(found)])])
-    return told(text, found.short)
+        parts.append(f"exact regret: against {exact}, an equilibrium of the problem itself")
+    return told("\n\n".join(parts), found.short)
 
 
 def _side(problem: Problem, name: str, match: Match) -> list[Policy]:

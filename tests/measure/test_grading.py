@@ -15,6 +15,7 @@ from dmplay.game.request import Branching, Request
 from dmplay.game.start import begin, new
 from dmplay.game.table import Table
 from dmplay.measure.grading import PROVES, Grade, Graded, graded
+from dmplay.reports.grading import written
 from dmplay.words.commands import typed
 
 WALKS = 'dmplay: 1\nproblem: "hexworld"\nseats: {"agent": "human"}\nseeds: [7, 8]\n'
@@ -163,21 +164,21 @@ def test_grading_is_interrupted_with_what_was_graded(folder: Path) -> None:
     assert (len(some.grades), some.files) == (1, 1)
 
 
-def test_the_table_says_what_no_file_proves(folder: Path) -> None:
-    told = understood(["grade", str(folder), "--assignment", str(folder / "walks")])
-    assert isinstance(told, str)
-    head, blank, columns, *rows = told.splitlines()
+def test_the_table_says_what_no_file_proves(found: Graded) -> None:
+    head, blank, columns, *rows = written(found, found.files).splitlines()
     assert (head, blank) == ("13 games, 11 verified", "")
     assert columns.split()[:5] == ["file", "player", "game", "verified", "return"]
     assert any("quit; not as assigned: parameters, turns, seed" in row for row in rows)
     assert "Bob has no game of seed 8" in rows
-    assert " ".join(told.split()).endswith(PROVES)
+    assert " ".join(rows).endswith(PROVES)
+    head = written(found, 20).partition("\n")[0]
+    assert head == "13 games, 11 verified; interrupted after 13 of 20 files"
 
 
-def test_the_grades_are_told_as_data(folder: Path) -> None:
+def test_the_grades_are_told_as_data(folder: Path, found: Graded) -> None:
     data = json.loads(str(understood(["grade", str(folder / "plain.dmt"), "--json"])))
     assert data["proves"] == PROVES
     assert (data["games"][0]["player"], data["games"][0]["return"]) == ("Ada", -0.9)
-    rows = [*csv.DictReader(str(understood(["grade", str(folder), "--csv"])).splitlines())]
+    rows = [*csv.DictReader(written(found, 13, "csv").splitlines())]
     assert len(rows) == 13
     assert next(row for row in rows if row["marks"])["marks"] == "as random plays"

@@ -11,7 +11,6 @@ import pytest
 
 import dmplay
 from dmplay.cli.errands import understood
-from dmplay.core import exact_start
 from dmplay.errors import BadParameter
 from dmplay.game.checking import check
 from dmplay.game.errand import Printout
@@ -20,9 +19,8 @@ from dmplay.measure.running import run
 from dmplay.reports import match
 from dmplay.reports.measuring import histogram
 from dmplay.rollouts import rollout
-from dmplay.solvers import value_iteration
-from dmplay.tabular import tabulate
 from dmplay.transcript.reading import read
+from tests.benchmarks import honest
 
 HEX = dmplay.load("hexworld")
 
@@ -33,17 +31,12 @@ def ran(*words: str) -> str:
     return told
 
 
-def value() -> float:
-    """What the optimum is worth over the start states of hex world."""
-    q = value_iteration.optimal(tabulate(HEX), HEX.discount)
-    probabilities, starts = exact_start(HEX)
-    return float(probabilities @ q[HEX.index(starts)].max(axis=1))
-
-
 def test_intervals_hold_the_exact_value_as_often_as_they_say() -> None:
-    optimal, exact = [dmplay.agent(HEX, 0, "optimal")], value()
-    runs = [run(HEX, optimal, episodes=100, seed=seed).earned[0].returns for seed in range(60)]
-    assert 0.9 <= np.mean([one.low <= exact <= one.high for one in runs]) <= 1.0
+    case = next(honest.cases())
+    assert case.name == "hexworld"
+    single, paired = honest.held(case, runs=40, episodes=100)
+    assert 0.9 <= single <= 1.0
+    assert 0.9 <= paired <= 1.0
 
 
 def test_games_are_played_until_the_error_is_small() -> None:
