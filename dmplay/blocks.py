@@ -33,6 +33,7 @@ Workers = int | Literal["auto"]
 MOST = 16_384  # games of a block
 PAYS = 4.0  # seconds of work left for which processes are started
 TRIES = 3  # before a block is given up
+SMALLER = 8  # times, at the end
 AHEAD = 2  # blocks for each worker, so that none waits for the next
 
 
@@ -52,14 +53,19 @@ _Answer = _Found[R] | _Met
 
 
 class _Blocks:
-    """Games cut into blocks of a size; smaller at the end, so that all workers end together."""
+    """Games cut into blocks of a size; smaller at the end, so that all workers end together.
+
+    But not so small that one process cannot keep up with handing them out.
+    """
 
     def __init__(self, games: range, size: int, workers: int) -> None:
         self.left, self.size, self.workers = games, size, workers
+        self.least = min(size, math.ceil(len(games) / workers)) // SMALLER
 
     def next(self) -> range:
         """The next block; empty when there is none."""
-        many = min(self.size, math.ceil(len(self.left) / self.workers))
+        fair = math.ceil(len(self.left) / self.workers)
+        many = min(self.size, max(fair, self.least))
         block, self.left = self.left[:many], self.left[many:]
         return block
 

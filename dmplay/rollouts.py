@@ -19,6 +19,7 @@ from dmplay.errors import BadPolicy, LostGames, UnknownName
 from dmplay.session import MOST_TURNS
 
 LEAST, SOME, PROBED = 8, 32, 2  # games of a block; games and turns that tell what they cost
+HANDED = 0.006  # seconds in which an engine hands a block to a worker
 QUICK = 0.005  # seconds that these turns of one game take where many can be tried
 
 
@@ -108,7 +109,8 @@ def rollouts(  # noqa: PLR0913
     work = partial(_blocks, problem, tuple(map(tuple, entrants)), turns, seed, tuple(keep))
     games = range(first, first + episodes)
     at_once = executor is None and workers == 1 and progress is None
-    size = MOST if at_once else min(_grain(problem, policies, seed) for policies in entrants)
+    hands = workers if isinstance(workers, int) else 1
+    size = MOST if at_once else min(_grain(problem, one, seed, hands) for one in entrants)
     kept: tuple[Rollout, ...] | None = None
     played = np.zeros(episodes, bool)
     with watched(progress) if progress else nullcontext():
@@ -129,10 +131,11 @@ def rollouts(  # noqa: PLR0913
     return kept or work(games)
 
 
-def _grain(problem: Problem, policies: Sequence[Policy], seed: int) -> int:
+def _grain(problem: Problem, policies: Sequence[Policy], seed: int, workers: int) -> int:
     """The games of a block of which all but a twentieth of the time is the games' own.
 
-    Measured by the first turns of one game and of some: of few where one takes long.
+    And which takes so long that blocks can be handed to all workers meanwhile. Measured by the
+    first turns of one game and of some: of few where one takes long.
     """
 
     def seconds(games: int) -> float:
@@ -145,7 +148,8 @@ def _grain(problem: Problem, policies: Sequence[Policy], seed: int) -> int:
     some = SOME if quick else LEAST
     one, more = (min(seconds(many) for _ in range(3 if quick else 1)) for many in (1, some))
     each = max((more - one) / (some - 1), 1e-9)
-    return int(np.clip(19.0 * (one - each) / each, LEAST, MOST))
+    wanted = max(19.0 * (one - each), HANDED * workers) / each
+    return int(np.clip(wanted, LEAST, MOST))
 
 
 def _empty(like: Rollout, keep: Sequence[str], episodes: int) -> Rollout:
