@@ -55,12 +55,13 @@ _Answer = _Found[R] | _Met
 class _Blocks:
     """Games cut into blocks of a size; smaller at the end, so that all workers end together.
 
-    But not so small that one process cannot keep up with handing them out.
+    But not much smaller than the size, below which a block costs more than its games; where there
+    are few games, each worker has one block.
     """
 
     def __init__(self, games: range, size: int, workers: int) -> None:
         self.left, self.size, self.workers = games, size, workers
-        self.least = min(size, math.ceil(len(games) / workers)) // SMALLER
+        self.least = min(max(size // SMALLER, 1), math.ceil(len(games) / workers))
 
     def next(self) -> range:
         """The next block; empty when there is none."""

@@ -58,6 +58,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     edited(place / "copied.dmt", '"Ada"', '"Bob"')
     shutil.copy(place / "plain.dmt", place / "better.dmt")
     edited(place / "better.dmt", "return", "returm", anew=False)
+    play(place / "nobody.dmt", ("e",), seed=5)
+    edited(place / "nobody.dmt", '"human"', '"optimall"', anew=False)
     (place / "torn.dmt").write_text("dmplay: 1\n")
     play(place / "agent.dmt", (), seed=12, agent="optimal", turns=5)
     branching = Branching(place / "plain.dmt", turn=2, record=place / "branched.dmt")
@@ -102,10 +104,8 @@ def test_what_was_taken_back_thrown_again_and_hinted_is_counted(grades: dict[str
 
 
 def test_what_does_not_hold_has_neither_return_nor_regret(grades: dict[str, Grade]) -> None:
-    for name, fault in (
-        ("better", "end: return: expected null"),
-        ("torn", "torn before its first turn"),
-    ):
+    faults = {"better": "return: expected null", "torn": "torn before", "nobody": "'optimall'"}
+    for name, fault in faults.items():
         one = grades[name]
         assert (one.verified, one.returned, one.regret) == (False, None, None)
         assert fault in one.fault
@@ -166,19 +166,19 @@ def test_grading_is_interrupted_with_what_was_graded(folder: Path) -> None:
 
 def test_the_table_says_what_no_file_proves(found: Graded) -> None:
     head, blank, columns, *rows = written(found, found.files).splitlines()
-    assert (head, blank) == ("13 games, 11 verified", "")
+    assert (head, blank) == ("14 games, 11 verified", "")
     assert columns.split()[:5] == ["file", "player", "game", "verified", "return"]
     assert any("quit; not as assigned: parameters, turns, seed" in row for row in rows)
     assert "Bob has no game of seed 8" in rows
     assert " ".join(rows).endswith(PROVES)
     head = written(found, 20).partition("\n")[0]
-    assert head == "13 games, 11 verified; interrupted after 13 of 20 files"
+    assert head == "14 games, 11 verified; interrupted after 14 of 20 files"
 
 
 def test_the_grades_are_told_as_data(folder: Path, found: Graded) -> None:
     data = json.loads(str(understood(["grade", str(folder / "plain.dmt"), "--json"])))
     assert data["proves"] == PROVES
     assert (data["games"][0]["player"], data["games"][0]["return"]) == ("Ada", -0.9)
-    rows = [*csv.DictReader(written(found, 13, "csv").splitlines())]
-    assert len(rows) == 13
+    rows = [*csv.DictReader(written(found, 14, "csv").splitlines())]
+    assert len(rows) == 14
     assert next(row for row in rows if row["marks"])["marks"] == "as random plays"
