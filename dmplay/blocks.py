@@ -18,6 +18,8 @@ from concurrent.futures import (
     ProcessPoolExecutor,
     wait,
 )
+from contextlib import contextmanager
+from contextvars import ContextVar
 from functools import lru_cache
 from multiprocessing import get_all_start_methods, get_context
 from typing import Any, Generic, Literal, NamedTuple, TypeVar
@@ -31,6 +33,7 @@ Workers = int | Literal["auto"]
 MOST = 16_384  # games of a block
 PAYS = 4.0  # seconds of work left for which processes are started
 TRIES = 3  # before a block is given up
+SMALLER = 8  # times, at the end
 AHEAD = 2  # blocks for each worker, so that none waits for the next
 
 
@@ -50,14 +53,20 @@ _Answer = _Found[R] | _Met
 
 
 class _Blocks:
-    """Games cut into blocks of a size; smaller at the end, so that all workers end together."""
+    """Games cut into blocks of a size; smaller at the end, so that all workers end together.
+
+    But not much smaller than the size, below which a block costs more than its games; where there
+    are few games, each worker has one block.
+    """
 
     def __init__(self, games: range, size: int, workers: int) -> None:
         self.left, self.size, self.workers = games, size, workers
+        self.least = min(max(size // SMALLER, 1), math.ceil(len(games) / workers))
 
     def next(self) -> range:
         """The next block; empty when there is none."""
-        many = min(self.size, math.ceil(len(self.left) / self.workers))
+        fair = math.ceil(len(self.left) / self.workers)
+        many = min(self.size, max(fair, self.least))
         block, self.left = self.left[:many], self.left[many:]
         return block
 
@@ -113,7 +122,7 @@ class _Crew(Generic[R]):
         except (pickle.PicklingError, AttributeError, TypeError) as error:
             raise BadParameter(f"a worker cannot be sent this: {error}") from None
         self.workers, self.given = workers, executor
-        self.executor = executor or _processes(workers)
+        self.executor = executor or _started(workers)
         self.running: dict[Future[_Answer[R]], range] = {}
         self.again: list[range] = []
         self.tries: Counter[range] = Counter()
@@ -134,7 +143,7 @@ class _Crew(Generic[R]):
         finally:
             for future in self.running:
                 future.cancel()
-            if self.given is None:
+            if self.given is None and _staying.get() is None:
                 self.executor.shutdown(wait=False, cancel_futures=True)
         if self.lost:
             raise LostGames([(games.start, games.stop) for games, _ in self.lost], self.lost[0][1])
@@ -163,8 +172,34 @@ class _Crew(Generic[R]):
             else:
                 self.again.append(block)
             if isinstance(error, BrokenExecutor) and self.given is None and not self.running:
-                self.executor = _processes(self.workers)
+                self.executor = _started(self.workers, anew=True)
             return None
+
+
+_staying: ContextVar[dict[int, ProcessPoolExecutor] | None] = ContextVar("staying", default=None)
+
+
+@contextmanager
+def staying() -> Iterator[None]:
+    """Has processes that are started meanwhile stay for whatever games come next, to the end."""
+    pools: dict[int, ProcessPoolExecutor] = {}
+    before = _staying.set(pools)
+    try:
+        yield
+    finally:
+        _staying.reset(before)
+        for pool in pools.values():
+            pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _started(workers: int, *, anew: bool = False) -> ProcessPoolExecutor:
+    """Processes that are there, or new ones."""
+    pools = _staying.get()
+    if pools is None:
+        return _processes(workers)
+    if anew or workers not in pools:
+        pools[workers] = _processes(workers)
+    return pools[workers]
 
 
 def _processes(workers: int) -> ProcessPoolExecutor:

@@ -80,7 +80,6 @@ class LostGames(DmplayError, RuntimeError):
     def __init__(self, blocks: list[tuple[int, int]], why: str) -> None:
         super().__init__(blocks, why)
         self.blocks, self.why = blocks, why
-        self.rest: object = None  # what came of all others
 
     def __str__(self) -> str:
         told = ", ".join(f"{first} to {end - 1}" for first, end in self.blocks)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.blocks import MOST, Workers, done
-from dmplay.budget import Budget, Watch, between, watched
+from dmplay.budget import Budget, Watch, between, part, watched
 from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import DECIMALS, Memory, Policy, Problem, asked, own
 from dmplay.dice import NATURE, uniforms
@@ -19,6 +19,8 @@ from dmplay.errors import BadPolicy, LostGames, UnknownName
 from dmplay.session import MOST_TURNS
 
 LEAST, SOME, PROBED = 8, 32, 2  # games of a block; games and turns that tell what they cost
+HANDED = 0.006  # seconds in which an engine hands a block to a worker
+QUICK = 0.005  # seconds that these turns of one game take where many can be tried
 
 
 class Rollout(NamedTuple):
@@ -29,6 +31,29 @@ class Rollout(NamedTuple):
     turns: Ints  # [E]
     over: Bools  # [E], in a terminal state
     state: Array  # [E, ...], the last
+
+
+class Rest(NamedTuple):
+    """What came of the games that were played where not all were, and which they are."""
+
+    played: tuple[Rollout, ...]  # by each entrant; none where there are no games
+    games: Ints
+
+
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C while games were played."""
+
+    def __init__(self, rest: Rest) -> None:
+        super().__init__("interrupted")
+        self.rest = rest
+
+
+class Lost(LostGames):
+    """Games that were lost, and the rest of them."""
+
+    def __init__(self, error: LostGames, rest: Rest) -> None:
+        super().__init__(error.blocks, error.why)
+        self.rest = rest
 
 
 def rollout(  # noqa: PLR0913 - each is the caller's to choose
@@ -48,39 +73,69 @@ def rollout(  # noqa: PLR0913 - each is the caller's to choose
 
     Row r is the game that a session plays with `Dice(seed, first + r)`, whatever the workers or
     the executor, the blocks and their order. `progress` is told the share that is played. Raises
-    LostGames when workers died again and again.
+    Lost when workers died again and again, and Interrupted.
     """
-    if len(policies) != len(problem.agents):
-        raise BadPolicy(f"got {len(policies)} policies, expected one for each of {problem.agents}")
+    (found,) = rollouts(
+        problem, [policies], episodes=episodes, turns=turns, seed=seed, first=first,
+        workers=workers, executor=executor, progress=progress, keep=keep,
+    )  # fmt: skip
+    return found
+
+
+def rollouts(  # noqa: PLR0913
+    problem: Problem,
+    entrants: Sequence[Sequence[Policy]],
+    *,
+    episodes: int,
+    turns: int | None = None,
+    seed: int = 0,
+    first: int = 0,
+    workers: Workers = 1,
+    executor: Executor | None = None,
+    progress: Watch | None = None,
+    keep: Sequence[str] = Rollout._fields,
+) -> tuple[Rollout, ...]:
+    """The same episodes by each of some entrants, block by block: the policies of each, as above.
+
+    So what was played by the time of an interruption was played by all.
+    """
+    for policies in entrants:
+        if len(policies) != len(problem.agents):
+            told = f"got {len(policies)} policies, expected one for each of {problem.agents}"
+            raise BadPolicy(told)
     for name in keep:
         if name not in Rollout._fields:
             raise UnknownName("array to keep", name, Rollout._fields)
-    work = partial(_block, problem, tuple(policies), turns, seed, tuple(keep))
+    work = partial(_blocks, problem, tuple(map(tuple, entrants)), turns, seed, tuple(keep))
     games = range(first, first + episodes)
-    alone = executor is None and workers == 1
-    size = MOST if alone else _grain(problem, policies, seed)
-    kept: Rollout | None = None
+    at_once = executor is None and workers == 1 and progress is None
+    hands = workers if isinstance(workers, int) else 1
+    size = MOST if at_once else min(_grain(problem, one, seed, hands) for one in entrants)
+    kept: tuple[Rollout, ...] | None = None
     played = np.zeros(episodes, bool)
     with watched(progress) if progress else nullcontext():
         budget = Budget("a rollout", "try fewer games at a time", math.inf)
         try:
-            for block, part in done(work, games, size=size, workers=workers, executor=executor):
-                kept = kept or _empty(part, keep, episodes)
+            for block, parts in done(work, games, size=size, workers=workers, executor=executor):
+                kept = kept or tuple(_empty(one, keep, episodes) for one in parts)
                 rows = slice(block.start - first, block.stop - first)
-                for name in keep:
-                    getattr(kept, name)[rows] = getattr(part, name)
+                for whole, one in zip(kept, parts, strict=True):
+                    for name in keep:
+                        getattr(whole, name)[rows] = getattr(one, name)
                 played[rows] = True
                 budget.spend(0, float(played.mean()))
         except LostGames as error:
-            error.rest = kept and _rest(kept, keep, played)
-            raise
+            raise Lost(error, _rest(kept, keep, first, played)) from None
+        except KeyboardInterrupt:
+            raise Interrupted(_rest(kept, keep, first, played)) from None
     return kept or work(games)
 
 
-def _grain(problem: Problem, policies: Sequence[Policy], seed: int) -> int:
+def _grain(problem: Problem, policies: Sequence[Policy], seed: int, workers: int) -> int:
     """The games of a block of which all but a twentieth of the time is the games' own.
 
-    Measured by the first turns of one game and of some.
+    And which takes so long that blocks can be handed to all workers meanwhile. Measured by the
+    first turns of one game and of some: of few where one takes long.
     """
 
     def seconds(games: int) -> float:
@@ -89,9 +144,12 @@ def _grain(problem: Problem, policies: Sequence[Policy], seed: int) -> int:
         return time.perf_counter() - since
 
     seconds(1)  # what is made once
-    one, some = (min(seconds(games) for _ in range(3)) for games in (1, SOME))
-    each = max((some - one) / (SOME - 1), 1e-9)
-    return int(np.clip(19.0 * (one - each) / each, LEAST, MOST))
+    quick = seconds(1) < QUICK
+    some = SOME if quick else LEAST
+    one, more = (min(seconds(many) for _ in range(3 if quick else 1)) for many in (1, some))
+    each = max((more - one) / (some - 1), 0.05 * more / some)  # a busy machine may say nothing
+    wanted = max(19.0 * (one - each), HANDED * workers) / each
+    return int(np.clip(wanted, LEAST, MOST))
 
 
 def _empty(like: Rollout, keep: Sequence[str], episodes: int) -> Rollout:
@@ -105,12 +163,31 @@ def _empty(like: Rollout, keep: Sequence[str], episodes: int) -> Rollout:
     )
 
 
-def _rest(kept: Rollout, keep: Sequence[str], played: Bools) -> Rollout:
+def _rest(kept: tuple[Rollout, ...] | None, keep: Sequence[str], first: int, played: Bools) -> Rest:
     """The games that were played."""
-    return kept._replace(**{name: getattr(kept, name)[played] for name in keep})
+    found = (
+        one._replace(**{name: getattr(one, name)[played] for name in keep}) for one in kept or ()
+    )
+    return Rest(tuple(found), first + np.flatnonzero(played))
 
 
-def _block(  # noqa: PLR0913, PLR0917 - what a worker is sent
+def _blocks(  # noqa: PLR0913, PLR0917 - what a worker is sent
+    problem: Problem,
+    entrants: Sequence[Sequence[Policy]],
+    turns: int | None,
+    seed: int,
+    keep: Sequence[str],
+    games: range,
+) -> tuple[Rollout, ...]:
+    """Has each of the entrants play these games."""
+    found = []
+    for place, policies in enumerate(entrants):
+        with part(place, len(entrants)):
+            found.append(_block(problem, policies, turns, seed, keep, games))
+    return tuple(found)
+
+
+def _block(  # noqa: PLR0913, PLR0917
     problem: Problem,
     policies: Sequence[Policy],
     turns: int | None,

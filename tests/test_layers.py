@@ -17,8 +17,8 @@ FLOORS = (
     "hexes", "matrix_game", "rows", "tabular", "laws", "belief", "displayed", "session",
     "blocks", "rollouts", "problems", "files", "guests", "solvers", "policies", "transcript",
     "bots", "finding", "hand", "terminal", "signals", "styles", "painting", "views", "loops",
-    "gym", "zoo", "figures", "solutions", "measure", "advice", "keys", "game", "conformance",
-    "records", "words", "screen", "gallery", "reports", "prompt", "front", "mcp", "cli",
+    "gym", "zoo", "figures", "solutions", "advice", "keys", "game", "conformance",
+    "records", "measure", "words", "screen", "gallery", "reports", "prompt", "front", "mcp", "cli",
     "pytest_plugin", "__main__",
 )  # fmt: skip
 SCREENS = {"rich", "typer", "prompt_toolkit"}

@@ -27,7 +27,7 @@ class Live:
     log: bytes = b""
 
     def __reduce__(self) -> tuple[type["Live"], tuple[()]]:
-        """Another process begins a program of its own."""
+        """A copy in another process begins its own program."""
         return Live, ()
 
 

@@ -8,7 +8,7 @@ os.environ.setdefault("TYPER_USE_RICH", "0")  # its help costs more than the res
 
 import typer
 
-from dmplay.cli import games, measuring, printing, records
+from dmplay.cli import games, grading, measuring, printing, records
 from dmplay.cli.group import Commands
 
 app = typer.Typer(
@@ -48,6 +48,8 @@ app.command()(printing.convert)
 app.command()(measuring.run)
 app.command()(measuring.compare)
 app.command()(measuring.tournament)
+app.command()(grading.assign)
+app.command()(grading.grade)
 app.command()(printing.figure)
 app.command()(printing.agents)
 app.command()(printing.info)

@@ -12,7 +12,7 @@ from dmplay.terminal import Wishes, here
 
 @options.wishes()
 def play(
-    problem: options.Name,
+    problem: options.MaybeName = "",
     variant: options.Variant = "",
     set_: options.Set = [],  # noqa: B006 - typer reads it once
     seed: options.Seed = None,
@@ -32,6 +32,9 @@ def play(
     keys: options.Keys = None,
     speed: options.Speed = 2.0,
     rate: options.Rate = None,
+    assignment: options.Assignment = None,
+    player: options.Player = "",
+    trust: options.Trust = False,
     *,
     wishes: Wishes,
 ) -> object:
@@ -53,8 +56,15 @@ def play(
     how = "hints" if strict_hints else strict
     request = Request(
         problem, variant, set_, seed, episode, agent, vs, seat, turns, record, frames, force,
-        how, reveal, keys=options.wanted_keys(keys), ghost=ghost, asks=here(wishes).asks,
+        how, reveal, player=player, keys=options.wanted_keys(keys), ghost=ghost,
+        asks=here(wishes).asks,
     )  # fmt: skip
+    if assignment:
+        from dmplay.game.assignment import read
+
+        request = read(assignment).request(request, trusted=trust)
+    elif not problem:
+        raise BadParameter("missing argument 'PROBLEM'; see dmplay play --help")
     return Sitting(request, wishes, quiet, speed, rate)
 
 

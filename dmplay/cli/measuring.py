@@ -1,7 +1,6 @@
 """Commands that play many games: what agents earn, and who is ahead."""
 
 from collections.abc import Callable, Mapping
-from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -9,16 +8,14 @@ import typer
 
 from dmplay.cli import options
 from dmplay.errors import BadParameter
-from dmplay.terminal import Wishes
+from dmplay.terminal import Wishes, here
 
 Episodes = Annotated[int, typer.Option("--episodes", metavar="N", min=1, help="games")]
 Csv = Annotated[bool, typer.Option("--csv", help="as comma-separated values")]
 Dice = Annotated[int, typer.Option("--seed", metavar="N", min=0, help="the dice of all games")]
-Hands = Annotated[
-    str, typer.Option("--workers", metavar="N", help="processes; auto: as many as pay")
-]
 Engine = Annotated[
-    str, typer.Option("--executor", metavar="MODULE:MAKE", help="what makes another engine")
+    str,
+    typer.Option("--executor", metavar="ENGINE", help="dask, dask:tcp://HOST:PORT, MODULE:FACTORY"),
 ]
 MATCH: Mapping[str, tuple[Any, object]] = {
     "variant": (options.Variant, ""),
@@ -27,7 +24,7 @@ MATCH: Mapping[str, tuple[Any, object]] = {
     "seat": (options.Seats, []),
     "turns": (options.Unattended, None),
     "seed": (Dice, 0),
-    "workers": (Hands, "auto"),
+    "workers": (options.Workers, "auto"),
     "executor": (Engine, ""),
     "csv": (Csv, False),
 }
@@ -42,17 +39,17 @@ def _of_matches(*without: str) -> Callable[[options.Command], options.Command]:
 
 def _match(problem: str, given: Mapping[str, Any], agent: str = "") -> Any:
     """What is played, by what was given."""
-    from dmplay.reports.measuring import Match
+    from dmplay.reports.match import Match
 
     name = f"{problem}:{given['variant']}" if given["variant"] else problem
     return Match(
         name, given["set_"], agent, given.get("vs", ""), given.get("seat", ()), given["turns"],
-        given["seed"], _workers(given["workers"]), _executor(given["executor"]),
+        given["seed"], options.many(given["workers"]), given["executor"],
     )  # fmt: skip
 
 
 @_of_matches()
-@options.wishes("json", "motion")
+@options.wishes("json", "motion", "ascii")
 def run(
     problem: options.Name,
     agent: options.Agent = "",
@@ -60,6 +57,14 @@ def run(
     until_se: Annotated[
         float | None, typer.Option("--until-se", metavar="X", help="until errors are so small")
     ] = None,
+    record: Annotated[
+        Path | None, typer.Option("--record", metavar="DIR", help="keeps some as transcripts")
+    ] = None,
+    every: Annotated[
+        int, typer.Option("--every", metavar="N", min=0, help="of them, each Nth")
+    ] = 0,
+    worst: Annotated[int, typer.Option("--worst", metavar="N", min=0, help="the N worst")] = 0,
+    best: Annotated[int, typer.Option("--best", metavar="N", min=0, help="the N best")] = 0,
     *,
     given: Mapping[str, Any],
     wishes: Wishes,
@@ -72,13 +77,18 @@ def run(
     \b
       dmplay run hexworld --agent optimal
       dmplay run hexworld --set slip=0.1,0.2,0.3 --until-se 0.01
+      dmplay run 2048 --agent corner --episodes 200 --record games --worst 2 --best 2
       dmplay run prisoners-dilemma --agent grim --vs tit-for-tat --turns 20 --json
     """
     from dmplay.reports import measuring
+    from dmplay.reports.recorded import Keeping
 
-    form = _form(json=wishes.json, csv=given["csv"])
-    match = _match(problem, given, agent)
-    return measuring.ran(match, episodes=episodes, until=until_se, form=form, motion=wishes.motion)
+    form = form_of(json=wishes.json, csv=given["csv"])
+    return measuring.ran(
+        _match(problem, given, agent), episodes=episodes, until=until_se, form=form,
+        keeping=Keeping(record, every, worst, best), motion=wishes.motion,
+        ascii_=here(wishes).ascii,
+    )  # fmt: skip
 
 
 @_of_matches()
@@ -103,7 +113,7 @@ def compare(
     """
     from dmplay.reports import measuring
 
-    form = _form(json=wishes.json, csv=given["csv"])
+    form = form_of(json=wishes.json, csv=given["csv"])
     match = _match(problem, given)
     return measuring.compared(
         match, agents, episodes=episodes, decide=decide, form=form, motion=wishes.motion
@@ -133,39 +143,17 @@ def tournament(
       dmplay tournament prisoners-dilemma grim tit-for-tat always-defect --turns 50
       dmplay tournament rock-paper-scissors nash random beat-last --json
     """
-    from dmplay.reports import measuring
+    from dmplay.reports import tournaments
 
-    form = _form(json=wishes.json, csv=given["csv"])
+    form = form_of(json=wishes.json, csv=given["csv"])
     match = _match(problem, given)
-    return measuring.met(
+    return tournaments.met(
         match, entrants, episodes=episodes, kept=output, form=form, motion=wishes.motion
     )
 
 
-def _form(*, json: bool, csv: bool) -> Form:
+def form_of(*, json: bool, csv: bool) -> Form:
+    """Which of two forms is wanted, or neither: for people."""
     if json and csv:
         raise BadParameter("--json and --csv: expected one of them")
     return "json" if json else "csv" if csv else ""
-
-
-def _workers(text: str) -> int | Literal["auto"]:
-    if text == "auto":
-        return "auto"
-    if not text.isdecimal():
-        raise BadParameter(f"--workers: got {text!r}, expected auto or a number")
-    return int(text)
-
-
-def _executor(spec: str) -> Any:
-    """The engine that a factory makes."""
-    if not spec:
-        return None
-    module, _, name = spec.partition(":")
-    try:
-        make = getattr(import_module(module), name)
-    except (ImportError, AttributeError, ValueError) as error:
-        raise BadParameter(f"--executor: got {spec!r}, expected MODULE:FACTORY; {error}") from None
-    made = make()
-    if not hasattr(made, "submit"):
-        raise BadParameter(f"--executor: {spec} made a {type(made).__name__}, not an Executor")
-    return made

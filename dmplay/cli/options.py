@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from dmplay.cli import config
+from dmplay.errors import BadParameter
 from dmplay.finding.topics import topics
 from dmplay.game.formats import FORMATS
 from dmplay.terminal import Wishes
@@ -91,6 +92,11 @@ LastFile = Annotated[
     Path | None,
     _argument("FILE", "a transcript; the last game if not given", lists.transcripts),
 ]
+MaybeName = Annotated[str, _argument("PROBLEM", "the same; not with --assignment", lists.problems)]
+Assignment = Annotated[
+    Path | None, typer.Option("--assignment", metavar="FILE", help="what all are to play")
+]
+Player = Annotated[str, typer.Option("--player", metavar="NAME", help="who you are")]
 Paths = Annotated[list[Path], _argument("PATH...", "files and folders", lists.transcripts)]
 Figure = Annotated[
     str,
@@ -142,7 +148,20 @@ StrictHints = Annotated[bool, typer.Option("--strict-hints", help="the same as -
 Peek = Annotated[
     bool, typer.Option("--peek", help="look into a game that can be played on, and mark it so")
 ]
+Workers = Annotated[
+    str, typer.Option("--workers", metavar="N", help="processes; auto: as many as pay")
+]
 Output = Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help="a file")]
+
+
+def many(workers: str) -> int | Literal["auto"]:
+    """How many workers a word means."""
+    if workers == "auto":
+        return "auto"
+    if not workers.isdecimal():
+        raise BadParameter(f"--workers: got {workers!r}, expected auto or a number")
+    return int(workers)
+
 
 WISHES = {
     "plain": Annotated[bool, _switch("plain", "lines, not the full screen")],

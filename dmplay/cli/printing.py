@@ -49,6 +49,13 @@ def solve(
     problem: options.Name,
     variant: options.Variant = "",
     set_: options.Set = [],  # noqa: B006 - typer reads it once
+    episodes: Annotated[
+        int | None, typer.Option("--episodes", metavar="N", min=2, help="games, if simulated")
+    ] = None,
+    turns: Annotated[
+        int | None, typer.Option("--turns", metavar="N", min=1, help="of each, if simulated")
+    ] = None,
+    workers: options.Workers = "1",
     *,
     wishes: Wishes,
 ) -> object:
@@ -56,14 +63,17 @@ def solve(
 
     \b
       dmplay solve hexworld --set slip=0.1
+      dmplay solve 2048 --episodes 100 --workers 2
       dmplay solve rock-paper-scissors --json
     """
     from dmplay.game.request import pairs
     from dmplay.reports import solving
+    from dmplay.solutions.played import Wish
 
     name = f"{problem}:{variant}" if variant else problem
+    wish = Wish(episodes, turns, options.many(workers))
     wanted = pairs(set_, "--set")
-    return solving.solved(name, wanted, json=wishes.json, motion=wishes.motion)
+    return solving.solved(name, wanted, wish, json=wishes.json, motion=wishes.motion)
 
 
 def convert(

@@ -33,6 +33,7 @@ class Request:
     branched: int | None = None
     peeked: bool = False
     origin: str = ""
+    player: str = ""  # who says to be the person
     parameters: Mapping[str, object] = field(default_factory=dict)
     keep: bool = False  # in the state folder, though nobody plays
     keys: Keys = AS_DRAWN

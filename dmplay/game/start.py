@@ -52,13 +52,10 @@ def new(request: Request, shown: Collection[Luck] = ()) -> Game:
     found = problems.resolve(request.name, request.configured())
     problem = found.problem
     hands(problem, request.keys)  # refuses what cannot be, before anything is written
-    seats = _seats(request, found)
-    if request.turns is not None:
-        if request.turns < 1:
-            raise BadParameter(f"--turns: got {request.turns}, expected at least 1")
-        turns = request.turns
-        seats = [agents.for_turns(problem, n, who, turns) for n, who in enumerate(seats)]
+    seats = seated(request, found)
     _answered(problem, seats, asks=request.asks)
+    if request.player and HUMAN not in seats:
+        raise BadParameter("--player: no person plays this game")
     policies = [seat_policy(problem, seat, who, request.turns) for seat, who in enumerate(seats)]
     request, dice = _thrown(request)
     limit = turn_limit(problem, seats, request.turns)
@@ -106,8 +103,8 @@ def _thrown(request: Request) -> tuple[Request, Dice]:
     return request, Dice(request.seed, request.episode)
 
 
-def _seats(request: Request, found: problems.Loaded) -> list[str]:
-    """Who sits where: the first seat, the others, and any named one."""
+def seated(request: Request, found: problems.Loaded) -> list[str]:
+    """Who sits where: the first seat, the others, and any named one, as suits so many turns."""
     problem = found.problem
     if request.others and len(problem.agents) == 1:
         raise BadParameter(f"--vs: {found.name} has one seat only; use --agent")
@@ -116,7 +113,12 @@ def _seats(request: Request, found: problems.Loaded) -> list[str]:
     seats += [request.others or agents.roster(problem, seat).partner for seat in rest]
     for name, who in pairs(request.seats, "--seat").items():
         seats[problem.seat(name)] = str(who)
-    return seats
+    turns = request.turns
+    if turns is None:
+        return seats
+    if turns < 1:
+        raise BadParameter(f"--turns: got {turns}, expected at least 1")
+    return [agents.for_turns(problem, seat, who, turns) for seat, who in enumerate(seats)]
 
 
 def _answered(problem: Problem, seats: Sequence[str], *, asks: bool) -> None:

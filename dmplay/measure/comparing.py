@@ -12,7 +12,7 @@ from dmplay.chance import Reals
 from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter
 from dmplay.measure.estimate import Estimate, always, estimate
-from dmplay.rollouts import rollout
+from dmplay.measure.some import some
 
 FEW = 50  # games before a decision is looked for: the interval holds for many
 
@@ -33,6 +33,7 @@ class Comparison(NamedTuple):
     earned: tuple[Estimate, ...]
     differences: dict[tuple[int, int], Difference]
     decided: bool | None  # whether it was decided; None where that was not asked
+    short: str = ""  # why these are fewer games than was asked; '' where they are not
 
 
 def compare(  # noqa: PLR0913 - each is the caller's to choose
@@ -63,20 +64,20 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
     decided = None if decide is None else False
     many = episodes if decide is None else min(FEW, episodes)
     while True:
-        first = len(returns)
-        each = [
-            rollout(
-                problem, policies, episodes=many - first, turns=turns, seed=seed, first=first,
-                workers=workers, executor=executor, progress=progress, keep=("returns",),
-            ).returns[:, seat]
-            for policies in entrants
-        ]  # fmt: skip
-        returns = np.concatenate([returns, np.stack(each, axis=1)])
+        part = some(
+            problem, entrants, games=range(len(returns), many), turns=turns, seed=seed,
+            workers=workers, executor=executor, progress=progress, keep=("returns",),
+        )  # fmt: skip
+        if part.played:
+            each = [one.returns[:, seat] for one in part.played]
+            returns = np.concatenate([returns, np.stack(each, axis=1)])
+        if part.short and not len(returns):
+            raise part.short
         if decide is not None:
             more = always(returns[:, 0] - returns[:, 1], decide)
             decided = not more.low <= 0.0 <= more.high
-        if decided or many >= episodes:
-            return _told(returns, decided, decide)
+        if decided or part.short or many >= episodes:
+            return _told(returns, decided, decide)._replace(short=str(part.short or ""))
         many = min(episodes, many + max(FEW, many // 4))
 
 

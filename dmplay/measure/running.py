@@ -9,16 +9,15 @@ import numpy as np
 
 from dmplay.blocks import Workers
 from dmplay.budget import Watch
+from dmplay.chance import Ints
 from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter
 from dmplay.measure.estimate import Estimate, estimate, quantiles
-from dmplay.rollouts import Rollout, rollout
+from dmplay.measure.some import Some, some
+from dmplay.rollouts import Rollout
 
-FEW, GROWS, MOST = (
-    100,
-    2,
-    10_000_000,
-)  # games until the error is looked at; by so much more each time
+FEW, GROWS = 100, 2  # games until the error is looked at; so many times more each time
+MOST = 10_000_000
 KEPT = ("returns", "totals", "turns", "over")
 
 
@@ -40,6 +39,8 @@ class Run(NamedTuple):
     ended: float  # share of the games that came to a terminal state
     seconds: float
     played: Rollout
+    games: Ints  # which they are
+    short: str = ""  # why they are fewer than was asked; '' where they are not
 
 
 def run(  # noqa: PLR0913 - each is the caller's to choose
@@ -56,25 +57,31 @@ def run(  # noqa: PLR0913 - each is the caller's to choose
 ) -> Run:
     """Plays so many games, or as many as bring every standard error of a return to `until`.
 
-    The games are those of `rollout`. The errors are looked at after numbers of games that do not
-    depend on the workers, so that neither does the result.
+    The games are those of `rollout`; Ctrl-C ends it with those that were played. The errors are
+    looked at after numbers of games that do not depend on the workers, so that neither does the
+    result.
     """
     if episodes < 1:
         raise BadParameter(f"episodes: got {episodes}, expected 1 or more")
     if until is not None and not until > 0:
         raise BadParameter(f"until-se: got {until:g}, expected more than 0")
     since = time.monotonic()
-    first, parts = 0, list[Rollout]()
+    first, parts = 0, list[Some]()
     many = episodes if until is None else FEW
     while True:
-        played = rollout(
-            problem, policies, episodes=many - first, turns=turns, seed=seed, first=first,
+        part = some(
+            problem, [policies], games=range(first, many), turns=turns, seed=seed,
             workers=workers, executor=executor, progress=progress, keep=KEPT,
         )  # fmt: skip
-        parts.append(played)
-        whole = Rollout(*map(np.concatenate, zip(*parts, strict=True)))
-        if until is None or _error(whole) <= until or many >= MOST:
-            return summed(problem, whole, time.monotonic() - since)
+        parts.append(part)
+        played = [one for each in parts for one in each.played]
+        if part.short and not played:
+            raise part.short
+        whole = Rollout(*map(np.concatenate, zip(*played, strict=True)))
+        if part.short or until is None or _error(whole) <= until or many >= MOST:
+            games = np.concatenate([each.games for each in parts])
+            found = summed(problem, whole, games, time.monotonic() - since)
+            return found._replace(short=str(part.short or ""))
         first, many = many, GROWS * many
 
 
@@ -83,8 +90,8 @@ def _error(played: Rollout) -> float:
     return max(estimate(sample).error for sample in played.returns.T)
 
 
-def summed(problem: Problem, played: Rollout, seconds: float) -> Run:
-    """What came of games that are played."""
+def summed(problem: Problem, played: Rollout, games: Ints, seconds: float) -> Run:
+    """What came of these games."""
     earned = tuple(
         Earned(seat, estimate(returns), estimate(totals), quantiles(returns))
         for seat, returns, totals in zip(
@@ -92,4 +99,4 @@ def summed(problem: Problem, played: Rollout, seconds: float) -> Run:
         )
     )
     turns, ended = float(played.turns.mean()), float(played.over.mean())
-    return Run(earned, len(played.turns), turns, ended, seconds, played)
+    return Run(earned, len(games), turns, ended, seconds, played, games)

@@ -1,7 +1,9 @@
 """Everybody against everybody on the same dice, and the game that this makes of the entrants."""
 
-from collections.abc import Mapping, MutableMapping, Sequence
+import math
+from collections.abc import Iterator, Mapping, MutableMapping, Sequence
 from concurrent.futures import Executor
+from contextlib import nullcontext
 from itertools import product
 from typing import NamedTuple
 
@@ -13,10 +15,11 @@ from dmplay.chance import Reals
 from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter
 from dmplay.measure.estimate import Estimate, estimate
-from dmplay.rollouts import rollout
+from dmplay.measure.some import some
 from dmplay.solvers.matrix_game import Profile, nash, responses
 
 Played = MutableMapping[tuple[int, ...], Reals]  # returns [E, n] by who sits where
+UNKNOWN = Estimate(math.nan, math.inf, -math.inf, math.inf)
 
 
 class Tournament(NamedTuple):
@@ -26,17 +29,20 @@ class Tournament(NamedTuple):
     """
 
     entrants: tuple[str, ...]
-    table: Reals  # [K] * n + [n], the mean return of each seat by who sits where
+    table: Reals  # [K] * n + [n], the mean return of each seat by who sits where; nan if not played
     earned: tuple[Estimate, ...]  # of each entrant, over all its pairings and seats, a game
     replies: tuple[int, ...] | None  # the best entrant against each; of two seats
     equilibrium: Profile | None  # the first that is found; of two seats
     regrets: Reals | None  # [K], what an entrant loses in it against the best, mean of its seats
+    exact: tuple[Estimate, ...] | None  # the same in the exact equilibrium, where that is played
+    short: str = ""  # why not all was played; '' where it was
 
 
 def tournament(  # noqa: PLR0913 - each is the caller's to choose
     problem: Problem,
     entrants: Mapping[str, Sequence[Policy]],
     *,
+    exact: Sequence[Policy] | None = None,
     episodes: int = 1000,
     turns: int | None = None,
     seed: int = 0,
@@ -47,7 +53,9 @@ def tournament(  # noqa: PLR0913 - each is the caller's to choose
 ) -> Tournament:
     """Every seating of the entrants, each with its policy for every seat, on the same dice.
 
-    Seatings that are in `played` are not played again; those that are played are put there.
+    `exact` are policies that are an equilibrium of two seats; each entrant meets them too, under a
+    number after all others. Seatings that are in `played` are not played again; those that are
+    played are put there. Ctrl-C ends it with these.
     """
     seats, names = len(problem.agents), tuple(entrants)
     if seats == 1:
@@ -55,46 +63,69 @@ def tournament(  # noqa: PLR0913 - each is the caller's to choose
     if len(names) < 2:
         raise BadParameter(f"got {len(names)} entrant, expected two or more")
     played = {} if played is None else played
-    seatings = [*product(range(len(names)), repeat=seats)]
+    sides = [*entrants.values(), *([exact] if exact else [])]
+    short = ""
+    with watched(progress) if progress else nullcontext():
+        for place, seating in enumerate(left := [*_seatings(len(names), seats, exact, played)]):
+            policies = [sides[who][seat] for seat, who in enumerate(seating)]
+            with part(place, len(left)):
+                one = some(
+                    problem, [policies], games=range(episodes), turns=turns, seed=seed,
+                    workers=workers, executor=executor, progress=None, keep=("returns",),
+                )  # fmt: skip
+            if one.short and not played:
+                raise one.short
+            if one.short:
+                short = str(one.short)
+                break
+            played[seating] = one.played[0].returns
+    return _summed(names, seats, played)._replace(short=short)
 
-    def play() -> None:
-        for number, seating in enumerate(seatings):
-            if seating in played:
-                continue
-            policies = [entrants[names[who]][seat] for seat, who in enumerate(seating)]
-            with part(number, len(seatings)):
-                played[seating] = rollout(
-                    problem, policies, episodes=episodes, turns=turns, seed=seed,
-                    workers=workers, executor=executor, keep=("returns",),
-                ).returns  # fmt: skip
 
-    if progress:
-        with watched(progress):
-            play()
-    else:
-        play()
-    return _summed(names, seats, played)
+def _seatings(many: int, seats: int, exact: object, played: Played) -> Iterator[tuple[int, ...]]:
+    """Who is yet to sit where: all in every order, and beside the exact equilibrium."""
+    every = [*product(range(many), repeat=seats)]
+    if exact:
+        every += [pair for who in range(many) for pair in ((who, many), (many, who))]
+        every.append((many, many))
+    return (seating for seating in every if seating not in played)
 
 
 def _summed(names: tuple[str, ...], seats: int, played: Played) -> Tournament:
-    """The cross table and the standings of seatings that are all played."""
-    table = np.zeros((len(names),) * seats + (seats,))
+    """The cross table and the standings of seatings that are played."""
+    many = len(names)
+    table = np.full((many,) * seats + (seats,), np.nan)
     shares: list[list[Reals]] = [[] for _ in names]
     for seating, returns in played.items():
+        if many in seating:
+            continue
         table[seating] = returns.mean(axis=0)
         for seat, who in enumerate(seating):
             shares[who].append(returns[:, seat])
     # The games of one dice are not independent: they are one observation.
-    earned = tuple(estimate(np.mean(share, axis=0)) for share in shares)
-    if seats > 2:
-        return Tournament(names, table, earned, None, None, None)
+    earned = tuple(estimate(np.mean(share, axis=0)) if share else UNKNOWN for share in shares)
+    if seats > 2 or np.isnan(table).any():
+        return Tournament(names, table, earned, None, None, None, None)
     both = table[:, :, 0] + table[:, :, 1].T
     replies = tuple(int(who) for who in both.argmax(axis=0))
     found = next(iter(nash(table)), None)
-    return Tournament(names, table, earned, replies, found, found and _regrets(table, found))
+    regrets = None if found is None else _regrets(table, found)
+    return Tournament(names, table, earned, replies, found, regrets, _lost(many, played))
 
 
 def _regrets(table: Reals, profile: Profile) -> Reals:
     """What each entrant loses against the best reply to an equilibrium, mean of both seats."""
     each = [values.max() - values for values in responses(table, profile)]
     return np.asarray(np.mean(each, axis=0))
+
+
+def _lost(many: int, played: Played) -> tuple[Estimate, ...] | None:
+    """What each entrant loses against the exact equilibrium, whose number comes after all."""
+    best = played.get((many, many))
+    if best is None:
+        return None
+    first = [played.get((who, many)) for who in range(many)]
+    second = [played.get((many, who)) for who in range(many)]
+    pairs = [(a, b) for a, b in zip(first, second, strict=True) if a is not None and b is not None]
+    lost = [(best[:, 0] - a[:, 0] + best[:, 1] - b[:, 1]) / 2 for a, b in pairs]
+    return tuple(map(estimate, lost)) if len(lost) == many else None

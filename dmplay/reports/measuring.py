@@ -1,108 +1,101 @@
 """Measured play for people and programs: `run` and `compare`."""
 
-import csv
-import io
 import time
-from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import Executor
-from itertools import product
+from collections.abc import Mapping, Sequence
 from json import dumps
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.blocks import Workers
 from dmplay.chance import Reals
-from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter
-from dmplay.finding import agents, problems
+from dmplay.game.errand import Printout
 from dmplay.game.request import pairs
-from dmplay.game.seats import HUMAN, seat_policy
 from dmplay.measure.comparing import Comparison, Difference, compare
+from dmplay.measure.engines import engine
 from dmplay.measure.estimate import Estimate
 from dmplay.measure.running import Run, run
-from dmplay.measure.tournament import Tournament, tournament
-from dmplay.reports.kept import Kept
+from dmplay.reports.match import Match, seated, settings, told
 from dmplay.reports.progress import Bar
+from dmplay.reports.recorded import NONE, Keeping, recorded
+from dmplay.reports.tables import csv_of, table
+from dmplay.rollouts import Interrupted, Lost
 from dmplay.solutions.solution import Row
+from dmplay.views.canvas import ASCII
 
 BARS, BINS = "▁▂▃▄▅▆▇█", 12
+WIDE = 48  # columns of a plot
 
 
-class Match(NamedTuple):
-    """What is played many times: a problem, who sits where, how many turns, which dice."""
+class Setting(NamedTuple):
+    """What came of one setting of the parameters."""
 
-    problem: str
-    settings: Sequence[str] = ()
-    agent: str = ""
-    others: str = ""
-    seats: Sequence[str] = ()
-    turns: int | None = None
-    seed: int = 0
-    workers: Workers = 1
-    executor: Executor | None = None
+    parameters: Mapping[str, object]  # those of a sweep
+    names: Sequence[str]  # of who played
+    run: Run
+
+    def __str__(self) -> str:
+        return " ".join(f"{key}={value}" for key, value in self.parameters.items())
 
 
-class Seated(NamedTuple):
-    """A problem, the names of those who play it, and themselves."""
-
-    problem: Problem
-    names: list[str]
-    policies: list[Policy]
-
-
-def seated(match: Match, parameters: Mapping[str, object], agent: str = "") -> Seated:
-    """Who plays; where nobody was named, the agent that knows best, or one that is soon done."""
-    problem = problems.resolve(match.problem, parameters).problem
-    if match.others and len(problem.agents) == 1:
-        raise BadParameter(f"--vs: {match.problem} has one seat only; use --agent")
-    known = [agents.roster(problem, seat) for seat in range(len(problem.agents))]
-    names = [one.quick or one.adviser or one.partner for one in known]
-    names[1:] = [match.others or one.partner for one in known[1:]]
-    names[0] = agent or match.agent or names[0]
-    for name, who in pairs(match.seats, "--seat").items():
-        names[problem.seat(name)] = str(who)
-    if HUMAN in names:
-        where = problem.agents[names.index(HUMAN)]
-        raise BadParameter(f"{where}: a person cannot play so many games; name an agent")
-    policies = [seat_policy(problem, seat, who) for seat, who in enumerate(names)]
-    return Seated(problem, names, [policy for policy in policies if policy is not None])
-
-
-def settings(match: Match) -> Iterator[dict[str, object]]:
-    """The parameters of each run: a list `0.1,0.2` of one that takes a number is a sweep."""
-    usual = problems.parameters(problems.resolve(match.problem, {}).problem)
-    given = pairs(match.settings, "--set")
-    each = [
-        str(value).split(",") if isinstance(usual.get(key), int | float) else [value]
-        for key, value in given.items()
-    ]
-    for values in product(*each):
-        yield dict(zip(given, values, strict=True))
-
-
-def ran(
-    match: Match, *, episodes: int, until: float | None, form: str = "", motion: bool = True
-) -> str:
+def ran(  # noqa: PLR0913 - each is the caller's to choose
+    match: Match,
+    *,
+    episodes: int,
+    until: float | None,
+    keeping: Keeping = NONE,
+    form: str = "",
+    motion: bool = True,
+    ascii_: bool = False,
+) -> Printout:
     """What agents earn, a table for each setting of the parameters."""
-    found = []
-    sweep = list(settings(match))
-    with Bar(f"running {match.problem}", quiet=bool(form), motion=motion) as bar:
-        for parameters in sweep:
-            problem, names, policies = seated(match, parameters)
-            result = run(
-                problem, policies, episodes=episodes, until=until, turns=match.turns,
-                seed=match.seed, workers=match.workers, executor=match.executor, progress=bar,
-            )  # fmt: skip
-            found.append((parameters if len(sweep) > 1 else {}, names, result))
+    keeping.check()
+    found: list[Setting] = []
+    kept: list[Row] = []
+    sweep, short = list(settings(match)), ""
+    with (
+        Bar(f"running {match.problem}", quiet=bool(form), motion=motion) as bar,
+        engine(match.engine, match.workers) as (workers, executor),
+    ):
+        for place, parameters in enumerate(sweep):
+            who = seated(match, parameters)
+            try:
+                result = run(
+                    who.problem, who.policies, episodes=episodes, until=until, turns=match.turns,
+                    seed=match.seed, workers=workers, executor=executor,
+                    progress=bar.part(place, len(sweep)),
+                )  # fmt: skip
+            except (Interrupted, Lost) as error:
+                if not found:
+                    raise
+                short = str(error)
+                break
+            one = Setting(parameters if len(sweep) > 1 else {}, who.names, result)
+            found.append(one)
+            kept += recorded(match, parameters, who, result, keeping, str(one))
+            short = result.short
+            if short:
+                break
+    return told(_written(match, found, kept, form, ascii_=ascii_), short)
+
+
+def _written(
+    match: Match, found: Sequence[Setting], kept: Sequence[Row], form: str, *, ascii_: bool
+) -> str:
+    """The report in this form; for people with pictures."""
     rows = [row for one in found for row in _rows(*one)]
     if form == "json":
-        return dumps({"problem": match.problem, "seed": match.seed, "runs": rows})
+        games = {"kept": kept} if kept else {}
+        return dumps({"problem": match.problem, "seed": match.seed, "runs": rows} | games)
     if form == "csv":
-        return _csv(rows)
-    told = [_summary(match, found[0][2])] if len(found) == 1 else [_sweep(match, found)]
-    return "\n\n".join([*told, _table([_for_people(row) for row in rows]), *_pictures(found)])
+        return csv_of(rows)
+    head = _summary(match, found[0].run) if len(found) == 1 else _sweep(match, found)
+    parts = [head, table([_for_people(row) for row in rows])]
+    parts += [_plot(found)] if len(found) > 1 else []
+    parts += [_pictures(found)]
+    parts += [table(kept)] if kept else []
+    text = "\n\n".join(parts)
+    return text.translate(ASCII).replace("±", "+-") if ascii_ else text
 
 
 def _rows(parameters: Mapping[str, object], names: Sequence[str], result: Run) -> list[Row]:
@@ -159,20 +152,36 @@ def _summary(match: Match, result: Run) -> str:
     )
 
 
-def _sweep(match: Match, found: Sequence[tuple[Mapping[str, object], Sequence[str], Run]]) -> str:
-    many = sum(result.episodes for _, _, result in found)
+def _sweep(match: Match, found: Sequence[Setting]) -> str:
+    many = sum(one.run.episodes for one in found)
     return f"{match.problem}: {len(found)} settings, {many:,} games of seed {match.seed}"
 
 
-def _pictures(found: Sequence[tuple[Mapping[str, object], Sequence[str], Run]]) -> list[str]:
+def _plot(found: Sequence[Setting]) -> str:
+    """The mean return of the first seat by setting, each with its interval."""
+    each = [one.run.earned[0].returns for one in found]
+    finite = [x for one in each for x in (one.low, one.mean, one.high) if np.isfinite(x)]
+    low, high = min(finite), max(finite)
+    scale = (WIDE - 1) / (high - low) if high > low else 0.0
+    wide = max(len(str(one)) for one in found)
+    rows = [f"mean return of {found[0].run.earned[0].seat}, {low:.4g} to {high:.4g}:"]
+    for setting, one in zip(found, each, strict=True):
+        ends = np.clip([one.low, one.mean, one.high], low, high)
+        start, middle, end = (round(float(x - low) * scale) for x in ends)
+        line = " " * start + "─" * (end - start + 1)
+        drawn = f"{line[:middle]}●{line[middle + 1 :]}"
+        rows.append(f"{setting!s:<{wide}}  {drawn:<{WIDE}}  {one.mean:.5g}")
+    return "\n".join(rows)
+
+
+def _pictures(found: Sequence[Setting]) -> str:
     """The returns of each seat as a row of bars."""
-    rows = []
-    for parameters, names, result in found:
-        for seat, name in enumerate(names):
-            told = " ".join(f"{key}={value}" for key, value in parameters.items())
-            bars, low, high = histogram(result.played.returns[:, seat])
-            rows.append(f"{low:>9.4g} {bars} {high:<9.4g} {told} {name}".rstrip())
-    return ["returns:\n" + "\n".join(rows)]
+    rows = ["returns:"]
+    for one in found:
+        for seat, name in enumerate(one.names):
+            bars, low, high = histogram(one.run.played.returns[:, seat])
+            rows.append(f"{low:>9.4g} {bars} {high:<9.4g} {one} {name}".rstrip())
+    return "\n".join(rows)
 
 
 def histogram(sample: Reals) -> tuple[str, float, float]:
@@ -191,19 +200,34 @@ def compared(  # noqa: PLR0913 - each is the caller's to choose
     decide: float | None,
     form: str = "",
     motion: bool = True,
-) -> str:
+) -> Printout:
     """Agents in the first seat on the same dice: what each earns, and every pair's difference."""
     if len(entrants) < 2:
         raise BadParameter(f"got {len(entrants)} agent, expected two or more to compare")
     parameters = pairs(match.settings, "--set")
     each = [seated(match, parameters, name) for name in entrants]
     since = time.monotonic()
-    with Bar(f"comparing {' and '.join(entrants)}", quiet=bool(form), motion=motion) as bar:
+    with (
+        Bar(f"comparing {' and '.join(entrants)}", quiet=bool(form), motion=motion) as bar,
+        engine(match.engine, match.workers) as (workers, executor),
+    ):
         result = compare(
             each[0].problem, [one.policies for one in each], episodes=episodes, decide=decide,
-            turns=match.turns, seed=match.seed, workers=match.workers,
-            executor=match.executor, progress=bar,
+            turns=match.turns, seed=match.seed, workers=workers, executor=executor, progress=bar,
         )  # fmt: skip
+    text = _compared(match, entrants, result, decide, form, time.monotonic() - since)
+    return told(text, result.short)
+
+
+def _compared(  # noqa: PLR0913, PLR0917
+    match: Match,
+    entrants: Sequence[str],
+    result: Comparison,
+    decide: float | None,
+    form: str,
+    seconds: float,
+) -> str:
+    """The comparison in this form."""
     rows = [
         _pair(entrants[one], entrants[other], difference)
         for (one, other), difference in result.differences.items()
@@ -220,11 +244,10 @@ def compared(  # noqa: PLR0913 - each is the caller's to choose
             }
         )
     if form == "csv":
-        return _csv(rows)
-    seconds = time.monotonic() - since
-    told = f"{match.problem}: {len(result.returns):,} games of seed {match.seed}, on the same dice"
-    tables = [_table(_earned(entrants, result.earned)), _table([_pair_for_people(r) for r in rows])]
-    return "\n\n".join([f"{told}; {seconds:.3g} s", *tables, *_verdict(entrants, result, decide)])
+        return csv_of(rows)
+    head = f"{match.problem}: {len(result.returns):,} games of seed {match.seed}, on the same dice"
+    tables = [table(_earned(entrants, result.earned)), table([_pair_for_people(r) for r in rows])]
+    return "\n\n".join([f"{head}; {seconds:.3g} s", *tables, *_verdict(entrants, result, decide)])
 
 
 def _earned(entrants: Sequence[str], earned: Sequence[Estimate]) -> list[Row]:
@@ -265,99 +288,3 @@ def _verdict(entrants: Sequence[str], result: Comparison, decide: float | None) 
         return [f"undecided after {len(result.returns):,} games"]
     better = entrants[0] if result.differences[0, 1].more.mean > 0 else entrants[1]
     return [f"decided: {better} earns more (wrong in at most {100 * decide:g} % of comparisons)"]
-
-
-def met(  # noqa: PLR0913 - each is the caller's to choose
-    match: Match,
-    entrants: Sequence[str],
-    *,
-    episodes: int,
-    kept: Path | None = None,
-    form: str = "",
-    motion: bool = True,
-) -> str:
-    """Everybody against everybody: the cross table, the standings, and the game this makes."""
-    if len({*entrants}) < len(entrants):
-        raise BadParameter("tournament: an entrant is named twice; each plays itself anyhow")
-    parameters = pairs(match.settings, "--set")
-    problem = problems.resolve(match.problem, parameters).problem
-    seats = range(len(problem.agents))
-    policies = {name: [_policy(problem, seat, name) for seat in seats] for name in entrants}
-    told = {"problem": match.problem, "parameters": parameters, "entrants": [*entrants],
-            "episodes": episodes, "turns": match.turns, "seed": match.seed}  # fmt: skip
-    played = Kept(kept, told) if kept else {}
-    with Bar(f"a tournament of {len(entrants)}", quiet=bool(form), motion=motion) as bar:
-        found = tournament(
-            problem, policies, episodes=episodes, turns=match.turns, seed=match.seed,
-            workers=match.workers, executor=match.executor, progress=bar, played=played,
-        )  # fmt: skip
-    if form == "json":
-        return dumps(told | {"table": found.table.tolist(), "standings": _standings(found)})
-    if form == "csv":
-        return _csv(_standings(found))
-    head = f"{match.problem}: {len(played)} seatings of {episodes:,} games of seed {match.seed}"
-    tables = [_table(_cross(found))] if len(seats) == 2 else []
-    return "\n\n".join([head, *tables, _table([_standing(row) for row in _standings(found)])])
-
-
-def _policy(problem: Problem, seat: int, name: str) -> Policy:
-    policy = seat_policy(problem, seat, name)
-    if policy is None:
-        raise BadParameter(f"{name}: a person cannot play so many games; name an agent")
-    return policy
-
-
-def _cross(found: Tournament) -> list[Row]:
-    """What the first seat and the second earn, the first seat's entrants as rows."""
-    rows: list[Row] = []
-    for name, paid in zip(found.entrants, found.table, strict=True):
-        row: Row = {"first seat": name}
-        for other, pair in zip(found.entrants, paid, strict=True):
-            row[other] = "{:.4g}, {:.4g}".format(*pair)
-        rows.append(row)
-    return rows
-
-
-def _standings(found: Tournament) -> list[Row]:
-    """The entrants, the best first."""
-    rows: list[Row] = []
-    for who in sorted(range(len(found.entrants)), key=lambda one: -found.earned[one].mean):
-        one = found.earned[who]
-        row: Row = {
-            "entrant": found.entrants[who], "mean return": one.mean, "standard error": one.error,
-            "low": one.low, "high": one.high,
-        }  # fmt: skip
-        if found.replies is not None:
-            row["best reply to it"] = found.entrants[found.replies[who]]
-        if found.equilibrium is not None and found.regrets is not None:
-            share = (found.equilibrium.first[who] + found.equilibrium.second[who]) / 2
-            row |= {"share in equilibrium": float(share), "regret": float(found.regrets[who])}
-        rows.append(row)
-    return rows
-
-
-def _standing(row: Row) -> Row:
-    told = {key: value for key, value in row.items() if key not in ("low", "high")}
-    told["mean return"] = f"{told['mean return']:.5g} ± {told.pop('standard error'):.2g}"
-    return told
-
-
-def _csv(rows: Sequence[Row]) -> str:
-    written = io.StringIO()
-    writer = csv.DictWriter(written, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return written.getvalue().rstrip("\n")
-
-
-def _table(rows: Sequence[Row]) -> str:
-    cells = [list(rows[0])] + [[_cell(value) for value in row.values()] for row in rows]
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    return "\n".join(
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in cells
-    )
-
-
-def _cell(value: object) -> str:
-    return f"{value:.5g}" if isinstance(value, float) else str(value)

@@ -2,10 +2,17 @@
 
 import sys
 import time
+from collections.abc import Callable
 from contextlib import ExitStack
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import (
+    BarColumn,
+    Progress,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 
 from dmplay.signals import WHOLE, leaving
 
@@ -35,10 +42,15 @@ class Bar(ExitStack):
             self.able = False
             return
         if self.drawn is None:
-            columns = TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()
+            words, left = TextColumn("{task.description}"), TextColumn("left")
+            columns = words, BarColumn(), TimeElapsedColumn(), TimeRemainingColumn(), left
             progress = Progress(*columns, console=Console(stderr=True), transient=True)
             self.enter_context(leaving())
             with WHOLE:  # the cursor is hidden and to be given back, or neither
                 self.drawn = self.enter_context(progress)
             self.drawn.add_task(self.what, total=1.0)
         self.drawn.update(self.drawn.task_ids[0], completed=share)
+
+    def part(self, number: int, many: int) -> Callable[[float], None]:
+        """What is told of one of so many equal parts of the work."""
+        return lambda share: self((number + share) / many)

@@ -8,22 +8,25 @@ from pathlib import Path
 
 from dmplay import __version__
 from dmplay.budget import watched
+from dmplay.core import Problem
 from dmplay.disk import user_folder
 from dmplay.finding import problems
 from dmplay.reports.progress import Bar
+from dmplay.reports.tables import table
 from dmplay.solutions.every import solution
+from dmplay.solutions.played import Wish, wished
 from dmplay.solutions.solution import Solution
 
 
-def cached(name: str, parameters: Mapping[str, object]) -> Solution:
+def cached(name: str, parameters: Mapping[str, object], wish: Wish) -> Solution:
     """The solution, kept in the user's cache folder by name, parameters and the code's state.
 
     That of a problem from elsewhere is found anew: its code may be another by now.
     """
     loaded = problems.resolve(name, parameters)
     if not problems.stem(loaded.problem):
-        return solution(loaded.problem)
-    made = [loaded.name, loaded.parameters, __version__, *_code()]
+        return _found(loaded.problem, wish)
+    made = [loaded.name, loaded.parameters, wish.episodes, wish.turns, __version__, *_code()]
     key = dumps(made, sort_keys=True, default=str)
     root = user_folder(os.environ, "XDG_CACHE_HOME", ".cache")
     file = root / "solve" / f"{hashlib.sha256(key.encode()).hexdigest()[:16]}.json"
@@ -31,12 +34,20 @@ def cached(name: str, parameters: Mapping[str, object]) -> Solution:
         return Solution(**loads(file.read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError):
         pass
-    found = solution(loaded.problem)
+    found = _found(loaded.problem, wish)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(dumps(found._asdict()), encoding="utf-8")
     except OSError:
         pass  # a solution that is not kept is found again
+    return found
+
+
+def _found(problem: Problem, wish: Wish) -> Solution:
+    """The solution, in which as much is simulated as was wished; refused where nothing is."""
+    with wished(wish):
+        found = solution(problem)
+    wish.check(found.method)
     return found
 
 
@@ -47,24 +58,18 @@ def _code() -> list[int]:
 
 def _told(name: str, found: Solution) -> str:
     """The solution for people: method, result and a table."""
-    columns = list(found.rows[0]) if found.rows else []
-    cells = [columns] + [[_cell(row[column]) for column in columns] for row in found.rows]
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    lines = [
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in cells
-    ]
-    return "\n".join([f"{name}: {found.method}", found.result, "", *lines])
-
-
-def _cell(value: object) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
+    return "\n".join([f"{name}: {found.method}", found.result, "", table(found.rows, 6)])
 
 
 def solved(
-    name: str, parameters: Mapping[str, object], *, json: bool = False, motion: bool = True
+    name: str,
+    parameters: Mapping[str, object],
+    wish: Wish,
+    *,
+    json: bool = False,
+    motion: bool = True,
 ) -> str:
     """The solution of a problem; while it is sought, how far that is."""
     with Bar(f"solving {name}", quiet=json, motion=motion) as bar, watched(bar):
-        found = cached(name, parameters)
+        found = cached(name, parameters, wish)
     return dumps({"problem": name} | found._asdict()) if json else _told(name, found)

@@ -1,14 +1,19 @@
 """What agents earn where nothing is solved."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
+from dmplay.blocks import Workers
 from dmplay.budget import between
 from dmplay.chance import Ints, Reals
 from dmplay.core import Policy, Problem
+from dmplay.errors import BadParameter
 from dmplay.finding.agents import adviser, agent, roster
 from dmplay.rollouts import rollout
 from dmplay.solutions.solution import Row, Solution
@@ -25,16 +30,50 @@ class Played(NamedTuple):
     turns: Ints  # [E]
 
 
+@dataclass
+class Wish:
+    """How much is to be simulated, by how many; what is None is as each solution has it."""
+
+    episodes: int | None = None
+    turns: int | None = None
+    workers: Workers = 1
+    met: bool = False  # whether anything was simulated
+
+    def check(self, told: str) -> None:
+        """Refuses a number of games or turns where nothing was simulated."""
+        for name in ("episodes", "turns"):
+            if getattr(self, name) is not None and not self.met:
+                raise BadParameter(f"--{name}: nothing is simulated here; {told}")
+
+
+_wish: ContextVar[Wish | None] = ContextVar("wish", default=None)
+
+
+@contextmanager
+def wished(wish: Wish) -> Iterator[None]:
+    """Has what is simulated meanwhile be simulated so."""
+    before = _wish.set(wish)
+    try:
+        yield
+    finally:
+        _wish.reset(before)
+
+
 def games(
     problem: Problem, policies: Sequence[Policy], *, episodes: int, turns: int | None
 ) -> Played:
-    """Games of one seed, some at a time."""
+    """Games of one seed, some at a time where one process plays them all."""
+    wish = _wish.get() or Wish()
+    wish.met = True
+    episodes, turns = wish.episodes or episodes, wish.turns or turns
+    at_a_time = AT_A_TIME if wish.workers == 1 else episodes
     parts = []
-    for first in range(0, episodes, AT_A_TIME):
-        many = min(AT_A_TIME, episodes - first)
+    for first in range(0, episodes, at_a_time):
+        many = min(at_a_time, episodes - first)
         with between(first / episodes, (first + many) / episodes):
             played = rollout(
-                problem, policies, episodes=many, seed=SEED, first=first, turns=turns
+                problem, policies, episodes=many, seed=SEED, first=first, turns=turns,
+                workers=wish.workers,
             )  # fmt: skip
         parts.append(Played(played.returns, played.turns))
     returns, lengths = zip(*parts, strict=True)
@@ -64,5 +103,5 @@ def simulation(problem: Problem, agents: Sequence[str] = ()) -> Solution:
         {"seat": player, "agent": name} | mean(played.returns[:, seat])
         for seat, (player, name) in enumerate(zip(problem.agents, names, strict=True))
     ]
-    told = f"{GAMES} games of seed {SEED}, {played.turns.mean():.4g} turns each"
+    told = f"{len(played.turns)} games of seed {SEED}, {played.turns.mean():.4g} turns each"
     return Solution("simulation of its agents: no exact solution is known here", told, rows)

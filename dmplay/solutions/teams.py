@@ -84,8 +84,8 @@ def hunt(problem: Problem) -> Solution:
         share = 0.7 / len(known)
         with between(0.3 + share * place, 0.3 + share * (place + 1)):
             sample = games(problem, seated, episodes=GAMES, turns=TURNS).returns[:, 0]
-        error = sample.std(ddof=1) / np.sqrt(GAMES)
-        teams.append(Team(name, float(sample.mean()), f"{GAMES} games, +- {error:.2g}"))
+        error = sample.std(ddof=1) / np.sqrt(len(sample))
+        teams.append(Team(name, float(sample.mean()), f"{len(sample)} games, +- {error:.2g}"))
     rows = [one._asdict() for one in sorted(teams, key=lambda one: -one.value)]
     told = (
         f"mean {q.max(axis=1).mean():.6g} over {len(q)} states: no team that does not see has more"

@@ -38,6 +38,7 @@ NAMES = Kind('names, such as {"agent": "human"}', _named)
 ORIGIN = Kind("what its problem came from", lambda value: isinstance(value, str))
 VALUES = Kind('values, such as {"slip": 0.2}', lambda value: isinstance(value, dict))
 WHOLE = Kind("a whole number, such as 7", lambda value: type(value) is int and value >= 0)
+PLAYER = Kind('who plays, such as "Ada"', lambda value: isinstance(value, str))
 FLAG = Kind("true or false", lambda value: type(value) is bool)
 STRICT = Kind('true or false, or "hints"', lambda value: value == "hints" or FLAG.holds(value))
 
@@ -57,6 +58,7 @@ class Header:
     reveal: Annotated[bool, FLAG] = False  # the players saw what is hidden
     branched: Annotated[int | None, WHOLE] = None  # the turn from which another game was gone on
     peeked: Annotated[bool, FLAG] = False  # what is hidden was shown, and the game gone on with
+    player: Annotated[str, PLAYER] = ""  # who says to be the person
 
     @property
     def dice(self) -> Dice:

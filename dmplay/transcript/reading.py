@@ -134,7 +134,7 @@ def parse(raw: bytes, path: str = "transcript") -> Transcript:
         if block.kind in ("dmplay", "end") or opening != (place == 0):
             expected = "a turn, an undo or a reroll" if place else "the opening, 'turn: 0'"
             raise BadTranscript(path, block.line, None, f"got {block.kind}, expected {expected}")
-    told = _header(header, path)
+    told = header_of(header, path)
     barred = EVENTS if told.strict == "hints" else BACK if told.strict else ()
     for block in rest:
         if block.kind in barred:
@@ -242,8 +242,8 @@ def _ordered(block: Block, path: str) -> tuple[str, ...]:
     return block.keys
 
 
-def _header(block: Block, path: str) -> Header:
-    """The header that a block holds."""
+def header_of(block: Block, path: str) -> Header:
+    """The header that a block holds; raises BadTranscript where it is none."""
     _told(block, path, "dmplay", FORMAT)
     told = {line.field: _told(block, path, line.key, line.kind, line.default) for line in LINES}
     return Header(**told)

@@ -1,5 +1,5 @@
 """How fast it is: `python -m tests.benchmarks [start] [keys] [batch] [long] [bots] [loops]
-[--runs N]`; how well agents play:
+[honest] [--runs N]`; how well agents play:
 `python -m tests.benchmarks league [--problem NAME] [--agent NAME] [--games N]`.
 
 Every number is a median of runs that take turns with one another, so that a busy moment of the
@@ -11,7 +11,7 @@ import compileall
 from pathlib import Path
 
 import dmplay
-from tests.benchmarks import batch, bots, keys, league, long, loops, start
+from tests.benchmarks import batch, bots, honest, keys, league, long, loops, start
 
 PARTS = {
     "start": start.report,
@@ -20,8 +20,9 @@ PARTS = {
     "long": long.report,
     "bots": bots.report,
     "loops": loops.report,
+    "honest": honest.report,
 }
-RUNS = {"start": 15, "keys": 60, "batch": 7, "long": 3, "bots": 3, "loops": 7}
+RUNS = {"start": 15, "keys": 60, "batch": 7, "long": 3, "bots": 3, "loops": 7, "honest": 400}
 
 
 def main() -> None:
@@ -33,9 +34,10 @@ def main() -> None:
     parser.add_argument(
         "--games", type=int, default=league.GAMES, help="of each agent of the league"
     )
+    parser.add_argument("--workers", type=int, default=1, help="of the league")
     wanted = parser.parse_args()
     if wanted.part == ["league"]:
-        league.report(wanted.games, wanted.problem, wanted.agent)
+        league.report(wanted.games, wanted.problem, wanted.agent, wanted.workers)
         return
     unknown = set(wanted.part) - set(PARTS)
     if unknown:

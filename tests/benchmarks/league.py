@@ -1,24 +1,26 @@
 """The league: what every agent earns, beside the best that is known.
 
-`python -m tests.benchmarks league [--problem NAME ...] [--agent NAME ...] [--games N]`. A seat that
-is not measured is held by the problem's usual partner; in a team every seat is held alike. Agents
-that take their time play fewer games, as is said. `dmplay guide league` tells how it went: what is
-printed here is written into `dmplay/guide/80-league.md`.
+`python -m tests.benchmarks league [--problem NAME ...] [--agent NAME ...] [--games N]
+[--workers N]`, by what `dmplay run` and `dmplay tournament` call. A seat that is not measured is
+held by the problem's usual partner; in a team every seat is held alike. Agents that take their
+time play fewer games, as is said. `dmplay guide league` tells how it went: what is printed here is
+written into `dmplay/guide/80-league.md`.
 """
 
 import math
-import time
 from collections.abc import Iterator
 from typing import NamedTuple
 
-import numpy as np
-
 import dmplay
-from dmplay.core import Policy, Problem
+from dmplay.blocks import Workers
+from dmplay.core import Problem
 from dmplay.errors import DmplayError
 from dmplay.finding.agents import roster
 from dmplay.finding.names import problem_names
-from dmplay.rollouts import rollout
+from dmplay.measure.estimate import estimate
+from dmplay.measure.running import run
+from dmplay.reports.match import Match
+from dmplay.reports.tournaments import met
 from tests.benchmarks.known import Known, best_known, best_team
 
 GAMES = 10_000
@@ -26,6 +28,7 @@ MORE = 10  # times more games of an agent whose number is known
 RARE = {"collision-avoidance": 2}  # times more still, where it takes many games to see a collision
 FEWER = {"expectimax": 100, "search": 10, "axelrod": 10, "chase-belief": 10, "qmdp": 10}
 ENDLESS = ("crying-baby", "predator-prey", "multicaregiver-crying-baby")  # solved without end
+MATCHES = ("prisoners-dilemma", "rock-paper-scissors", "travelers-dilemma")  # all meet all
 TEAMS = ("multicaregiver-crying-baby", "collaborative-predator-prey")
 EACH = ("predator-prey", "multicaregiver-crying-baby")  # whose seats differ
 TURNS = {"mountain-car": 200} | dict.fromkeys(ENDLESS, 150)
@@ -61,7 +64,7 @@ class Standing(NamedTuple):
     def apart(self, known: Known) -> float:
         """How many standard errors the mean is from the number that is known."""
         off = abs(self.mean - known.number)
-        return off / self.error if self.error else math.inf if off > 1e-9 else 0.0
+        return 0.0 if off < 1e-9 else off / self.error if self.error else math.inf
 
 
 def tables(names: list[str]) -> Iterator[Table]:
@@ -82,26 +85,24 @@ def measured(name: str, agents: int) -> Iterator[tuple[int, ...]]:
         yield tuple(range(agents))
 
 
-def standing(table: Table, agent: str, games: int) -> Standing | None:
+def standing(table: Table, agent: str, games: int, workers: Workers = 1) -> Standing | None:
     """What an agent earns; None where it does not fit."""
     name, problem, seats, known = table
     try:
-        seated: list[Policy] = [
+        seated = [
             dmplay.agent(problem, i, agent if i in seats else roster(problem, i).partner)
             for i in range(len(problem.agents))
         ]
     except DmplayError:
         return None
-    fewer = FEWER.get(agent, 1)
     more = MORE * RARE.get(name, 1) if agent == known.agent else 1
-    many = max(10, games * more // fewer)
-    turns = TURNS.get(name, problem.horizon)
-    began = time.perf_counter()
-    found = rollout(problem, seated, episodes=many, turns=turns, seed=SEED).returns
-    spent = time.perf_counter() - began
-    paid = found[:, seats[:1] if problem.shared_reward else seats].sum(axis=1)
-    error = float(paid.std(ddof=1) / math.sqrt(many))
-    return Standing(agent, float(paid.mean()), 0.0 if np.ptp(paid) == 0 else error, many, spent)
+    found = run(
+        problem, seated, episodes=max(10, games * more // FEWER.get(agent, 1)),
+        turns=TURNS.get(name, problem.horizon), seed=SEED, workers=workers,
+    )  # fmt: skip
+    earned = found.played.returns[:, seats[:1] if problem.shared_reward else seats]
+    paid = estimate(earned.sum(axis=1))
+    return Standing(agent, paid.mean, paid.error, found.episodes, found.seconds)
 
 
 def verdict(known: Known, rows: list[Standing]) -> str:
@@ -114,14 +115,17 @@ def verdict(known: Known, rows: list[Standing]) -> str:
     return ""
 
 
-def report(games: int, problems: list[str], agents: list[str]) -> None:
-    """Prints the standings of each game, the best agent first, and the verdict."""
+def report(games: int, problems: list[str], agents: list[str], workers: Workers = 1) -> None:
+    """Prints the standings of each game, the best agent first, and the verdict.
+
+    Where all meet all, their tournament too.
+    """
     for table in tables(problems):
         known = table.known
         print(f"\n{table}")
         print(f"  {'best known':<24}{known.number:>12.4g}{'':>10}  {known.source}")
-        fit = roster(table.problem).agents
-        found = (standing(table, agent, games) for agent in fit if not agents or agent in agents)
+        fit = [one for one in roster(table.problem).agents if not agents or one in agents]
+        found = (standing(table, agent, games, workers) for agent in fit)
         rows = sorted(filter(None, found), key=lambda one: -one.mean)
         for one in rows:
             print(
@@ -129,3 +133,7 @@ def report(games: int, problems: list[str], agents: list[str]) -> None:
                 f"  {one.games} games, {one.seconds:.1f} s"
             )
         print(f"  {verdict(known, rows)}", flush=True)
+        quick = [one for one in fit if one not in FEWER]
+        if table.name in MATCHES and len(quick) > 1:
+            match = Match(table.name, seed=SEED, workers=workers)
+            print(met(match, quick, episodes=games // MORE).text, flush=True)

@@ -9,8 +9,8 @@ import pytest
 
 import dmplay
 from dmplay.blocks import done
-from dmplay.errors import BadParameter, LostGames, UnknownName
-from dmplay.rollouts import Rollout, rollout
+from dmplay.errors import BadParameter, UnknownName
+from dmplay.rollouts import Interrupted, Lost, Rollout, rollout, rollouts
 
 HEX = dmplay.load("hexworld")
 WALKER = [dmplay.agent(HEX, 0, "optimal")]
@@ -68,13 +68,27 @@ def test_what_an_engine_loses_is_done_again() -> None:
 
 
 def test_what_is_lost_three_times_is_named_and_the_rest_is_told() -> None:
-    with pytest.raises(LostGames, match=r"games 0 to \d+ were lost: a worker went away") as lost:
+    with pytest.raises(Lost, match=r"games 0 to \d+ were lost: a worker went away") as lost:
         rollout(HEX, WALKER, episodes=200, seed=5, workers=4, executor=Losing(game=0))
     ((first, end),) = lost.value.blocks
-    rest = lost.value.rest
     assert first == 0
-    assert isinstance(rest, Rollout)
+    (rest,), games = lost.value.rest
     assert same(rest, WHOLE, first=end)
+    assert games.tolist() == [*range(end, 200)]
+
+
+def test_what_was_played_before_an_interruption_is_kept_of_all_who_played() -> None:
+    def stop(share: float) -> None:
+        if share > 0.4:
+            raise KeyboardInterrupt
+
+    both = [WALKER, [dmplay.agent(HEX, 0, "random")]]
+    with ThreadPoolExecutor(1) as thread, pytest.raises(Interrupted) as stopped:
+        rollouts(HEX, both, episodes=200, seed=5, workers=4, executor=thread, progress=stop)
+    (one, other), games = stopped.value.rest
+    assert 0 < len(games) < 200
+    assert np.array_equal(one.returns, WHOLE.returns[games])
+    assert len(other.returns) == len(games)
 
 
 def test_an_error_of_the_work_is_raised_as_it_was_and_at_once() -> None:

@@ -2,19 +2,25 @@
 
 import csv
 import json
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import dmplay
 from dmplay.cli.errands import understood
-from dmplay.core import exact_start
 from dmplay.errors import BadParameter
+from dmplay.game.checking import check
+from dmplay.game.errand import Printout
 from dmplay.measure.comparing import compare
 from dmplay.measure.running import run
+from dmplay.reports import match
 from dmplay.reports.measuring import histogram
-from dmplay.solvers import value_iteration
-from dmplay.tabular import tabulate
+from dmplay.rollouts import rollout
+from dmplay.transcript.reading import read
+from tests.benchmarks import honest
 
 HEX = dmplay.load("hexworld")
 
@@ -25,17 +31,12 @@ def ran(*words: str) -> str:
     return told
 
 
-def value() -> float:
-    """What the optimum is worth over the start states of hex world."""
-    q = value_iteration.optimal(tabulate(HEX), HEX.discount)
-    probabilities, starts = exact_start(HEX)
-    return float(probabilities @ q[HEX.index(starts)].max(axis=1))
-
-
 def test_intervals_hold_the_exact_value_as_often_as_they_say() -> None:
-    optimal, exact = [dmplay.agent(HEX, 0, "optimal")], value()
-    runs = [run(HEX, optimal, episodes=100, seed=seed).earned[0].returns for seed in range(60)]
-    assert 0.9 <= np.mean([one.low <= exact <= one.high for one in runs]) <= 1.0
+    case = next(honest.cases())
+    assert case.name == "hexworld"
+    single, paired = honest.held(case, runs=40, episodes=100)
+    assert 0.9 <= single <= 1.0
+    assert 0.9 <= paired <= 1.0
 
 
 def test_games_are_played_until_the_error_is_small() -> None:
@@ -92,6 +93,67 @@ def test_an_agent_is_never_decided_to_be_better_than_itself() -> None:
     assert len(found.returns) == 500
 
 
+def test_a_sweep_is_drawn_with_its_intervals() -> None:
+    told = ran("run", "hexworld", "--set", "slip=0,0.3", "--episodes", "50", "--seed", "1")
+    head, *rows = told[told.index("mean return of agent") :].splitlines()[:3]
+    assert head.startswith("mean return of agent, ")
+    assert [row.split()[0] for row in rows] == ["slip=0", "slip=0.3"]
+    assert rows[0].index("●") > rows[1].index("●")
+    ascii_ = ran("run", "hexworld", "--set", "slip=0,0.3", "--episodes", "50", "--ascii")
+    assert ascii_.isascii()
+
+
+def test_games_of_a_run_are_kept_and_are_those_of_its_rows(tmp_path: Path) -> None:
+    words = ["run", "hexworld", "--agent", "random", "--turns", "9", "--episodes", "30", "--seed"]
+    words += ["4", "--record", str(tmp_path / "kept"), "--every", "20", "--worst", "1", "--best"]
+    kept = json.loads(ran(*words, "2", "--json"))["kept"]
+    returns = rollout(HEX, [dmplay.agent(HEX, 0, "random")], episodes=30, turns=9, seed=4).returns
+    assert [row["why"] for row in kept] == ["worst", "best", "best", "every", "every"]
+    numbers = [int(Path(row["kept"]).stem.partition("-")[2]) for row in kept]
+    assert numbers[-2:] == [0, 20]
+    assert [row["return"] for row in kept] == returns[numbers, 0].tolist()
+    assert returns[numbers[0], 0] == returns.min()
+    assert returns[numbers[1], 0] == returns.max()
+    for number, row in zip(numbers, kept, strict=True):
+        assert check(Path(row["kept"])).ok
+        end = read(row["kept"]).end
+        assert end
+        told = end["end"]
+        assert isinstance(told, dict)
+        assert told["return"]["agent"] == pytest.approx(returns[number, 0])
+
+
+def test_a_run_of_so_many_turns_is_played_as_a_game_of_so_many(tmp_path: Path) -> None:
+    words = ["run", "catch", "--agent", "optimal", "--turns", "3", "--episodes", "2", "--record"]
+    (row,) = json.loads(ran(*words, str(tmp_path / "a"), "--best", "1", "--json"))["kept"]
+    assert read(row["kept"]).header.seats == {"agent": "optimal:horizon=3"}
+
+
+def test_an_interruption_tells_what_was_played() -> None:
+    def stop(share: float) -> None:
+        if share > 0.4:
+            raise KeyboardInterrupt
+
+    optimal, other = ([dmplay.agent(HEX, 0, name)] for name in ("optimal", "random"))
+    with ThreadPoolExecutor(1) as thread:
+        many: dict[str, Any] = {"episodes": 200, "seed": 5, "workers": 4, "executor": thread}
+        found = run(HEX, optimal, progress=stop, **many)
+        both = compare(HEX, [optimal, other], progress=stop, **many)
+    assert (found.short, both.short) == ("interrupted", "interrupted")
+    whole = rollout(HEX, optimal, episodes=200, seed=5)
+    assert 0 < found.episodes < 200
+    assert np.array_equal(found.played.returns, whole.returns[found.games])
+    assert 0 < len(both.returns) < 200
+
+
+def test_a_report_that_was_cut_short_says_so() -> None:
+    assert match.told("text", "") == Printout("text")
+    stopped = match.told("text", "interrupted")
+    assert (stopped.text, stopped.code) == ("text", 130)
+    assert stopped.errors == "interrupted: this is what was played by then"
+    assert match.told("text", "games 0 to 9 were lost: why").code == 1
+
+
 def test_a_histogram_shows_where_returns_lie() -> None:
     assert histogram(np.array([0.0, 0.0, 1.0])) == ("█          ▄", 0.0, 1.0)
     assert histogram(np.array([2.0, 2.0])) == ("█           ", 2.0, 2.0)
@@ -106,6 +168,9 @@ def test_a_histogram_shows_where_returns_lie() -> None:
         (["run", "hexworld", "--workers", "many"], "--workers: got 'many', expected auto or a"),
         (["run", "hexworld", "--json", "--csv"], "--json and --csv: expected one of them"),
         (["run", "hexworld", "--executor", "no:thing"], "--executor: got 'no:thing', expected"),
+        (["run", "hexworld", "--worst", "1"], "--every, --worst and --best: expected --record DIR"),
+        (["run", "hexworld", "--record", "x"], "--record: expected --every N, --worst N or --best"),
+        (["run", "hexworld", "--record", ".", "--best", "1"], "--record: . is not empty; name an"),
         (["compare", "hexworld", "optimal"], "got 1 agent, expected two or more to compare"),
         (["compare", "hexworld", "a", "b"], "unknown agent 'a'"),
         (

@@ -1,6 +1,11 @@
 """Tournaments: every seating on the same dice, kept, and the game that they make."""
 
 import json
+import os
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +17,30 @@ from dmplay.core import Policy
 from dmplay.errors import BadParameter
 from dmplay.measure.tournament import Played, Tournament, tournament
 from dmplay.reports.kept import Kept
+from tests.support.programs import run
+from tests.support.terminals import clean_environment
 
 DILEMMA = dmplay.load("prisoners-dilemma")
+ROCK = """
+import numpy as np
+
+class Rock:
+    draws = 0
+    def __init__(self, problem, seat): pass
+    def begin(self, observation): return (np.zeros(len(observation)),)
+    def update(self, memory, percept): return memory
+    def choose(self, memory, legal, u): return np.zeros(len(u), int)
+    def values(self, memory): return None
+"""
+BOT = """
+import json, sys
+for line in sys.stdin:
+    said = json.loads(line)
+    if said["type"] == "hello":
+        print(json.dumps({"type": "hello", "protocol": 1}), flush=True)
+    elif said["type"] == "act":
+        print(json.dumps({"type": "act", "id": said["id"], "action": "paper"}), flush=True)
+"""
 WORDS = ["tournament", "prisoners-dilemma", "grim", "always-defect", "--turns", "5"]
 
 
@@ -67,6 +94,56 @@ def test_a_tournament_is_told_as_data(monkeypatch: pytest.MonkeyPatch, tmp_path:
     best, other = json.loads(told)["standings"]
     assert (best["entrant"], best["mean return"], best["regret"]) == ("grim", -10.5, 0.0)
     assert other["best reply to it"] == "always-defect"
+
+
+def test_the_exact_equilibrium_is_met_by_all() -> None:
+    nash = policies("nash")["nash"]
+    found = tournament(DILEMMA, policies("grim", "always-defect"), exact=nash, episodes=3, turns=5)
+    assert found.exact is not None
+    assert [one.mean for one in found.exact] == [1.0, 0.0]  # who cooperates once loses a year
+    words = ["tournament", "rock-paper-scissors", "random", "beat-last", "--turns", "2", "--json"]
+    rows = json.loads(str(understood([*words, "--episodes", "3"])))
+    assert rows["equilibrium"] == "nash"
+    assert all("exact regret" in row for row in rows["standings"])
+
+
+def test_a_tournament_that_is_interrupted_tells_what_was_played() -> None:
+    told: list[float] = []
+
+    def stop(share: float) -> None:
+        told.append(share)
+        if share > 0.3:
+            raise KeyboardInterrupt
+
+    entrants = policies("grim", "always-defect")
+    found = tournament(DILEMMA, entrants, episodes=3, turns=5, progress=stop)
+    assert found.short == "interrupted"
+    assert found.table[0, 0].tolist() == [-5, -5]
+    assert np.isnan(found.table[1, 1]).all()
+    assert (found.equilibrium, found.exact) == (None, None)
+
+
+@pytest.mark.slow
+def test_programs_and_files_enter_and_a_killed_tournament_goes_on(tmp_path: Path) -> None:
+    (tmp_path / "rock.py").write_text(ROCK)
+    (tmp_path / "bot.py").write_text(BOT)
+    entrants = ["nash", "./rock.py:Rock", f"bot:{sys.executable} bot.py"]
+    words = ["tournament", "rock-paper-scissors", *entrants, "--episodes", "40", "--turns", "20"]
+    whole = run(tmp_path, *words, "--workers", "2", "--csv")
+    assert whole.returncode == 0, whole.stderr
+    world = clean_environment(tmp_path)
+    killed = subprocess.Popen(
+        [sys.executable, "-m", "dmplay", *words, "-o", "cup"], cwd=tmp_path, env=world,
+        stdout=subprocess.DEVNULL, start_new_session=True,
+    )  # fmt: skip
+    cup = tmp_path / "cup"
+    while killed.poll() is None and not (cup.exists() and cup.read_text().count("seats") > 2):
+        time.sleep(0.01)
+    os.killpg(killed.pid, signal.SIGKILL)
+    killed.wait()
+    assert 2 < cup.read_text().count('"seats"') < 16
+    again = run(tmp_path, *words, "-o", "cup", "--csv")
+    assert again.stdout == whole.stdout
 
 
 def test_three_who_hunt_have_a_table_for_each_seat() -> None:

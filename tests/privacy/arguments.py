@@ -114,6 +114,8 @@ OUTSIDE: Mapping[str, Sequence[str]] = {
     "solve": ("rock-paper-scissors",),
     "run": ("{problem} --episodes 3 --turns 2 --agent random --json",),
     "tournament": ("rock-paper-scissors nash random --episodes 3 --turns 2",),
+    "assign": ("{problem} --seeds 1 -o walks --force",),
+    "grade": ("{file}", "{file} --json", ". --csv"),
     "convert": ("crying-baby -o out.pomdp --force",),
     "compare": ("{problem} random random --episodes 3 --turns 2 --csv",),
     "figure": ("F.2", ""),

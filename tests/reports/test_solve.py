@@ -8,6 +8,8 @@ import pytest
 
 import dmplay
 from dmplay.budget import watched
+from dmplay.cli.errands import understood
+from dmplay.errors import BadParameter
 from dmplay.solutions import played, teams
 from dmplay.solutions.every import solution
 from tests.support.blocks import TIGER
@@ -169,3 +171,15 @@ def test_a_problem_from_elsewhere_is_solved_as_it_stands_now(tmp_path: Path) -> 
     assert "./tiger.py:Tiger: alpha vectors, 10 turns\n" in before
     code.write_text(TIGER.replace("-100", "-10"))
     assert run(tmp_path, "solve", "./tiger.py:Tiger").stdout != before
+
+
+def test_what_is_simulated_is_as_many_games_and_turns_as_wished(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    words = ["solve", "2048", "--episodes", "8", "--turns", "5"]
+    told = str(understood([*words, "--json"]))
+    assert json.loads(told)["result"] == "8 games of seed 1, 5 turns each"
+    assert told == understood([*words, "--json", "--workers", "auto"])
+    with pytest.raises(BadParameter, match="--episodes: nothing is simulated here; value iter"):
+        understood(["solve", "hexworld", "--episodes", "8"])

@@ -15,7 +15,7 @@ from dmplay.words.completion.problem import agents, parameters, seats
 OPTIONS = (
     "--variant", "--set", "--seed", "--episode", "--agent", "--vs", "--seat", "--turns", "--record",
     "--frames", "--force", "--reveal", "--strict",
-    "--strict=hints",
+    "--strict=hints", "--player", "--assignment",
 )  # fmt: skip
 EXPORT = (*(f"--{name}" for name in FORMATS), "--at", "--output", "--peek")
 

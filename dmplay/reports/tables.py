@@ -1,0 +1,32 @@
+"""Rows as a table for people, or as comma-separated values for programs."""
+
+import csv
+import io
+from collections.abc import Sequence
+
+from dmplay.solutions.solution import Row
+
+
+def table(rows: Sequence[Row], digits: int = 5) -> str:
+    """The rows under the names of their columns, which are those of the first."""
+    cells = [list(rows[0])] if rows else []
+    cells += [[cell(value, digits) for value in row.values()] for row in rows]
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    return "\n".join(
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in cells
+    )
+
+
+def cell(value: object, digits: int = 5) -> str:
+    """A value as it stands in a table."""
+    return f"{value:.{digits}g}" if isinstance(value, float) else str(value)
+
+
+def csv_of(rows: Sequence[Row]) -> str:
+    """The rows as comma-separated values, their names first."""
+    written = io.StringIO()
+    writer = csv.DictWriter(written, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return written.getvalue().rstrip("\n")

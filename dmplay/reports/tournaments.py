@@ -1,0 +1,119 @@
+"""Everybody against everybody, for people and programs: `tournament`."""
+
+from collections.abc import Sequence
+from json import dumps
+from pathlib import Path
+
+import numpy as np
+
+from dmplay.core import Policy, Problem
+from dmplay.errors import BadParameter
+from dmplay.finding import agents, problems
+from dmplay.game.errand import Printout
+from dmplay.game.request import pairs
+from dmplay.measure.engines import engine
+from dmplay.measure.tournament import Tournament, tournament
+from dmplay.reports.kept import Kept
+from dmplay.reports.match import Match, policy, told
+from dmplay.reports.progress import Bar
+from dmplay.reports.tables import csv_of, table
+from dmplay.solutions.solution import Row
+
+EXACT = ("equilibrium", "nash")  # agents that are one, where a problem has them
+
+
+def met(  # noqa: PLR0913 - each is the caller's to choose
+    match: Match,
+    entrants: Sequence[str],
+    *,
+    episodes: int,
+    kept: Path | None = None,
+    form: str = "",
+    motion: bool = True,
+) -> Printout:
+    """Everybody against everybody: the cross table, the standings, and the game this makes."""
+    if len({*entrants}) < len(entrants):
+        raise BadParameter("tournament: an entrant is named twice; each plays itself anyhow")
+    parameters = pairs(match.settings, "--set")
+    problem = problems.resolve(match.problem, parameters).problem
+    seats = range(len(problem.agents))
+    policies = {name: _side(problem, name, match) for name in entrants}
+    facts = {"problem": match.problem, "parameters": parameters, "entrants": [*entrants],
+             "episodes": episodes, "turns": match.turns, "seed": match.seed}  # fmt: skip
+    played = Kept(kept, facts) if kept else {}
+    exact = _exact(problem)
+    with (
+        Bar(f"a tournament of {len(entrants)}", quiet=bool(form), motion=motion) as bar,
+        engine(match.engine, match.workers) as (workers, executor),
+    ):
+        found = tournament(
+            problem, policies, exact=_side(problem, exact, match) if exact else None,
+            episodes=episodes, turns=match.turns, seed=match.seed, workers=workers,
+            executor=executor, progress=bar, played=played,
+        )  # fmt: skip
+    if form == "json":
+        table_ = np.where(np.isnan(found.table), None, found.table).tolist()  # type: ignore[call-overload]
+        rest = {"table": table_, "equilibrium": exact, "standings": _standings(found)}
+        return told(dumps(facts | rest), found.short)
+    if form == "csv":
+        return told(csv_of(_standings(found)), found.short)
+    many = len(entrants) ** len(seats)
+    head = f"{match.problem}: {many} seatings of {episodes:,} games of seed {match.seed}"
+    parts = [head, *([table(_cross(found))] if len(seats) == 2 else [])]
+    parts.append(table([_standing(row) for row in _standings(found)]))
+    if found.exact:
+        parts.append(f"exact regret: against {exact}, an equilibrium of the problem itself")
+    return told("\n\n".join(parts), found.short)
+
+
+def _side(problem: Problem, name: str, match: Match) -> list[Policy]:
+    """An entrant for every seat."""
+    return [policy(problem, seat, name, match) for seat in range(len(problem.agents))]
+
+
+def _exact(problem: Problem) -> str:
+    """The agent that plays an equilibrium of the problem itself; '' where none is known."""
+    if len(problem.agents) != 2 or problem.hidden:
+        return ""
+    known = [agents.roster(problem, seat).agents for seat in (0, 1)]
+    return next((name for name in EXACT if all(name in one for one in known)), "")
+
+
+def _cross(found: Tournament) -> list[Row]:
+    """What the first seat and the second earn, the first seat's entrants as rows."""
+    rows: list[Row] = []
+    for name, paid in zip(found.entrants, found.table, strict=True):
+        row: Row = {"first seat": name}
+        for other, pair in zip(found.entrants, paid, strict=True):
+            row[other] = "-" if np.isnan(pair).any() else "{:.4g}, {:.4g}".format(*pair)
+        rows.append(row)
+    return rows
+
+
+def _standings(found: Tournament) -> list[Row]:
+    """The entrants, the best first."""
+    rows: list[Row] = []
+    for who in sorted(range(len(found.entrants)), key=lambda one: -found.earned[one].mean):
+        one = found.earned[who]
+        row: Row = {
+            "entrant": found.entrants[who], "mean return": one.mean, "standard error": one.error,
+            "low": one.low, "high": one.high,
+        }  # fmt: skip
+        if found.replies is not None:
+            row["best reply to it"] = found.entrants[found.replies[who]]
+        if found.equilibrium is not None and found.regrets is not None:
+            share = (found.equilibrium.first[who] + found.equilibrium.second[who]) / 2
+            row |= {"share in equilibrium": float(share), "regret": float(found.regrets[who])}
+        if found.exact is not None:
+            lost = found.exact[who]
+            row |= {"exact regret": lost.mean, "exact error": lost.error}
+        rows.append(row)
+    return rows
+
+
+def _standing(row: Row) -> Row:
+    shown = {key: value for key, value in row.items() if key not in ("low", "high")}
+    shown["mean return"] = f"{shown['mean return']:.5g} ± {shown.pop('standard error'):.2g}"
+    if "exact regret" in shown:
+        shown["exact regret"] = f"{shown['exact regret']:.4g} ± {shown.pop('exact error'):.2g}"
+    return shown

@@ -1,0 +1,118 @@
+"""Whether intervals hold the truth as often as they say, and a decision errs as seldom.
+
+`python -m tests.benchmarks honest [--runs N]`: of so many seeds, in how many the 95 % interval of
+`run` and of `compare` holds the exact value, and how often `compare --decide` finds one of two
+equals better. What the second agent of a comparison is worth is exact too.
+"""
+
+from collections.abc import Iterator
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+import dmplay
+from dmplay.belief import prior
+from dmplay.core import Policy, Problem
+from dmplay.measure.comparing import compare
+from dmplay.measure.estimate import always
+from dmplay.rollouts import rollout
+from dmplay.tabular import tabulate
+from tests.benchmarks.known import best_known
+
+EPISODES, LOOKS = 400, 2000  # games of a run; of a comparison that is looked at again and again
+ENDLESS = 120  # turns after which what is left of a discount of 0.9 is nothing
+
+
+class Case(NamedTuple):
+    """A problem, an agent that earns a known mean, and one that earns another."""
+
+    name: str
+    agent: str
+    exact: float
+    other: str
+    worth: float
+    turns: int | None = None
+
+    @property
+    def problem(self) -> Problem:
+        """The problem itself."""
+        return dmplay.load(self.name)
+
+    def seated(self, name: str) -> list[Policy]:
+        """The agent in the one seat."""
+        return [policy(self.name, name)]
+
+
+@cache
+def policy(problem: str, name: str) -> Policy:
+    """An agent, made once."""
+    return dmplay.agent(dmplay.load(problem), 0, name)
+
+
+def cases() -> Iterator[Case]:
+    """Four problems of one agent; the second agent is `random`, whose mean is a chain's."""
+    for name, turns in (
+        ("hexworld", ENDLESS),
+        ("machine-replacement", None),
+        ("catch", None),
+        ("crying-baby", ENDLESS),
+    ):
+        problem = dmplay.load(name)
+        known = best_known(name, problem, 0)
+        many = turns or problem.horizon or 0
+        yield Case(name, "optimal", known.number, "random", at_random(problem, many), turns)
+
+
+def at_random(problem: Problem, turns: int) -> float:
+    """What uniform actions earn from the start, by the tables."""
+    tables = tabulate(problem)
+    moves = tables.transition.mean(axis=1)
+    paid = tables.rewards[..., 0].mean(axis=1)
+    values = np.zeros(len(paid))
+    for _ in range(turns):
+        values = paid + problem.discount * moves @ values
+    return float(prior(problem) @ values)
+
+
+def held(case: Case, runs: int, episodes: int = EPISODES) -> tuple[float, float]:
+    """The share of seeds in which the intervals of `run` and `compare` hold the exact value."""
+    single = paired = 0
+    for seed in range(runs):
+        found = compare(
+            case.problem, [case.seated(case.agent), case.seated(case.other)],
+            episodes=episodes, turns=case.turns, seed=seed,
+        )  # fmt: skip
+        one, more = found.earned[0], found.differences[0, 1].more  # the first as of `run`
+        single += one.low <= case.exact <= one.high
+        paired += more.low <= case.exact - case.worth <= more.high
+    return single / runs, paired / runs
+
+
+def errs(case: Case, runs: int, share: float = 0.05) -> float:
+    """How often the decision finds a difference where none is: an agent against its own mean."""
+    wrong = 0
+    for seed in range(runs):
+        returns = rollout(
+            case.problem, case.seated(case.agent), episodes=LOOKS, turns=case.turns, seed=seed,
+            keep=["returns"],
+        ).returns[:, 0]  # fmt: skip
+        many = 50
+        while many <= LOOKS:
+            found = always(returns[:many] - case.exact, share)
+            if not found.low <= 0.0 <= found.high:
+                wrong += 1
+                break
+            many += max(50, many // 4)
+    return wrong / runs
+
+
+def report(runs: int) -> None:
+    """Prints the shares, which are to be 93 to 97 % and at most 5 %."""
+    for case in cases():
+        single, paired = held(case, runs)
+        print(
+            f"{case.name:<20} run {single:6.1%}  compare {paired:6.1%}  "
+            f"decided wrongly {errs(case, runs):6.1%}",
+            flush=True,
+        )
