@@ -21,7 +21,9 @@ from concurrent.futures import (
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import lru_cache
-from multiprocessing import get_all_start_methods, get_context
+from multiprocessing import get_all_start_methods, get_context, parent_process
+from multiprocessing.process import BaseProcess
+from threading import Thread
 from typing import Any, Generic, Literal, NamedTuple, TypeVar
 
 from dmplay.budget import between
@@ -205,12 +207,19 @@ def _started(workers: int, *, anew: bool = False) -> ProcessPoolExecutor:
 def _processes(workers: int) -> ProcessPoolExecutor:
     """Processes of this machine that begin with nothing of this one."""
     method = "forkserver" if "forkserver" in get_all_start_methods() else "spawn"
-    return ProcessPoolExecutor(workers, get_context(method), initializer=_deaf)
+    return ProcessPoolExecutor(workers, get_context(method), initializer=_begun)
 
 
-def _deaf() -> None:
-    """Leaves Ctrl-C to the process that waits."""
+def _begun() -> None:
+    """Leaves Ctrl-C to the process that waits, and does not outlive it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    Thread(target=_end_with, args=[parent_process()], daemon=True).start()
+
+
+def _end_with(parent: BaseProcess | None) -> None:
+    if parent:
+        parent.join()
+        os._exit(1)
 
 
 def _answer(work: bytes, block: range) -> _Answer[Any]:

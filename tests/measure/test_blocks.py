@@ -1,7 +1,11 @@
 """Many games in blocks: the same bits whoever plays them, and what is lost is done again."""
 
+import os
+import subprocess
+import sys
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -117,3 +121,37 @@ def test_progress_is_told_and_never_less_than_before() -> None:
 def test_no_workers_are_refused() -> None:
     with pytest.raises(BadParameter, match="workers: got 0, expected auto, or 1 or more"):
         rollout(HEX, WALKER, episodes=2, workers=0)
+
+
+ENDLESS = """
+import sys
+from functools import partial
+from pathlib import Path
+from dmplay.blocks import done
+from tests.support.workers import noted
+if __name__ == "__main__":
+    list(done(partial(noted, Path(sys.argv[1])), range(100_000), size=1, workers=2))
+"""
+
+
+@pytest.mark.slow
+def test_workers_do_not_outlive_who_sent_them(tmp_path: Path) -> None:
+    (tmp_path / "endless.py").write_text(ENDLESS)
+    (tmp_path / "seen").mkdir()
+    words = [sys.executable, str(tmp_path / "endless.py"), str(tmp_path / "seen")]
+    sender = subprocess.Popen(words, env={**os.environ, "PYTHONPATH": str(Path.cwd())})
+    while len(workers := [*(tmp_path / "seen").iterdir()]) < 2:
+        assert sender.poll() is None
+    sender.kill()
+    sender.wait()
+    while any(_lives(worker.name) for worker in workers):
+        pass
+
+
+def _lives(pid: str) -> bool:
+    """Whether a process is there, and more than a name."""
+    try:
+        stat = Path("/proc", pid, "stat").read_text()
+    except OSError:
+        return False
+    return stat.rpartition(")")[2].split()[0] != "Z"
