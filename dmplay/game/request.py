@@ -38,7 +38,7 @@ class Request:
     keep: bool = False  # in the state folder, though nobody plays
     keys: Keys = AS_DRAWN
     ghost: str = ""  # the agent that plays the same dice beside the person
-    player: str = PERSON  # what the record calls whoever is asked to choose
+    person: str = PERSON  # what the record calls whoever is asked to choose
     asks: bool = True  # whether a person may be asked to choose
     seed_known: bool = True  # whether the player may see the seed before the end
     fresh: bool = False  # whether the seed was drawn for this game

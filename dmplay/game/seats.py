@@ -123,7 +123,7 @@ def header(
     """The header of a game's transcript there; scripts are named without their place."""
     names = [
         who.partition(":")[0] if who.startswith(("script:", "replay:")) else told_in(who, path)
-        for who in (request.player if who == HUMAN else who for who in seats)
+        for who in (request.person if who == HUMAN else who for who in seats)
     ]
     told = {line.field: getattr(request, line.field) for line in LINES}
     told |= {"problem": told_in(loaded.name, path), "origin": loaded.origin, "seed": dice.seed}

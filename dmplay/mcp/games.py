@@ -94,7 +94,7 @@ class Games:
             turns=MOST_TURNS if endless else terms.turns,
             record=terms.folder and saves.free(terms.folder, problem),
             strict=terms.strict,
-            player=MODEL,
+            person=MODEL,
             seed_known=False,
         )
         self._begun += 1
