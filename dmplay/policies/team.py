@@ -24,6 +24,7 @@ FEW = 4  # turns of a plan where the game has no end of its own
 LONGEST = 100  # turns that are planned
 LARGEST = 2**25  # numbers of the arrays that a joint plan is made with
 KEPT = 4  # plans that the seats share
+VALUED = 1e10  # work for the values of a plan
 
 
 @dataclass(frozen=True)
@@ -42,20 +43,20 @@ class JointPlan(Seated):
         """How many turns the plan is for."""
         return self.horizon or min(self.problem.horizon or FEW, LONGEST)
 
+    @property
+    def _team(self) -> Team:
+        return Team.of(self.problem)
+
     @cached_property
-    def _plan(self) -> Plan:
-        return self._found(planned(self.problem, self.turns)).plans[self.seat]
+    def plans(self) -> tuple[Plan, ...]:
+        """Those of all seats, the same for each."""
+        return planned(self.problem, self.turns).plans
 
     @cached_property
     def _worth(self) -> list[Reals]:
         """What each action is worth at each node `[K, A]`, by turn."""
-        plans = planned(self.problem, self.turns).plans
-        budget = Budget("values of a joint plan", "try fewer turns")
-        return PlanGraph(Team.of(self.problem), plans, budget).action_values(self.seat)
-
-    def _found(self, found: TeamPlan) -> TeamPlan:
-        """The plan as it was found."""
-        return found
+        budget = Budget("values of a joint plan", "try fewer turns", VALUED)
+        return PlanGraph(self._team, self.plans, budget).action_values(self.seat)
 
     def begin(self, observation: Array) -> Memory:
         """The first node, and no turn is done."""
@@ -67,7 +68,7 @@ class JointPlan(Seated):
         node, done = memory
         then = np.zeros_like(node)
         for turn, rows in _turns(done):
-            then[rows] = self._plan[turn].then[node[rows], percept.observation[rows]]
+            then[rows] = self.plans[self.seat][turn].then[node[rows], percept.observation[rows]]
         return (then, (done + 1) % self.turns)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
@@ -75,7 +76,7 @@ class JointPlan(Seated):
         node, done = memory
         action: Ints = np.zeros_like(node)
         for turn, rows in _turns(done):
-            action[rows] = self._plan[turn].actions[node[rows]]
+            action[rows] = self.plans[self.seat][turn].actions[node[rows]]
         return action
 
     def values(self, memory: Memory) -> Reals:
@@ -95,11 +96,14 @@ class JointPlan(Seated):
 class OptimalPlan(JointPlan):
     """Follows the best of all joint plans; refuses where it is not known to be that."""
 
-    def _found(self, found: TeamPlan) -> TeamPlan:
+    @cached_property
+    def plans(self) -> tuple[Plan, ...]:
+        """Those of all seats, which no others exceed."""
+        found = planned(self.problem, self.turns)
         if not found.exact:
             told = f"the best plan found for {self.turns} turns is worth {found.value:.6g}"
             raise BadPolicy(f"optimal: {told}, at most {found.bound:.6g}; joint-plan plays it")
-        return found
+        return found.plans
 
 
 def _turns(done: Ints) -> Iterator[tuple[int, Bools]]:

@@ -39,15 +39,16 @@ def worth(team: Team, plans: tuple[Plan, ...], budget: Budget) -> float:
 
 
 def improved(team: Team, plans: tuple[Plan, ...], budget: Budget) -> tuple[Plan, ...]:
-    """These plans, or better ones."""
+    """These plans, or better ones, as far as the budget goes."""
     graph = PlanGraph(team, plans, budget)
     still, best = 0, -np.inf
-    for number in range(CASES):
-        value = graph.sweep(number)
-        still = 0 if value > best + GAIN else still + 1
-        best = max(best, value)
-        if still == ENOUGH:
-            break
+    with budget.to_its_end():
+        for number in range(CASES):
+            value = graph.sweep(number)
+            still = 0 if value > best + GAIN else still + 1
+            best = max(best, value)
+            if still == ENOUGH:
+                break
     return graph.plans
 
 
@@ -114,14 +115,16 @@ class PlanGraph:
     def _many(self, turn: int) -> int:
         return int(np.prod(self._counts(turn)))
 
-    def _rows(self, turn: int) -> Iterator[tuple[int, Ints]]:
-        """Each joint action that is taken, and in which joint nodes."""
+    def _rows(self, turn: int, seat: int | None = None) -> Iterator[tuple[int, Ints]]:
+        """Each joint action that is taken, and in which joint nodes; but for what a seat does."""
         each = nodes(self._counts(turn)).T
         chosen = [layer.actions[own] for layer, own in zip(self._layers[turn], each, strict=True)]
+        if seat is not None:
+            chosen[seat] = np.zeros_like(chosen[seat])
         actions = joined(chosen, self.team.actions)
         for action in np.unique(actions).tolist():
             rows = np.flatnonzero(actions == action)
-            self.budget.spend(ROUND + 2.0 * len(rows) * self.team.size / self.team.rewards.shape[1])
+            self.budget.spend(ROUND + 2.0 * len(rows) * self.team.work)
             yield action, rows
 
     def _then(self, turn: int) -> Ints:
@@ -162,33 +165,35 @@ class PlanGraph:
 
     def _weighed(self, turn: int, seat: int, met: Reals, values: Reals) -> tuple[Reals, Ints]:
         """What each action `[K, A]` is worth where a node is met, and the best nodes next."""
-        team, counts, later = self.team, self._counts(turn), self._counts(turn + 1)
+        team, later = self.team, self._counts(turn + 1)
+        own = nodes(self._counts(turn))[:, seat]
         many, kinds = team.actions[seat], team.observations[seat]
-        each = nodes(counts)
-        paid = np.zeros((counts[seat], many))
-        ahead = np.zeros((counts[seat], many, later[seat], kinds))
-        own_last = np.moveaxis(values.reshape(*later, -1), seat, 0)
-        own_last = own_last.reshape(later[seat], -1, values.shape[1])  # [K', others', S']
+        paid = np.zeros((own.max() + 1, many))
+        ahead = np.zeros((len(paid), many, kinds, later[seat]))
+        values = np.moveaxis(values.reshape(*later, -1), seat, -1)  # [others' K', S', K']
+        values = values.reshape(-1, len(team.start), later[seat])
         then = self._others_then(turn, seat)
-        others = np.array([
-            layer.actions[own] for layer, own in zip(self._layers[turn], each.T, strict=True)
-        ])  # fmt: skip
-        for action, joint in enumerate(team.joint_actions):
-            same = (others == joint[:, None]) | (np.arange(len(joint)) == seat)[:, None]
-            rows = np.flatnonzero(same.all(axis=0) & met.any(axis=1))
-            if not len(rows):
-                continue
-            self.budget.spend(ROUND + len(rows) * (len(own_last) + 1.0) * team.size / len(others.T))
-            own = each[rows, seat]
-            np.add.at(paid[:, joint[seat]], own, met[rows] @ team.rewards[:, action])
-            came = team.onward(met[rows], action)
-            met_then = own_last[:, then[rows]] * came[:, None]  # [K', m, others' O, S']
-            seen = np.moveaxis(team.seen[action].reshape(-1, *team.observations), 1 + seat, -1)
-            seen = seen.reshape(values.shape[1], -1, kinds).swapaxes(0, 1).reshape(-1, kinds)
-            score = met_then.reshape(len(own_last) * len(rows), -1) @ seen
-            score = score.reshape(len(own_last), len(rows), kinds).swapaxes(0, 1)
-            np.add.at(ahead[:, joint[seat]], own, score)
-        return paid + team.discount * ahead.max(axis=2).sum(axis=2), ahead.argmax(axis=2)
+        able = np.asarray(met.any(axis=1))
+        for action, alike in self._rows(turn, seat):
+            rows = alike[able[alike]]
+            each = team.varied(action, seat)
+            self.budget.spend(many * len(rows) * (ROUND + 2.0 * team.work))
+            came = team.onward_each(met[rows], action, seat)
+            seen = np.stack([self._seen(one, seat) for one in each])  # [A, O, R, S']
+            for place, row in enumerate(rows.tolist()):
+                paid[own[row]] += met[row] @ team.rewards[:, each]
+                joint = came[:, place, None, None] * seen
+                flat = values[then[row]].reshape(-1, later[seat])
+                score = joint.reshape(many * kinds, -1) @ flat
+                ahead[own[row]] += score.reshape(many, kinds, -1)
+        total = paid + team.discount * ahead.max(axis=3).sum(axis=2)
+        return total, ahead.argmax(axis=3)
+
+    def _seen(self, action: int, seat: int) -> Reals:
+        """How likely an agent and the others observe what they do `[O, R, S']`."""
+        seen = self.team.seen[action].T.reshape(*self.team.observations, -1)
+        kinds, states = self.team.observations[seat], len(self.team.start)
+        return np.asarray(np.moveaxis(seen, seat, 0).reshape(kinds, -1, states))
 
     def _others_then(self, turn: int, seat: int) -> Ints:
         """Where the others' observations lead them `[Q, R]`, jointly."""

@@ -2,7 +2,7 @@
 
 No team earns more than such a planner, so its values bound what the agents earn apart. They are
 exact over as many turns of joint histories as can be listed; beyond, the fast informed bound holds
-(section 21.3), and beliefs are found when they are asked for.
+(section 21.2), and far off that of seeing the state. Beliefs are found when they are asked for.
 """
 
 import numpy as np
@@ -12,22 +12,28 @@ from dmplay.chance import Ints, Reals
 from dmplay.solvers.team import CERTAIN, Team
 
 LISTED = 300_000  # joint histories whose values are exact
-INFORMED = 5e9  # work for the fast informed bound; for more the state is taken to be seen
+INFORMED = 1.5e9  # work for the fast informed bound; for turns beyond the state is seen
 LEAST = 1e-12  # a probability below which nothing is seen
-UNKNOWN, NEVER = -2, -1  # what follows a belief: not yet found, cannot be
+UNKNOWN = NEVER = -1  # what follows: not yet found, or what cannot be
 
 
 class _Turn:
-    """The beliefs met with some turns done; the arrays grow as they are."""
+    """The beliefs met with some turns done, and what follows those that were asked for."""
 
     def __init__(self, team: Team, bound: Reals) -> None:
         states, many, kinds = len(team.start), len(team.joint_actions), team.seen.shape[2]
         self.bound = bound  # [S, A]
         self.known: dict[bytes, int] = {}
-        self.beliefs = np.empty((1, states))
+        self.beliefs = np.empty((1, states))  # room for more than are known
         self.worth = np.empty((1, many))
-        self.after = np.full((1, many, kinds), UNKNOWN)
-        self.likely = np.zeros((1, many, kinds))
+        self.row = np.full((1, many), UNKNOWN)  # in the next two
+        self.after = np.empty((0, kinds), np.int64)
+        self.likely = np.empty((0, kinds))
+
+    @property
+    def size(self) -> float:
+        """How many bytes it takes, about."""
+        return 8.0 * (self.beliefs.size + 2 * self.worth.size + 2 * self.after.size)
 
     def find(self, beliefs: Reals) -> Ints:
         """The places `[N]` of beliefs `[N, S]`, new ones with the quick bound."""
@@ -37,25 +43,26 @@ class _Turn:
         found, first = np.unique(place, return_index=True)
         fresh = first[found >= before]
         while len(self.known) > len(self.beliefs):
-            self._grow()
+            self.beliefs = np.concatenate([self.beliefs, np.empty_like(self.beliefs)])
+            self.worth = np.concatenate([self.worth, np.empty_like(self.worth)])
+            self.row = np.concatenate([self.row, np.full_like(self.row, UNKNOWN)])
         self.beliefs[before : len(self.known)] = beliefs[fresh]
         self.worth[before : len(self.known)] = beliefs[fresh] @ self.bound
         return np.array(place)
 
-    def _grow(self) -> None:
-        twice = np.empty_like(self.beliefs), np.empty_like(self.worth)
-        self.beliefs = np.concatenate([self.beliefs, twice[0]])
-        self.worth = np.concatenate([self.worth, twice[1]])
-        self.after = np.concatenate([self.after, np.full_like(self.after, UNKNOWN)])
-        self.likely = np.concatenate([self.likely, np.zeros_like(self.likely)])
+    def told(self, pairs: Ints, after: Ints, likely: Reals) -> None:
+        """What follows pairs of a belief and a joint action `[M, 2]`."""
+        self.row[pairs[:, 0], pairs[:, 1]] = len(self.after) + np.arange(len(pairs))
+        self.after = np.concatenate([self.after, after])
+        self.likely = np.concatenate([self.likely, likely])
 
 
 class Pooled:
     """The beliefs of one planner with so many turns, and the most that each action is worth."""
 
-    def __init__(self, team: Team, turns: int, budget: Budget) -> None:
+    def __init__(self, team: Team, turns: int, budget: Budget, informed: float = INFORMED) -> None:
         self.team, self.budget, self.turns = team, budget, turns
-        self._turns = [_Turn(team, bound) for bound in _bounds(team, turns, budget)]
+        self._turns = [_Turn(team, bound) for bound in _bounds(team, turns, budget, informed)]
         self._turns[0].find(team.start[None])
         self._back(self._listed())
 
@@ -75,30 +82,32 @@ class Pooled:
 
     def after(self, turn: int, places: Ints, actions: Ints) -> tuple[Ints, Reals]:
         """The beliefs `[N, O]` that follow by joint observation, and how likely these are."""
-        now = self._turns[turn]
-        unknown = now.after[places, actions, 0] == UNKNOWN
-        pairs = np.unique(np.stack([places[unknown], actions[unknown]], axis=1), axis=0)
-        for place, action in pairs.tolist():
-            self.budget.spend(ROUND + self.team.size / len(self.team.joint_actions))
-            came = now.beliefs[place] @ self.team.transition[:, action]
-            joint = came[:, None] * self.team.seen[action]
-            likely = joint.sum(axis=0)
-            able = likely > LEAST
-            now.after[place, action] = NEVER
-            now.likely[place, action, able] = likely[able]
-            found = self._turns[turn + 1].find((joint[:, able] / likely[able]).T)
-            now.after[place, action, able] = found
-        return now.after[places, actions], now.likely[places, actions]
+        now, later = self._turns[turn], self._turns[turn + 1]
+        unknown = now.row[places, actions] == UNKNOWN
+        if unknown.any():
+            pairs = np.unique(np.stack([places[unknown], actions[unknown]], axis=1), axis=0)
+            likely = np.zeros((len(pairs), self.team.seen.shape[2]))
+            after = np.full(likely.shape, NEVER)
+            for number, (place, action) in enumerate(pairs.tolist()):
+                self.budget.spend(ROUND + 2.0 * self.team.work)
+                self.budget.hold(2 * sum(one.size for one in self._turns))
+                came = self.team.onward(now.beliefs[place : place + 1], action)[0]
+                joint = came[:, None] * self.team.seen[action]
+                likely[number] = joint.sum(axis=0)
+                able = likely[number] > LEAST
+                after[number, able] = later.find((joint[:, able] / likely[number, able]).T)
+            now.told(pairs, after, np.where(likely > LEAST, likely, 0.0))
+        row = now.row[places, actions]
+        return now.after[row], now.likely[row]
 
     def _listed(self) -> int:
         """Lists all beliefs of the first turns; of how many what follows is known."""
-        many, kinds = self._turns[0].after.shape[1:]
-        left = float(LISTED)
+        (states, many), kinds = self.team.rewards.shape, self.team.seen.shape[2]
+        left = min(LISTED, self.budget.memory / (64 * (states + 2 * many + kinds)))
         for turn, now in enumerate(self._turns[:-1]):
             left -= len(now.known) * many * kinds
             if left < 0:
                 return turn
-            self.budget.hold(8.0 * LISTED * (len(self.team.start) + 2))
             places = np.repeat(np.arange(len(now.known)), many)
             self.after(turn, places, np.tile(np.arange(many), len(now.known)))
         return self.turns - 1
@@ -107,23 +116,25 @@ class Pooled:
         """Makes exact what the turns that are listed are worth."""
         for turn in reversed(range(listed)):
             now, later = self._turns[turn], self._turns[turn + 1]
-            size = len(now.known)
             self.budget.spend(ROUND + 4.0 * now.after.size)
             best = np.append(later.worth[: len(later.known)].max(axis=1), 0.0)
-            ahead = (now.likely[:size] * best[now.after[:size]]).sum(axis=2)
-            now.worth[:size] = now.beliefs[:size] @ self.team.rewards + self.team.discount * ahead
+            ahead = (now.likely * best[now.after]).sum(axis=1)[now.row[: len(now.known)]]
+            paid = now.beliefs[: len(now.known)] @ self.team.rewards
+            now.worth[: len(now.known)] = paid + self.team.discount * ahead
 
 
-def _bounds(team: Team, turns: int, budget: Budget) -> list[Reals]:
-    """The fast informed bound `[S, A]` of each turn, the last of which is exact."""
-    states, many, kinds = len(team.start), len(team.joint_actions), team.seen.shape[2]
-    work = 2.0 * states**2 * many * (many * kinds + ROUND / states**2)
-    budget.hold(8.0 * turns * states * many)
-    ahead = _informed if work * turns <= INFORMED else _sighted
+def _bounds(team: Team, turns: int, budget: Budget, informed: float) -> list[Reals]:
+    """A bound `[S, A]` for each turn: the fast informed one where the work for it lasts."""
+    many, kinds = len(team.joint_actions), team.seen.shape[2]
+    quick = many * (ROUND + 2.0 * team.work)
+    work = kinds * (quick + 2.0 * many**2 * team.work)
+    budget.hold(8.0 * turns * team.rewards.size)
     bounds = [team.rewards]
-    for _ in range(turns - 1):
-        budget.spend(ROUND + (work if ahead is _informed else 2.0 * states**2 * many))
-        bounds.append(team.rewards + team.discount * ahead(team, bounds[-1]))
+    for turn in reversed(range(turns - 1)):
+        near = (turn + 1) * work <= informed
+        budget.spend(work if near else quick)
+        ahead = _informed(team, bounds[-1]) if near else _sighted(team, bounds[-1])
+        bounds.append(team.rewards + team.discount * ahead)
     return bounds[::-1]
 
 
@@ -133,11 +144,11 @@ def _informed(team: Team, bound: Reals) -> Reals:
     for action in range(ahead.shape[1]):
         for likely in team.seen[action].T:
             if likely.any():
-                flow = team.transition[:, action] * likely
-                ahead[:, action] += (flow @ bound).max(axis=1)
+                ahead[:, action] += team.back(bound.T * likely, action).max(axis=0)
     return ahead
 
 
 def _sighted(team: Team, bound: Reals) -> Reals:
     """The mean `[S, A]` of the best next action for each state."""
-    return np.asarray(team.transition @ bound.max(axis=1))
+    best = bound.max(axis=1)[None]
+    return np.stack([team.back(best, a)[0] for a in range(len(team.joint_actions))], axis=1)

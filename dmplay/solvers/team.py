@@ -65,14 +65,25 @@ class Team:
         """How likely next states are `[N, S']` where states are so likely `[N, S]`."""
         return np.asarray(joint @ self.transition[:, action])
 
+    def varied(self, action: int, seat: int) -> list[int]:
+        """The joint actions that differ in what one agent does."""
+        each = np.tile(self.joint_actions[action], (self.actions[seat], 1))
+        each[:, seat] = np.arange(len(each))
+        varied: list[int] = joined(tuple(each.T), self.actions).tolist()
+        return varied
+
+    def onward_each(self, joint: Reals, action: int, seat: int) -> Reals:
+        """As `onward`, for each action of one agent beside the others' `[A, N, S']`."""
+        return np.stack([self.onward(joint, other) for other in self.varied(action, seat)])
+
     def back(self, values: Reals, action: int) -> Reals:
         """What states are worth `[N, S]` whose next ones are worth so much `[N, S']`."""
         return np.asarray(values @ self.transition[:, action].T)
 
     @property
-    def size(self) -> float:
-        """How many numbers its transitions and observations are."""
-        return float(self.transition.size + self.seen.size)
+    def work(self) -> float:
+        """How many operations it takes to lead a distribution of states on, and to look."""
+        return float(len(self.start) * (len(self.start) + self.seen.shape[2]))
 
 
 def joined(each: Sequence[Ints], counts: tuple[int, ...]) -> Ints:

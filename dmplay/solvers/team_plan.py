@@ -34,9 +34,9 @@ class TeamPlan(NamedTuple):
         return self.value == self.bound
 
 
-def planned(team: Team, turns: int, *, exact: float = EXACT) -> TeamPlan:
+def planned(team: Team, turns: int) -> TeamPlan:
     """The best joint plan of so many turns; where that takes too long, the best that is found."""
-    budget = _budget(exact)
+    budget = _budget(EXACT)
     pooled = Pooled(team, turns, budget)
     with between(0.0, 0.6):
         plans, bound = Search(pooled, budget).run()

@@ -24,6 +24,7 @@ from dmplay.solvers import (
     envelope,
     expectimax_2048,
     grid_iteration,
+    hunting_team,
     joint_plans,
     linear_regulator,
     markov_game,
@@ -112,6 +113,12 @@ def planning() -> Budget:
     return Budget("a test", "nothing")
 
 
+def hunted() -> None:
+    hunt = load("collaborative-predator-prey:triangle")
+    assert isinstance(hunt, CollaborativePredatorPrey)
+    pooled_beliefs.Pooled(hunting_team.HuntingTeam.hunting(hunt), 3, planning())
+
+
 SOLVED: dict[str, Callable[[], object]] = {
     "alpha_vectors": lambda: alpha_vectors.infinite(baby(), 0.9),
     "belief_grid": lambda: [belief_grid.BeliefGrid(3, 4).points for _ in range(2)],
@@ -121,6 +128,7 @@ SOLVED: dict[str, Callable[[], object]] = {
     "double_description": cornered,
     "envelope": lambda: envelope.envelope(PAYOFFS[:, :, 0]),
     "expectimax_2048": lambda: expectimax_2048.action_values(np.ones((1, 4, 4), np.uint8), 0.8, 4),
+    "hunting_team": hunted,
     "grid_iteration": lambda: grid_iteration.optimal(load("mountain-car"), GRID),
     "joint_plans": lambda: joint_plans.stages(load("multicaregiver-crying-baby"), 2),
     "linear_regulator": regulated,

@@ -8,18 +8,17 @@ import pytest
 from dmplay.budget import Budget, within
 from dmplay.chance import Reals
 from dmplay.errors import BadPolicy, TooMuch
-from dmplay.policies.team import JointPlan, OptimalPlan, fits
+from dmplay.policies.team import JointPlan, OptimalPlan, fits, planned
 from dmplay.rollouts import rollout
 from dmplay.solvers import plan_graphs, team_plan
 from dmplay.solvers.team import Layer, Plan, Team
-from dmplay.solvers.team_plan import TeamPlan, planned
 from tests.support.brought import Key
 from tests.support.teams import broadcast, dectiger, meeting, read, recycling
 
 PUBLISHED = {  # masplan.org/optimal_values, undiscounted
     dectiger: {2: -4.0, 3: 5.190812, 4: 4.802755},
-    broadcast: {2: 2.0, 3: 2.99, 4: 3.89, 10: 9.29},
-    recycling: {2: 7.0, 3: 10.660125, 4: 13.38, 5: 16.486},
+    broadcast: {2: 2.0, 3: 2.99, 4: 3.89},
+    recycling: {2: 7.0, 3: 10.660125, 4: 13.38},
     meeting: {2: 0.91, 3: 1.550444},
 }
 TIGER = read(dectiger())
@@ -34,7 +33,7 @@ def test_the_optima_are_those_in_print() -> None:
     for made, known in PUBLISHED.items():
         team = Team.of(read(made()))
         for turns, value in known.items():
-            found = planned(team, turns)
+            found = team_plan.planned(team, turns)
             assert found.exact
             assert found.value == pytest.approx(value, abs=1e-6), (made.__name__, turns)
             assert found.value <= found.pooled + 1e-9
@@ -73,26 +72,33 @@ def test_no_joint_plan_of_two_turns_is_better() -> None:
     for agents in (2,) * 9 + (3,):
         team = anything(rng, agents)
         every = product([*product(range(2), repeat=3)], repeat=agents)
-        found = planned(team, 2)
+        found = team_plan.planned(team, 2)
         assert found.value == pytest.approx(max(worth(team, rules) for rules in every))
         assert plan_graphs.worth(team, found.plans, budget()) == pytest.approx(found.value)
 
 
 def test_histories_that_promise_the_same_are_one_node() -> None:
-    plan = planned(TEAM, 4).plans[0]
+    plan = planned(TIGER, 4).plans[0]
     assert [len(layer.actions) for layer in plan] == [1, 2, 3, 4]
 
 
-def test_beyond_the_budget_the_best_found_stands_beside_a_bound() -> None:
-    found = planned(TEAM, 5, exact=1.2e7)
+def test_beyond_the_budget_the_best_found_stands_beside_a_bound_and_is_not_called_optimal(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(team_plan, "EXACT", 1.2e7)
+    tiger = read(dectiger())  # of which no plan is kept
+    found = planned(tiger, 4)
     assert not found.exact
-    assert 5.19 - 4 <= found.value <= 7.026452 <= found.bound < found.pooled
+    assert 3.19 < found.value <= 4.802756 <= found.bound < found.pooled
     assert plan_graphs.worth(TEAM, found.plans, budget()) == pytest.approx(found.value)
+    told = r"^optimal: the best plan found for 4 turns is worth .*, at most .*; joint-plan plays"
+    with pytest.raises(BadPolicy, match=told):
+        _ = OptimalPlan(tiger, 0).plans
 
 
 def test_a_plan_that_is_mended_is_never_worse() -> None:
     team = Team.of(read(recycling()))
-    for number in range(3):
+    for number in range(2):
         plans = plan_graphs.drawn(team, 4, 2, number)
         better = plan_graphs.improved(team, plans, budget())
         before, after = (plan_graphs.worth(team, one, budget()) for one in (plans, better))
@@ -100,7 +106,7 @@ def test_a_plan_that_is_mended_is_never_worse() -> None:
 
 
 def test_what_actions_are_worth_is_what_the_plan_earns_from_there() -> None:
-    plans = planned(TEAM, 3).plans
+    plans = planned(TIGER, 3).plans
     graph = plan_graphs.PlanGraph(TEAM, plans, budget())
     first, _, last = graph.action_values(0)
     assert first.max() == pytest.approx(5.190812, abs=1e-6)
@@ -116,15 +122,9 @@ def test_a_team_that_plays_its_plan_earns_the_value() -> None:
     assert (again.turns == 6).all()  # the plan begins anew
 
 
-def test_no_agent_is_called_optimal_that_may_not_be() -> None:
-    agent = OptimalPlan(TIGER, 0, horizon=3)
-    with pytest.raises(BadPolicy, match=r"for 3 turns is worth 1, at most 2; joint-plan plays it$"):
-        agent._found(TeamPlan((), 1.0, 2.0, 3.0))
-
-
 def test_a_budget_that_is_shared_ends_all_in_one_line() -> None:
     with within(1e7), pytest.raises(TooMuch, match=r"^a joint plan: .*; try fewer turns"):
-        planned(TEAM, 6)
+        planned(TIGER, 6)
 
 
 def test_joint_plans_are_for_teams_that_see_apart() -> None:
