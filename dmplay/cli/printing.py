@@ -54,7 +54,7 @@ def solve(
     ] = None,
     turns: Annotated[
         int | None,
-        typer.Option("--turns", metavar="N", min=1, help="of a game simulated or planned"),
+        typer.Option("--turns", metavar="N", min=1, help="of each, or of a plan"),
     ] = None,
     workers: options.Workers = "1",
     *,
