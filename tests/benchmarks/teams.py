@@ -24,7 +24,7 @@ MADE = {
 
 def report(runs: int) -> None:
     """Prints a line for each problem and number of turns; the first `runs` numbers of turns."""
-    print(f"{'team':<20}{'turns':>6}{'value':>12}{'at most':>12}{'in print':>12}{"seconds":>9}")
+    print(f"{'team':<20}{'turns':>6}{'value':>12}{'at most':>12}{'in print':>12}{'seconds':>9}")
     for name, printed in PRINTED.items():
         team = Team.of(read(MADE[name]()))
         for turns, optimum in list(printed.items())[:runs]:
