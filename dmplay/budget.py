@@ -32,6 +32,7 @@ class Budget:
     work: float = WORK
     memory: float = MEMORY
     spent: float = 0.0
+    over: bool = False  # whether it refused something itself
 
     def spend(self, work: float, share: float | None = None) -> None:
         """Counts work that is about to be done; tells who watches of the share that is.
@@ -51,13 +52,24 @@ class Budget:
         """Refuses so much work to come, before any of it is done."""
         for one in filter(None, (self, _shared.get())):
             if one.spent + work > one.work:
+                self.over = one is self
                 raise TooMuch(self.what, f"more than {one.work:.0e} operations", self.cure)
 
     def hold(self, size: float) -> None:
         """Refuses so many bytes at a time, before they are allocated."""
         if size > self.memory:
+            self.over = True
             needed = f"{size / 2**20:,.0f} MB, more than {self.memory / 2**20:,.0f}"
             raise TooMuch(self.what, needed, self.cure)
+
+    @contextmanager
+    def to_its_end(self) -> Iterator[None]:
+        """Has what is done meanwhile end quietly where this budget does, but not one shared."""
+        try:
+            yield
+        except TooMuch:
+            if not self.over:
+                raise
 
 
 _shared: ContextVar[Budget | None] = ContextVar("shared", default=None)

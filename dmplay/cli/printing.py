@@ -53,7 +53,8 @@ def solve(
         int | None, typer.Option("--episodes", metavar="N", min=2, help="games, if simulated")
     ] = None,
     turns: Annotated[
-        int | None, typer.Option("--turns", metavar="N", min=1, help="of each, if simulated")
+        int | None,
+        typer.Option("--turns", metavar="N", min=1, help="of each, or of a plan"),
     ] = None,
     workers: options.Workers = "1",
     *,
@@ -65,6 +66,7 @@ def solve(
       dmplay solve hexworld --set slip=0.1
       dmplay solve 2048 --episodes 100 --workers 2
       dmplay solve rock-paper-scissors --json
+      dmplay solve ./tiger.dpomdp --turns 4
     """
     from dmplay.game.request import pairs
     from dmplay.reports import solving

@@ -3,6 +3,7 @@
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, TooMuch
 from dmplay.matrix_game import MatrixGame
+from dmplay.policies import team
 from dmplay.policies._matrix_agents import BestResponse, Nash
 from dmplay.policies._solved import Optimal, Plan, Qmdp, Seeing
 from dmplay.policies.kinds import Seated
@@ -17,6 +18,8 @@ def roster(problem: Problem, seat: int) -> Roster:
     if isinstance(problem, MatrixGame) and len(problem.agents) == 2:
         agents: dict[str, type[Seated]] = {"nash": Nash, "frequency": BestResponse}
         return Roster(agents, adviser="frequency", partner="frequency")
+    if team.fits(problem):
+        return team.roster(problem, seat)
     fitting = _fitting(problem)
     best = next((name for name in ("optimal", "plan") if name in fitting), "search")
     return Roster(fitting, adviser=best)

@@ -5,6 +5,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
+from dmplay.budget import Budget
 from dmplay.chance import Array, Bools, Categorical, Reals, mean
 from dmplay.core import Memory, Percept, Problem, parameter
 from dmplay.errors import BadParameter, BadPolicy
@@ -12,12 +13,17 @@ from dmplay.hexes import DIRECTIONS
 from dmplay.policies._believing import Believing
 from dmplay.policies.kinds import Reactive, Seated
 from dmplay.policies.roster import Roster
+from dmplay.policies.team import JointPlan
 from dmplay.policies.valued import Valued
 from dmplay.problems.collaborative_predator_prey import SENSES, CollaborativePredatorPrey
-from dmplay.solvers import reactive_team, sparse
+from dmplay.solvers import plan_graphs, reactive_team, sparse
+from dmplay.solvers.hunting_team import HuntingTeam
+from dmplay.solvers.team import Plan, Team
 from dmplay.solvers.value_iteration import greedy
 
 KEPT = 4  # problems whose solutions the seats share
+PLANNED = 4e8  # work for each joint node of a plan
+LUCKY = 3  # the plans to begin with that come out best of four on the standard map
 
 
 @dataclass(frozen=True)
@@ -133,6 +139,45 @@ class ByTheSense(Reactive):
         return np.asarray(Categorical.of(self._rule[sense]).sample(u))
 
 
+@dataclass(frozen=True)
+class HuntPlan(JointPlan):
+    """Follows a plan that two made together for all turns, each by what it alone senses.
+
+    Their nodes are made better by turns from random ones, as far as the work goes.
+    """
+
+    problem: CollaborativePredatorPrey
+
+    nodes: int = parameter(8, "of each predator's plan, a turn", 1, 12)
+
+    def __post_init__(self) -> None:
+        """Refuses teams for which it has no plan."""
+        super().__post_init__()
+        try:
+            reactive_team.check(self.problem)
+        except BadParameter as error:
+            raise BadPolicy(f"joint-plan: {error}") from None
+        if self.problem.sighted:
+            raise BadPolicy("joint-plan: a predator that sees its hex does better with qmdp")
+
+    @property
+    def _team(self) -> Team:
+        return HuntingTeam.hunting(self.problem)
+
+    @cached_property
+    def plans(self) -> tuple[Plan, ...]:
+        """Those of both, the same for each."""
+        return _mended(self.problem, self.turns, self.nodes)
+
+
+@lru_cache(maxsize=KEPT)
+def _mended(problem: CollaborativePredatorPrey, turns: int, nodes: int) -> tuple[Plan, ...]:
+    """The joint plan of a hunt, the same for both seats."""
+    team = HuntingTeam.hunting(problem)
+    budget = Budget("the plan of a hunt", "try fewer nodes or turns", PLANNED * nodes**2)
+    return plan_graphs.improved(team, plan_graphs.drawn(team, turns, nodes, LUCKY), budget)
+
+
 @lru_cache(maxsize=KEPT)
 def _seen(problem: Problem) -> Reals:
     """Q* `[S, A]` of one planner who sees all, the same for every seat."""
@@ -160,7 +205,8 @@ def _adviser(hunt: CollaborativePredatorPrey) -> str:
 def roster(problem: CollaborativePredatorPrey, seat: int) -> Roster:
     """Who hunts together."""
     return Roster(
-        {"sweep": Sweep, "chase-belief": ChaseBelief, "qmdp": Qmdp, "reactive": ByTheSense},
+        {"sweep": Sweep, "chase-belief": ChaseBelief, "qmdp": Qmdp, "reactive": ByTheSense,
+         "joint-plan": HuntPlan},
         adviser=_adviser(problem),
         partner="sweep",
-    )
+    )  # fmt: skip

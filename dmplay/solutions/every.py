@@ -5,7 +5,9 @@ from typing import Any
 
 from dmplay.core import Problem
 from dmplay.matrix_game import MatrixGame
+from dmplay.policies import team
 from dmplay.problems.cart_pole import CartPole
+from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
 from dmplay.problems.collision_avoidance import CollisionAvoidance
 from dmplay.problems.mountain_car import MountainCar
 from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
@@ -36,9 +38,13 @@ def _one_to_one(problem: Problem) -> bool:
     return one and problem.discount < 1.0 and problem.enumerated().shape[0] <= markov_game.LARGEST
 
 
+def _apart(problem: Problem) -> bool:
+    return team.fits(problem) and not isinstance(problem, CollaborativePredatorPrey)
+
+
 def _one_reward(problem: Problem) -> bool:
-    team = isinstance(problem.states, int) and problem.shared_reward and problem.discount < 1.0
-    return team and sparse.size(problem) <= sparse.MOST
+    alike = isinstance(problem.states, int) and problem.shared_reward and problem.discount < 1.0
+    return alike and sparse.size(problem) <= sparse.MOST
 
 
 METHODS: list[tuple[Callable[[Problem], bool], Solve]] = [
@@ -49,6 +55,7 @@ METHODS: list[tuple[Callable[[Problem], bool], Solve]] = [
     (lambda problem: isinstance(problem, MountainCar), reals.drive),
     (lambda problem: isinstance(problem, MulticaregiverCryingBaby), teams.care),
     (_one_to_one, games.hunt),
+    (_apart, teams.plans),
     (_one_reward, teams.hunt),
     (lambda problem: _small(problem) and not problem.hidden, seen.sweeps),
     (lambda problem: _small(problem) and len(problem.enumerated()) <= hidden.DRAWN, hidden.vectors),

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -37,12 +37,12 @@ class Wish:
     episodes: int | None = None
     turns: int | None = None
     workers: Workers = 1
-    met: bool = False  # whether anything was simulated
+    met: set[str] = field(default_factory=set)  # what of these was heard
 
     def check(self, told: str) -> None:
         """Refuses a number of games or turns where nothing was simulated."""
         for name in ("episodes", "turns"):
-            if getattr(self, name) is not None and not self.met:
+            if getattr(self, name) is not None and name not in self.met:
                 raise BadParameter(f"--{name}: nothing is simulated here; {told}")
 
 
@@ -64,7 +64,7 @@ def games(
 ) -> Played:
     """Games of one seed, some at a time where one process plays them all."""
     wish = _wish.get() or Wish()
-    wish.met = True
+    wish.met |= {"episodes", "turns"}
     episodes, turns = wish.episodes or episodes, wish.turns or turns
     at_a_time = AT_A_TIME if wish.workers == 1 else episodes
     parts = []
@@ -78,6 +78,13 @@ def games(
         parts.append(Played(played.returns, played.turns))
     returns, lengths = zip(*parts, strict=True)
     return Played(np.concatenate(returns), np.concatenate(lengths))
+
+
+def planning(usual: int) -> int:
+    """The turns of a game that is planned whole: as many as wished, or the usual ones."""
+    wish = _wish.get() or Wish()
+    wish.met.add("turns")
+    return wish.turns or usual
 
 
 def mean(sample: Reals) -> dict[str, object]:

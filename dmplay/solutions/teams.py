@@ -1,24 +1,39 @@
 """Solutions of problems of several agents whose state is hidden, beside what nobody can exceed."""
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from dmplay import belief
-from dmplay.budget import between, part
+from dmplay.budget import Budget, between, part
 from dmplay.chance import Reals
-from dmplay.core import Problem
+from dmplay.core import Labels, Problem
 from dmplay.finding import agents
+from dmplay.policies.collaborative_predator_prey import HuntPlan
+from dmplay.policies.team import planned
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
 from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
-from dmplay.solutions.played import games
+from dmplay.solutions.played import TURNS, games, planning
 from dmplay.solutions.solution import Row, Solution
-from dmplay.solvers import alpha_vectors, joint_plans, reactive_team, sparse, value_iteration
+from dmplay.solvers import (
+    alpha_vectors,
+    joint_plans,
+    plan_graphs,
+    reactive_team,
+    sparse,
+    value_iteration,
+)
+from dmplay.solvers.hunting_team import HuntingTeam
+from dmplay.solvers.pooled_beliefs import Pooled
+from dmplay.solvers.team import Layer
 from dmplay.tabular import Tables, tabulate
 
 LONGEST = 4  # turns of a joint plan
-GAMES, TURNS = 200, 100  # of a team that is simulated
-SIMULATED = ("qmdp", "chase-belief", "sweep")
+GAMES, LENGTH = 200, 100  # of a team that is simulated
+LISTED = 200  # nodes of a joint plan that are told
+SIMULATED = ("qmdp", "sweep")
+INFORMED, FEW = 7e9, 3  # work for the bound of a hunt, and nodes of its plan
 
 
 class Team(NamedTuple):
@@ -64,6 +79,36 @@ def _endless(problem: Problem, team: Tables, b: Reals) -> str:
     return f"; at most {(vectors @ b).max():.6g} without end, by alpha vectors of one planner"
 
 
+def plans(problem: Problem) -> Solution:
+    """The best joint plan that is found of as many turns as wished, beside what none exceeds."""
+    many = planning(problem.horizon or TURNS)
+    found = planned(problem, many)
+    value = f"value {found.value:.6g} of {many} turns at the start"
+    bound = "the optimum" if found.exact else f"at most {found.bound:.6g}"
+    told = f"{value}, {bound}; one planner who sees what all see has at most {found.pooled:.6g}"
+    rows = [
+        _node(problem, seat, turn, node, found.plans[seat][turn], last=turn == many - 1)
+        for turn in range(many)
+        for seat in range(len(problem.agents))
+        for node in range(len(found.plans[seat][turn].actions))
+    ]
+    method = "multi-agent A* over joint plans" if found.exact else "the best joint plan found"
+    return Solution(method, told, rows[:LISTED])
+
+
+def _node(  # noqa: PLR0913 - what it is a node of
+    problem: Problem, seat: int, turn: int, node: int, layer: Layer, *, last: bool
+) -> Row:
+    """What an agent's plan has at a node, and where what it observes leads."""
+    row: Row = {"turn": turn + 1, "agent": problem.agents[seat], "node": node}
+    row["action"] = problem.action_name(seat, float(layer.actions[node]))
+    labels = problem.observations[seat]
+    assert isinstance(labels, Labels)
+    each = zip(labels, layer.then[node], strict=True)
+    row["then"] = "" if last else " ".join(f"{label}:{then}" for label, then in each)
+    return row
+
+
 def hunt(problem: Problem) -> Solution:
     """What teams earn from anywhere, the one first that sees all and whom none exceeds."""
     with between(0.0, 0.2):
@@ -75,15 +120,14 @@ def hunt(problem: Problem) -> Solution:
         Team("random", float(random.mean()), "exact"),
     ]
     if isinstance(problem, CollaborativePredatorPrey) and problem.predators == 2:
-        with between(0.2, 0.3):
-            value = reactive_team.team(problem).value
-        teams.append(Team("reactive", value, "exact, if the first state is sensed too"))
+        with between(0.2, 0.5):
+            teams += _pair(problem)
     known = [name for name in SIMULATED if name in agents.roster(problem).agents]
     for place, name in enumerate(known):
         seated = [agents.agent(problem, seat, name) for seat in range(len(problem.agents))]
-        share = 0.7 / len(known)
-        with between(0.3 + share * place, 0.3 + share * (place + 1)):
-            sample = games(problem, seated, episodes=GAMES, turns=TURNS).returns[:, 0]
+        share = 0.5 / len(known)
+        with between(0.5 + share * place, 0.5 + share * (place + 1)):
+            sample = games(problem, seated, episodes=GAMES, turns=LENGTH).returns[:, 0]
         error = sample.std(ddof=1) / np.sqrt(len(sample))
         teams.append(Team(name, float(sample.mean()), f"{len(sample)} games, +- {error:.2g}"))
     rows = [one._asdict() for one in sorted(teams, key=lambda one: -one.value)]
@@ -91,3 +135,20 @@ def hunt(problem: Problem) -> Solution:
         f"mean {q.max(axis=1).mean():.6g} over {len(q)} states: no team that does not see has more"
     )
     return Solution("policy iteration of one planner who sees all, an upper bound", told, rows)
+
+
+def _pair(problem: CollaborativePredatorPrey) -> Iterator[Team]:
+    """Two that hunt: what rules and plans made for them earn, and what bounds it."""
+    with part(0, 3):
+        value = reactive_team.team(problem).value
+    yield Team("reactive", value, "exact, if the first state is sensed too")
+    if problem.sighted:
+        return
+    hunting, budget = HuntingTeam.hunting(problem), Budget("a bound", "try fewer hexes", 5e10)
+    with part(1, 3):
+        most = Pooled(hunting, LENGTH, budget, INFORMED).most
+    yield Team("one planner who senses for both", most, "at most, by a fast informed bound")
+    with part(2, 3):
+        plans = HuntPlan(problem, 0, nodes=FEW).plans
+    earned = plan_graphs.worth(hunting, plans, budget)
+    yield Team(f"joint-plan:nodes={FEW}", earned, f"exact, of {len(plans[0])} turns")

@@ -75,6 +75,13 @@ def check(problem: CollaborativePredatorPrey) -> None:
         raise BadParameter("a hunt without end needs a discount below 1")
 
 
+def paid(hunt: CollaborativePredatorPrey) -> Reals:
+    """The reward `[i, j, p]` of each state."""
+    size = len(hunt.hexes)
+    caught = hunt.captured(hunt.enumerated()).reshape(size, size, size)
+    return np.where(caught, CAPTURED, MOVED)
+
+
 def _tilted() -> Reals:
     """Random moves but for a lean of each predator's own: where all directions are alike, chance
     alone would leave nothing to choose.
@@ -99,8 +106,7 @@ class _Hunt:
         seen = problem.observe(states)[:, 0].reshape(size, size, size)[:, 0]
         self.sense: Ints = seen // (problem.observation_counts[0] // len(SENSES))  # [i, p]
         self.feeds = np.eye(size, dtype=bool)
-        caught = problem.captured(states).reshape(size, size, size)
-        self.rewards: Reals = np.where(caught, CAPTURED, MOVED)
+        self.rewards = paid(problem)
 
     def walks(self, rule: Reals) -> Reals:
         """Where a predator with this rule goes `[p, i, i']`; on the prey it stays."""

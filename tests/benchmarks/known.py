@@ -9,11 +9,13 @@ import numpy as np
 
 import dmplay
 from dmplay import belief
+from dmplay.budget import Budget
 from dmplay.chance import Reals
 from dmplay.core import Problem
 from dmplay.finding.agents import roster
 from dmplay.policies.mountain_car import GRID
 from dmplay.policies.multicaregiver_crying_baby import BestResponse
+from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
 from dmplay.problems.simple_regulator import SimpleRegulator
 from dmplay.solvers import (
     alpha_vectors,
@@ -25,6 +27,8 @@ from dmplay.solvers import (
     sparse,
     value_iteration,
 )
+from dmplay.solvers.hunting_team import HuntingTeam
+from dmplay.solvers.pooled_beliefs import Pooled
 from dmplay.tabular import tabulate
 
 TRUTH = Path(__file__).parent.parent / "truth"
@@ -78,15 +82,14 @@ def best_known(name: str, problem: Problem, seat: int) -> Known:
         "multicaregiver-crying-baby": lambda: Known(
             _answer(problem, seat), "best reply to feed-when-crying", "best-response"
         ),
-        "collaborative-predator-prey": lambda: _team(problem),
     }
     return found[name]()
 
 
 def best_team(name: str, problem: Problem) -> Known:
     """Of all seats together, who are paid the sum of their rewards or share one."""
-    if problem.shared_reward:
-        return _team(problem)
+    if isinstance(problem, CollaborativePredatorPrey):
+        return _pair(problem)
     tables = tabulate(problem)
     both = tables._replace(rewards=tables.rewards.sum(axis=2, keepdims=True))
     vectors = alpha_vectors.infinite(both, problem.discount).vectors
@@ -144,8 +147,8 @@ def _answer(problem: Problem, seat: int) -> float:
     return float(policy.values(policy.begin(np.full(1, -1))).max())
 
 
-def _team(problem: Problem) -> Known:
-    model, values = sparse.listed(problem), np.zeros(problem.enumerated().shape[0])
-    for _ in range(problem.horizon or 0):
-        values = sparse.action_values(model, problem.discount, values).max(axis=1)
-    return Known(float(belief.prior(problem) @ values), "bound: one planner who sees all")
+def _pair(problem: CollaborativePredatorPrey) -> Known:
+    budget = Budget("a bound", "try fewer hexes", np.inf, 2**32)
+    turns = problem.horizon or 0
+    most = Pooled(HuntingTeam.hunting(problem), turns, budget, np.inf).most
+    return Known(most, "bound: one planner who senses for both")

@@ -10,7 +10,7 @@ import pytest
 
 import dmplay
 from dmplay import solvers
-from dmplay.budget import Stopped, watched
+from dmplay.budget import Budget, Stopped, watched
 from dmplay.policies.mountain_car import GRID
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
 from dmplay.problems.simple_regulator import SimpleRegulator
@@ -24,21 +24,29 @@ from dmplay.solvers import (
     envelope,
     expectimax_2048,
     grid_iteration,
+    hunting_team,
     joint_plans,
     linear_regulator,
     markov_game,
     matrix_game,
+    plan_graphs,
+    pooled_beliefs,
     reactive_team,
     riccati,
     sparse,
+    team_plan,
+    team_search,
     uct,
     value_iteration,
     zero_sum,
 )
+from dmplay.solvers.team import Team
 from dmplay.tabular import Tables, tabulate
 from tests.support.cases import load
+from tests.support.teams import dectiger, read
 
 TABLES = {"boards_2048", "worth_2048"}  # found once, of a size that no parameter changes
+PARTS = {"occupancy", "team"}  # of the search for a joint plan, which spends for them
 TRIANGLE = "predator-prey:triangle"
 PAYOFFS = np.random.default_rng(1).normal(size=(4, 4, 2))
 
@@ -96,6 +104,21 @@ def planned() -> None:
     sparse.optimal(model, 0.9)
 
 
+@cache
+def tigers() -> Team:
+    return Team.of(read(dectiger()))
+
+
+def planning() -> Budget:
+    return Budget("a test", "nothing")
+
+
+def hunted() -> None:
+    hunt = load("collaborative-predator-prey:triangle")
+    assert isinstance(hunt, CollaborativePredatorPrey)
+    pooled_beliefs.Pooled(hunting_team.HuntingTeam.hunting(hunt), 3, planning())
+
+
 SOLVED: dict[str, Callable[[], object]] = {
     "alpha_vectors": lambda: alpha_vectors.infinite(baby(), 0.9),
     "belief_grid": lambda: [belief_grid.BeliefGrid(3, 4).points for _ in range(2)],
@@ -105,14 +128,23 @@ SOLVED: dict[str, Callable[[], object]] = {
     "double_description": cornered,
     "envelope": lambda: envelope.envelope(PAYOFFS[:, :, 0]),
     "expectimax_2048": lambda: expectimax_2048.action_values(np.ones((1, 4, 4), np.uint8), 0.8, 4),
+    "hunting_team": hunted,
     "grid_iteration": lambda: grid_iteration.optimal(load("mountain-car"), GRID),
     "joint_plans": lambda: joint_plans.stages(load("multicaregiver-crying-baby"), 2),
     "linear_regulator": regulated,
     "markov_game": lambda: markov_game.equilibrium(load(TRIANGLE)),
     "matrix_game": lambda: matrix_game.nash(PAYOFFS),
+    "plan_graphs": lambda: plan_graphs.improved(
+        tigers(), plan_graphs.drawn(tigers(), 3, 2, 1), planning()
+    ),
+    "pooled_beliefs": lambda: pooled_beliefs.Pooled(tigers(), 3, planning()),
     "reactive_team": pursued,
     "riccati": balanced,
     "sparse": planned,
+    "team_plan": lambda: team_plan.planned(tigers(), 2),
+    "team_search": lambda: team_search.Search(
+        pooled_beliefs.Pooled(tigers(), 2, planning()), planning()
+    ).run(),
     "uct": searched,
     "value_iteration": lambda: value_iteration.sweep(hexes(), 1.0, 5),
     "zero_sum": lambda: zero_sum.solved(PAYOFFS[:, :, 0]),
@@ -122,7 +154,7 @@ SOLVED: dict[str, Callable[[], object]] = {
 def test_every_solver_has_a_case_here() -> None:
     assert solvers.__file__
     modules = {path.stem for path in Path(solvers.__file__).parent.glob("[a-z]*.py")}
-    assert modules == {*SOLVED} | TABLES
+    assert modules == {*SOLVED} | TABLES | PARTS
 
 
 @pytest.mark.parametrize("solver", SOLVED)
