@@ -4,12 +4,13 @@ from dmplay.core import Problem
 from dmplay.errors import BadParameter, TooMuch
 from dmplay.matrix_game import MatrixGame
 from dmplay.policies._matrix_agents import BestResponse, Nash
-from dmplay.policies._solved import Optimal, Plan, Qmdp, Seeing
+from dmplay.policies._solved import Optimal, Plan, Qmdp
 from dmplay.policies.kinds import Seated
 from dmplay.policies.roster import Roster
+from dmplay.policies.seeing import visible
 from dmplay.tabular import tabulate
 
-FEW_SEEN, FEW_HIDDEN = 1000, 4  # states that a table, and alpha vectors, are made of
+FEW_HIDDEN = 4  # states that alpha vectors are made of
 
 
 def roster(problem: Problem, seat: int) -> Roster:
@@ -24,11 +25,11 @@ def roster(problem: Problem, seat: int) -> Roster:
 
 def _fitting(problem: Problem) -> dict[str, type[Seated]]:
     one = len(problem.agents) == 1 and problem.actions[0].labels
+    if not problem.hidden:
+        return visible(problem)
     if not one or not isinstance(problem.states, int):
         return {}
     ends = problem.discount < 1.0
-    if not problem.hidden:
-        return {"optimal": Seeing} if ends and problem.states <= FEW_SEEN else {}
     if problem.states > FEW_HIDDEN or not _listed(problem):
         return {}
     return {"plan": Plan} | ({"optimal": Optimal, "qmdp": Qmdp} if ends else {})

@@ -5,6 +5,7 @@ from typing import Any
 
 from dmplay.core import Problem
 from dmplay.matrix_game import MatrixGame
+from dmplay.policies.seeing import in_turn
 from dmplay.problems.cart_pole import CartPole
 from dmplay.problems.collision_avoidance import CollisionAvoidance
 from dmplay.problems.mountain_car import MountainCar
@@ -50,8 +51,9 @@ METHODS: list[tuple[Callable[[Problem], bool], Solve]] = [
     (lambda problem: isinstance(problem, MulticaregiverCryingBaby), teams.care),
     (_one_to_one, games.hunt),
     (_one_reward, teams.hunt),
-    (lambda problem: _small(problem) and not problem.hidden, seen.sweeps),
+    (lambda problem: _small(problem) and not problem.hidden, seen.alone),
     (lambda problem: _small(problem) and len(problem.enumerated()) <= hidden.DRAWN, hidden.vectors),
     (_small, hidden.first),
+    (in_turn, seen.turns),
     (lambda problem: True, played.simulation),
 ]

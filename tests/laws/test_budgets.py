@@ -16,6 +16,8 @@ from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPre
 from dmplay.problems.simple_regulator import SimpleRegulator
 from dmplay.solvers import (
     alpha_vectors,
+    backward_induction,
+    backward_sweeps,
     belief_grid,
     best_response,
     bounded_search,
@@ -23,6 +25,7 @@ from dmplay.solvers import (
     double_description,
     envelope,
     expectimax_2048,
+    graph,
     grid_iteration,
     joint_plans,
     linear_regulator,
@@ -37,6 +40,7 @@ from dmplay.solvers import (
 )
 from dmplay.tabular import Tables, tabulate
 from tests.support.cases import load
+from tests.support.turns import Nim
 
 TABLES = {"boards_2048", "worth_2048"}  # found once, of a size that no parameter changes
 TRIANGLE = "predator-prey:triangle"
@@ -98,6 +102,8 @@ def planned() -> None:
 
 SOLVED: dict[str, Callable[[], object]] = {
     "alpha_vectors": lambda: alpha_vectors.infinite(baby(), 0.9),
+    "backward_induction": lambda: backward_induction.solved(Nim(), graph.explored(Nim()), None),
+    "backward_sweeps": lambda: backward_sweeps.optimal(graph.whole(load("hexworld")), 0.9),
     "belief_grid": lambda: [belief_grid.BeliefGrid(3, 4).points for _ in range(2)],
     "best_response": answered,
     "bounded_search": exactly,
@@ -105,6 +111,7 @@ SOLVED: dict[str, Callable[[], object]] = {
     "double_description": cornered,
     "envelope": lambda: envelope.envelope(PAYOFFS[:, :, 0]),
     "expectimax_2048": lambda: expectimax_2048.action_values(np.ones((1, 4, 4), np.uint8), 0.8, 4),
+    "graph": lambda: graph.explored(Nim()),
     "grid_iteration": lambda: grid_iteration.optimal(load("mountain-car"), GRID),
     "joint_plans": lambda: joint_plans.stages(load("multicaregiver-crying-baby"), 2),
     "linear_regulator": regulated,
