@@ -4,8 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from dmplay.core import Problem
-from dmplay.matrix_game import MatrixGame
-from dmplay.policies.seeing import in_turn
+from dmplay.policies import seeing
 from dmplay.problems.cart_pole import CartPole
 from dmplay.problems.collision_avoidance import CollisionAvoidance
 from dmplay.problems.mountain_car import MountainCar
@@ -14,7 +13,7 @@ from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.problems.simple_regulator import SimpleRegulator
 from dmplay.solutions import games, hidden, played, reals, seen, teams
 from dmplay.solutions.solution import Solution
-from dmplay.solvers import markov_game, sparse
+from dmplay.solvers import markov_game, matrix_game, sparse
 
 Solve = Callable[[Any], Solution]
 
@@ -29,7 +28,7 @@ def _small(problem: Problem) -> bool:
 
 
 def _of_two(problem: Problem) -> bool:
-    return isinstance(problem, MatrixGame) and len(problem.agents) == 2
+    return matrix_game.simple(problem) and len(problem.agents) == 2
 
 
 def _one_to_one(problem: Problem) -> bool:
@@ -44,6 +43,7 @@ def _one_reward(problem: Problem) -> bool:
 
 METHODS: list[tuple[Callable[[Problem], bool], Solve]] = [
     (_of_two, games.equilibria),
+    (matrix_game.simple, games.several),
     (lambda problem: isinstance(problem, CollisionAvoidance), reals.encounter),
     (lambda problem: isinstance(problem, SimpleRegulator), reals.regulator),
     (lambda problem: isinstance(problem, CartPole), reals.balance),
@@ -54,6 +54,8 @@ METHODS: list[tuple[Callable[[Problem], bool], Solve]] = [
     (lambda problem: _small(problem) and not problem.hidden, seen.alone),
     (lambda problem: _small(problem) and len(problem.enumerated()) <= hidden.DRAWN, hidden.vectors),
     (_small, hidden.first),
-    (in_turn, seen.turns),
+    (seeing.in_turn, seen.turns),
+    (seeing.at_odds, games.opposed),
+    (seeing.at_once, games.replied),
     (lambda problem: True, played.simulation),
 ]

@@ -17,6 +17,7 @@ from dmplay.tabular import tabulate
 
 SWEEPS = 10_000  # at most
 STILL = 1e-10  # a change that ends them
+DIGITS = 9  # after the point, of what the start is worth
 SHOWN = 1000  # states whose values are told; of more, those in which games start
 
 
@@ -82,7 +83,8 @@ def endless(problem: Problem) -> Solution:
     nobody = np.zeros(len(found.states), np.int64)
     known = _Known(found, swept.values[:, None], nobody, swept.q)
     far = "at most {:.1g} from the optimum" if problem.discount < 1.0 else "the last change {:.1g}"
-    told = f"{_worth(problem, known)}, {far.format(swept.gap)}, {swept.sweeps} sweeps"
+    value = worth(problem, found, known.values)
+    told = f"{value}, {far.format(swept.gap)}, {swept.sweeps} sweeps"
     method = f"value iteration over {len(found.states)} states, backwards from where games end"
     return Solution(method, told, _rows(problem, known))
 
@@ -97,25 +99,31 @@ def turns(problem: Problem) -> Solution:
     far = f"at most {found.gap:.1g} from that of longer games" if found.gap else "exact"
     span = "without end" if problem.horizon is None else f"{problem.horizon} turns"
     method = f"backward induction over {len(before)} states, {span}"
-    return Solution(method, f"{_worth(problem, known)}, {far}", _rows(problem, known))
+    return Solution(
+        method, f"{worth(problem, known.graph, known.values)}, {far}", _rows(problem, known)
+    )
 
 
-def _worth(problem: Problem, known: _Known) -> str:
-    """What the start is worth to each agent."""
+def worth(problem: Problem, found: Graph, values: Reals) -> str:
+    """What the start is worth to each agent, by the values `[S, n]`."""
     likely, start = exact_start(problem)
-    worth = likely @ known.values[known.graph.at(problem, start)]
-    if len(worth) == 1:
-        return f"value {worth[0]:.6g} at the start"
-    each = zip(worth, problem.agents, strict=True)
+    mean = np.round(likely @ values[found.at(problem, start)], DIGITS) + 0.0
+    if len(mean) == 1:
+        return f"value {mean[0]:.6g} at the start"
+    each = zip(mean, problem.agents, strict=True)
     return f"value {', '.join(f'{one:.6g} to {agent}' for one, agent in each)} at the start"
 
 
+def shown_of(problem: Problem, found: Graph) -> Ints:
+    """The states that are told: all or, of many, those in which games start."""
+    if len(found.states) <= SHOWN:
+        return np.arange(len(found.states))
+    return np.unique(found.at(problem, exact_start(problem)[1]))[:SHOWN]
+
+
 def _rows(problem: Problem, known: _Known) -> list[Row]:
-    """The values of all states or, of many, those in which games start, and what is best there."""
-    shown = np.arange(len(known.values))
-    if len(shown) > SHOWN:
-        shown = np.unique(known.graph.at(problem, exact_start(problem)[1]))[:SHOWN]
-    return [_row(problem, known, place) for place in shown.tolist()]
+    """The values of the states that are told, and what is best there."""
+    return [_row(problem, known, place) for place in shown_of(problem, known.graph).tolist()]
 
 
 def _row(problem: Problem, known: _Known, place: int) -> Row:
@@ -128,6 +136,6 @@ def _row(problem: Problem, known: _Known, place: int) -> Row:
     each = known.values[place].tolist()
     if len(each) == 1:
         return row | {"value": each[0], "best": names(problem, able)}
-    worth = {f"value {agent}": one for agent, one in zip(problem.agents, each, strict=True)}
+    each_one = {f"value {agent}": one for agent, one in zip(problem.agents, each, strict=True)}
     who = problem.agents[mover] if able.any() else ""
-    return row | worth | {"to decide": who, "best": names(problem, able, mover)}
+    return row | each_one | {"to decide": who, "best": names(problem, able, mover)}

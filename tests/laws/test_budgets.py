@@ -19,6 +19,7 @@ from dmplay.solvers import (
     backward_induction,
     backward_sweeps,
     belief_grid,
+    best_replies,
     best_response,
     bounded_search,
     collision_grid,
@@ -28,11 +29,14 @@ from dmplay.solvers import (
     graph,
     grid_iteration,
     joint_plans,
+    lemke_howson,
     linear_regulator,
     markov_game,
     matrix_game,
     reactive_team,
+    regret_matching,
     riccati,
+    shapley,
     sparse,
     uct,
     value_iteration,
@@ -40,10 +44,12 @@ from dmplay.solvers import (
 )
 from dmplay.tabular import Tables, tabulate
 from tests.support.cases import load
+from tests.support.drawn import Pair, Rivals
 from tests.support.turns import Nim
 
 TABLES = {"boards_2048", "worth_2048"}  # found once, of a size that no parameter changes
 TRIANGLE = "predator-prey:triangle"
+HANDS = np.array([[0.0, -1.0, 2.0], [1.0, 0.0, -1.0], [-1.0, 1.0, 0.0]])
 PAYOFFS = np.random.default_rng(1).normal(size=(4, 4, 2))
 
 
@@ -105,6 +111,7 @@ SOLVED: dict[str, Callable[[], object]] = {
     "backward_induction": lambda: backward_induction.solved(Nim(), graph.explored(Nim()), None),
     "backward_sweeps": lambda: backward_sweeps.optimal(graph.whole(load("hexworld")), 0.9),
     "belief_grid": lambda: [belief_grid.BeliefGrid(3, 4).points for _ in range(2)],
+    "best_replies": lambda: best_replies.equilibrium(Pair(), graph.explored(Pair())),
     "best_response": answered,
     "bounded_search": exactly,
     "collision_grid": lambda: collision_grid.optimal.__wrapped__(load("collision-avoidance")),
@@ -114,11 +121,14 @@ SOLVED: dict[str, Callable[[], object]] = {
     "graph": lambda: graph.explored(Nim()),
     "grid_iteration": lambda: grid_iteration.optimal(load("mountain-car"), GRID),
     "joint_plans": lambda: joint_plans.stages(load("multicaregiver-crying-baby"), 2),
+    "lemke_howson": lambda: lemke_howson.equilibrium(PAYOFFS),
     "linear_regulator": regulated,
     "markov_game": lambda: markov_game.equilibrium(load(TRIANGLE)),
     "matrix_game": lambda: matrix_game.nash(PAYOFFS),
     "reactive_team": pursued,
+    "regret_matching": lambda: regret_matching.equilibrium(np.stack([HANDS, -HANDS], axis=2)),
     "riccati": balanced,
+    "shapley": lambda: shapley.solved(Rivals(), graph.explored(Rivals()), None),
     "sparse": planned,
     "uct": searched,
     "value_iteration": lambda: value_iteration.sweep(hexes(), 1.0, 5),

@@ -15,7 +15,7 @@ from dmplay.policies.seeing import solved
 from dmplay.solutions.every import solution
 from dmplay.solvers import backward_induction
 from tests.support.brought import Counted
-from tests.support.drawn import Drawn
+from tests.support.drawn import Drawn, Pair
 from tests.support.toe import Toe
 from tests.support.turns import Nim
 
@@ -171,13 +171,6 @@ def test_ten_drawn_games_are_worth_what_the_recursion_says() -> None:
 
 
 @dataclass(frozen=True)
-class AtOnce(Drawn):
-    """Two who decide at once."""
-
-    agents = ("one", "two")
-
-
-@dataclass(frozen=True)
 class Dally(Counted):
     """Who holds the prize may cash it, or dally for a round of the other's."""
 
@@ -225,4 +218,4 @@ def test_the_optimum_advises_and_is_refused_where_two_act_at_once() -> None:
     assert values is not None
     assert np.isinf(values).all()
     with pytest.raises(BadPolicy, match="got agents who act at once"):
-        solved(AtOnce(), 3)
+        solved(Pair(), 3)

@@ -17,7 +17,7 @@ from dmplay.solutions.every import solution
 from dmplay.solvers import backward_sweeps, graph, value_iteration
 from dmplay.tabular import Sparse, tabulate
 from tests.support.brought import Counted, Heap
-from tests.support.drawn import Drawn
+from tests.support.drawn import Drawn, some_and_ten
 
 
 def worth(problem: Drawn, choice: Array) -> Reals:
@@ -35,11 +35,12 @@ def best(problem: Drawn) -> Reals:
     return np.asarray(np.max([worth(problem, np.array(one)) for one in product(*able)], axis=0))
 
 
-def test_ten_drawn_problems_are_worth_what_the_best_of_all_policies_is(
-    monkeypatch: pytest.MonkeyPatch,
+@some_and_ten
+def test_drawn_problems_are_worth_what_the_best_of_all_policies_is(
+    monkeypatch: pytest.MonkeyPatch, seeds: range
 ) -> None:
     monkeypatch.setattr(_solved, "FEW", 0)
-    for seed in range(10):
+    for seed in seeds:
         ends = seed % 2 == 0
         problem = Drawn(seed=seed, ends=ends, discount=1.0 if seed in (2, 4) else 0.9)
         swept = backward_sweeps.optimal(graph.whole(problem), problem.discount)

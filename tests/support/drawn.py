@@ -5,11 +5,16 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
+import pytest
 
 from dmplay import Labels, Outcome
 from dmplay.chance import Array, Bools, Categorical, Chance, Reals
 from dmplay.core import parameter
 from tests.support.brought import Counted
+
+some_and_ten = pytest.mark.parametrize(
+    "seeds", [range(2), pytest.param(range(10), marks=pytest.mark.slow)], ids=["two", "ten"]
+)
 
 
 @dataclass(frozen=True)
@@ -75,3 +80,21 @@ class Drawn(Counted):
 
     def legal(self, s: Array) -> Bools:
         return np.asarray(self.able[s])
+
+
+@dataclass(frozen=True)
+class Pair(Drawn):
+    """Two who decide at once, each for itself."""
+
+    agents = ("one", "two")
+
+
+@dataclass(frozen=True)
+class Rivals(Pair):
+    """Two of whom one loses twice what the other gains."""
+
+    @cached_property
+    def rewards(self) -> Reals:
+        """Drawn for the first."""
+        first = super().rewards[..., :1]
+        return np.concatenate([first, -2 * first], axis=2)
