@@ -54,6 +54,7 @@ METHODS: list[tuple[Callable[[Problem], bool], Solve]] = [
     (lambda problem: _small(problem) and not problem.hidden, seen.alone),
     (lambda problem: _small(problem) and len(problem.enumerated()) <= hidden.DRAWN, hidden.vectors),
     (_small, hidden.first),
+    (lambda problem: isinstance(problem, PredatorPrey), played.simulation),
     (seeing.in_turn, seen.turns),
     (seeing.at_odds, games.opposed),
     (seeing.at_once, games.replied),

@@ -19,7 +19,7 @@ from dmplay.solvers.graph import Graph
 from dmplay.solvers.value_iteration import slack
 
 WORK = 2e10
-PURE, MIXED = 20, 128  # rounds of replies to the last, and to all so far
+PURE, MIXED = 20, 64  # rounds of replies to the last, and to all so far
 SETTLED = 1e-9  # how near values come to their limit, where they are about 1
 ENDLESS = "got a game of several at once without end, expected a discount below 1"
 

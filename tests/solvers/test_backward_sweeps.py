@@ -18,6 +18,7 @@ from dmplay.solvers import backward_sweeps, graph, value_iteration
 from dmplay.tabular import Sparse, tabulate
 from tests.support.brought import Counted, Heap
 from tests.support.drawn import Drawn, some_and_ten
+from tests.support.field import Field, InRows
 
 
 def worth(problem: Drawn, choice: Array) -> Reals:
@@ -162,3 +163,13 @@ def test_of_many_states_the_start_is_told() -> None:
     assert found.rows == [{"state": "0", "value": pytest.approx(-2200), "best": "up"}]
     heap = backward_sweeps.optimal(graph.whole(Heap()), 0.9)
     assert heap.values[0] == 0.0
+
+
+def test_a_field_told_by_its_moves_is_that_told_in_rows() -> None:
+    by_moves = backward_sweeps.optimal(graph.whole(Field(side=33)), 0.99)
+    told = solution(InRows(side=33))
+    assert told.result.startswith(f"value {by_moves.values[0]:.6g} at the start, at most ")
+    assert told.rows == [
+        {"state": "0", "value": pytest.approx(by_moves.values[0]), "best": "east south"}
+    ]
+    assert by_moves.sweeps <= 40

@@ -1,22 +1,12 @@
 """Equilibria of bimatrix games: nobody gains by another action."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from dmplay import Labels, agent, rollout
+from dmplay import agent, rollout
 from dmplay.chance import Reals
-from dmplay.matrix_game import MatrixGame
 from dmplay.solutions.every import solution
 from dmplay.solvers import lemke_howson, matrix_game
-
-
-@dataclass(frozen=True)
-class Large(MatrixGame):
-    """Fifty actions each."""
-
-    actions = (Labels(f"row{n}" for n in range(50)), Labels(f"column{n}" for n in range(50)))
-    payoffs = np.random.default_rng(4).normal(size=(50, 50, 2))
+from tests.support.drawn import Large
 
 
 def mixed(payoffs: Reals) -> None:

@@ -10,6 +10,7 @@ import pytest
 from dmplay import Labels, Outcome
 from dmplay.chance import Array, Bools, Categorical, Chance, Reals
 from dmplay.core import parameter
+from dmplay.matrix_game import MatrixGame
 from tests.support.brought import Counted
 
 some_and_ten = pytest.mark.parametrize(
@@ -98,3 +99,11 @@ class Rivals(Pair):
         """Drawn for the first."""
         first = super().rewards[..., :1]
         return np.concatenate([first, -2 * first], axis=2)
+
+
+@dataclass(frozen=True)
+class Large(MatrixGame):
+    """A game of fifty actions each."""
+
+    actions = (Labels(f"row{n}" for n in range(50)), Labels(f"column{n}" for n in range(50)))
+    payoffs = np.random.default_rng(4).normal(size=(50, 50, 2))
