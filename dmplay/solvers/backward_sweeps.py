@@ -19,6 +19,7 @@ from dmplay.errors import TooMuch
 from dmplay.solvers.graph import BLOCK, Graph, edges, gathered
 
 GAP = 1e-8  # between the bounds, where values are about 1
+ROUNDING = 4e-15  # of values, by which no bounds are nearer
 STILL = 1e-13  # a change of undiscounted values that ends the sweeps
 MOST_BLOCKS = 4096  # of states that are swept one after the other
 WORK, PATIENCE = 1e11, 50  # sweeps after which undiscounted values must change less
@@ -171,7 +172,7 @@ def _low(swept: _Ordered, discount: float, near: Ints) -> Reals:
 def _wanted(values: Reals, discount: float, far: float) -> float:
     """The gap that ends the sweeps: rounding leaves no less."""
     size = max(1.0, float(np.abs(values).max()))
-    return 2 * STILL * size if discount == 1.0 else max(GAP, STILL / 100 * far) * size
+    return 2 * STILL * size if discount == 1.0 else max(GAP, ROUNDING * far) * size
 
 
 def _share(gaps: list[float], wanted: float) -> float:

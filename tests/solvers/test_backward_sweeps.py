@@ -48,6 +48,11 @@ def test_drawn_problems_are_worth_what_the_best_of_all_policies_is(
         wanted = best(problem)
         np.testing.assert_allclose(swept.values, wanted, atol=1e-7)
         assert swept.gap < 1e-6
+        if problem.discount < 1.0:
+            told = solution(problem).rows
+            np.testing.assert_allclose(
+                [float(str(row["value"])) for row in told], wanted, atol=1e-7
+            )
         optimal = agent(problem, 0, "optimal")
         states = np.arange(5)
         did = optimal.choose(optimal.begin(states), problem.legal(states)[:, 0], np.zeros((5, 0)))
@@ -145,6 +150,27 @@ class Idle(Stairs):
     def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         moved, rewards, _ = super().move(s, a, events)
         return Outcome(moved, -rewards, moved)
+
+
+def test_who_is_paid_at_the_top_alone_climbs_without_a_discount(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Each way is worth the same wherever it leads to the top, if not at once."""
+    monkeypatch.setattr(_solved, "FEW", 0)
+    free = Free(steps=40)
+    climber = agent(free, 0, "optimal")
+    played = rollout(free, [climber], episodes=20, turns=400)
+    assert (played.returns == 1.0).all()
+    assert (played.turns < 200).all()
+
+
+class Free(Stairs):
+    """One whose top pays 1, and nothing costs."""
+
+    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+        moved, _, _ = super().move(s, a, events)
+        paid = np.where((moved == self.steps) & (s < self.steps), 1.0, 0.0)
+        return Outcome(moved, paid[:, None], moved)
 
 
 def test_what_has_no_value_is_refused_in_one_line() -> None:
