@@ -49,10 +49,8 @@ def test_drawn_problems_are_worth_what_the_best_of_all_policies_is(
         np.testing.assert_allclose(swept.values, wanted, atol=1e-7)
         assert swept.gap < 1e-6
         if problem.discount < 1.0:
-            told = solution(problem).rows
-            np.testing.assert_allclose(
-                [float(str(row["value"])) for row in told], wanted, atol=1e-7
-            )
+            told = [float(str(row["value"])) for row in solution(problem).rows]
+            np.testing.assert_allclose(told, wanted, atol=1e-7)
         optimal = agent(problem, 0, "optimal")
         states = np.arange(5)
         did = optimal.choose(optimal.begin(states), problem.legal(states)[:, 0], np.zeros((5, 0)))

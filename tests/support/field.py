@@ -83,7 +83,7 @@ class InRows(Tabular):
     @property
     def start_belief(self) -> Array:
         """The near corner."""
-        return (np.arange(self.side**2) == 0).astype(float)
+        return np.asarray(np.arange(self.side**2) == 0, float)
 
     @cached_property
     def tables(self) -> Sparse:
