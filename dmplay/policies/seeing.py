@@ -188,11 +188,11 @@ def visible(problem: Problem) -> dict[str, type[Seated]]:
 
 
 def _alone(problem: Problem) -> dict[str, type[Seated]]:
-    """The agent of one who sees: endless where that has a value, else for the turns there are."""
+    """Those of one who sees: endless where that has a value, and for the turns there are."""
     if not isinstance(problem.states, int):
         return {}
     if problem.discount < 1.0:
-        return {"optimal": Seeing}
+        return {"optimal": Seeing} | ({} if problem.horizon is None else {"plan": Foreseeing})
     if problem.horizon is not None:
         return {"optimal": Foreseeing}
     return {"optimal": Seeing} if problem.terminal(problem.enumerated()).any() else {}

@@ -18,15 +18,24 @@ from dmplay.tabular import tabulate
 SWEEPS = 10_000  # at most
 STILL = 1e-10  # a change that ends them
 DIGITS = 9  # after the point, of what the start is worth
+MOST = 10_000_000  # turns in all states that are planned to tell what a game of some is worth
 SHOWN = 1000  # states whose values are told; of more, those in which games start
 
 
 def alone(problem: Problem) -> Solution:
-    """What is best for one agent, by the method that fits the number of states and of turns."""
+    """What is best for one agent in a game without end, and what a game of so many turns is worth.
+
+    Where nothing is discounted there is none but that.
+    """
     if problem.discount == 1.0 and problem.horizon is not None:
         return turns(problem)
     few = isinstance(problem.states, int) and problem.states <= SHOWN
-    return sweeps(problem) if few else endless(problem)
+    found = sweeps(problem) if few else endless(problem)
+    if problem.horizon is None or len(problem.enumerated()) * problem.horizon > MOST:
+        return found
+    within = seeing.solved(problem, problem.horizon)
+    value = worth(problem, within.graph, within.values_of(problem.horizon))
+    return found._replace(result=f"{found.result}; {value} of {problem.horizon} turns")
 
 
 def sweeps(problem: Problem) -> Solution:

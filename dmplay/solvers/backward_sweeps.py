@@ -219,15 +219,18 @@ def _ordered(graph: Graph, order: Ints, blocks: list[tuple[int, int]], discount:
     starts, outcomes = gathered(graph.starts, which)
     place = np.empty(len(order), graph.after.dtype)
     place[order] = np.arange(len(order))
-    after = place[graph.after[outcomes]]
-    p = discount * graph.p[outcomes]
+    after, p = graph.after[outcomes], graph.p[outcomes]
+    del outcomes  # of many, arrays of a gigabyte in all
+    after = place[after]
+    p *= discount
     here = np.repeat(np.arange(len(order), dtype=after.dtype), np.diff(starts[rows]))
-    stays = after == here
-    stay = np.add.reduceat(np.where(stays, p, 0.0), starts[:-1])
+    stays = np.flatnonzero(after == here)
+    row = np.searchsorted(starts, stays, side="right") - 1
+    stay = np.bincount(row, p[stays], len(which)).astype(float)
     p[stays] = 0.0
     ends = discount == 1.0 or len(graph.live) < len(order)
     rewards = graph.rewards[which, 0]
-    return _Ordered(rows, rewards, starts, p, after, stay, which, blocks, ends)
+    return _Ordered(rows, rewards, starts, p, after, stay, which.astype(np.int32), blocks, ends)
 
 
 def _blocks(graph: Graph, order: Ints, near: Ints) -> list[tuple[int, int]]:

@@ -180,14 +180,21 @@ def _joined(parts: list[_Part], states: Array, places: dict[bytes, int] | None) 
 
 def edges(counts: Ints) -> Ints:
     """Where each of some parts begins, if they stand one after the other, and the end of all."""
-    return np.concatenate([np.zeros(1, np.int64), np.cumsum(counts)])
+    found = np.zeros(len(counts) + 1, np.int64)
+    np.cumsum(counts, out=found[1:])
+    return _small(found) if found[-1] < 2**31 else found
 
 
 def gathered(starts: Ints, some: Ints) -> tuple[Ints, Ints]:
     """Where some parts begin if they stand one after the other, and the places they are from."""
     lengths = starts[some + 1] - starts[some]
-    begin = edges(lengths)
-    return begin, np.repeat(starts[some] - begin[:-1], lengths) + np.arange(begin[-1])
+    begin, full = edges(lengths), lengths > 0
+    first, length = starts[some][full], lengths[full]
+    places = np.ones(begin[-1], np.int64)  # steps, which are summed in place: there may be many
+    places[begin[:-1][full]] = (
+        np.diff(first, prepend=0) - np.append(0, length[:-1] - 1)[: len(first)]
+    )
+    return begin, np.cumsum(places, out=places)
 
 
 def _of_rows(problem: Tabular, states: Array) -> Graph:
@@ -195,9 +202,9 @@ def _of_rows(problem: Tabular, states: Array) -> Graph:
     flow, choices = problem.support.transition, joint_actions(problem)
     planning().hold(BYTES * len(flow.starts) + 2.0 * KEPT * len(flow.values))
     rewards = problem.support.expected(len(states))
+    actions = np.tile(_small(choices), (len(states), 1))
     graph = Graph(
-        states, np.arange(len(states) + 1) * len(choices), np.tile(choices, (len(states), 1)),
-        rewards, flow.starts, flow.values, _small(flow.columns),
+        states, np.arange(len(states) + 1) * len(choices), actions, rewards, flow.starts, flow.values, _small(flow.columns),
     )  # fmt: skip
     return without(graph, problem.terminal(states))
 

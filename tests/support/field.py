@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 
@@ -18,8 +19,10 @@ LIKELY = np.array([0.8, 0.1, 0.1])  # on the way, and to its sides
 def gone(s: Array, a: Array, side: int, aside: Array) -> Array:
     """Where a step leads, from a cell, if the wind blows so."""
     way = WAYS[(a + np.array([0, 1, 3])[aside]) % 4]
-    row, column = np.clip(np.stack(np.divmod(s, side)) + np.moveaxis(way, -1, 0), 0, side - 1)
-    return np.asarray(row * side + column)
+    row, column = np.divmod(s, side)
+    down, right = np.moveaxis(way, -1, 0)
+    edge = side - 1
+    return np.asarray(np.clip(row + down, 0, edge) * side + np.clip(column + right, 0, edge))
 
 
 @dataclass(frozen=True)
@@ -88,12 +91,15 @@ class InRows(Tabular):
     @cached_property
     def tables(self) -> Sparse:
         """What comes of each step in each cell."""
-        rows, last = np.arange(4 * self.side**2), self.side**2 - 1
-        after = gone(rows[:, None] // 4, rows[:, None] % 4, self.side, np.arange(3))
-        after = np.where(rows[:, None] // 4 == last, last, after)
+        cells, last = np.arange(self.side**2), self.side**2 - 1
+        each = np.empty((len(cells), 4, 3), np.int32)
+        for a, aside in product(range(4), range(3)):
+            each[:, a, aside] = gone(cells, np.array(a), self.side, np.array(aside))
+        each[last] = last
+        after = each.reshape(-1, 3)
         order = np.argsort(after, axis=1)
         after = np.take_along_axis(after, order, axis=1)
-        p = np.take_along_axis(np.tile(LIKELY, (len(rows), 1)), order, axis=1)
+        p = np.take_along_axis(np.tile(LIKELY, (len(after), 1)), order, axis=1)
         for place in range(2):  # what leads to the same cell is one
             same = after[:, place] == after[:, place + 1]
             p[same, place + 1] += p[same, place]
@@ -102,7 +108,7 @@ class InRows(Tabular):
         paid = (11.0 * p * (after == last)).sum(axis=1) - 1.0
         paid[-4:] = 0.0
         starts = np.concatenate([[0], kept.sum(axis=1).cumsum()])
-        return Sparse(Rows(starts, after[kept], p[kept]), paid[:, None])
+        return Sparse(Rows(starts, after[kept].astype(np.int64), p[kept]), paid[:, None])
 
     def terminal(self, s: Array) -> Bools:
         """The far corner."""
