@@ -204,7 +204,8 @@ def _of_rows(problem: Tabular, states: Array) -> Graph:
     rewards = problem.support.expected(len(states))
     actions = np.tile(_small(choices), (len(states), 1))
     graph = Graph(
-        states, np.arange(len(states) + 1) * len(choices), actions, rewards, flow.starts, flow.values, _small(flow.columns),
+        states, np.arange(len(states) + 1) * len(choices), actions, rewards,
+        flow.starts, flow.values, _small(flow.columns),
     )  # fmt: skip
     return without(graph, problem.terminal(states))
 
