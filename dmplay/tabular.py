@@ -320,6 +320,7 @@ def tabulate(problem: Problem) -> Tables:
             np.add.at(joint, (row[:many], after[here], seen[here]), p[here])
             if abs(joint - transition[here, :, None] * observation).max() > CERTAIN:
                 raise BadParameter(DEPENDS)
-    return Tables(
-        transition.reshape(size, many, size), rewards.reshape(size, many, -1), observation
-    )
+    flow, paid = transition.reshape(size, many, size), rewards.reshape(size, many, -1)
+    over = np.flatnonzero(problem.terminal(states) & (not problem.hidden))
+    flow[over], paid[over] = np.eye(size)[over, None], 0.0  # whatever its moves say
+    return Tables(flow, paid, observation)

@@ -7,37 +7,67 @@ import numpy as np
 
 from dmplay.chance import Array, Bools, Categorical, Reals, mean
 from dmplay.core import Memory, Percept, parameter
-from dmplay.matrix_game import MatrixGame
 from dmplay.policies.kinds import Maximising, Reactive
-from dmplay.solvers import matrix_game
+from dmplay.solvers import lemke_howson, matrix_game, regret_matching
+from dmplay.solvers.regret_matching import Matched
 
 
 @dataclass(frozen=True)
 class _Mixed(Reactive):
     """A policy of a payoff table that draws its action."""
 
-    problem: MatrixGame
-
     draws = 1  # for the action
+
+    @cached_property
+    def _payoffs(self) -> Reals:
+        """The rewards `[A1, A2, 2]`."""
+        return matrix_game.table(self.problem)
 
     @property
     def _own(self) -> Reals:
         """The seat's rewards `[A of the other, A]`."""
-        return np.moveaxis(self.problem.payoffs[:, :, self.seat], 1 - self.seat, 0)
+        return np.moveaxis(self._payoffs[:, :, self.seat], 1 - self.seat, 0)
 
 
 @dataclass(frozen=True)
 class Nash(_Mixed):
-    """A Nash equilibrium, the first that support enumeration finds."""
+    """A Nash equilibrium, the first that support enumeration finds; of large games, any."""
 
     @cached_property
     def _mix(self) -> Categorical:
-        equilibrium = matrix_game.nash(self.problem.payoffs)[0]
+        equilibrium = lemke_howson.first(self._payoffs)
         return Categorical.of(equilibrium[self.seat][None])
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """An action drawn from the equilibrium."""
         return self._mix.sample(u)
+
+
+@dataclass(frozen=True)
+class Equilibrium(Maximising, Reactive):
+    """Its part of the equilibrium that is found for any number of agents, or comes nearest to one.
+
+    The values are against what the others play in it.
+    """
+
+    draws = 1  # for the action
+
+    @cached_property
+    def _payoffs(self) -> Reals:
+        return matrix_game.table(self.problem)
+
+    @cached_property
+    def _found(self) -> Matched:
+        return regret_matching.equilibrium(self._payoffs)
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """An action drawn from its mix."""
+        return Categorical.of(self._found.mixes[self.seat][None]).sample(u)
+
+    def values(self, memory: Memory) -> Reals:
+        """The reward expected of each action."""
+        worth = regret_matching.replies(self._payoffs, self._found.mixes, self.seat)
+        return np.repeat(worth[None], len(memory[0]), axis=0)
 
 
 @dataclass(frozen=True)
@@ -49,15 +79,13 @@ class Softmax(_Mixed):
 
     @cached_property
     def _mix(self) -> Categorical:
-        payoffs = self.problem.payoffs
-        profile = matrix_game.softmax_level(payoffs, self.precision, self.level)
+        profile = matrix_game.softmax_level(self._payoffs, self.precision, self.level)
         return Categorical.of(profile[self.seat][None])
 
     @cached_property
     def _replies(self) -> Reals:
-        payoffs = self.problem.payoffs
-        lower = matrix_game.softmax_level(payoffs, self.precision, max(self.level - 1, 0))
-        return matrix_game.responses(payoffs, lower)[self.seat]
+        lower = matrix_game.softmax_level(self._payoffs, self.precision, max(self.level - 1, 0))
+        return matrix_game.responses(self._payoffs, lower)[self.seat]
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """An action drawn at random."""
@@ -73,7 +101,7 @@ class BestResponse(Maximising, _Mixed):
     """The best reply to how often the other has done each thing so far (fictitious play)."""
 
     draws = 0
-    basis = "best reply to what the other played so far"
+    basis = "best reply to what the other's play suggests"
 
     def begin(self, observation: Array) -> Memory:
         """No action counted yet."""

@@ -1,4 +1,4 @@
-"""The agents that a table of probabilities and rewards allows, for problems of one agent."""
+"""The agents that know what can happen and what it pays, for problems of one agent."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,15 +15,19 @@ from dmplay.solvers.alpha_vectors import Stage
 from dmplay.tabular import tabulate
 
 HARDLY = 1.0 - 1e-6  # a discount
+FEW = 1000  # states that are seen and that a table is made of
 
 
 @dataclass(frozen=True)
 class Seeing(Reactive):
-    """The best action in every state, by policy iteration (section 7.4)."""
+    """The best action in every state, by policy iteration (section 7.4); of many states, by sweeps.
+
+    Values of actions that a state does not allow are those of the first that it does, or -inf.
+    """
 
     @cached_property
     def _q(self) -> Reals:
-        return value_iteration.optimal(tabulate(self.problem), self.problem.discount)
+        return action_values(self.problem, self.problem.discount)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """The first of the best actions; of equal ones undiscounted, what pays sooner."""
@@ -36,11 +40,24 @@ class Seeing(Reactive):
     @cached_property
     def _sooner(self) -> Reals:
         """Q with hardly a discount: an exit now is worth more than one later."""
-        return value_iteration.optimal(tabulate(self.problem), HARDLY)
+        return action_values(self.problem, HARDLY)
 
     def values(self, memory: Memory) -> Reals:
         """Q* of each action."""
         return np.asarray(self._q[self.problem.index(memory[0])])
+
+
+def action_values(problem: Problem, discount: float) -> Reals:
+    """Q* `[S, A]` of a problem of one agent that sees the state."""
+    if isinstance(problem.states, int) and problem.states <= FEW:
+        return value_iteration.optimal(tabulate(problem), discount)
+    from dmplay.solvers import backward_sweeps, graph  # not needed for few
+
+    found = graph.whole(problem)
+    q = np.full((len(found.states), problem.action_counts[0]), -np.inf)
+    q[found.owner, found.actions[:, 0]] = backward_sweeps.optimal(found, discount).q
+    q[np.diff(found.rows) == 0] = 0.0
+    return q
 
 
 @dataclass(frozen=True)

@@ -2,36 +2,46 @@
 
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, TooMuch
-from dmplay.matrix_game import MatrixGame
 from dmplay.policies import team
-from dmplay.policies._matrix_agents import BestResponse, Nash
-from dmplay.policies._solved import Optimal, Plan, Qmdp, Seeing
+from dmplay.policies._matrix_agents import BestResponse, Equilibrium, Nash
+from dmplay.policies._repeated import RULES
+from dmplay.policies._solved import Optimal, Plan, Qmdp
 from dmplay.policies.kinds import Seated
 from dmplay.policies.roster import Roster
+from dmplay.policies.seeing import visible
+from dmplay.solvers import matrix_game
 from dmplay.tabular import tabulate
 
-FEW_SEEN, FEW_HIDDEN = 1000, 4  # states that a table, and alpha vectors, are made of
+FEW_HIDDEN = 4  # states that alpha vectors are made of
 
 
 def roster(problem: Problem, seat: int) -> Roster:
     """Those that fit; the optimum or a plan advises where there is one, else a search."""
-    if isinstance(problem, MatrixGame) and len(problem.agents) == 2:
-        agents: dict[str, type[Seated]] = {"nash": Nash, "frequency": BestResponse}
-        return Roster(agents, adviser="frequency", partner="frequency")
+    if matrix_game.simple(problem):
+        return _repeated(problem)
     if team.fits(problem):
         return team.roster(problem, seat)
     fitting = _fitting(problem)
-    best = next((name for name in ("optimal", "plan") if name in fitting), "search")
+    best = next((name for name in ("optimal", "plan", "equilibrium") if name in fitting), "search")
     return Roster(fitting, adviser=best)
+
+
+def _repeated(problem: Problem) -> Roster:
+    """Who plays rounds of the same game: of two actions each the usual rules too."""
+    if len(problem.agents) > 2:
+        return Roster({"equilibrium": Equilibrium}, adviser="equilibrium")
+    rules = RULES if problem.action_counts == (2, 2) else {}
+    agents: dict[str, type[Seated]] = {"nash": Nash, "frequency": BestResponse, **rules}
+    return Roster(agents, adviser="frequency", partner="frequency")
 
 
 def _fitting(problem: Problem) -> dict[str, type[Seated]]:
     one = len(problem.agents) == 1 and problem.actions[0].labels
+    if not problem.hidden:
+        return visible(problem)
     if not one or not isinstance(problem.states, int):
         return {}
     ends = problem.discount < 1.0
-    if not problem.hidden:
-        return {"optimal": Seeing} if ends and problem.states <= FEW_SEEN else {}
     if problem.states > FEW_HIDDEN or not _listed(problem):
         return {}
     return {"plan": Plan} | ({"optimal": Optimal, "qmdp": Qmdp} if ends else {})

@@ -4,8 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from dmplay.core import Problem
-from dmplay.matrix_game import MatrixGame
-from dmplay.policies import team
+from dmplay.policies import seeing, team
 from dmplay.problems.cart_pole import CartPole
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
 from dmplay.problems.collision_avoidance import CollisionAvoidance
@@ -15,7 +14,7 @@ from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.problems.simple_regulator import SimpleRegulator
 from dmplay.solutions import games, hidden, played, reals, seen, teams
 from dmplay.solutions.solution import Solution
-from dmplay.solvers import markov_game, sparse
+from dmplay.solvers import markov_game, matrix_game, sparse
 
 Solve = Callable[[Any], Solution]
 
@@ -30,7 +29,7 @@ def _small(problem: Problem) -> bool:
 
 
 def _of_two(problem: Problem) -> bool:
-    return isinstance(problem, MatrixGame) and len(problem.agents) == 2
+    return matrix_game.simple(problem) and len(problem.agents) == 2
 
 
 def _one_to_one(problem: Problem) -> bool:
@@ -49,6 +48,7 @@ def _one_reward(problem: Problem) -> bool:
 
 METHODS: list[tuple[Callable[[Problem], bool], Solve]] = [
     (_of_two, games.equilibria),
+    (matrix_game.simple, games.several),
     (lambda problem: isinstance(problem, CollisionAvoidance), reals.encounter),
     (lambda problem: isinstance(problem, SimpleRegulator), reals.regulator),
     (lambda problem: isinstance(problem, CartPole), reals.balance),
@@ -57,8 +57,12 @@ METHODS: list[tuple[Callable[[Problem], bool], Solve]] = [
     (_one_to_one, games.hunt),
     (_apart, teams.plans),
     (_one_reward, teams.hunt),
-    (lambda problem: _small(problem) and not problem.hidden, seen.sweeps),
+    (lambda problem: _small(problem) and not problem.hidden, seen.alone),
     (lambda problem: _small(problem) and len(problem.enumerated()) <= hidden.DRAWN, hidden.vectors),
     (_small, hidden.first),
+    (lambda problem: isinstance(problem, PredatorPrey), played.simulation),
+    (seeing.in_turn, seen.turns),
+    (seeing.at_odds, games.opposed),
+    (seeing.at_once, games.replied),
     (lambda problem: True, played.simulation),
 ]

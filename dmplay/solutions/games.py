@@ -1,27 +1,63 @@
 """Solutions of games in which everyone sees the state: their equilibria."""
 
-from dmplay.matrix_game import MatrixGame
+from collections.abc import Sequence
+
+import numpy as np
+
+from dmplay.chance import Reals
+from dmplay.core import Problem
+from dmplay.policies import seeing
 from dmplay.problems.predator_prey import PredatorPrey
+from dmplay.solutions.seen import shown_of, worth
 from dmplay.solutions.solution import Row, Solution, mixed
-from dmplay.solvers import markov_game, matrix_game
+from dmplay.solvers import (
+    best_replies,
+    graph,
+    lemke_howson,
+    markov_game,
+    matrix_game,
+    regret_matching,
+)
 
 
-def equilibria(problem: MatrixGame) -> Solution:
-    """Every Nash equilibrium of one round."""
-    found = matrix_game.nash(problem.payoffs)
-    rows: list[Row] = []
-    for profile in found:
-        row: Row = {}
-        pay = matrix_game.utilities(problem.payoffs, profile)
-        for seat, (agent, mix) in enumerate(zip(problem.agents, profile, strict=True)):
-            row[agent] = mixed(problem, seat, mix)
-            row[f"pays {agent}"] = float(pay[seat])
-        rows.append(row)
-    return Solution(
-        "support enumeration",
-        f"{len(rows)} Nash equilibri{'um' if len(rows) == 1 else 'a'} of one round",
-        rows,
-    )
+def equilibria(problem: Problem) -> Solution:
+    """Every Nash equilibrium of one round of two; where these are too many to look for, one."""
+    payoffs = matrix_game.table(problem)
+    found = matrix_game.nash(payoffs) if matrix_game.few(payoffs) else []
+    if not found:
+        one = lemke_howson.equilibrium(payoffs)
+        gain = max(float(matrix_game.regrets(payoffs, one).max()), 0.0)
+        pay = matrix_game.utilities(payoffs, one).tolist()
+        told = f"a Nash equilibrium of one round; by another action nobody gains {_small(gain)}"
+        return Solution("Lemke and Howson's pivoting", told, [_played(problem, one, pay)])
+    rows = [_played(problem, one, matrix_game.utilities(payoffs, one).tolist()) for one in found]
+    many = f"{len(rows)} Nash equilibri{'um' if len(rows) == 1 else 'a'} of one round"
+    return Solution("support enumeration", many, rows)
+
+
+def several(problem: Problem) -> Solution:
+    """What more than two play in one round, and how far that is from an equilibrium."""
+    payoffs = matrix_game.table(problem)
+    found = regret_matching.equilibrium(payoffs)
+    each = enumerate(found.mixes)
+    pay = [float(mix @ regret_matching.replies(payoffs, found.mixes, at)) for at, mix in each]
+    method = f"regret matching, {found.rounds} rounds" if found.rounds else "pure actions"
+    told = f"one round; by another action nobody gains {_small(float(found.gains.max()))}"
+    return Solution(method, told, [_played(problem, found.mixes, pay)])
+
+
+def _small(gain: float) -> str:
+    """How much is gained at most."""
+    return f"more than {gain:.1g}" if gain > 0 else "anything"
+
+
+def _played(problem: Problem, mixes: Sequence[Reals], pay: Sequence[float]) -> Row:
+    """What each agent plays, and is paid."""
+    row: Row = {}
+    for seat, (agent, mix) in enumerate(zip(problem.agents, mixes, strict=True)):
+        row[agent] = mixed(problem, seat, mix)
+        row[f"pays {agent}"] = float(pay[seat])
+    return row
 
 
 def hunt(problem: PredatorPrey) -> Solution:
@@ -41,3 +77,45 @@ def hunt(problem: PredatorPrey) -> Solution:
         f"predator and prey gain at most {gaps}"
     )
     return Solution("equilibrium, by policy iteration over matrix games", told, rows)
+
+
+def opposed(problem: Problem) -> Solution:
+    """What both play in a Markov game of two who are opposed, and what that is worth."""
+    found = seeing.opposed(problem, problem.horizon)
+    before = None if problem.horizon is None else problem.horizon - 1
+    shown = shown_of(problem, found.graph)
+    live = shown[np.isin(shown, found.graph.live)]
+    _, both = found.played(live, problem.discount, before)
+    rows: list[Row] = []
+    for at, place in enumerate(live.tolist()):
+        value = float(both.values[at])
+        row: Row = {"state": problem.notation(found.graph.states[place])}
+        for seat, agent in enumerate(problem.agents):
+            row[f"value {agent}"] = value if seat == 0 else -found.share * value + 0.0
+        for seat, agent in enumerate(problem.agents):
+            row[agent] = mixed(problem, seat, both[1 + seat][at])
+        rows.append(row)
+    first = found.values_of(problem.horizon)
+    values = np.stack([first, -found.share * first + 0.0], axis=1)
+    span = "without end" if problem.horizon is None else f"{problem.horizon} turns"
+    far = f"at most {found.gap:.1g} from the value of the game" if found.gap else "exact"
+    method = f"Shapley's iteration over {len(first)} states, {span}"
+    return Solution(method, f"{worth(problem, found.graph, values)}, {far}", rows)
+
+
+def replied(problem: Problem) -> Solution:
+    """What comes of best replies in a Markov game of several, each for itself."""
+    found = best_replies.equilibrium(problem, graph.explored(problem))
+    rows: list[Row] = []
+    for place in shown_of(problem, found.graph).tolist():
+        row: Row = {"state": problem.notation(found.graph.states[place])}
+        for seat, agent in enumerate(problem.agents):
+            row[f"value {agent}"] = float(found.values[place, seat])
+        for seat, agent in enumerate(problem.agents):
+            row[agent] = mixed(problem, seat, found.play[seat][place])
+        rows.append(row)
+    each = zip(found.gains, problem.agents, strict=True)
+    gains = ", ".join(f"{gain:.2g} by {agent}" for gain, agent in each)
+    told = f"{worth(problem, found.graph, found.values)}; to be gained by another policy: {gains}"
+    method = f"best replies over {len(found.values)} states, {found.rounds} rounds"
+    return Solution(method, told, rows)

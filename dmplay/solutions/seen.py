@@ -1,16 +1,41 @@
-"""Solutions of problems of one agent that sees a finite state."""
+"""Solutions of problems in which a finite state is seen and one agent at a time decides."""
+
+from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import ROUND, Budget
-from dmplay.core import Problem
+from dmplay.budget import ROUND, Budget, between
+from dmplay.chance import Ints, Reals
+from dmplay.core import Problem, exact_start
+from dmplay.errors import TooMuch
+from dmplay.policies import seeing
 from dmplay.solutions.solution import Row, Solution, names
-from dmplay.solvers import value_iteration
+from dmplay.solvers import backward_sweeps, graph, value_iteration
+from dmplay.solvers.graph import Graph
 from dmplay.solvers.value_iteration import best
 from dmplay.tabular import tabulate
 
 SWEEPS = 10_000  # at most
 STILL = 1e-10  # a change that ends them
+DIGITS = 9  # after the point, of what the start is worth
+MOST = 10_000_000  # turns in all states that are planned to tell what a game of some is worth
+SHOWN = 1000  # states whose values are told; of more, those in which games start
+
+
+def alone(problem: Problem) -> Solution:
+    """What is best for one agent in a game without end, and what a game of so many turns is worth.
+
+    Where nothing is discounted there is none but that.
+    """
+    if problem.discount == 1.0 and problem.horizon is not None:
+        return turns(problem)
+    few = isinstance(problem.states, int) and problem.states <= SHOWN
+    found = sweeps(problem) if few else endless(problem)
+    if problem.horizon is None or len(problem.enumerated()) * problem.horizon > MOST:
+        return found
+    within = seeing.solved(problem, problem.horizon)
+    value = worth(problem, within.graph, within.values_of(problem.horizon))
+    return found._replace(result=f"{found.result}; {value} of {problem.horizon} turns")
 
 
 def sweeps(problem: Problem) -> Solution:
@@ -25,6 +50,9 @@ def sweeps(problem: Problem) -> Solution:
         change = float(abs(after - values).max())
         values = after
         done += 1
+    if change >= STILL and problem.discount == 1.0:
+        needed = f"values still change by {change:.3g} after {done} sweeps"
+        raise TooMuch(budget.what, needed, backward_sweeps.ENDLESS)
     q = value_iteration.optimal(tables, problem.discount)
     off = float(abs(q.max(axis=1) - values).max())
     states = problem.enumerated()
@@ -44,3 +72,79 @@ def sweeps(problem: Problem) -> Solution:
     if problem.discount < 1.0:
         told += f"; {off:.1g} from policy iteration"
     return Solution("value iteration", told, rows)
+
+
+class _Known(NamedTuple):
+    """What is known of the states of a graph."""
+
+    graph: Graph
+    values: Reals  # [S, n]
+    mover: Ints  # [S], who decides
+    own: Reals  # [R], what each joint action is worth to who decides
+
+
+def endless(problem: Problem) -> Solution:
+    """Values and best actions in a game without end, of many states."""
+    with between(0.0, 0.3):
+        found = graph.whole(problem)
+    with between(0.3, 1.0):
+        swept = backward_sweeps.optimal(found, problem.discount)
+    nobody = np.zeros(len(found.states), np.int64)
+    known = _Known(found, swept.values[:, None], nobody, swept.q)
+    far = "at most {:.1g} from the optimum" if problem.discount < 1.0 else "the last change {:.1g}"
+    value = worth(problem, found, known.values)
+    told = f"{value}, {far.format(swept.gap)}, {swept.sweeps} sweeps"
+    method = f"value iteration over {len(found.states)} states, backwards from where games end"
+    return Solution(method, told, _rows(problem, known))
+
+
+def turns(problem: Problem) -> Solution:
+    """Values and best actions of a game of some turns, or one that ends, of who is to decide."""
+    found = seeing.solved(problem, problem.horizon)
+    before = found.values_of(None if problem.horizon is None else problem.horizon - 1)
+    q = found.graph.worth(np.arange(len(found.graph.rewards)), problem.discount, before)
+    own = q[np.arange(len(q)), found.mover[found.graph.owner]]
+    known = _Known(found.graph, found.values_of(problem.horizon), found.mover, own)
+    far = f"at most {found.gap:.1g} from that of longer games" if found.gap else "exact"
+    span = "without end" if problem.horizon is None else f"{problem.horizon} turns"
+    method = f"backward induction over {len(before)} states, {span}"
+    return Solution(
+        method, f"{worth(problem, known.graph, known.values)}, {far}", _rows(problem, known)
+    )
+
+
+def worth(problem: Problem, found: Graph, values: Reals) -> str:
+    """What the start is worth to each agent, by the values `[S, n]`."""
+    likely, start = exact_start(problem)
+    mean = np.round(likely @ values[found.at(problem, start)], DIGITS) + 0.0
+    if len(mean) == 1:
+        return f"value {mean[0]:.6g} at the start"
+    each = zip(mean, problem.agents, strict=True)
+    return f"value {', '.join(f'{one:.6g} to {agent}' for one, agent in each)} at the start"
+
+
+def shown_of(problem: Problem, found: Graph) -> Ints:
+    """The states that are told: all or, of many, those in which games start."""
+    if len(found.states) <= SHOWN:
+        return np.arange(len(found.states))
+    return np.unique(found.at(problem, exact_start(problem)[1]))[:SHOWN]
+
+
+def _rows(problem: Problem, known: _Known) -> list[Row]:
+    """The values of the states that are told, and what is best there."""
+    return [_row(problem, known, place) for place in shown_of(problem, known.graph).tolist()]
+
+
+def _row(problem: Problem, known: _Known, place: int) -> Row:
+    found, mover = known.graph, int(known.mover[place])
+    row: Row = {"state": problem.notation(found.states[place])}
+    some = slice(found.rows[place], found.rows[place + 1])
+    able = np.zeros(problem.action_counts[mover], bool)
+    if len(known.own[some]):
+        able[found.actions[some, mover][best(known.own[some])]] = True
+    each = known.values[place].tolist()
+    if len(each) == 1:
+        return row | {"value": each[0], "best": names(problem, able)}
+    each_one = {f"value {agent}": one for agent, one in zip(problem.agents, each, strict=True)}
+    who = problem.agents[mover] if able.any() else ""
+    return row | each_one | {"to decide": who, "best": names(problem, able, mover)}

@@ -70,8 +70,8 @@ def _games(problem: Problem, tables: Tables, values: Reals) -> Reals:
 
 def _play(games: Reals) -> tuple[Reals, Reals]:
     """What both do in every state."""
-    solved = [zero_sum.solved(payoffs) for payoffs in games]
-    return np.stack([one.rows for one in solved]), np.stack([one.columns for one in solved])
+    solved = zero_sum.every(games)
+    return solved.rows, solved.columns
 
 
 def _evaluate(tables: Tables, discount: float, play: tuple[Reals, Reals]) -> Reals:

@@ -1,13 +1,19 @@
 """Equilibria and responses of two-agent simple games, payoffs `[A1, A2, 2]` (chapter 24)."""
 
 from itertools import combinations
+from math import comb
 from typing import NamedTuple
 
 import numpy as np
 
 from dmplay.budget import ROUND, Budget
 from dmplay.chance import Reals
+from dmplay.core import Problem
+from dmplay.matrix_game import MatrixGame
 from dmplay.solvers.value_iteration import SLACK
+from dmplay.tabular import tabulate
+
+FEW = 100_000  # pairs of supports that are looked at
 
 
 class Profile(NamedTuple):
@@ -15,6 +21,19 @@ class Profile(NamedTuple):
 
     first: Reals  # [A1]
     second: Reals  # [A2]
+
+
+def simple(problem: Problem) -> bool:
+    """Whether a problem is a game of some rounds in which nothing changes but what is paid."""
+    seen = not problem.hidden and len(problem.agents) > 1
+    return problem.states == 1 and seen and all(problem.action_counts)
+
+
+def table(problem: Problem) -> Reals:
+    """The payoffs `[A1, ..., An, n]` of a simple game."""
+    if isinstance(problem, MatrixGame):
+        return problem.payoffs
+    return tabulate(problem).rewards.reshape(*problem.action_counts, -1)
 
 
 def utilities(payoffs: Reals, profile: Profile) -> Reals:
@@ -73,6 +92,12 @@ def _never_best(values: Reals, row: int) -> bool:
             return False
         columns[columns] = gain[np.argmax(better)] <= SLACK
     return True
+
+
+def few(payoffs: Reals) -> bool:
+    """Whether all pairs of supports of a game `[A1, A2, 2]` can be looked at."""
+    rows, columns = map(len, undominated(payoffs))
+    return comb(rows + columns, rows) <= FEW
 
 
 def nash(payoffs: Reals) -> list[Profile]:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.budget import ROUND, Budget
-from dmplay.chance import Reals
+from dmplay.chance import Ints, Reals
 
 ZERO = 1e-10  # of a tableau whose entries are about 1
 
@@ -18,48 +18,73 @@ class Solved(NamedTuple):
     columns: Reals  # [A2], of the one who pays
 
 
+class Every(NamedTuple):
+    """The same of many games."""
+
+    values: Reals  # [S]
+    rows: Reals  # [S, A1]
+    columns: Reals  # [S, A2]
+
+
 def solved(payoffs: Reals) -> Solved:
-    """What `payoffs` `[A1, A2]` to the row player are worth.
+    """What `payoffs` `[A1, A2]` to the row player are worth."""
+    values, rows, columns = every(payoffs[None])
+    return Solved(float(values[0]), rows[0], columns[0])
+
+
+def every(payoffs: Reals) -> Every:
+    """What many games `[S, A1, A2]` are worth.
 
     With payoffs between 1 and 2 the columns' weights y of greatest sum with payoffs y <= 1 are the
     strategy times 1 / value, and the prices of these bounds are the rows' weights.
     """
-    low = payoffs.min()
-    scale = float(payoffs.max() - low) or 1.0
-    many, other = payoffs.shape
-    tableau = np.zeros((many + 1, other + many + 1))
-    tableau[:many, :other] = 1.0 + (payoffs - low) / scale
-    tableau[:many, other:-1] = np.eye(many)
-    tableau[:many, -1] = 1.0
-    tableau[many, :other] = -1.0
-    basis = np.arange(other, other + many)
+    games, many, other = payoffs.shape
+    low = payoffs.min(axis=(1, 2))
+    scale = payoffs.max(axis=(1, 2)) - low
+    scale[scale == 0.0] = 1.0
+    tableau = np.zeros((games, many + 1, other + many + 1))
+    tableau[:, :many, :other] = 1.0 + (payoffs - low[:, None, None]) / scale[:, None, None]
+    tableau[:, :many, other:-1] = np.eye(many)
+    tableau[:, :many, -1] = 1.0
+    tableau[:, many, :other] = -1.0
+    basis = np.tile(np.arange(other, other + many), (games, 1))
     _optimise(tableau, basis)
-    weights = np.zeros(other + many)
-    weights[basis] = tableau[:many, -1]
-    value = low + scale * (1.0 / tableau[many, -1] - 1.0)
-    return Solved(float(value), _mix(tableau[many, other:-1]), _mix(weights[:other]))
+    weights = np.zeros((games, other + many))
+    np.put_along_axis(weights, basis, tableau[:, :many, -1], axis=1)
+    values = low + scale * (1.0 / tableau[:, many, -1] - 1.0)
+    return Every(values, mix(tableau[:, many, other:-1]), mix(weights[:, :other]))
 
 
-def _mix(weights: Reals) -> Reals:
+def mix(weights: Reals) -> Reals:
     """Probabilities in proportion to weights, of which rounding may leave some below 0."""
     able = np.maximum(weights, 0.0)
-    return np.asarray(able / able.sum())
+    return np.asarray(able / able.sum(axis=-1, keepdims=True))
 
 
-def _optimise(tableau: Reals, basis: Reals) -> None:
+def _optimise(tableaux: Reals, bases: Ints) -> None:
     """Pivots until no weight is worth raising; the lowest index first, which cannot cycle."""
     budget = Budget("a matrix game", "try fewer actions")
-    while True:
-        budget.spend(ROUND + 3 * tableau.size)
-        worthwhile = np.flatnonzero(tableau[-1, :-1] < -ZERO)
-        if not len(worthwhile):
-            return
-        column = int(worthwhile[0])
-        up = np.flatnonzero(tableau[:-1, column] > ZERO)
-        ratio = tableau[up, -1] / tableau[up, column]
-        ties = up[ratio <= ratio.min() + ZERO]
-        row = int(ties[np.argmin(basis[ties])])
-        tableau[row] /= tableau[row, column]
-        others = np.arange(len(tableau)) != row
-        tableau[others] -= np.outer(tableau[others, column], tableau[row])
-        basis[row] = column
+    going = np.arange(len(tableaux))
+    while len(going):
+        budget.spend(ROUND + 3.0 * len(going) * tableaux[0].size)
+        worthwhile = tableaux[going, -1, :-1] < -ZERO
+        able = worthwhile.any(axis=1)
+        going = going[able]
+        if len(going):
+            _pivot(tableaux, bases, going, worthwhile[able].argmax(axis=1))
+
+
+def _pivot(tableaux: Reals, bases: Ints, going: Ints, columns: Ints) -> None:
+    """Brings a column into the basis of each of some games."""
+    games = np.arange(len(going))
+    some, basis = tableaux[going], bases[going]
+    column = some[games, :, columns]
+    up = column[:, :-1] > ZERO
+    ratio = np.where(up, some[:, :-1, -1] / np.where(up, column[:, :-1], 1.0), np.inf)
+    ties = ratio <= ratio.min(axis=1, keepdims=True) + ZERO
+    rows = np.where(ties, basis, basis.max() + 1).argmin(axis=1)
+    pivot = some[games, rows] / column[games, rows][:, None]
+    some -= column[:, :, None] * pivot[:, None, :]
+    some[games, rows] = pivot
+    tableaux[going] = some
+    bases[going, rows] = columns

@@ -45,7 +45,8 @@ def _ways(turns: int) -> dict[str, Sequence[str]]:
     return ways | {f"export {form}": (*DMPLAY, "export", told, form, *out) for form in forms}
 
 
-def _spent(command: Sequence[str], place: Path) -> Spent:
+def spent(command: Sequence[str], place: Path) -> Spent:
+    """What a command takes; raises RuntimeError where it fails."""
     env = clean_environment(place, PYTHONPATH=str(Path.cwd()))
     quiet = subprocess.DEVNULL
     process = subprocess.Popen(command, env=env, cwd=place, stdout=quiet, stderr=quiet)
@@ -63,11 +64,11 @@ def report(runs: int) -> None:
         place = Path(folder)
         for turns in (FEW, MANY):
             game = (*DMPLAY, *GAME, "--turns", str(turns), "--quiet", "-o", f"{turns}.dmt")
-            _spent(game, place)
+            spent(game, place)
         for _ in range(runs):
             for turns in (FEW, MANY):
                 for name, command in _ways(turns).items():
-                    found.setdefault((name, turns), []).append(_spent(command, place))
+                    found.setdefault((name, turns), []).append(spent(command, place))
     print(f"long games, medians of {runs} runs: us a turn, x the floor, MB for {MANY} turns")
     floor = None
     for name in _ways(MANY):

@@ -121,7 +121,7 @@ def test_plain_attributes_and_fields_without_a_decorator_are_parameters() -> Non
 
 def test_agents_of_a_module_sit_advise_and_have_parameters() -> None:
     problem = dmplay.load("./walk.py")
-    assert [*agents.roster(problem).agents] == ["patient", "optimal", "random", "search"]
+    assert [*agents.roster(problem).agents] == ["patient", "optimal", "plan", "random", "search"]
     assert agents.roster(problem).adviser == "patient"
     assert dmplay.agent(problem, 0, "patient:edge=3").edge == 3  # type: ignore[attr-defined]
     found = dmplay.agent(problem, 0, "./walk.py:Patient:edge=4")

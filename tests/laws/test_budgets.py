@@ -16,23 +16,30 @@ from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPre
 from dmplay.problems.simple_regulator import SimpleRegulator
 from dmplay.solvers import (
     alpha_vectors,
+    backward_induction,
+    backward_sweeps,
     belief_grid,
+    best_replies,
     best_response,
     bounded_search,
     collision_grid,
     double_description,
     envelope,
     expectimax_2048,
+    graph,
     grid_iteration,
     hunting_team,
     joint_plans,
+    lemke_howson,
     linear_regulator,
     markov_game,
     matrix_game,
     plan_graphs,
     pooled_beliefs,
     reactive_team,
+    regret_matching,
     riccati,
+    shapley,
     sparse,
     team_plan,
     team_search,
@@ -43,11 +50,14 @@ from dmplay.solvers import (
 from dmplay.solvers.team import Team
 from dmplay.tabular import Tables, tabulate
 from tests.support.cases import load
+from tests.support.drawn import Pair, Rivals
 from tests.support.teams import dectiger, read
+from tests.support.turns import Nim
 
 TABLES = {"boards_2048", "worth_2048"}  # found once, of a size that no parameter changes
 PARTS = {"occupancy", "team"}  # of the search for a joint plan, which spends for them
 TRIANGLE = "predator-prey:triangle"
+HANDS = np.array([[0.0, -1.0, 2.0], [1.0, 0.0, -1.0], [-1.0, 1.0, 0.0]])
 PAYOFFS = np.random.default_rng(1).normal(size=(4, 4, 2))
 
 
@@ -121,7 +131,10 @@ def hunted() -> None:
 
 SOLVED: dict[str, Callable[[], object]] = {
     "alpha_vectors": lambda: alpha_vectors.infinite(baby(), 0.9),
+    "backward_induction": lambda: backward_induction.solved(Nim(), graph.explored(Nim()), None),
+    "backward_sweeps": lambda: backward_sweeps.optimal(graph.whole(load("hexworld")), 0.9),
     "belief_grid": lambda: [belief_grid.BeliefGrid(3, 4).points for _ in range(2)],
+    "best_replies": lambda: best_replies.equilibrium(Pair(), graph.explored(Pair())),
     "best_response": answered,
     "bounded_search": exactly,
     "collision_grid": lambda: collision_grid.optimal.__wrapped__(load("collision-avoidance")),
@@ -129,8 +142,10 @@ SOLVED: dict[str, Callable[[], object]] = {
     "envelope": lambda: envelope.envelope(PAYOFFS[:, :, 0]),
     "expectimax_2048": lambda: expectimax_2048.action_values(np.ones((1, 4, 4), np.uint8), 0.8, 4),
     "hunting_team": hunted,
+    "graph": lambda: graph.explored(Nim()),
     "grid_iteration": lambda: grid_iteration.optimal(load("mountain-car"), GRID),
     "joint_plans": lambda: joint_plans.stages(load("multicaregiver-crying-baby"), 2),
+    "lemke_howson": lambda: lemke_howson.equilibrium(PAYOFFS),
     "linear_regulator": regulated,
     "markov_game": lambda: markov_game.equilibrium(load(TRIANGLE)),
     "matrix_game": lambda: matrix_game.nash(PAYOFFS),
@@ -139,7 +154,9 @@ SOLVED: dict[str, Callable[[], object]] = {
     ),
     "pooled_beliefs": lambda: pooled_beliefs.Pooled(tigers(), 3, planning()),
     "reactive_team": pursued,
+    "regret_matching": lambda: regret_matching.equilibrium(np.stack([HANDS, -HANDS], axis=2)),
     "riccati": balanced,
+    "shapley": lambda: shapley.solved(Rivals(), graph.explored(Rivals()), None),
     "sparse": planned,
     "team_plan": lambda: team_plan.planned(tigers(), 2),
     "team_search": lambda: team_search.Search(

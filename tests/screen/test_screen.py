@@ -429,7 +429,7 @@ def test_a_narrow_key_row_shortens_actions_but_shows_them_all(name: str) -> None
 
 def test_advice_where_two_choose_at_once_says_what_it_rests_on() -> None:
     shown = play(game("prisoners-dilemma", "human", "grim"), "c", "tab").last
-    assert " hint (best reply to what the other played so far): defect\n" in shown
+    assert " hint (best reply to what the other's play suggests): defect\n" in shown
     assert "  ████ -1" in shown
 
 

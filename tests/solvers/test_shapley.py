@@ -1,0 +1,99 @@
+"""Markov games of two who are opposed, against matrix games solved one by one."""
+
+import numpy as np
+import pytest
+
+from dmplay import agent, rollout
+from dmplay.chance import Reals
+from dmplay.errors import BadPolicy
+from dmplay.finding.agents import roster
+from dmplay.policies import seeing
+from dmplay.solutions.every import solution
+from dmplay.solvers import best_replies, graph, shapley, zero_sum
+from tests.support.drawn import Pair, Rivals, some_and_ten
+from tests.support.soccer import Soccer
+
+
+def turn(problem: Rivals, values: Reals) -> Reals:
+    """What games are worth that are a turn longer, state by state."""
+    after = np.zeros(5)
+    for s in np.flatnonzero(~problem.terminal(np.arange(5))):
+        q = problem.rewards[s, :, 0] + problem.discount * problem.transition[s] @ values
+        legal = np.ix_(*map(np.flatnonzero, problem.able[s]))
+        after[s] = zero_sum.solved(q.reshape(3, 3)[legal]).value
+    return after
+
+
+@some_and_ten
+def test_drawn_games_are_worth_what_their_matrix_games_are(seeds: range) -> None:
+    for seed in seeds:
+        problem = Rivals(seed=seed, ends=seed % 2 == 0, discount=0.5)
+        values = np.zeros(5)
+        for _ in range(30):
+            values = turn(problem, values)
+        found = seeing.opposed(problem, None)
+        wanted = values[found.graph.states]
+        np.testing.assert_allclose(found.values[-1], wanted, atol=1e-8)
+        assert found.gap < 1e-8
+        assert found.share == pytest.approx(2.0)
+        seated = [agent(problem, seat, "optimal") for seat in range(2)]
+        returns = rollout(problem, seated, episodes=200, seed=seed, turns=25).returns[:, 0]
+        assert abs(returns.mean() - values[0]) < 3 * returns.std(ddof=1) / 200**0.5 + 1e-5
+
+
+def test_a_game_of_some_turns_is_worth_so_many() -> None:
+    for seed in range(4):
+        problem = Rivals(seed=seed, turns=4, discount=1.0)
+        values = np.zeros(5)
+        for _ in range(4):
+            values = turn(problem, values)
+        assert solution(problem).result.startswith(f"value {values[0]:.6g} to one, ")
+        first = agent(problem, 1, "optimal")
+        q = first.values(first.begin(np.zeros(1, int)))
+        assert q is not None
+        assert q[0][problem.able[0, 1]].max() == pytest.approx(-2 * values[0], abs=1e-7)
+
+
+@pytest.mark.slow
+def test_soccer_is_worth_the_same_to_both_and_what_they_play_secures_it() -> None:
+    field = Soccer()
+    found = seeing.opposed(field, None)
+    assert len(found.graph.states) == 760  # as in the paper, without those of a goal
+    assert found.gap < 1e-8
+    start = found.values[-1][found.graph.at(field, field.place(2, (np.array([0, 1]),)))]
+    np.testing.assert_allclose(start, [0.21848, -0.21848], atol=1e-5)
+    seated = [agent(field, seat, "optimal") for seat in range(2)]
+    for seat, other in ((0, "optimal"), (0, "random"), (1, "random")):
+        pair = list(seated)
+        pair[1 - seat] = agent(field, 1 - seat, other)
+        returns = rollout(field, pair, episodes=200, turns=50).returns[:, seat]
+        error = returns.std(ddof=1) / 200**0.5
+        assert abs(returns.mean()) < 3 * error if other == "optimal" else returns.mean() > 0.3
+    told = solution(field)
+    assert told.method == "Shapley's iteration over 760 states, without end"
+    assert told.result.startswith("value 0 to left, 0 to right at the start, at most ")
+
+
+def test_by_the_best_reply_to_it_nobody_gains() -> None:
+    for seed in range(4):
+        problem = Rivals(seed=seed, discount=0.8)
+        drawn = graph.explored(problem)
+        found = shapley.solved(problem, drawn, None)
+        both = found.play(drawn.live, found.games(drawn.live, 0.8, None))
+        play = [np.zeros((len(drawn.states), 3)) for _ in range(2)]
+        for seat in range(2):
+            play[seat][drawn.live] = both[1 + seat]
+            play[seat][np.diff(drawn.rows) == 0, 0] = 1.0
+        gains = best_replies.standing(problem, drawn, play).gains
+        assert gains.max() < 1e-6
+
+
+def test_those_who_are_not_opposed_are_refused() -> None:
+    assert [*roster(Pair()).agents] == ["equilibrium", "random", "search"]
+    assert [*roster(Rivals()).agents] == ["optimal", "equilibrium", "random", "search"]
+    assert [*roster(Rivals(discount=1.0)).agents] == ["random", "search"]
+    drawn = graph.explored(Pair())
+    with pytest.raises(BadPolicy, match="got rewards that are not opposed"):
+        shapley.solved(Pair(), drawn, None)
+    with pytest.raises(BadPolicy, match="expected a discount below 1, or a horizon"):
+        shapley.solved(Rivals(discount=1.0), drawn, None)
