@@ -12,8 +12,8 @@ from dmplay.core import WAIT, parameter
 from dmplay.errors import BadPolicy, TooMuch
 from dmplay.finding.agents import adviser, roster
 from dmplay.policies.seeing import solved
-from dmplay.reports.measuring import Match
-from dmplay.reports.measuring import seated as sitting
+from dmplay.reports.match import Match
+from dmplay.reports.match import seated as sitting
 from dmplay.solutions.every import solution
 from dmplay.solvers import backward_induction
 from tests.support.brought import Counted
