@@ -10,13 +10,14 @@ import pytest
 
 import dmplay
 from dmplay import solvers
-from dmplay.budget import Stopped, watched
+from dmplay.budget import Budget, Stopped, watched
 from dmplay.policies.mountain_car import GRID
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
 from dmplay.problems.simple_regulator import SimpleRegulator
 from dmplay.solvers import (
     alpha_vectors,
     belief_grid,
+    belief_tree,
     best_response,
     bounded_search,
     collision_grid,
@@ -24,10 +25,12 @@ from dmplay.solvers import (
     envelope,
     expectimax_2048,
     grid_iteration,
+    hidden_rows,
     joint_plans,
     linear_regulator,
     markov_game,
     matrix_game,
+    point_based,
     reactive_team,
     riccati,
     sparse,
@@ -96,9 +99,17 @@ def planned() -> None:
     sparse.optimal(model, 0.9)
 
 
+def grown() -> None:
+    budget = Budget("a tree", "try less")
+    rows = hidden_rows.listed(load("crying-baby"), budget)
+    layer = belief_tree.Layer(rows.lowest(budget), rows.highest(budget))
+    belief_tree.BeliefTree(rows, [layer], budget).expanded(0)
+
+
 SOLVED: dict[str, Callable[[], object]] = {
     "alpha_vectors": lambda: alpha_vectors.infinite(baby(), 0.9),
     "belief_grid": lambda: [belief_grid.BeliefGrid(3, 4).points for _ in range(2)],
+    "belief_tree": grown,
     "best_response": answered,
     "bounded_search": exactly,
     "collision_grid": lambda: collision_grid.optimal.__wrapped__(load("collision-avoidance")),
@@ -106,10 +117,12 @@ SOLVED: dict[str, Callable[[], object]] = {
     "envelope": lambda: envelope.envelope(PAYOFFS[:, :, 0]),
     "expectimax_2048": lambda: expectimax_2048.action_values(np.ones((1, 4, 4), np.uint8), 0.8, 4),
     "grid_iteration": lambda: grid_iteration.optimal(load("mountain-car"), GRID),
+    "hidden_rows": lambda: hidden_rows.listed(load("crying-baby"), Budget("rows", "try less")),
     "joint_plans": lambda: joint_plans.stages(load("multicaregiver-crying-baby"), 2),
     "linear_regulator": regulated,
     "markov_game": lambda: markov_game.equilibrium(load(TRIANGLE)),
     "matrix_game": lambda: matrix_game.nash(PAYOFFS),
+    "point_based": lambda: point_based.solved(load("crying-baby"), None, 0.01),
     "reactive_team": pursued,
     "riccati": balanced,
     "sparse": planned,
