@@ -85,6 +85,11 @@ def within(work: float) -> Iterator[None]:
         _shared.reset(before)
 
 
+def limited() -> bool:
+    """Whether all budgets together have a limit in this thread."""
+    return _shared.get() is not None
+
+
 @contextmanager
 def watched(watch: Watch) -> Iterator[None]:
     """Has each budget spent meanwhile in this thread tell how far it is, never less than before."""

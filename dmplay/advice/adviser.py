@@ -183,7 +183,9 @@ class Adviser:
     def choice(self) -> str:
         """The adviser's name, and what it would do here."""
         best = self.session.action_name(self.seat, self._asked(Follower.choose))
-        return f"({getattr(self._found and self._found[1], 'basis', '') or self.name}): {best}"
+        with within(WORK):
+            basis = getattr(self._found and self._found[1], "basis", "")
+        return f"({basis or self.name}): {best}"
 
     def values(self) -> str:
         """The adviser's value of each legal action; '' where it knows none."""

@@ -1,28 +1,31 @@
 """Policies for a problem that a user brings: what its kind and size allow."""
 
-from dmplay.core import Problem
+from collections.abc import Callable
+
+import numpy as np
+
+from dmplay.core import Problem, exact
 from dmplay.errors import BadParameter, TooMuch
 from dmplay.policies import team
 from dmplay.policies._matrix_agents import BestResponse, Equilibrium, Nash
 from dmplay.policies._repeated import RULES
-from dmplay.policies._solved import Optimal, Plan, Qmdp
+from dmplay.policies._solved import Plan, Qmdp
 from dmplay.policies.kinds import Seated
+from dmplay.policies.point_based import FEW, Optimal, PointBased
 from dmplay.policies.roster import Roster
 from dmplay.policies.seeing import visible
 from dmplay.solvers import matrix_game
 from dmplay.tabular import tabulate
 
-FEW_HIDDEN = 4  # states that alpha vectors are made of
-
 
 def roster(problem: Problem, seat: int) -> Roster:
-    """Those that fit; the optimum or a plan advises where there is one, else a search."""
+    """Those that fit; the optimum or an equilibrium advises where there is one, else a search."""
     if matrix_game.simple(problem):
         return _repeated(problem)
     if team.fits(problem):
         return team.roster(problem, seat)
     fitting = _fitting(problem)
-    best = next((name for name in ("optimal", "plan", "equilibrium") if name in fitting), "search")
+    best = next((name for name in ("optimal", "equilibrium") if name in fitting), "search")
     return Roster(fitting, adviser=best)
 
 
@@ -42,15 +45,18 @@ def _fitting(problem: Problem) -> dict[str, type[Seated]]:
     if not one or not isinstance(problem.states, int):
         return {}
     ends = problem.discount < 1.0
-    if problem.states > FEW_HIDDEN or not _listed(problem):
+    if not _can(lambda: exact(problem, problem.enumerated()[:1], np.zeros((1, 1), np.int64))):
         return {}
-    return {"plan": Plan} | ({"optimal": Optimal, "qmdp": Qmdp} if ends else {})
+    found: dict[str, type[Seated]] = {"optimal": Optimal, "point-based": PointBased}
+    if problem.states > FEW or not _can(lambda: tabulate(problem)):
+        return found
+    return found | {"plan": Plan} | ({"qmdp": Qmdp} if ends else {})
 
 
-def _listed(problem: Problem) -> bool:
-    """Whether arrays can hold the problem."""
+def _can(list_them: Callable[[], object]) -> bool:
+    """Whether what can happen can be listed so."""
     try:
-        tabulate(problem)
+        list_them()
     except (BadParameter, TooMuch):
         return False
     return True

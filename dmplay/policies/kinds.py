@@ -23,13 +23,17 @@ class Seated(Policy):
     problem: Problem
     seat: int
 
-    basis: ClassVar[str] = ""  # what its advice rests on, where its name alone does not tell
     unnamed: ClassVar[str] = ""  # the parameter whose name may be left out
     whole_game: ClassVar[bool] = False  # whether its bare name means a plan of the game at hand
 
     def __post_init__(self) -> None:
         """Refuses parameters out of bounds."""
         check_bounds(self)
+
+    @property
+    def basis(self) -> str:
+        """What its advice rests on, where its name alone does not tell."""
+        return ""
 
     @property
     def draws(self) -> int:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
+from math import ceil, log
 from typing import NamedTuple
 
 from dmplay.blocks import Workers
@@ -11,8 +12,10 @@ from dmplay.finding import agents, problems
 from dmplay.game.errand import Printout
 from dmplay.game.request import pairs
 from dmplay.game.seats import HUMAN, seat_policy
+from dmplay.session import MOST_TURNS
 from dmplay.signals import INTERRUPTED
 
+UNCOUNTED = 1e-9  # share that a turn counts for, and is not played
 STOPPED = "interrupted"  # as rollouts says it
 
 
@@ -63,6 +66,16 @@ def policy(problem: Problem, seat: int, name: str, match: Match) -> Policy:
     if found is None:
         raise BadParameter(f"{name}: a person cannot play so many games; name an agent")
     return found
+
+
+def counted(match: Match, parameters: Mapping[str, object]) -> Match:
+    """The same, no longer than turns count where somebody's hidden problem has no end."""
+    problem = problems.resolve(match.problem, parameters).problem
+    bounded = match.turns or problem.horizon or problem.discount == 1.0 or problems.stem(problem)
+    if bounded or not problem.hidden:
+        return match
+    turns = log(UNCOUNTED) / log(problem.discount) if problem.discount else 1
+    return match._replace(turns=min(ceil(turns), MOST_TURNS))
 
 
 def settings(match: Match) -> Iterator[dict[str, object]]:

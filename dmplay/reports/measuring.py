@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.chance import Reals
+from dmplay.core import Policy
 from dmplay.errors import BadParameter
 from dmplay.game.errand import Printout
 from dmplay.game.request import pairs
@@ -15,7 +16,9 @@ from dmplay.measure.comparing import Comparison, Difference, compare
 from dmplay.measure.engines import engine
 from dmplay.measure.estimate import Estimate
 from dmplay.measure.running import Run, run
-from dmplay.reports.match import Match, seated, settings, told
+from dmplay.policies.point_based import PointBased
+from dmplay.policies.point_based import told as between
+from dmplay.reports.match import Match, counted, seated, settings, told
 from dmplay.reports.progress import Bar
 from dmplay.reports.recorded import NONE, Keeping, recorded
 from dmplay.reports.tables import csv_of, table
@@ -33,6 +36,7 @@ class Setting(NamedTuple):
     parameters: Mapping[str, object]  # those of a sweep
     names: Sequence[str]  # of who played
     run: Run
+    known: Sequence[str]  # of what the problem is worth
 
     def __str__(self) -> str:
         return " ".join(f"{key}={value}" for key, value in self.parameters.items())
@@ -58,10 +62,11 @@ def ran(  # noqa: PLR0913 - each is the caller's to choose
         engine(match.engine, match.workers) as (workers, executor),
     ):
         for place, parameters in enumerate(sweep):
-            who = seated(match, parameters)
+            game = counted(match, parameters)
+            who = seated(game, parameters)
             try:
                 result = run(
-                    who.problem, who.policies, episodes=episodes, until=until, turns=match.turns,
+                    who.problem, who.policies, episodes=episodes, until=until, turns=game.turns,
                     seed=match.seed, workers=workers, executor=executor,
                     progress=bar.part(place, len(sweep)),
                 )  # fmt: skip
@@ -70,9 +75,10 @@ def ran(  # noqa: PLR0913 - each is the caller's to choose
                     raise
                 short = str(error)
                 break
-            one = Setting(parameters if len(sweep) > 1 else {}, who.names, result)
+            known = _known(who.names, who.policies)
+            one = Setting(parameters if len(sweep) > 1 else {}, who.names, result, known)
             found.append(one)
-            kept += recorded(match, parameters, who, result, keeping, str(one))
+            kept += recorded(game, parameters, who, result, keeping, str(one))
             short = result.short
             if short:
                 break
@@ -83,19 +89,26 @@ def _written(
     match: Match, found: Sequence[Setting], kept: Sequence[Row], form: str, *, ascii_: bool
 ) -> str:
     """The report in this form; for people with pictures."""
-    rows = [row for one in found for row in _rows(*one)]
+    rows = [row for one in found for row in _rows(*one[:3])]
     if form == "json":
         games = {"kept": kept} if kept else {}
         return dumps({"problem": match.problem, "seed": match.seed, "runs": rows} | games)
     if form == "csv":
         return csv_of(rows)
     head = _summary(match, found[0].run) if len(found) == 1 else _sweep(match, found)
-    parts = [head, table([_for_people(row) for row in rows])]
+    known = [line for one in found for line in one.known]
+    parts = [head, "\n".join([table([_for_people(row) for row in rows]), *known])]
     parts += [_plot(found)] if len(found) > 1 else []
     parts += [_pictures(found)]
     parts += [table(kept)] if kept else []
     text = "\n\n".join(parts)
     return text.translate(ASCII).replace("±", "+-") if ascii_ else text
+
+
+def _known(names: Sequence[str], policies: Sequence[Policy]) -> list[str]:
+    """What those who plan between two bounds know of the value."""
+    each = zip(names, policies, strict=True)
+    return [f"{name}: {between(one.bounds)}" for name, one in each if isinstance(one, PointBased)]
 
 
 def _rows(parameters: Mapping[str, object], names: Sequence[str], result: Run) -> list[Row]:

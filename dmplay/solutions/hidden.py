@@ -3,9 +3,11 @@
 import numpy as np
 
 from dmplay import belief
+from dmplay.budget import within
 from dmplay.core import Problem
-from dmplay.errors import BadPolicy, TooMuch
+from dmplay.errors import BadParameter, BadPolicy, TooMuch
 from dmplay.finding import agents
+from dmplay.policies.point_based import PointBased, told
 from dmplay.policies.valued import Planner
 from dmplay.solutions.played import simulation
 from dmplay.solutions.solution import Row, Solution, names
@@ -15,16 +17,29 @@ from dmplay.solvers.value_iteration import best
 from dmplay.tabular import tabulate
 
 DRAWN = 3  # states whose every vector is worth listing
+LISTED = 4e9  # operations that listing them may take
 TURNS = 20  # played by default where a problem has no end of its own
 
 
 def vectors(problem: Problem) -> Solution:
-    """The alpha vectors of a game without end or, where that has no value, of some turns."""
+    """The alpha vectors of a game without end or, where that has no value, of some turns.
+
+    Where there are too many, the bounds that are known without listing them.
+    """
+    try:
+        with within(LISTED):
+            return _vectors(problem)
+    except (BadParameter, TooMuch):
+        return first(problem)
+
+
+def _vectors(problem: Problem) -> Solution:
     tables = tabulate(problem)
     start = belief.prior(problem)
     found = agents.adviser(problem, 0, problem.horizon)
     counts = found is not None and found[1].whole_game  # a game of so many turns
-    if problem.discount < 1.0 and problem.horizon in (None, TURNS) and not counts:
+    usual = problem.horizon == TURNS and not counts
+    if problem.discount < 1.0 and (problem.horizon is None or usual):
         stage: Stage = alpha_vectors.infinite(tables, problem.discount)
         method = "alpha vectors, without end"
     else:
@@ -43,11 +58,14 @@ def vectors(problem: Problem) -> Solution:
 
 def first(problem: Problem) -> Solution:
     """The value of each first action, by the agent that knows the optimum."""
-    found = agents.adviser(problem, 0, problem.horizon)
+    turns = problem.horizon or (TURNS if problem.discount >= 1.0 else None)
+    found = agents.adviser(problem, 0, turns)
     if found is None:
         return simulation(problem)
     name, agent = found
     try:
+        if isinstance(agent, PointBased):
+            return _bounded(agent)
         q = agent.values(agent.begin(np.full(1, -1)))
     except (BadPolicy, TooMuch):  # more plans than can be listed
         return simulation(problem, ["search"])
@@ -60,3 +78,20 @@ def first(problem: Problem) -> Solution:
     ahead = f", {agent.horizon} turns to go" if isinstance(agent, Planner) else ""
     told = f"value {q.max():.6g} at the start{ahead}"
     return Solution(f"the agent {name}", told, rows)
+
+
+def _bounded(agent: PointBased) -> Solution:
+    """Two bounds of the value of each first action."""
+    found, problem = agent.bounds, agent.problem
+    able = best(found.lower)
+    rows: list[Row] = [
+        {
+            "first": problem.action_name(0, a),
+            "lower bound": float(low),
+            "upper bound": float(high),
+            "best": "*" if able[a] else "",
+        }
+        for a, (low, high) in enumerate(zip(found.lower, found.upper, strict=True))
+    ]
+    span = f"{agent.turns} turns" if agent.turns else "without end"
+    return Solution(f"point-based, {span}", f"{told(found)}; {found.beliefs} beliefs", rows)

@@ -11,10 +11,12 @@ from dmplay import Interval, Labels, Outcome, Tables, Tabular
 from dmplay.advice import adviser as advising
 from dmplay.chance import Array, Categorical, Chance
 from dmplay.dice import Dice
-from dmplay.errors import BadParameter, TooMuch
-from dmplay.finding.agents import roster
+from dmplay.errors import BadPolicy, TooMuch
+from dmplay.finding.agents import for_turns, roster
 from dmplay.game.game import Game
 from dmplay.game.seats import HUMAN
+from dmplay.policies import point_based
+from dmplay.policies.point_based import Optimal
 from dmplay.session import Session
 from dmplay.solutions import every
 from dmplay.solvers import alpha_vectors
@@ -106,8 +108,9 @@ def game(problem: dmplay.Problem) -> Game:
 @pytest.mark.parametrize(
     ("problem", "fitting", "hint"),
     [
-        (Tiger(), ["plan"], "plan"),
-        (Patient(), ["plan", "optimal", "qmdp"], "optimal"),
+        (Tiger(), ["optimal", "point-based", "plan"], "optimal"),
+        (Patient(), ["optimal", "point-based", "plan", "qmdp"], "optimal"),
+        (Flip(), ["optimal", "point-based"], "optimal"),
         (Lamp(), ["optimal"], "optimal"),
         (Lamp(discount=1.0), [], "search"),
         (Dial(), [], "search"),
@@ -131,25 +134,30 @@ def test_what_is_not_legal_is_neither_valued_nor_best() -> None:
     assert played.returns[0, 0] == pytest.approx(8.0)
 
 
-def test_what_is_seen_of_the_state_before_is_left_to_a_search() -> None:
-    assert [*roster(Flip()).agents] == ["random", "search"]
-    assert roster(Flip(), 0).adviser == "search"
-    with pytest.raises(BadParameter, match="observations depend on the state before: put what is"):
-        every.solution(Flip())
+def test_what_is_seen_of_the_state_before_is_planned_for_too() -> None:
+    found = every.solution(Flip())
+    assert found.method == "point-based, 5 turns"
+    assert found.result.startswith("value 4.0951 at the start; ")
+    assert [row["best"] for row in found.rows] == ["*", ""]
 
 
-def test_a_hint_is_searched_where_plans_are_too_many(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_plans_that_are_too_many_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(alpha_vectors, "WORK", 1000)
-    played = game(Four(discount=1.0))
-    assert played.adviser.hint().startswith("hint (search): ")
+    agent = dmplay.agent(Four(discount=1.0), 0, "optimal")
+    assert agent.values(agent.begin(np.full(1, -1))) is not None
     with pytest.raises(TooMuch, match="there are too many plans; search needs none"):
         dmplay.agent(Four(discount=1.0), 0, "plan").values((np.full((1, 4), 0.25),))
 
 
 def test_a_hint_costs_less_than_the_agent_may_that_it_asks(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(point_based, "EXACT", 1e7)
     monkeypatch.setattr(advising, "WORK", 1000)
-    assert game(Tiger()).adviser.hint().startswith("hint (search): ")
-    assert dmplay.agent(Tiger(), 0, "plan").values((np.full((1, 2), 0.5),)) is not None
+    assert game(Arms(discount=0.6)).adviser.hint().startswith("hint (search): ")
+    monkeypatch.setattr(advising, "WORK", 6e7)
+    hint = game(Arms(discount=0.6)).adviser.hint()
+    assert hint.startswith("hint (point-based, value 1.")
+    assert " to 1." in hint
+    assert " at the start): " in hint
 
 
 @dataclass(frozen=True)
@@ -169,17 +177,37 @@ class Arms(Tabular):
     )
 
 
-def test_a_hint_of_too_many_plans_is_soon_that_of_a_search() -> None:
-    hint = quickly(game(Arms(discount=1.0)).adviser.hint)
-    assert hint.startswith("hint (search): ")
+def test_a_hint_of_too_many_plans_is_soon_given(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(point_based, "EXACT", 1e8)
+    hint = quickly(game(Arms(discount=0.5)).adviser.hint)
+    assert hint.startswith("hint (optimal): ")
     with pytest.raises(TooMuch, match=r"^alpha vectors: 641 MB, more than 512; there"):
         dmplay.agent(Arms(), 0, "plan").values((np.full((1, 3), 1 / 3),))
+
+
+def test_a_hint_knows_how_many_turns_are_left() -> None:
+    tiger = game(Tiger())
+    for _ in range(9):
+        tiger.session.advance([0])
+    assert tiger.adviser.hint().startswith("hint (optimal): ")
+    values = tiger.adviser.values()
+    assert float(values.split("listen ")[1].split(",")[0]) == -1.0
+    agent = dmplay.agent(Tiger(), 0, "optimal")
+    returns = dmplay.rollout(Tiger(), [agent], episodes=1000, seed=1).returns[:, 0]
+    assert abs(returns.mean() - 9.438) <= 2 * returns.std() / np.sqrt(len(returns))
+
+
+def test_a_game_of_some_turns_is_planned_to_its_end() -> None:
+    assert for_turns(Patient(), 0, "optimal", 3) == "optimal:horizon=3"
+    assert for_turns(Patient(), 0, "optimal", 1000) == "optimal"
+    with pytest.raises(BadPolicy, match="a game without end needs a discount below 1; --turns"):
+        _ = Optimal(Patient(discount=1.0), 0).bounds
 
 
 def test_the_tiger_is_listened_to_until_a_door_is_worth_it() -> None:
     played = game(Tiger())
     assert played.adviser.hint() == (
-        "hint (plan): listen. values: listen 9.44, open-left -36.25, open-right -36.25"
+        "hint (optimal): listen. values: listen 9.44, open-left -36.25, open-right -36.25"
     )
     assert played.account.situation(played.view()) == (
         "nothing yet. belief: left 0.500, right 0.500. actions: listen, open-left, open-right."

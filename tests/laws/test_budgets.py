@@ -19,6 +19,7 @@ from dmplay.solvers import (
     backward_induction,
     backward_sweeps,
     belief_grid,
+    belief_tree,
     best_replies,
     best_response,
     bounded_search,
@@ -28,6 +29,7 @@ from dmplay.solvers import (
     expectimax_2048,
     graph,
     grid_iteration,
+    hidden_rows,
     hunting_team,
     joint_plans,
     lemke_howson,
@@ -35,6 +37,7 @@ from dmplay.solvers import (
     markov_game,
     matrix_game,
     plan_graphs,
+    point_based,
     pooled_beliefs,
     reactive_team,
     regret_matching,
@@ -129,12 +132,20 @@ def hunted() -> None:
     pooled_beliefs.Pooled(hunting_team.HuntingTeam.hunting(hunt), 3, planning())
 
 
+def grown() -> None:
+    budget = Budget("a tree", "try less")
+    rows = hidden_rows.listed(load("crying-baby"), budget)
+    layer = belief_tree.Layer(rows.lowest(budget), rows.highest(budget))
+    belief_tree.BeliefTree(rows, [layer], budget).expanded(0)
+
+
 SOLVED: dict[str, Callable[[], object]] = {
     "alpha_vectors": lambda: alpha_vectors.infinite(baby(), 0.9),
     "backward_induction": lambda: backward_induction.solved(Nim(), graph.explored(Nim()), None),
     "backward_sweeps": lambda: backward_sweeps.optimal(graph.whole(load("hexworld")), 0.9),
     "belief_grid": lambda: [belief_grid.BeliefGrid(3, 4).points for _ in range(2)],
     "best_replies": lambda: best_replies.equilibrium(Pair(), graph.explored(Pair())),
+    "belief_tree": grown,
     "best_response": answered,
     "bounded_search": exactly,
     "collision_grid": lambda: collision_grid.optimal.__wrapped__(load("collision-avoidance")),
@@ -144,6 +155,7 @@ SOLVED: dict[str, Callable[[], object]] = {
     "hunting_team": hunted,
     "graph": lambda: graph.explored(Nim()),
     "grid_iteration": lambda: grid_iteration.optimal(load("mountain-car"), GRID),
+    "hidden_rows": lambda: hidden_rows.listed(load("crying-baby"), Budget("rows", "try less")),
     "joint_plans": lambda: joint_plans.stages(load("multicaregiver-crying-baby"), 2),
     "lemke_howson": lambda: lemke_howson.equilibrium(PAYOFFS),
     "linear_regulator": regulated,
@@ -153,6 +165,7 @@ SOLVED: dict[str, Callable[[], object]] = {
         tigers(), plan_graphs.drawn(tigers(), 3, 2, 1), planning()
     ),
     "pooled_beliefs": lambda: pooled_beliefs.Pooled(tigers(), 3, planning()),
+    "point_based": lambda: point_based.solved(load("crying-baby"), None, 0.01),
     "reactive_team": pursued,
     "regret_matching": lambda: regret_matching.equilibrium(np.stack([HANDS, -HANDS], axis=2)),
     "riccati": balanced,

@@ -12,6 +12,7 @@ import pytest
 import dmplay
 from dmplay.cli.errands import understood
 from dmplay.errors import BadParameter
+from dmplay.finding.topics import topic
 from dmplay.game.checking import check
 from dmplay.game.errand import Printout
 from dmplay.measure.comparing import compare
@@ -21,6 +22,7 @@ from dmplay.reports.measuring import histogram
 from dmplay.rollouts import rollout
 from dmplay.transcript.reading import read
 from tests.benchmarks import honest
+from tests.support.blocks import file
 
 HEX = dmplay.load("hexworld")
 
@@ -183,3 +185,15 @@ def test_a_histogram_shows_where_returns_lie() -> None:
 def test_what_cannot_be_measured_is_one_line(words: list[str], told: str) -> None:
     with pytest.raises((BadParameter, LookupError), match=told.replace("(", r"\(")):
         understood(words)
+
+
+def test_a_game_without_end_is_played_as_long_as_it_counts_and_its_value_is_told(
+    tmp_path: Path,
+) -> None:
+    tiger = tmp_path / "tiger.pomdp"
+    tiger.write_text(file(topic("files"), "tiger.pomdp").replace("0.95", "0.5"))
+    told = ran("run", str(tiger), "--agent", "optimal", "--episodes", "2")
+    assert " 2 games of seed 0, 30 turns each" in told
+    assert "\noptimal:horizon=30: value -0.303929 at the start\n" in told
+    short = ran("run", str(tiger), "--agent", "optimal", "--episodes", "2", "--turns", "1")
+    assert "\noptimal:horizon=1: value -1 at the start\n" in short

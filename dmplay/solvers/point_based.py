@@ -1,0 +1,243 @@
+"""Values of a hidden problem of one agent between two bounds, at the beliefs that matter.
+
+Trials go from the start by the action whose upper bound is the greatest and the observation after
+which most is open, as deep as it weighs; on the way back both bounds are backed up. Now and
+then one goes by the plans that are known instead, as these lead elsewhere. It can be stopped at any
+time. Source: Smith and Simmons, Point-based POMDP algorithms: improved analysis and
+implementation (HSVI2, 2005); Kurniawati, Hsu and Lee, SARSOP (2008), for the tree that is kept.
+"""
+
+from contextlib import suppress
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay.budget import ROUND, Budget
+from dmplay.chance import Reals
+from dmplay.core import Problem
+from dmplay.errors import TooMuch
+from dmplay.solvers.belief_tree import BeliefTree, Branch, Layer
+from dmplay.solvers.hidden_rows import HiddenRows, listed
+
+WORK = 2e10  # operations
+LEAST = 1e-6  # values so close are close enough, whatever share of them that is
+DEEP = 0.9  # of what is open at the start: a trial ends where less is
+FAINT = 1e-3  # of what is open: what moves a bound by less is no new plan or point
+SWEPT = 2.0  # times as many beliefs expanded: then all are backed up once more
+LONGEST = 500  # turns of a trial
+GAMES = 4  # trials, after which one more is a game by the plans that are known
+UNSEEN = 0.1  # what the end of such a game counts for
+WITNESSES = 200  # beliefs at which each action is given a plan
+
+Plans = tuple[Reals, ...]  # of each first action, vectors [N, S]
+
+
+class Bounds(NamedTuple):
+    """What a problem is worth at the start, and plans that earn what is the least."""
+
+    at_least: float
+    at_most: float
+    lower: Reals  # [A], of each first action
+    upper: Reals  # [A]
+    plans: tuple[Plans, ...]  # without end one; else by the turns to go
+    beliefs: int  # from which was looked ahead
+    close: bool  # whether the bounds are as close as they were to be
+
+
+def solved(problem: Problem, horizon: int | None, gap: float, work: float = WORK) -> Bounds:
+    """The bounds of a problem without end, or of so many turns.
+
+    It ends where they are apart by no more than this share of the value, or where the work is done.
+    Raises TooMuch where there are no bounds before that.
+    """
+    budget = Budget("a plan for what is believed", "try fewer states, or search", work)
+    search = PointBased(listed(problem, budget), horizon, budget)
+    while search.apart > search.aim(gap) and search.tried(gap):
+        pass
+    return search.bounds(gap)
+
+
+class PointBased:
+    """A search between two bounds that goes on, trial by trial."""
+
+    def __init__(self, model: HiddenRows, horizon: int | None, budget: Budget) -> None:
+        """Finds the bounds to begin with."""
+        self.model, self.budget = model, budget
+        self.turns = horizon or 0
+        self.tree = BeliefTree(model, _layers(model, horizon, budget), budget)
+        self._swept = 10
+        self._trials = 0
+        self._passed: dict[int, int] = {}  # how often a game came by a belief
+
+    @property
+    def at_least(self) -> float:
+        """The value at the start, from below."""
+        return float(self.tree.root.likely @ self.tree.low[self.tree.root.nodes])
+
+    @property
+    def at_most(self) -> float:
+        """The value at the start, from above."""
+        return float(self.tree.root.likely @ self.tree.high[self.tree.root.nodes])
+
+    @property
+    def apart(self) -> float:
+        """What lies between them."""
+        return self.at_most - self.at_least
+
+    def aim(self, gap: float) -> float:
+        """What may lie between them, as a share of the value."""
+        return max(LEAST, gap * max(abs(self.at_least), abs(self.at_most)))
+
+    def tried(self, gap: float) -> bool:
+        """One more trial, and a sweep now and then; whether there was work left for it."""
+        tree = self.tree
+        try:
+            self.budget.expect(self._reserved)
+            self._trial(max(self.aim(gap), DEEP * self.apart))
+            self._trials += 1
+            if self._trials % GAMES == 0:
+                self._game()
+            if len(tree.branches) > SWEPT * self._swept:
+                self._swept = len(tree.branches)
+                for node in [*tree.branches][::-1]:
+                    self._backup(node)
+        except TooMuch:
+            return False
+        return True
+
+    def _trial(self, aim: float) -> None:
+        """One way down from the start, and back up."""
+        tree, branch, left = self.tree, self.tree.root, self.turns
+        path: list[int] = []
+        while len(path) < LONGEST and (left or not self.turns):
+            wide = tree.high[branch.nodes] - tree.low[branch.nodes] - aim
+            k = int((branch.likely * wide).argmax())
+            if path and wide[k] <= 0:
+                break
+            node = int(branch.nodes[k])
+            branches = tree.expanded(node)
+            path.append(node)
+            left, aim = left - 1, aim / (self.model.discount or LEAST)
+            branch = branches[self._promising(branches, left)]
+            tree.raised(branch, left)
+        for node in path[::-1]:
+            self._backup(node)
+
+    def _game(self) -> None:
+        """The way of a game by the plans that are known, where it was gone the least."""
+        tree, branch, left, weight = self.tree, self.tree.root, self.turns, 1.0
+        path: list[int] = []
+        while weight > UNSEEN and len(path) < LONGEST and (left or not self.turns):
+            wide = tree.high[branch.nodes] - tree.low[branch.nodes]
+            passed = np.array([self._passed.get(one, 0) for one in branch.nodes.tolist()])
+            node = int(branch.nodes[(branch.likely * wide / (1 + passed)).argmax()])
+            self._passed[node] = self._passed.get(node, 0) + 1
+            branches = tree.expanded(node)
+            path.append(node)
+            left, weight = left - 1, weight * self.model.discount
+            for one in branches:
+                tree.raised(one, left)
+            branch = branches[int(np.argmax([tree.at_least(one) for one in branches]))]
+        for node in path[::-1]:
+            self._backup(node)
+
+    def _promising(self, branches: list[Branch], left: int) -> int:
+        """The action of the greatest upper bound, brought up to date."""
+        while True:
+            best = int(np.argmax([self.tree.at_most(one) for one in branches]))
+            if not self.tree.lowered(branches[best], left):
+                return best
+
+    def _backup(self, node: int) -> None:
+        """Both bounds of a belief, by those of the beliefs that follow."""
+        tree, faint = self.tree, FAINT * self.apart
+        branches, left = tree.branches[node], tree.left[node]
+        for one in branches:
+            tree.raised(one, left - 1)
+        worth = [tree.at_least(one) for one in branches]
+        best = int(np.argmax(worth))
+        if worth[best] > tree.low[node] + faint:
+            self._planned(node, best)
+        highest = tree.at_most(branches[self._promising(branches, left - 1)])
+        if highest < tree.high[node] - faint:
+            tree.layer(left).point(tree.whole(node), highest)
+        tree.high[node] = min(tree.high[node], highest)
+
+    def _planned(self, node: int, action: int) -> None:
+        """Takes the plan that begins with an action here, where it is better than any before."""
+        tree, left = self.tree, self.tree.left[node]
+        vector = self._plan(tree.branches[node][action], action, left)
+        states, likely = tree.belief(node)
+        value = float(likely @ vector[states])
+        if value > tree.low[node]:
+            tree.low[node] = value
+            tree.plan[node] = tree.layer(left).plan(vector, action)
+
+    def _plan(self, branch: Branch, action: int, left: int) -> Reals:
+        """The vector `[S]` of an action and the best plans after each observation.
+
+        After what cannot be observed from here it is the plan for all that may follow together.
+        """
+        plans, here = self.tree.layer(left - 1).plans.all, self.model.of_action(action)
+        numbers = here.stop - here.start
+        self.tree.spend(4 * ROUND + 12.0 * numbers + plans.shape[1] * len(branch.states))
+        together = branch.likely @ branch.beliefs @ plans[branch.states]
+        chosen = np.full(self.model.kinds, int(together.argmax()))
+        chosen[branch.seen] = self.tree.plan[branch.nodes]
+        after, seen = self.model.after[here], self.model.seen[here]
+        return self.model.follow(action, plans[after, chosen[seen]])
+
+    @property
+    def _reserved(self) -> float:
+        """The work that telling what is known takes."""
+        many, numbers = len(self.model.rewards), len(self.model.joint.values)
+        return min(WITNESSES, len(self.tree.branches)) * (8 * ROUND * many + 20.0 * numbers)
+
+    def bounds(self, gap: float) -> Bounds:
+        """What is known so far."""
+        tree = self.tree
+        lower, upper = np.zeros((2, len(self.model.rewards)))
+        for node, likely in zip(tree.root.nodes.tolist(), tree.root.likely, strict=True):
+            branches = tree.expanded(node)
+            lower += [likely * tree.at_least(one) for one in branches]
+            upper += [likely * tree.at_most(one) for one in branches]
+        plans = tuple(self._best(left) for left in range(len(tree.layers)))
+        close = self.apart <= self.aim(gap)
+        return Bounds(self.at_least, self.at_most, lower, upper, plans, len(tree.branches), close)
+
+    def _best(self, left: int) -> Plans:
+        """The plans of a layer that are the best for some belief, and some of each action."""
+        tree, layer = self.tree, self.tree.layer(left)
+        many = len(self.model.rewards)
+        here = np.array(tree.left) == left if self.turns else slice(len(tree.left))
+        used = np.union1d(np.arange(many), tree.plan[: len(tree.left)][here])
+        found = layer.plans.all.T[used]
+        actions = np.array(layer.actions)[used]
+        plans = [found[actions == a] for a in range(many)]
+        witnesses = [
+            node
+            for node in [*tree.branches][:WITNESSES]
+            if tree.left[node] == left or not self.turns
+        ]
+        with suppress(TooMuch):
+            for node, a in product(witnesses, range(many)):
+                vector = self._plan(tree.branches[node][a], a, left)
+                states, likely = tree.belief(node)
+                if likely @ vector[states] > (plans[a][:, states] @ likely).max() + LEAST:
+                    plans[a] = np.vstack([plans[a], vector])
+        return tuple(plans)
+
+
+def _layers(model: HiddenRows, horizon: int | None, budget: Budget) -> list[Layer]:
+    """The first bounds: without end a layer, or one for each number of turns to go."""
+    if horizon is None:
+        return [Layer(model.lowest(budget), model.highest(budget))]
+    many, numbers = len(model.rewards), len(model.joint.values)
+    layers = [Layer(*np.zeros((2, many, model.states)))]
+    while len(layers) <= horizon:
+        budget.hold(16.0 * len(layers) * 16 * model.states)
+        budget.spend(2 * ROUND + 8.0 * many * numbers)
+        low, high = layers[-1].plans.all[:, :many].T, layers[-1].highest
+        layers.append(Layer(model.blind(low), model.informed(high)))
+    return layers

@@ -1,0 +1,67 @@
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay.budget import within
+from dmplay.files.problem import FromFile
+from dmplay.policies import point_based
+from dmplay.policies.point_based import PointBased, told
+from dmplay.solvers.point_based import Bounds
+from tests.support.brought import Vault
+from tests.support.hidden import hallway
+
+ROOMS = [(0, 0), (1, 0), (2, 0), (1, 1)]
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "words"),
+    [
+        (18.94, 19.31, "value 18.94 to 19.31 at the start"),
+        (-6.254, -2.08, "value -6.3 to -2.0 at the start"),
+        (1234.0, 1834.0, "value 1230 to 1840 at the start"),
+        (19.37136, 19.37136, "value 19.3714 at the start"),
+        (0.0, 0.00123, "value 0.0000 to 0.0013 at the start"),
+    ],
+)
+def test_bounds_are_told_outwards_in_as_many_digits_as_differ(
+    low: float, high: float, words: str
+) -> None:
+    assert told(Bounds(low, high, np.zeros(1), np.zeros(1), (), 1, False)) == words
+
+
+def test_who_is_in_a_hurry_has_less_and_who_is_not_the_whole() -> None:
+    agent = PointBased(hallway(ROOMS, (1, 1)), 0, gap=0.2)
+    with within(4e7):
+        hurried = agent.bounds
+        assert agent.bounds is hurried
+        assert agent.basis.startswith("point-based, value ")
+    whole = agent.bounds
+    assert whole.close
+    assert whole.at_least >= hurried.at_least
+    assert whole.at_most - whole.at_least <= 0.2 * whole.at_most
+    with within(4e7):
+        assert agent.bounds is whole
+    assert not agent.basis
+
+
+@dataclass(frozen=True)
+class Listing(FromFile):
+    """One that cannot be told from others, as it holds a list."""
+
+    notes: list[str] = field(default_factory=list, kw_only=True)
+
+
+def test_what_cannot_be_told_from_others_is_solved_each_time() -> None:
+    listing = Listing(0.5, model=hallway(ROOMS, (1, 1)).model)
+    agent = PointBased(listing, 0, gap=0.5)
+    assert agent.bounds is not agent.bounds
+    assert listing not in [asked.problem for asked in point_based._kept]
+
+
+def test_only_what_is_legal_is_chosen() -> None:
+    agent = PointBased(Vault(), 0, horizon=3)
+    played = dmplay.rollout(Vault(), [agent], episodes=100, turns=3, seed=1)
+    error = played.returns.std() / 10
+    assert abs(played.returns.mean() - agent.bounds.at_least) <= 2 * error
