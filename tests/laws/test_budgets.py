@@ -29,6 +29,7 @@ from dmplay.solvers import (
     markov_game,
     matrix_game,
     reactive_team,
+    rewards_ahead,
     riccati,
     sparse,
     uct,
@@ -77,7 +78,8 @@ def pursued() -> None:
 
 def searched() -> None:
     tree = uct.Tree(load("hexworld"), 0, 40, 3, 1.0)
-    tree.values(np.zeros((1, 40), np.int64), np.full((1, tree.draws), 0.5))
+    asked = uct.Asked(np.zeros((1, 40), np.int64), np.array([9]), ((),))
+    tree.values(asked, np.full((1, tree.draws), 0.5))
 
 
 def regulated() -> None:
@@ -111,6 +113,7 @@ SOLVED: dict[str, Callable[[], object]] = {
     "markov_game": lambda: markov_game.equilibrium(load(TRIANGLE)),
     "matrix_game": lambda: matrix_game.nash(PAYOFFS),
     "reactive_team": pursued,
+    "rewards_ahead": lambda: rewards_ahead.found(load("hexworld"), 0),
     "riccati": balanced,
     "sparse": planned,
     "uct": searched,
