@@ -31,6 +31,7 @@ from dmplay.solvers import (
     reactive_team,
     rewards_ahead,
     riccati,
+    search_tree,
     sparse,
     uct,
     value_iteration,
@@ -40,6 +41,7 @@ from dmplay.tabular import Tables, tabulate
 from tests.support.cases import load
 
 TABLES = {"boards_2048", "worth_2048"}  # found once, of a size that no parameter changes
+PARTS = {"search_nodes", "search_tree"}  # of another's work
 TRIANGLE = "predator-prey:triangle"
 PAYOFFS = np.random.default_rng(1).normal(size=(4, 4, 2))
 
@@ -77,9 +79,9 @@ def pursued() -> None:
 
 
 def searched() -> None:
-    tree = uct.Tree(load("hexworld"), 0, 40, 3, 1.0)
-    asked = uct.Asked(np.zeros((1, 40), np.int64), np.array([9]), ((),))
-    tree.values(asked, np.full((1, tree.draws), 0.5))
+    tree = search_tree.Tree(load("hexworld"), 0, 40, 3, 1.0)
+    asked = search_tree.Asked(np.zeros((1, 40), np.int64), np.array([9]), ((),))
+    uct.search(tree, asked, np.full((1, tree.draws), 0.5))
 
 
 def regulated() -> None:
@@ -125,7 +127,7 @@ SOLVED: dict[str, Callable[[], object]] = {
 def test_every_solver_has_a_case_here() -> None:
     assert solvers.__file__
     modules = {path.stem for path in Path(solvers.__file__).parent.glob("[a-z]*.py")}
-    assert modules == {*SOLVED} | TABLES
+    assert modules == {*SOLVED} | TABLES | PARTS
 
 
 @pytest.mark.parametrize("solver", SOLVED)
