@@ -1,5 +1,5 @@
 """How fast it is: `python -m tests.benchmarks [start] [keys] [batch] [long] [bots] [loops]
-[--runs N]`; how well agents play:
+[simulations] [--runs N]`; how well agents play:
 `python -m tests.benchmarks league [--problem NAME] [--agent NAME] [--games N]`.
 
 Every number is a median of runs that take turns with one another, so that a busy moment of the
@@ -11,7 +11,7 @@ import compileall
 from pathlib import Path
 
 import dmplay
-from tests.benchmarks import batch, bots, keys, league, long, loops, start
+from tests.benchmarks import batch, bots, keys, league, long, loops, simulations, start
 
 PARTS = {
     "start": start.report,
@@ -20,8 +20,9 @@ PARTS = {
     "long": long.report,
     "bots": bots.report,
     "loops": loops.report,
+    "simulations": simulations.report,
 }
-RUNS = {"start": 15, "keys": 60, "batch": 7, "long": 3, "bots": 3, "loops": 7}
+RUNS = {"start": 15, "keys": 60, "batch": 7, "long": 3, "bots": 3, "loops": 7, "simulations": 5}
 
 
 def main() -> None:
