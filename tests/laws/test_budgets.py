@@ -41,7 +41,9 @@ from dmplay.solvers import (
     pooled_beliefs,
     reactive_team,
     regret_matching,
+    rewards_ahead,
     riccati,
+    search_tree,
     shapley,
     sparse,
     team_plan,
@@ -58,7 +60,7 @@ from tests.support.teams import dectiger, read
 from tests.support.turns import Nim
 
 TABLES = {"boards_2048", "worth_2048"}  # found once, of a size that no parameter changes
-PARTS = {"occupancy", "team"}  # of the search for a joint plan, which spends for them
+PARTS = {"occupancy", "team", "search_nodes", "search_tree"}  # of another's work, which spends
 TRIANGLE = "predator-prey:triangle"
 HANDS = np.array([[0.0, -1.0, 2.0], [1.0, 0.0, -1.0], [-1.0, 1.0, 0.0]])
 PAYOFFS = np.random.default_rng(1).normal(size=(4, 4, 2))
@@ -97,8 +99,9 @@ def pursued() -> None:
 
 
 def searched() -> None:
-    tree = uct.Tree(load("hexworld"), 0, 40, 3, 1.0)
-    tree.values(np.zeros((1, 40), np.int64), np.full((1, tree.draws), 0.5))
+    tree = search_tree.Tree(load("hexworld"), 0, 40, 3, 1.0)
+    asked = search_tree.Asked(np.zeros((1, 40), np.int64), np.array([9]), ((),))
+    uct.search(tree, asked, np.full((1, tree.draws), 0.5))
 
 
 def regulated() -> None:
@@ -168,6 +171,7 @@ SOLVED: dict[str, Callable[[], object]] = {
     "point_based": lambda: point_based.solved(load("crying-baby"), None, 0.01),
     "reactive_team": pursued,
     "regret_matching": lambda: regret_matching.equilibrium(np.stack([HANDS, -HANDS], axis=2)),
+    "rewards_ahead": lambda: rewards_ahead.found(load("hexworld"), 0),
     "riccati": balanced,
     "shapley": lambda: shapley.solved(Rivals(), graph.explored(Rivals()), None),
     "sparse": planned,
