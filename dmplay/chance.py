@@ -27,7 +27,7 @@ class Categorical:
     def sample(self, u: Reals) -> Ints:
         """Events `[B]` from uniforms `[B, 1]`."""
         if len(u) == len(self.cumulative) == 1:  # a game's turn: the same count, found by halving
-            return np.asarray(self.cumulative[0].searchsorted(u[0, :1], "right"))
+            return np.asarray(self.cumulative[0].searchsorted(u[0], "right"))
         events = np.zeros(len(u), np.int64)
         for column in self.cumulative.T:
             events += column <= u[:, 0]
@@ -49,6 +49,8 @@ class Pick:
 
     def sample(self, u: Reals) -> Ints:
         """Events `[B]` from uniforms `[B, 1]`."""
+        if len(u) == len(self.n) == 1:  # a game's turn
+            return np.array([int(u.item() * self.n.item())])
         return (u[:, 0] * self.n).astype(np.int64)
 
     def probabilities(self) -> Reals:
@@ -90,6 +92,8 @@ Chance = Categorical | Pick | Span | Normal
 
 def sample(chances: tuple[Chance, ...], u: Reals) -> tuple[Array, ...]:
     """One event of each chance, from uniforms `[B, draws]` consumed left to right."""
+    if len(chances) == 1:
+        return (chances[0].sample(u),)
     events = []
     at = 0
     for chance in chances:
