@@ -168,6 +168,8 @@ def slid_cells(cells: Cells, a: Ints) -> tuple[Cells, Reals]:
 
 def _facing(boards: Boards, a: Boards) -> Boards:
     """The boards whose rows lie in the directions `a`: upright ones are transposed, or put back."""
+    if isinstance(a, int):
+        return transposed(boards) if a & 1 else boards
     return boards ^ (boards ^ transposed(boards)) & -(a & 1)
 
 
