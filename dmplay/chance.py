@@ -119,7 +119,7 @@ def mean(weights: Reals, each: Array) -> Reals:
     total = shares[0] * terms[0]
     for s in range(1, len(shares)):
         total += shares[s] * terms[s]
-    return np.ascontiguousarray(total.T)
+    return np.asarray(total.T)
 
 
 def anyone(many: int, u: Reals, able: Bools | None) -> Ints:
