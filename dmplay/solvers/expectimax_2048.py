@@ -1,8 +1,9 @@
 """Expectimax for 2048: slides by their best value, new tiles by their mean (section 9.3).
 
 All boards of a ply are searched together. A path of tiles is followed for as long as it is likely:
-far where the board is crowded and few tiles can come, less far where it is bare. What the search
-ends on is valued line by line.
+far where the board is crowded and few tiles can come, less far where it is bare; and one of slides
+as long as none leaves a far worse board than another would. What the search ends on is valued line
+by line.
 """
 
 import time
@@ -19,8 +20,9 @@ from dmplay.solvers.boards_2048 import empty, placed, slides
 from dmplay.solvers.worth_2048 import LOST, worth, worth_tiled
 from dmplay.tiles import Cells, Words, words
 
-LIKELY = 0.003  # a path goes on from a tile only where all its tiles are together so likely;
-FIRST, NEXT = 0.1, 0.3  # with a time limit: at four plies, and times this for every two more
+LIKELY = 0.005  # a path goes on from a tile only where all its tiles are together so likely,
+MARGIN = 20_000.0  # from a slide where no other leaves a board that is worth so much more
+FIRST, NEXT = 0.1, 0.3  # with a time limit, likely: at four plies, times this for two more
 BEGUN = 0.2  # of the time, after which no deeper search is begun: it would not end in the rest
 TOGETHER = 32  # boards that are searched in one go, which bounds the memory
 SLICE = 4096  # boards whose last slides are valued in one go, few enough for the processor's cache
@@ -104,20 +106,27 @@ class _Search:
         once, reach, root, which = _merged(boards, reach, root)
         parent, cell = np.nonzero(empty(once))
         share = 1.0 / np.bincount(parent)
-        chance = np.repeat([self.p_two, 1 - self.p_two], len(parent))
-        tiled = np.concatenate([placed(once[parent], cell, tile) for tile in (1, 2)])
-        parent = np.tile(parent, 2)
+        chance = np.array([[self.p_two], [1 - self.p_two]])  # of a 2 and of a 4
+        tiled = np.stack([placed(once[parent], cell, tile) for tile in (1, 2)])
         reach = chance * (reach * share)[parent]
-        on = reach >= (self.likely if depth > 3 else np.inf)
-        found = np.empty(len(tiled))
-        found[on] = self._tiled(tiled[on], reach[on], root[parent[on]], depth - 1)
-        found[~on] = self._last(tiled[~on])
-        return (np.bincount(parent, chance * found) * share)[which]
+        likely = reach >= self.likely
+        on = likely & (depth > 3)
+        found = np.empty(tiled.shape)
+        found[on] = self._tiled(tiled[on], reach[on], root[parent[np.nonzero(on)[1]]], depth - 1)
+        alike = ~likely.any(axis=0)  # where neither is likely the rarer counts as the other
+        rarer = int(self.p_two >= 0.5)
+        last = ~on
+        last[rarer, alike] = False
+        found[last] = self._last(tiled[last])
+        found[rarer, alike] = found[1 - rarer, alike]
+        return (np.bincount(parent, (chance * found).sum(axis=0)) * share)[which]
 
     def _tiled(self, boards: Words, reach: Reals, root: Ints, depth: int) -> Reals:
         """The worth `[N]` of boards by their best slide."""
         after, moved = slides(boards)
         found = np.full(moved.shape, LOST)
+        now = np.where(moved, worth(after.reshape(-1)).reshape(moved.shape), -np.inf)
+        moved &= now >= now.max(axis=0) - MARGIN
         origin = np.nonzero(moved)[1]
         found[moved] = self._slid(after[moved], reach[origin], root[origin], depth - 1)
         return np.asarray(found.max(axis=0))
