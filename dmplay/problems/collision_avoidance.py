@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.chance import Array, Bools, Categorical, Chance, Span
-from dmplay.columns import Column, chosen, column, columns, joined, listed, size, stayed
+from dmplay.columns import Column, chosen, column, columns, joined, listed, size, stayed, within
 from dmplay.core import Continuous, Labels, Outcome, parameter
 from dmplay.problems._reals import RealState
 
@@ -57,16 +57,14 @@ class CollisionAvoidance(RealState):
         faster = dh + (self._acceleration(dh, advised) + gust)
         collides = (size(h) < NEAR) & (t_col == 0)
         cost = NEAR_COST * collides + CHANGE_COST * (advised != a_prev)
-        over = t_col < 0
-        moved = stayed(over, joined((h + dh, faster, advised, t_col - 1.0)), s)
-        return Outcome(moved, joined([0.0 - chosen(over, 0.0, cost)]), moved)
+        moved = stayed(t_col < 0, joined((h + dh, faster, advised, t_col - 1.0)), s)
+        return Outcome(moved, joined([0.0 - cost * (t_col >= 0)]), moved)
 
     def _acceleration(self, dh: Column, advised: Column) -> Column:
         """What the aircraft does about its vertical rate (F.9)."""
         short = advised - dh
         close = short if self.repaired else advised
-        most = chosen(short > 0, LIMIT, -LIMIT)
-        turned = chosen(size(short) < LIMIT, close, most)
+        turned = chosen(size(short) < LIMIT, close, within(short, -LIMIT, LIMIT))
         return chosen(advised == 0, 0.0, turned)
 
     def terminal(self, s: Array) -> Bools:
