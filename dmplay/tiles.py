@@ -70,14 +70,16 @@ def packed(cells: Cells) -> tuple[Boards, Ints]:
     if len(cells) == 1:
         digits = cells.tobytes()[::-1].translate(DIGITS)
         return int(digits, 16), np.zeros(1, np.int64) if b"f" in digits else NONE
-    if not cells.size or cells.max() < LARGEST:
-        return words(cells), NONE
-    return words(cells), np.flatnonzero((cells >= LARGEST).any(axis=(1, 2)))
+    large = cells.max(initial=0) >= LARGEST
+    rows = np.flatnonzero((cells >= LARGEST).any(axis=(1, 2))) if large else NONE
+    return words(cells), rows
 
 
 def words(cells: Cells) -> Words:
     """Boards of cells `[B, 4, 4]`, one too."""
-    pairs = np.minimum(cells, LARGEST).reshape(-1).view(np.uint16)
+    if cells.max(initial=0) > LARGEST:
+        cells = np.minimum(cells, LARGEST)
+    pairs = np.ascontiguousarray(cells).reshape(-1).view(np.uint16)
     return (pairs | pairs >> 4).astype(np.uint8).view(np.uint64)
 
 
