@@ -92,8 +92,6 @@ Chance = Categorical | Pick | Span | Normal
 
 def sample(chances: tuple[Chance, ...], u: Reals) -> tuple[Array, ...]:
     """One event of each chance, from uniforms `[B, draws]` consumed left to right."""
-    if len(chances) == 1:
-        return (chances[0].sample(u),)
     events = []
     at = 0
     for chance in chances:
