@@ -205,15 +205,17 @@ def _block(  # noqa: PLR0913, PLR0917
     widest = max(*problem.draws, *(policy.draws for policy in policies))
     budget.hold(24.0 * len(games) * widest)
 
+    row = np.arange(len(games))  # the games that go on
+
     def draw(stream: int, turn: int, count: int) -> Reals:
-        return uniforms(seed, stream, turn, first=games.start, rows=len(games), count=count)
+        u = uniforms(seed, stream, turn, first=games.start, rows=len(games), count=count)
+        return u if len(row) == len(u) else u[row]  # those of the games that go on
 
     state = problem.start(draw(NATURE, 0, problem.draws.start))
-    final = state.copy()
     returns, totals = (np.zeros((len(games), len(policies))) for _ in range(2))
     length = np.zeros(len(games), np.int64)
+    played = Rollout(returns.copy(), totals.copy(), length.copy(), row < 0, state.copy())
     weight = 1.0
-    row = np.arange(len(games))  # the games that go on
     memories = [
         asked("turn 1", one.begin, problem.first_sight(state, seat))
         for seat, one in enumerate(policies)
@@ -221,35 +223,44 @@ def _block(  # noqa: PLR0913, PLR0917
     for turn in range(1, limit + 1):
         share = (turn - 1) / limit
         budget.spend(0, share)
-        going = ~problem.terminal(state)
-        if not going.all():
-            row, state = row[going], state[going]
-            memories = [_rows(memory, going) for memory in memories]
+        over = problem.terminal(state)
+        if over.any():  # these games are kept, and the others go on
+            live = returns, totals, length, over, state
+            _keep(played, row[over], _rows(live, over))
+            row, (returns, totals, length, _, state) = row[~over], _rows(live, ~over)
+            memories = [_rows(memory, ~over) for memory in memories]
         if not len(row):
             break
-        luck = [draw(1 + seat, turn, policy.draws)[row] for seat, policy in enumerate(policies)]
+        luck = [draw(1 + seat, turn, policy.draws) for seat, policy in enumerate(policies)]
         where = [f"turn {turn}, {agent}" for agent in problem.agents]
         each = zip(where, policies, memories, strict=True)
         choosers = [partial(asked, at, policy.choose, memory) for at, policy, memory in each]
         with between(share, share):
             actions = _chosen(problem, choosers, state, luck)
-        outcome = problem.step(state, actions, draw(NATURE, turn, problem.draws.step)[row])
+        outcome = problem.step(state, actions, draw(NATURE, turn, problem.draws.step))
         memories = [
             asked(where[seat], policy.update, memory, problem.percept(seat, actions, outcome))
             for seat, (policy, memory) in enumerate(zip(policies, memories, strict=True))
         ]
-        final[row] = state = outcome.state
-        returns[row] += weight * outcome.rewards
-        totals[row] += outcome.rewards
-        length[row] = turn
+        state = outcome.state
+        returns += weight * outcome.rewards
+        totals += outcome.rewards
+        length += 1
         weight *= problem.discount
-    played = Rollout(returns, totals, length, problem.terminal(final), final)
+    if len(row):
+        _keep(played, row, (returns, totals, length, problem.terminal(state), state))
     unkept = {*Rollout._fields} - {*keep}
     return played._replace(**{name: getattr(played, name)[:0] for name in unkept})
 
 
-def _rows(memory: Memory, going: Bools) -> Memory:
-    return tuple(part[going] for part in memory)
+def _rows(arrays: Memory, which: Bools) -> Memory:
+    return tuple(part[which] for part in arrays)
+
+
+def _keep(played: Rollout, rows: Ints, ended: Memory) -> None:
+    """Writes what came of games that are over into these rows."""
+    for whole, part in zip(played, ended, strict=True):
+        whole[rows] = part
 
 
 def _chosen(

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.chance import Ints, Reals
+from dmplay.columns import Column, least, listed
 
 
 class Rows(NamedTuple):
@@ -41,14 +42,14 @@ class Rows(NamedTuple):
         whole[self.row, self.columns] = self.values
         return whole
 
-    def at(self, rows: Ints, nth: Ints) -> Ints:
-        """The places `[...]` of the nth numbers of these rows; beyond the last, its own."""
-        return np.asarray(np.minimum(self.starts[rows] + nth, self.starts[rows + 1] - 1))
+    def at(self, rows: Column, nth: Column) -> Column:
+        """The places of the nth numbers of these rows; beyond the last, its own."""
+        return least(listed(self.starts, rows) + nth, listed(self.starts, rows + 1) - 1)
 
     def taken(self, rows: Ints, most: int) -> tuple[Ints, Reals]:
         """The columns and numbers `[..., most]` of these rows, at the end 0 in the last column."""
         nth = np.arange(most)
-        place = self.at(rows[..., None], nth)
+        place = np.asarray(self.at(rows[..., None], nth))
         there = nth < self.lengths[rows][..., None]
         return self.columns[place], np.where(there, self.values[place], 0.0)
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from dmplay.budget import ROUND, Budget
 from dmplay.chance import Array, Categorical, Chance, Ints, Reals
+from dmplay.columns import Column, batch, column, columns, lines, listed
 from dmplay.core import Outcome, Problem, exact, reached
 from dmplay.errors import BadParameter
 from dmplay.rows import Rows
@@ -161,23 +162,28 @@ class Tabular(Problem):
         flow, _, seen = self.support
         after, p = flow.taken(rows, int(flow.lengths[rows].max()))
         if seen is not None:
-            _, likely = seen.taken(self._seeing(rows[:, None], after), self._most[1])
+            _, likely = seen.taken(np.asarray(self._seeing(rows[:, None], after)), self._most[1])
             p = (p[:, :, None] * likely).reshape(len(rows), -1)
         return np.cumsum(p, axis=1)[:, :-1]
 
-    def _seeing(self, rows: Ints, after: Ints) -> Ints:
+    def _seeing(self, rows: Column, after: Column) -> Column:
         """The rows of observations once those of transitions led to these states."""
-        return rows % prod(self.action_counts) * self.states + after
+        return rows % self._joint * self.states + after
+
+    @cached_property
+    def _joint(self) -> int:
+        """How many joint actions there are."""
+        return prod(self.action_counts)
 
     @cached_property
     def _each(self) -> Ints:
         """The observation of each agent in each joint observation `[O, n]`."""
         return np.array(list(product(*map(range, self.observation_counts))))
 
-    def _row(self, s: Array, a: Array) -> Ints:
-        row = s
-        for seat, many in enumerate(self.action_counts):
-            row = row * many + a[:, seat]
+    def _row(self, s: Array, a: Array) -> Column:
+        row = column(s)
+        for many, action in zip(self.action_counts, columns(a), strict=True):
+            row = row * many + action
         return row
 
     def opening(self, rows: int) -> tuple[Chance, ...]:
@@ -192,22 +198,23 @@ class Tabular(Problem):
         """The pair of next state and joint observation, of those that can be."""
         row = self._row(s, a)
         whole = self._cumulative
-        return (Categorical(self._edges(row) if whole is None else whole[row]),)
+        return (Categorical(self._edges(batch(row)) if whole is None else lines(whole, row)),)
 
     def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """Reads the pair apart; the reward is R(s, a) unless it depends on the pair."""
         flow, rewards, seeing = self.support
         row = self._row(s, a)
-        nth, which = np.divmod(events[0], self._most[1])
+        nth, which = divmod(column(events[0]), self._most[1])
         place = flow.at(row, nth)
-        moved = flow.columns[place]
+        moved = listed(flow.columns, place)
+        after = batch(moved)
         expected = len(rewards) == len(flow.starts) - 1
         if seeing is None:
-            return Outcome(moved, rewards[row if expected else place], moved)
-        seen = seeing.columns[seeing.at(self._seeing(row, moved), which)]
+            return Outcome(after, lines(rewards, row if expected else place), after)
+        seen = listed(seeing.columns, seeing.at(self._seeing(row, moved), which))
         each = len(rewards) // len(flow.columns)  # rewards of a place
         paid = row if expected else place * each + seen * (each > 1)
-        return Outcome(moved, rewards[paid], self._each[seen])
+        return Outcome(after, lines(rewards, paid), lines(self._each, seen))
 
     def carry(
         self, belief: Reals, actions: Sequence[int | None], observations: Sequence[int | None]
@@ -219,7 +226,7 @@ class Tabular(Problem):
         total = np.zeros(len(belief))
         for choice in choices:
             a = np.broadcast_to(np.array(choice), (len(support), len(choice)))
-            rows = self._row(support, a)
+            rows = batch(self._row(support, a))
             places, which = self.support.transition.places(rows)
             p = self.support.transition.values[places] * belief[support][which] / len(choices)
             after = np.bincount(self.support.transition.columns[places], p, len(belief))
@@ -232,7 +239,7 @@ class Tabular(Problem):
         if seeing is None or all(one is None for one in observations):
             return np.ones(len(after))
         reached = np.flatnonzero(after)
-        places, which = seeing.places(self._seeing(row, reached))
+        places, which = seeing.places(np.asarray(self._seeing(row, reached)))
         told = self._each[seeing.columns[places]]
         fits = np.ones(len(places), bool)
         for seat, one in enumerate(observations):

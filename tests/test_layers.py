@@ -13,11 +13,11 @@ from tests.support.programs import loaded
 HERE = Path(__file__).parent
 HOUSE = HERE.parent / "dmplay"
 FLOORS = (
-    "errors", "places", "disk", "budget", "thought", "chance", "core", "dice", "describe",
-    "hexes", "matrix_game", "rows", "tabular", "laws", "belief", "displayed", "session",
-    "blocks", "rollouts", "problems", "files", "guests", "solvers", "policies", "transcript",
-    "bots", "finding", "hand", "terminal", "signals", "styles", "painting", "views", "loops",
-    "gym", "zoo", "figures", "solutions", "advice", "keys", "game", "conformance",
+    "errors", "places", "disk", "budget", "thought", "chance", "columns", "core", "dice",
+    "describe", "hexes", "tiles", "matrix_game", "rows", "tabular", "laws", "belief", "displayed",
+    "session", "blocks", "rollouts", "problems", "files", "guests", "solvers", "policies",
+    "transcript", "bots", "finding", "hand", "terminal", "signals", "styles", "painting", "views",
+    "loops", "gym", "zoo", "figures", "solutions", "advice", "keys", "game", "conformance",
     "records", "measure", "words", "screen", "gallery", "reports", "prompt", "front", "mcp", "cli",
     "pytest_plugin", "__main__",
 )  # fmt: skip

@@ -45,11 +45,12 @@ class Believing(Seated, ABC):
     def update(self, memory: Memory, percept: Percept) -> Memory:
         """Bayes' rule."""
         (before,) = memory
+        kinds = self.problem.observation_counts[self.seat]
+        turns = percept.action * kinds + percept.observation
         after = np.empty_like(before)
-        turns = np.stack([percept.action, percept.observation])
-        for a, o in np.unique(turns, axis=1).T:
-            rows = (percept.action == a) & (percept.observation == o)
-            after[rows] = self._posterior(before[rows], int(a), int(o))
+        for turn in np.flatnonzero(np.bincount(turns)).tolist():
+            rows = np.flatnonzero(turns == turn)
+            after[rows] = self._posterior(before[rows], *divmod(turn, kinds))
         return (after,)
 
     def _posterior(self, before: Reals, action: int, observation: int) -> Reals:
@@ -98,8 +99,13 @@ class Believing(Seated, ABC):
 
 
 def _carried(before: Reals, flow: _Flow) -> Reals:
-    """What each row `[R, S]` carries along the flow, summed by target."""
+    """What each row `[R, S]` carries along the flow, summed by target in the order of sources."""
     rows, size = before.shape
+    if len(flow.source) < rows:
+        each, found = np.ascontiguousarray(before.T), np.zeros((size, rows))
+        for source, target, weight in zip(*(part.tolist() for part in flow), strict=True):
+            found[target] += each[source] * weight
+        return found.T
     cell = np.arange(rows)[:, None] * size + flow.target
     weight = before.take(flow.source, axis=1) * flow.weight
     sums = np.bincount(cell.reshape(-1), weight.reshape(-1), rows * size)

@@ -51,18 +51,21 @@ class Optimal(Countdown):
     FARTHEST = 10
 
     @cached_property
-    def _known(self) -> dict[tuple[int, bytes], Reals]:
-        """What was found so far, by the throws left and the belief."""
+    def _known(self) -> dict[int, dict[bytes, Reals]]:
+        """What was found so far, by the throws left, then by the belief."""
         return {}
 
     def ahead(self, b: Reals, left: int) -> Reals:
         """Q of the beliefs; one that came up before is not searched again."""
-        keys = [(left, row.tobytes()) for row in b]
-        fresh = {key: row for key, row in zip(keys, b, strict=True) if key not in self._known}
-        if fresh:
-            found = _searched(self.problem).action_values(np.array(list(fresh.values())), left)
-            self._known.update(zip(fresh, found, strict=True))
-        return np.array([self._known[key] for key in keys])
+        known = self._known.setdefault(left, {})
+        keys = np.ascontiguousarray(b).view(f"V{b.shape[1] * b.itemsize}")[:, 0].tolist()
+        place = {key: nth for nth, key in enumerate(dict.fromkeys(keys))}
+        if fresh := [key for key in place if key not in known]:
+            beliefs = np.frombuffer(b"".join(fresh)).reshape(len(fresh), -1)
+            found = _searched(self.problem).action_values(beliefs, left)
+            known.update(zip(fresh, found, strict=True))
+        each = np.array([known[key] for key in place])
+        return each[[place[key] for key in keys]]
 
 
 @lru_cache(maxsize=4)

@@ -8,8 +8,9 @@ from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Percept, Problem, parameter
 from dmplay.policies.kinds import Maximising, Reactive, Seated
 from dmplay.policies.roster import Roster
-from dmplay.problems.game_2048 import DOWN, LEFT, RIGHT, UP, Game2048
+from dmplay.problems.game_2048 import Game2048
 from dmplay.solvers import expectimax_2048
+from dmplay.tiles import DOWN, LEFT, RIGHT, UP
 
 DEEPEST = 20  # plies
 LONGEST = 10_000.0  # milliseconds

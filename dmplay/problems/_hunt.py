@@ -1,13 +1,14 @@
 """Hunts on a hex map: what the predator-prey problems share."""
 
 from abc import abstractmethod
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from dmplay.chance import Array, Categorical, Chance, Ints, Pick
+from dmplay.columns import Column, listed
 from dmplay.core import Labels, Problem, listing, parameter
 from dmplay.errors import BadParameter
 from dmplay.hexes import (
@@ -79,9 +80,9 @@ class Hunt(Problem):
         """Steps `[H, 6, H]` from where a move from a hex ends, if it does not slip, to another."""
         return paths(self.hexes)[arrivals(self.hexes)[:, :, 0]]
 
-    def walk(self, hex_: Array, direction: Array, slip: Array) -> Ints:
-        """Where moves end `[B]`."""
-        return np.asarray(self._after.take(hex_ * 18 + direction * 3 + slip))
+    def walk(self, hex_: Column, direction: Column, slip: Column) -> Column:
+        """Where moves end."""
+        return listed(self._after, hex_ * 18 + direction * 3 + slip)
 
     def opening(self, rows: int) -> tuple[Chance, ...]:
         """The hex of each."""
@@ -113,11 +114,11 @@ class Hunt(Problem):
         return np.array([self.hexes.index(hex_of(word)) for word in text.split()])
 
 
-def sharing(s: Array, seat: int, others: Iterable[int]) -> Ints:
-    """How many of the others are on the hex of this one `[B]`."""
-    count = np.zeros(len(s), np.int64)
+def sharing(hexes: Sequence[Column], seat: int, others: Iterable[int]) -> Column:
+    """How many of the others are on the hex of this one."""
+    count: Column = 0
     for other in others:
-        count += s[:, other] == s[:, seat]
+        count = count + (hexes[other] == hexes[seat])
     return count
 
 

@@ -6,7 +6,7 @@ which differs between processors, a long recorded game would hold on one machine
 
 import numpy as np
 
-from dmplay.chance import Reals
+from dmplay.columns import Column
 
 # Half of pi in two parts, the first of 33 bits: small multiples of it are exact.
 HALF_PI, HALF_PI_REST = 1.57079632673412561417, 6.07710050650619224932e-11
@@ -21,10 +21,10 @@ COSINE = (
 )  # fmt: skip
 
 
-def sine_and_cosine(x: Reals) -> tuple[Reals, Reals]:
+def sine_and_cosine(x: Column) -> tuple[Column, Column]:
     """Of angles `[B]` in radians, to the last bit or two."""
     quarter = np.rint(x * (2.0 / np.pi))
-    if not quarter.any():
+    if not (quarter if isinstance(x, float) else quarter.any()):
         return _kernel(x)
     sine, cosine = _kernel((x - quarter * HALF_PI) - quarter * HALF_PI_REST)
     swapped = quarter % 2 == 1
@@ -35,21 +35,21 @@ def sine_and_cosine(x: Reals) -> tuple[Reals, Reals]:
     )
 
 
-def cosine_of_triple(x: Reals) -> Reals:
+def cosine_of_triple(x: Column) -> Column:
     """cos 3x of angles `[B]` within a quarter of a turn of 0, by the sine of their halves."""
     half = 0.5 * x
     sine = _sine(half, half * half)
     cosine = 1.0 - 2.0 * (sine * sine)
-    return np.asarray(cosine * (4.0 * (cosine * cosine) - 3.0))
+    return cosine * (4.0 * (cosine * cosine) - 3.0)
 
 
-def _kernel(x: Reals) -> tuple[Reals, Reals]:
+def _kernel(x: Column) -> tuple[Column, Column]:
     """Sine and cosine within an eighth of a turn of 0."""
     z = x * x
     return _sine(x, z), _cosine(z)
 
 
-def _sine(x: Reals, z: Reals) -> Reals:
+def _sine(x: Column, z: Column) -> Column:
     """x + S6 x^3 + ... + S1 x^13, where z = x^2."""
     sine = SINE[0] * z
     for power in SINE[1:]:
@@ -60,7 +60,7 @@ def _sine(x: Reals, z: Reals) -> Reals:
     return sine
 
 
-def _cosine(z: Reals) -> Reals:
+def _cosine(z: Column) -> Column:
     """1 - z/2 + C6 z^2 + ... + C1 z^7."""
     cosine = COSINE[0] * z
     for power in (*COSINE[1:], -0.5):

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.chance import Array, Bools, Chance, Span
+from dmplay.columns import Column, batch, column, columns, joined, size, stayed
 from dmplay.core import Continuous, Labels, Outcome, parameter
 from dmplay.problems._reals import RealState
 from dmplay.problems._trigonometry import sine_and_cosine
@@ -44,20 +45,16 @@ class CartPole(RealState):
 
     def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """One step of Euler's method (F.1 to F.4), old values on the right-hand sides."""
-        x, v, theta, omega = np.ascontiguousarray(s.T)
-        push = np.array([-self.force, self.force])[a[:, 0]]
+        x, v, theta, omega = columns(s)
+        push = self.force * (2.0 * column(a[:, 0]) - 1.0)
         acceleration, angular = self._accelerations(push, theta, omega)
-        moved = np.empty((len(s), 4))
-        moved[:, 0] = x + self.dt * v
-        moved[:, 1] = v + self.dt * acceleration
-        moved[:, 2] = theta + self.dt * omega
-        moved[:, 3] = omega + self.dt * angular
+        dt = self.dt
+        after = (x + dt * v, v + dt * acceleration, theta + dt * omega, omega + dt * angular)
         over = self._past(x, theta)
-        if over.any():
-            moved[over] = s[over]
-        return Outcome(moved, np.asarray(~over, float)[:, None], moved)
+        moved = stayed(over, joined(after), s)
+        return Outcome(moved, joined([1.0 - over]), moved)
 
-    def _accelerations(self, push: Array, theta: Array, omega: Array) -> tuple[Array, Array]:
+    def _accelerations(self, push: Column, theta: Column, omega: Column) -> tuple[Column, Column]:
         """Of the cart (F.3) and of the pole (F.1)."""
         total, half = self.mass_cart + self.mass_pole, self.length / 2
         moment = self.mass_pole * half
@@ -68,13 +65,13 @@ class CartPole(RealState):
         angular = (self.gravity * sin - cos * tau) / inertia
         return tau - moment * angular * cos / total, angular
 
-    def _past(self, x: Array, theta: Array) -> Bools:
+    def _past(self, x: Column, theta: Column) -> Column:
         lean = self.theta_limit * 2 * math.pi / 360
-        return np.asarray((np.abs(x) > self.x_limit) | (np.abs(theta) > lean))
+        return (size(x) > self.x_limit) | (size(theta) > lean)
 
     def terminal(self, s: Array) -> Bools:
         """The cart is past its limit, or the pole past its."""
-        return self._past(s[:, 0], s[:, 2])
+        return batch(self._past(column(s[:, 0]), column(s[:, 2])))
 
 
 VARIANTS = {"gym": CartPole(pole_mass_in_tau=True)}

@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from dmplay.chance import Array, Bools, Chance, Ints, Pick, Reals
+from dmplay.columns import Column, Whole, batch, chosen, column, columns, joined, least, listed
 from dmplay.core import Labels, Outcome, parameter
 from dmplay.hexes import arrivals, notation_of
 from dmplay.problems._hunt import CIRCLE, TRIANGLE, Hunt, numbered, sharing
@@ -54,69 +55,78 @@ class CollaborativePredatorPrey(Hunt):
 
     @cached_property
     def _around(self) -> Ints:
-        """The hex `[H, 7]` in each direction of a hex, the last being the hex itself."""
+        """The hex in each direction of a hex, the last being the hex itself: `[H, 7]`, flat."""
         reached = arrivals(self.hexes)[:, :, 0]
-        return np.hstack([reached, np.arange(len(self.hexes))[:, None]])
+        return np.hstack([reached, np.arange(len(self.hexes))[:, None]]).reshape(-1)
 
     @cached_property
     def _open(self) -> Ints:
         """The directions `[H]` in which the map goes on from a hex, a bit each."""
-        goes_on = self._around[:, :6] != self._around[:, 6:]
+        around = self._around.reshape(-1, 7)
+        goes_on = around[:, :6] != around[:, 6:]
         return np.asarray((goes_on << np.arange(6)).sum(axis=1))
 
     @cached_property
     def _toward(self) -> Ints:
-        """The bit of the direction `[H, H]` from one hex to its neighbour, else 0."""
+        """The bit of the direction from one hex to its neighbour, else 0: `[H, H]`, flat."""
         here = np.arange(len(self.hexes))
         bits = np.zeros((len(here), len(here)), np.int64)
         for direction in range(6):
-            bits[here, self._around[:, direction]] |= 1 << direction
+            bits[here, self._around[direction::7]] |= 1 << direction
         bits[here, here] = 0
-        return bits
+        return bits.reshape(-1)
 
     @cached_property
     def _sensed(self) -> Ints:
         """What a predator on one hex observes `[H, H]` with the prey on another, flat."""
-        far = (self._toward == 0) & ~np.eye(len(self.hexes), dtype=bool)
+        toward = self._toward.reshape(-1, len(self.hexes))
+        far = (toward == 0) & ~np.eye(len(self.hexes), dtype=bool)
         if not self.sighted:
             return np.asarray(far, np.int64).reshape(-1)
         return np.asarray(far * len(self.hexes) + np.arange(len(self.hexes))[:, None]).reshape(-1)
 
     def captured(self, s: Array) -> Bools:
         """Whether any predator is on the prey's hex `[B]`."""
-        return np.asarray(sharing(s, self.predators, range(self.predators)) > 0)
+        return np.asarray(self._feeding(tuple(s.T)))
 
-    def _free(self, s: Array) -> Ints:
-        """The directions `[B]` in which a neighbour of the prey's hex is free, a bit each."""
-        prey = s[:, -1]
-        free = self._open[prey]
-        for seat in range(self.predators):
-            free = free & ~self._toward[prey, s[:, seat]]
+    def _feeding(self, hexes: Sequence[Column]) -> Column:
+        """Whether any predator is on the prey's hex."""
+        return sharing(hexes, self.predators, range(self.predators)) > 0
+
+    def _free(self, hexes: Sequence[Column]) -> Whole:
+        """The directions in which a neighbour of the prey's hex is free, a bit each."""
+        *predators, prey = hexes
+        free = listed(self._open, prey)
+        for hex_ in predators:
+            free = free & ~listed(self._toward, prey * len(self.hexes) + hex_)
         return free
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         """The slip of each predator; which of the hexes open to it the prey takes."""
-        many = np.where(self.captured(s), len(self.hexes), _COUNT[self._free(s)])
-        prey = Pick(np.maximum(many, 1), max(len(self.hexes), 6))
+        hexes = columns(s)
+        ways = listed(_COUNT, self._free(hexes))
+        many = chosen(self._feeding(hexes), len(self.hexes), ways + (ways == 0))
+        prey = Pick(batch(many), max(len(self.hexes), 6))
         return (*(self.slips,) * self.predators, prey)
 
     def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """Predators move as in hex world unless they feed, then all look around."""
-        caught, prey = self.captured(s), s[:, -1]
-        moved = np.empty((len(s), self.walkers), np.int64)
-        for seat in range(self.predators):
-            walked = self.walk(s[:, seat], a[:, seat], events[seat])
-            moved[:, seat] = np.where(s[:, seat] == prey, prey, walked)
-        ways = np.where(caught, 0, events[-1])
-        fled = self._around[prey, _KTH[self._free(s), np.minimum(ways, 5)]]
-        moved[:, -1] = np.where(caught, events[-1], fled)
-        pay = np.where(caught, CAPTURED, MOVED)
-        rewards = np.repeat(pay[:, None], self.predators, axis=1)
-        return Outcome(moved, rewards, self.observe(moved))
+        *predators, prey = hexes = columns(s)
+        *slips, event = map(column, events)
+        caught = self._feeding(hexes)
+        each = zip(predators, columns(a), slips, strict=True)
+        moved = [chosen(hex_ == prey, prey, self.walk(hex_, *way)) for hex_, *way in each]
+        way = listed(_KTH, self._free(hexes) * 6 + least(chosen(caught, 0, event), 5))
+        moved.append(chosen(caught, event, listed(self._around, prey * 7 + way)))
+        pay = chosen(caught, CAPTURED, MOVED)
+        after = joined(moved, np.int64)
+        return Outcome(after, joined([pay] * self.predators), self.observe(after))
 
     def observe(self, s: Array) -> Ints:
         """What each predator `[B, n]` observes in these states."""
-        return np.asarray(self._sensed[s[:, :-1] * len(self.hexes) + s[:, -1:]])
+        *predators, prey = columns(s)
+        seen = [listed(self._sensed, hex_ * len(self.hexes) + prey) for hex_ in predators]
+        return joined(seen, np.int64)
 
     @cached_property
     def _observed(self) -> Ints:
@@ -196,13 +206,13 @@ def _walked(joint: Reals, walks: Sequence[Reals]) -> Reals:
 
 
 def _directions() -> tuple[Ints, Ints]:
-    """How many directions a mask of six bits holds `[64]`, and the k-th of them `[64, 6]`."""
+    """How many directions a mask of six bits holds `[64]`; the k-th of them, `[64, 6]`, flat."""
     count, kth = np.zeros(64, np.int64), np.full((64, 6), STAYS)
     for mask in range(64):
         held = [direction for direction in range(6) if mask >> direction & 1]
         count[mask] = len(held)
         kth[mask, : len(held)] = held
-    return count, kth
+    return count, kth.reshape(-1)
 
 
 _COUNT, _KTH = _directions()

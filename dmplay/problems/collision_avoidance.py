@@ -10,13 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Categorical, Chance, Reals, Span
+from dmplay.chance import Array, Bools, Categorical, Chance, Span
+from dmplay.columns import Column, chosen, column, columns, joined, listed, size, stayed, within
 from dmplay.core import Continuous, Labels, Outcome, parameter
 from dmplay.problems._reals import RealState
 
 RATES = np.array([-5.0, 0.0, 5.0])  # m/s, by action
 GUSTS = np.array([-2.0, 0.0, 2.0])  # m/s^2
-GUST_PROBABILITIES = np.array([[0.25, 0.5, 0.25]])
+GUST = Categorical.of(np.array([[0.25, 0.5, 0.25]]))
 LIMIT = 1.0  # m/s^2, what the aircraft can do about its vertical rate
 NEAR = 50.0  # m
 NEAR_COST, CHANGE_COST = 1.0, 0.01
@@ -47,30 +48,24 @@ class CollisionAvoidance(RealState):
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         """The gust."""
-        return (Categorical.of(GUST_PROBABILITIES),)
+        return (GUST,)
 
     def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """One second (F.5 to F.9); the costs are those of the state acted in."""
-        h, dh, a_prev, t_col = np.ascontiguousarray(s.T)
-        advised = RATES[a[:, 0]]
-        moved = np.empty((len(s), 4))
-        moved[:, 0] = h + dh
-        moved[:, 1] = dh + (self._acceleration(dh, advised) + GUSTS[events[0]])
-        moved[:, 2] = advised
-        moved[:, 3] = t_col - 1.0
-        collides = (np.abs(h) < NEAR) & (t_col == 0)
+        h, dh, a_prev, t_col = columns(s)
+        advised, gust = listed(RATES, column(a[:, 0])), listed(GUSTS, column(events[0]))
+        faster = dh + (self._acceleration(dh, advised) + gust)
+        collides = (size(h) < NEAR) & (t_col == 0)
         cost = NEAR_COST * collides + CHANGE_COST * (advised != a_prev)
-        over = t_col < 0
-        if over.any():
-            moved[over], cost[over] = s[over], 0.0
-        return Outcome(moved, 0.0 - cost[:, None], moved)
+        moved = stayed(t_col < 0, joined((h + dh, faster, advised, t_col - 1.0)), s)
+        return Outcome(moved, joined([0.0 - cost * (t_col >= 0)]), moved)
 
-    def _acceleration(self, dh: Array, advised: Array) -> Reals:
+    def _acceleration(self, dh: Column, advised: Column) -> Column:
         """What the aircraft does about its vertical rate (F.9)."""
         short = advised - dh
         close = short if self.repaired else advised
-        turned = np.where(np.abs(short) < LIMIT, close, np.sign(short) * LIMIT)
-        return np.where(advised == 0, 0.0, turned)
+        turned = chosen(size(short) < LIMIT, close, within(short, -LIMIT, LIMIT))
+        return chosen(advised == 0, 0.0, turned)
 
     def terminal(self, s: Array) -> Bools:
         """The time is over: the aircraft have passed."""

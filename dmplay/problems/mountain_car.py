@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.chance import Array, Bools, Chance, Span
+from dmplay.columns import Column, batch, chosen, column, columns, joined, stayed, within
 from dmplay.core import Continuous, Labels, Outcome, parameter
 from dmplay.problems._reals import RealState
 from dmplay.problems._trigonometry import cosine_of_triple
@@ -52,25 +53,22 @@ class MountainCar(RealState):
 
     def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """Engine and slope change the speed, the speed changes the place, the box holds both."""
-        x, v = np.ascontiguousarray(s.T)
-        faster = v + (THRUST * (a[:, 0] - 1) - GRAVITY * cosine_of_triple(x))
-        v2 = np.clip(faster, -TOP_SPEED, TOP_SPEED)
-        x2 = np.clip(x + (v2 if self.speed_first else faster), LEFT_WALL, RIGHT_WALL)
+        x, v = columns(s)
+        faster = v + (THRUST * (column(a[:, 0]) - 1) - GRAVITY * cosine_of_triple(x))
+        v2 = within(faster, -TOP_SPEED, TOP_SPEED)
+        x2 = within(x + (v2 if self.speed_first else faster), LEFT_WALL, RIGHT_WALL)
         if self.wall_stops:
-            v2[(x2 == LEFT_WALL) & (v2 < 0)] = 0.0
-        moved = np.empty((len(s), 2))
-        moved[:, 0], moved[:, 1] = x2, v2
+            v2 = chosen((x2 == LEFT_WALL) & (v2 < 0), 0.0, v2)
         over = self._there(x, v)
-        if over.any():
-            moved[over] = s[over]
-        return Outcome(moved, np.asarray(over, float)[:, None] - 1.0, moved)
+        moved = stayed(over, joined((x2, v2)), s)
+        return Outcome(moved, joined([over - 1.0]), moved)
 
-    def _there(self, x: Array, v: Array) -> Bools:
-        return np.asarray((x >= self.goal) & (v >= self.goal_speed))
+    def _there(self, x: Column, v: Column) -> Column:
+        return (x >= self.goal) & (v >= self.goal_speed)
 
     def terminal(self, s: Array) -> Bools:
         """The car has reached its goal."""
-        return self._there(s[:, 0], s[:, 1])
+        return batch(self._there(column(s[:, 0]), column(s[:, 1])))
 
 
 VARIANTS = {

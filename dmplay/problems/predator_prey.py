@@ -12,7 +12,8 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Categorical, Chance, Reals
+from dmplay.chance import Array, Categorical, Chance, Reals
+from dmplay.columns import chosen, column, columns, joined, least, lines
 from dmplay.core import Outcome, parameter
 from dmplay.hexes import slips
 from dmplay.problems._hunt import CIRCLE, STANDARD, TRIANGLE, Hunt, numbered, sharing
@@ -75,31 +76,31 @@ class PredatorPrey(Hunt):
         figure = [self.hexes.index(FIRST_PREDATOR), self.hexes.index(FIRST_PREY)]
         return np.tile(np.array(figure), (rows, 1))
 
-    def devoured(self, s: Array, seat: int) -> Bools:
-        """Whether the prey in this seat is on the hex of a predator `[B]`."""
-        return np.asarray(sharing(s, seat, self.hunters) > 0)
-
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         """The slip of each agent; of a devoured prey, where it is born."""
-        born = [self._births[np.asarray(self.devoured(s, i), np.int64)] for i in self.hunted]
-        return (self.slips,) * self.predators + tuple(Categorical(one) for one in born)
+        hexes = columns(s)
+        free = [sharing(hexes, prey, self.hunters) == 0 for prey in self.hunted]
+        born = (Categorical(lines(self._births, chosen(one, 0, 1))) for one in free)
+        return (*(self.slips,) * self.predators, *born)
 
     def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """Everyone moves as in hex world, but those that feed and those that are fed on."""
-        moved = np.empty((len(s), self.walkers), np.int64)
-        rewards = np.empty((len(s), self.walkers))
-        for seat in self.hunters:
-            prey = sharing(s, seat, self.hunted)
-            feeds = prey > 0
-            rewards[:, seat] = np.where(feeds, prey / sharing(s, seat, self.hunters), MOVED)
-            walked = self.walk(s[:, seat], a[:, seat], events[seat])
-            moved[:, seat] = np.where(feeds, s[:, seat], walked)
-        for seat in self.hunted:
-            caught = self.devoured(s, seat)
-            rewards[:, seat] = np.where(caught, DEVOURED, 0.0)
-            walked = self.walk(s[:, seat], a[:, seat], np.minimum(events[seat], 2))
-            moved[:, seat] = np.where(caught, events[seat], walked)
-        return Outcome(moved, rewards, moved)
+        hexes = columns(s)
+        moved, rewards = [], []
+        each = zip(hexes, columns(a), map(column, events), strict=True)
+        for seat, (hex_, direction, event) in enumerate(each):
+            walked = self.walk(hex_, direction, least(event, 2))
+            if seat in self.hunters:
+                prey = sharing(hexes, seat, self.hunted)
+                feeds = prey > 0
+                rewards.append(chosen(feeds, prey / sharing(hexes, seat, self.hunters), MOVED))
+                moved.append(chosen(feeds, hex_, walked))
+            else:
+                caught = sharing(hexes, seat, self.hunters) > 0
+                rewards.append(chosen(caught, DEVOURED, 0.0))
+                moved.append(chosen(caught, event, walked))
+        after = joined(moved, np.int64)
+        return Outcome(after, joined(rewards), after)
 
 
 VARIANTS = {"circle": PredatorPrey(hexes=CIRCLE), "triangle": PredatorPrey(hexes=TRIANGLE)}

@@ -77,7 +77,7 @@ def infinite(tables: Tables, discount: float) -> Stage:
 
 def action_values(stage: Stage, b: Reals) -> Reals:
     """Q `[B, A]` of beliefs `[B, S]`; a row has the same bits in any batch."""
-    return np.stack([values(plans.vectors, b) for plans in stage.plans], axis=1)
+    return np.stack([values(plans.vectors, b) for plans in stage.plans]).T
 
 
 def values(vectors: Reals, b: Reals) -> Reals:

@@ -1,8 +1,9 @@
 """Expectimax for 2048: slides by their best value, new tiles by their mean (section 9.3).
 
 All boards of a ply are searched together. A path of tiles is followed for as long as it is likely:
-far where the board is crowded and few tiles can come, less far where it is bare. What the search
-ends on is valued line by line.
+far where the board is crowded and few tiles can come, less far where it is bare; and one of slides
+as long as none leaves a far worse board than another would. What the search ends on is valued line
+by line.
 """
 
 import time
@@ -14,24 +15,26 @@ import numpy as np
 
 from dmplay.budget import ROUND, Budget
 from dmplay.chance import Ints, Reals
-from dmplay.problems.game_2048 import Board, slide
-from dmplay.solvers.boards_2048 import Boards, empty, packed, placed, slides
+from dmplay.problems.game_2048 import slide
+from dmplay.solvers.boards_2048 import empty, placed, slides
 from dmplay.solvers.worth_2048 import LOST, worth, worth_tiled
+from dmplay.tiles import Cells, Words, words
 
-LIKELY = 0.003  # a path goes on from a tile only where all its tiles are together so likely;
-FIRST, NEXT = 0.1, 0.3  # with a time limit: at four plies, and times this for every two more
+LIKELY = 0.005  # a path goes on from a tile only where all its tiles are together so likely,
+MARGIN = 20_000.0  # from a slide where no other leaves a board that is worth so much more
+FIRST, NEXT = 0.1, 0.3  # with a time limit, likely: at four plies, times this for two more
 BEGUN = 0.2  # of the time, after which no deeper search is begun: it would not end in the rest
 TOGETHER = 32  # boards that are searched in one go, which bounds the memory
 SLICE = 4096  # boards whose last slides are valued in one go, few enough for the processor's cache
 
-Value = Callable[[Boards], Reals]  # of boards after the last slide
+Value = Callable[[Words], Reals]  # of boards after the last slide
 
 
 class _OutOfTime(Exception):
     """A search was told to stop."""
 
 
-def action_values(board: Board, p_two: float, depth: int) -> Reals:
+def action_values(board: Cells, p_two: float, depth: int) -> Reals:
     """The worth `[B, 4]` of each slide, -inf where it moves nothing.
 
     The plies of `depth` are slides and tiles in turn, the first a slide.
@@ -39,7 +42,7 @@ def action_values(board: Board, p_two: float, depth: int) -> Reals:
     return _searched(board, depth, _Search(p_two, LIKELY, _value(p_two, depth)))
 
 
-def deepened(board: Board, p_two: float, depth: int, seconds: float) -> Reals:
+def deepened(board: Cells, p_two: float, depth: int, seconds: float) -> Reals:
     """The worth `[B, 4]` of each slide by the deepest search in time, of two plies at least."""
     began = time.perf_counter()
     found = action_values(board, p_two, min(depth, 2))
@@ -61,7 +64,7 @@ def _value(p_two: float, depth: int) -> Value:
 
 
 def _until(end: float, value: Value) -> Value:
-    def timely(boards: Boards) -> Reals:
+    def timely(boards: Words) -> Reals:
         if time.perf_counter() > end:
             raise _OutOfTime
         return value(boards)
@@ -69,7 +72,7 @@ def _until(end: float, value: Value) -> Value:
     return timely
 
 
-def _searched(board: Board, depth: int, search: "_Search") -> Reals:
+def _searched(board: Cells, depth: int, search: "_Search") -> Reals:
     starts = range(0, len(board), TOGETHER)
     parts = [search.values(board[i : i + TOGETHER], depth) for i in starts]
     return np.concatenate(parts) if parts else np.zeros((0, 4))
@@ -86,16 +89,16 @@ class _Search:
         default_factory=lambda: Budget("expectimax", "try fewer plies", 1e13), compare=False
     )
 
-    def values(self, board: Board, depth: int) -> Reals:
+    def values(self, board: Cells, depth: int) -> Reals:
         """The worth `[B, 4]` of each slide, -inf where it moves nothing."""
         after = np.stack([slide(board, np.full(len(board), a))[0] for a in range(4)], axis=1)
         moved = (after != np.asarray(board)[:, None]).any(axis=(2, 3))
         root = np.nonzero(moved)[0]
         found = np.full(moved.shape, -np.inf)
-        found[moved] = self._slid(packed(after[moved]), np.ones(len(root)), root, depth - 1)
+        found[moved] = self._slid(words(after[moved]), np.ones(len(root)), root, depth - 1)
         return found
 
-    def _slid(self, boards: Boards, reach: Reals, root: Ints, depth: int) -> Reals:
+    def _slid(self, boards: Words, reach: Reals, root: Ints, depth: int) -> Reals:
         """The worth `[N]` of boards that a tile comes to."""
         if depth <= 1:
             return self.value(boards)
@@ -103,25 +106,32 @@ class _Search:
         once, reach, root, which = _merged(boards, reach, root)
         parent, cell = np.nonzero(empty(once))
         share = 1.0 / np.bincount(parent)
-        chance = np.repeat([self.p_two, 1 - self.p_two], len(parent))
-        tiled = np.concatenate([placed(once[parent], cell, tile) for tile in (1, 2)])
-        parent = np.tile(parent, 2)
+        chance = np.array([[self.p_two], [1 - self.p_two]])  # of a 2 and of a 4
+        tiled = np.stack([placed(once[parent], cell, tile) for tile in (1, 2)])
         reach = chance * (reach * share)[parent]
-        on = reach >= (self.likely if depth > 3 else np.inf)
-        found = np.empty(len(tiled))
-        found[on] = self._tiled(tiled[on], reach[on], root[parent[on]], depth - 1)
-        found[~on] = self._last(tiled[~on])
-        return (np.bincount(parent, chance * found) * share)[which]
+        likely = reach >= self.likely
+        on = likely & (depth > 3)
+        found = np.empty(tiled.shape)
+        found[on] = self._tiled(tiled[on], reach[on], root[parent[np.nonzero(on)[1]]], depth - 1)
+        alike = ~likely.any(axis=0)  # where neither is likely the rarer counts as the other
+        rarer = int(self.p_two >= 0.5)
+        last = ~on
+        last[rarer, alike] = False
+        found[last] = self._last(tiled[last])
+        found[rarer, alike] = found[1 - rarer, alike]
+        return (np.bincount(parent, (chance * found).sum(axis=0)) * share)[which]
 
-    def _tiled(self, boards: Boards, reach: Reals, root: Ints, depth: int) -> Reals:
+    def _tiled(self, boards: Words, reach: Reals, root: Ints, depth: int) -> Reals:
         """The worth `[N]` of boards by their best slide."""
         after, moved = slides(boards)
         found = np.full(moved.shape, LOST)
+        now = np.where(moved, worth(after.reshape(-1)).reshape(moved.shape), -np.inf)
+        moved &= now >= now.max(axis=0) - MARGIN
         origin = np.nonzero(moved)[1]
         found[moved] = self._slid(after[moved], reach[origin], root[origin], depth - 1)
         return np.asarray(found.max(axis=0))
 
-    def _last(self, boards: Boards) -> Reals:
+    def _last(self, boards: Words) -> Reals:
         """The worth `[N]` of boards by their best slide where that is the last."""
         found = np.empty(len(boards))
         for i in range(0, len(boards), SLICE):
@@ -132,7 +142,7 @@ class _Search:
         return found
 
 
-def _merged(boards: Boards, reach: Reals, root: Ints) -> tuple[Boards, Reals, Ints, Ints]:
+def _merged(boards: Words, reach: Reals, root: Ints) -> tuple[Words, Reals, Ints, Ints]:
     """Each board of a root once, by its likeliest path, and which of these every board is."""
     order = np.lexsort((boards, root))
     boards, root = boards[order], root[order]

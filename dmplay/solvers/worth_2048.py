@@ -10,7 +10,8 @@ from itertools import pairwise
 import numpy as np
 
 from dmplay.chance import Array, Ints, Reals
-from dmplay.solvers.boards_2048 import Boards, Bytes, every_line, tiles, transposed
+from dmplay.solvers.boards_2048 import tiles
+from dmplay.tiles import Cells, Words, every_line, transposed
 
 # Of two numbers one is for the edge and one for the middle. They were found by CMA-ES, 26
 # generations of 12, on the geometric mean of the scores of 200 games at p_two 0.8, searched four
@@ -23,22 +24,22 @@ STEP = (175.0, 85.0)
 LOST = -1_600_000.0  # a board where nothing moves; no other board is worth less
 
 
-def worth(boards: Boards) -> Reals:
+def worth(boards: Words) -> Reals:
     """What boards are worth `[N]`: the sum over rows and columns."""
     return _over_lines(_worth(), boards)
 
 
-def worth_tiled(boards: Boards, p_two: float) -> Reals:
+def worth_tiled(boards: Words, p_two: float) -> Reals:
     """What boards are worth `[N]` after a tile, on average."""
     found = _over_lines(_worth_tiled(p_two), boards)
     return np.asarray(found.real + found.imag / (16 - tiles(boards)))
 
 
-def _over_lines(table: tuple[Array, Array], boards: Boards) -> Array:
-    return _over_rows(table, boards) + _over_rows(table, transposed(boards))
+def _over_lines(table: tuple[Array, Array], boards: Words) -> Array:
+    return _over_rows(table, boards) + _over_rows(table, np.asarray(transposed(boards)))
 
 
-def _over_rows(table: tuple[Array, Array], boards: Boards) -> Array:
+def _over_rows(table: tuple[Array, Array], boards: Words) -> Array:
     row = boards.view(np.uint16).reshape(-1, 4)
     edge, middle = table
     outer = edge.take(row[:, 0]) + edge.take(row[:, 3])
@@ -80,7 +81,7 @@ def _tiled(now: Reals, p_two: float) -> Array:
     return np.asarray(now + 1j * change)
 
 
-def _merging(cells: Bytes) -> Ints:
+def _merging(cells: Cells) -> Ints:
     """How many tiles of each line stand beside an equal one, not counting empty cells between."""
     last, run, merging = (np.zeros(len(cells), np.int64) for _ in range(3))
     for cell in cells.T:

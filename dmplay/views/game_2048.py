@@ -7,8 +7,9 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.chance import Array, Reals
-from dmplay.problems.game_2048 import DOWN, RIGHT, UP, Game2048, slide
+from dmplay.problems.game_2048 import Game2048, slide
 from dmplay.session import View
+from dmplay.tiles import DOWN, RIGHT, UP
 from dmplay.views._advice import asked, bar, known, lost
 from dmplay.views.canvas import Canvas, percent, signed
 from dmplay.views.style import Lesson, Look, Outlook

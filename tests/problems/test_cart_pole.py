@@ -164,6 +164,8 @@ def test_sine_and_cosine_are_the_librarys_to_the_last_bit_or_two(angle: float) -
 
 def test_an_angle_has_the_same_sine_beside_any_other() -> None:
     small = np.array([-0.0, 0.1, -0.7])
-    alone = sine_and_cosine(small)
-    beside = sine_and_cosine(np.append(small, 2.0))
-    assert [part.tobytes() for part in alone] == [part[:3].tobytes() for part in beside]
+    alone = np.array(sine_and_cosine(small))
+    beside = np.array(sine_and_cosine(np.append(small, 2.0)))
+    assert alone.tobytes() == beside[:, :3].tobytes()
+    for row, angle in enumerate([*small.tolist(), 2.0]):
+        assert np.array(sine_and_cosine(angle)).tobytes() == beside[:, row].tobytes()

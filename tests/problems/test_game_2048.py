@@ -19,6 +19,7 @@ LATE = "2 4 2 8/4 8 16 64/2 32 512 128/. 2 1024 16"
 BIG = "65536 32768 2 4/4 8 16 64/2 32 512 128/4 2 8 16"
 TIGHT = "2 4 2 8/4 8 16 64/2 32 512 128/4 1024 1024 16"
 PAIR = "32768 32768 2 4/4 8 16 64/2 32 512 128/4 2 8 16"
+ROW = "1024 512 256 128/. . 4 64/. . . 32/. . . 2"
 DEAD = "2 4 2 4/4 2 4 2/2 4 2 4/4 2 4 2"
 
 
@@ -67,6 +68,7 @@ def test_the_values_are_those_of_the_plain_recursion(
     monkeypatch: pytest.MonkeyPatch, text: str, depth: int, p_two: float
 ) -> None:
     monkeypatch.setattr(expectimax_2048, "LIKELY", 0.0)
+    monkeypatch.setattr(expectimax_2048, "MARGIN", np.inf)
     game = Game2048(p_two=p_two)
     s = board(text)
     found = expectimax_2048.action_values(s, p_two, depth)[0]
@@ -84,6 +86,31 @@ def test_only_a_likely_path_is_followed(monkeypatch: pytest.MonkeyPatch) -> None
     assert (near[1] != far[1]).any()
 
 
+@pytest.mark.parametrize(("p_two", "certain"), [(0.8, 1.0), (0.3, 0.0)])
+def test_where_neither_tile_is_likely_the_rarer_counts_as_the_other(
+    monkeypatch: pytest.MonkeyPatch, p_two: float, certain: float
+) -> None:
+    boards = np.concatenate([board(EARLY), board(LATE)])
+    alone = expectimax_2048.action_values(boards, certain, 3)
+    assert (expectimax_2048.action_values(boards, p_two, 3) != alone).any()
+    monkeypatch.setattr(expectimax_2048, "LIKELY", 2.0)
+    np.testing.assert_allclose(expectimax_2048.action_values(boards, p_two, 3), alone, rtol=1e-12)
+
+
+def test_a_slide_that_leaves_a_far_worse_board_is_not_followed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    boards = np.concatenate([board(text) for text in (LATE, TIGHT, ROW)])
+    found = []
+    for margin in (0.0, expectimax_2048.MARGIN, np.inf):
+        monkeypatch.setattr(expectimax_2048, "MARGIN", margin)
+        found.append(expectimax_2048.action_values(boards, 0.8, 6))
+    best_only, usual, all_slides = found
+    assert (best_only <= all_slides).all()
+    assert (best_only < all_slides).any()
+    assert (usual.argmax(axis=1) == all_slides.argmax(axis=1)).all()
+
+
 def test_two_of_the_largest_tiles_of_a_search_still_merge() -> None:
     values = expectimax_2048.action_values(np.concatenate([board(PAIR), board(BIG)]), 0.8, 4)
     assert np.isfinite(values).tolist() == [[True, False, True, False], [False] * 4]
@@ -92,7 +119,7 @@ def test_two_of_the_largest_tiles_of_a_search_still_merge() -> None:
 @pytest.mark.parametrize(
     ("text", "slide"),
     [
-        ("1024 512 256 128/. . 4 64/. . . 32/. . . 2", "left"),
+        (ROW, "left"),
         ("2 . . ./32 . . ./64 4 . ./128 256 512 1024", "right"),
     ],
 )

@@ -1,0 +1,56 @@
+"""Columns of a batch: the numbers of one row come to what arrays come to."""
+
+import numpy as np
+
+from dmplay.chance import Array
+from dmplay.columns import (
+    batch,
+    chosen,
+    column,
+    columns,
+    joined,
+    least,
+    lines,
+    listed,
+    size,
+    stayed,
+    within,
+)
+
+ROWS = np.array([[-3.0, 0.5], [2.0, -0.0], [0.25, 7.0]])
+TABLE = np.arange(12.0).reshape(4, 3)
+
+
+def reckoned(rows: Array) -> Array:
+    """All that columns go through, of some rows."""
+    x, y = columns(rows)
+    place = chosen(x > 0, 1, 3)
+    parts = (
+        x + 2.0 * y,
+        size(x),
+        least(x, y),
+        within(x, -1.0, 1.0),
+        chosen((x < 0) & (y > 0), x, y),
+        listed(TABLE.reshape(-1), place),
+        column(rows[:, 1]),
+    )
+    found = stayed(x > 1.0, joined(parts[:2]), rows)
+    return np.hstack([joined(parts), lines(TABLE, place), batch(place)[:, None], found])
+
+
+def test_one_row_comes_to_the_same_bits_as_beside_others() -> None:
+    whole = reckoned(ROWS)
+    for row in range(len(ROWS)):
+        alone = reckoned(ROWS[row : row + 1])
+        assert alone.dtype == whole.dtype
+        assert alone.tobytes() == whole[row : row + 1].tobytes()
+    assert isinstance(columns(ROWS[:1])[0], float)
+
+
+def test_what_is_found_for_one_row_is_not_the_table_itself() -> None:
+    for rows in (ROWS[:1], ROWS):
+        place = chosen(columns(rows)[0] > 0, 1, 3)
+        lines(TABLE, place)[:] = -1.0
+        stayed(place == 3, rows.copy(), rows)[:] = -1.0
+    assert TABLE.min() == 0.0
+    assert ROWS[0, 0] == -3.0
