@@ -2,7 +2,8 @@
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from operator import add
 from threading import Lock
@@ -323,6 +324,19 @@ class Session(Displayed):
             for seat, follower in enumerate(self.followers)
         ]
 
+    def agrees(self, turns: Turn) -> bool:
+        """Whether each policy acts in the next turns `[T, ...]` as was done, and tells so at once:
+        it goes by what it learned last alone, and is no waiting seat's.
+        """
+        asked = [follower for follower in self.followers if follower]
+        if not asked:
+            return True
+        s = np.concatenate([self.state[None], turns.state[:-1]])
+        with suppress(Exception):  # of what is written for one row alone
+            waiting = self.problem.waiting(s).any()
+            return not waiting and all(follower.agrees(s, turns) for follower in asked)
+        return False
+
     def decided(self, actions: Sequence[float | None] = ()) -> list[float | None]:
         """The given actions, and those that the policies choose now for the rest.
 
@@ -360,6 +374,14 @@ class Session(Displayed):
         turn = Turn(locked(joint), own(draws), state, seen, locked(outcome.rewards[0] + 0.0))
         self.turns.append(turn)
         return turn
+
+    def numbers(self, many: int) -> range:
+        """The numbers of the next so many turns."""
+        return range(len(self.turns) + 1, len(self.turns) + 1 + many)
+
+    def repeat(self, turns: Iterable[Turn]) -> None:
+        """Plays turns as they were worked out before, from this state on."""
+        self.turns.extend(turns)
 
     def check(self, seat: int, action: float | None) -> float:
         """The action as it will act; raises IllegalAction where the state does not allow it."""
@@ -453,7 +475,7 @@ class Session(Displayed):
             told.observations.append(own(self._seen(seat, turn)))
             told.actions.append(float(turn.actions[seat].item()))
             if not self.problem.hidden:
-                told.joint.append(turn.actions)
+                told.joint.append(own(turn.actions))
         if self.problem.rewards_observed or self.over:
             for turn in self.turns[len(told.rewards) :]:
                 told.rewards.append(float(turn.rewards[seat].item()))
@@ -537,6 +559,30 @@ class Follower:
             name = type(self.policy).__name__
             raise BadPolicy(f"{self}: {name} chose {chosen!r}, expected an array of one action")
         return float(chosen[0])
+
+    def agrees(self, s: Array, turns: Turn) -> bool:
+        """Whether the policy acts in the next turns `[T, ...]`, from these states, as was done.
+
+        What it remembers after each is found as if it had to forget all the others, and then
+        from that found for the turn before: where both are the same, it is what it remembers.
+        """
+        problem, seat, many = self.session.problem, self.seat, len(s)
+        outcome = Outcome(turns.state, turns.rewards, turns.observations)
+        percept = problem.percept(seat, turns.actions, outcome)
+        first = tuple(locked(part.repeat(many, axis=0)) for part in self.memory())
+        after = self.policy.update(first, percept)
+        pairs = zip(first, after, strict=True)
+        before = tuple(locked(np.concatenate([now[:1], then[:-1]])) for now, then in pairs)
+        if not all(map(np.array_equal, after, self.policy.update(before, percept))):
+            return False
+        draw, numbers = self.session.source.draw, self.session.numbers(many)
+        us = [draw(1 + seat, turn, 0, self.policy.draws) for turn in numbers]
+        legal = problem.legal(s)
+        able = None if legal is None else own(legal[:, seat])
+        chosen = self.policy.choose(before, able, np.concatenate(us))
+        rows = zip(*(part[:, None] for part in after), strict=True)
+        self._memories += rows if after else [()] * many
+        return np.array_equal(chosen, turns.actions[:, seat])
 
     def values(self) -> Reals | None:
         """The value of each action `[A]` now, where the policy knows it."""

@@ -30,7 +30,7 @@ from typing import NamedTuple
 
 from dmplay.chance import Array
 from dmplay.core import NOTHING_YET, Problem
-from dmplay.session import LONGEST_LIST, MOST_TURNS, Session, believed
+from dmplay.session import LONGEST_LIST, MOST_TURNS, Session, Turn, believed
 
 PERSON, MODEL = "human", "mcp"  # who plays from outside: a language model is one
 PLAYERS = (PERSON, MODEL)
@@ -146,7 +146,8 @@ class Writer:
 
     def __init__(self, session: Session) -> None:
         self._session = session
-        self._known: dict[tuple[str, str, bytes], str] = {}
+        self._known: dict[tuple[str, str], dict[bytes, str]] = {}
+        self.plain = believed(session.problem) > LONGEST_LIST  # a turn alone says all that is told
 
     def turn(self) -> list[str]:
         """The lines of the last turn, or of the opening, as `turn_facts` has them."""
@@ -154,17 +155,37 @@ class Writer:
         for key, fact in FACTS.items():
             array = fact.of(session)
             if array is not None:
-                rows.append(self._row(key, fact, array))
+                rows += self._rows(key, array[None])
         return rows
 
-    def _row(self, key: str, fact: Fact, array: Array) -> str:
-        same = (key, array.dtype.char, array.tobytes())
-        row = self._known.get(same)
-        if row is None:
-            row = f"{key}: {written(fact.told(self._session.problem, array))}"
-            if len(self._known) < MOST_KNOWN and array.dtype != object:  # of which these are places
-                self._known[same] = row
-        return row
+    def turns(self, turns: Turn) -> str:
+        """The blocks of the next turns `[T, ...]`, where each alone says all that is told of it."""
+        problem = self._session.problem
+        silent = {
+            "draws": not problem.draws.step,
+            "state": problem.states == 1,
+            "observations": not problem.hidden,
+        }
+        told = [key for key in Turn._fields if not silent.get(key)]
+        columns = [self._rows(key, getattr(turns, key)) for key in told]
+        every = zip(self._session.numbers(len(turns.state)), *columns, strict=True)
+        return "".join([text([f"turn: {turn}", *rows]) for turn, *rows in every])
+
+    def _rows(self, key: str, values: Array) -> list[str]:
+        """The line of each of some values `[T, ...]` of a fact."""
+        if key == "draws":  # which hardly come again
+            return [f"draws: {one}" for one in values.tolist()]
+        known = self._known.setdefault((key, values.dtype.char), {})
+        raw, size, rows = values.tobytes(), values.nbytes // len(values), []
+        for place, value in enumerate(values):
+            same = raw[place * size : (place + 1) * size]
+            row = known.get(same)
+            if row is None:
+                row = f"{key}: {written(FACTS[key].told(self._session.problem, value))}"
+                if len(known) < MOST_KNOWN and values.dtype != object:  # of which these are places
+                    known[same] = row
+            rows.append(row)
+        return rows
 
 
 def end_facts(session: Session) -> dict[str, object]:
