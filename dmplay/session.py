@@ -63,36 +63,34 @@ class Telling(Generic[T]):
     """What a seat was told, in parts: what is taken back leaves the parts before it as they are."""
 
     def __init__(self, parts: Sequence[list[T]] = ()) -> None:
-        self._parts = [*parts]
-
-    def __len__(self) -> int:
-        return PART * (len(self._parts) - 1) + len(self._parts[-1]) if self._parts else 0
+        self.parts = [*parts]
+        self.many = sum(map(len, self.parts))
 
     def __getitem__(self, place: int) -> T:
-        return self._parts[place // PART][place % PART]
+        return self.parts[place // PART][place % PART]
 
     def append(self, one: T) -> None:
         """Adds what came last."""
-        if len(self) % PART == 0:
-            self._parts.append([])
-        self._parts[-1].append(one)
+        if self.many % PART == 0:
+            self.parts.append([])
+        self.parts[-1].append(one)
+        self.many += 1
 
     def until(self, end: int) -> "Telling[T]":
         """The first so many, or all: other lists where more is to come."""
-        end = min(end, len(self))
-        whole = self._parts[: end // PART]
-        return Telling([*whole, self._parts[end // PART][: end % PART]] if end % PART else whole)
+        end = min(end, self.many)
+        whole = self.parts[: end // PART]
+        return Telling([*whole, self.parts[end // PART][: end % PART]] if end % PART else whole)
 
 
 class Past(Sequence[T]):
     """What a seat was told so far, of what may grow: as long as it is now."""
 
     def __init__(self, told: Telling[T]) -> None:
-        self._told = told
-        self._places = range(len(told))
+        self._parts, self._many = told.parts, told.many
 
     def __len__(self) -> int:
-        return len(self._places)
+        return self._many
 
     @overload
     def __getitem__(self, place: int) -> T: ...
@@ -100,8 +98,11 @@ class Past(Sequence[T]):
     def __getitem__(self, place: slice) -> tuple[T, ...]: ...
     def __getitem__(self, place: int | slice) -> T | tuple[T, ...]:
         if isinstance(place, slice):
-            return tuple(self._told[at] for at in self._places[place])
-        return self._told[self._places[place]]
+            return tuple(self[at] for at in range(self._many)[place])
+        at = place + self._many if place < 0 else place
+        if not 0 <= at < self._many:
+            raise IndexError(f"got {place}, expected one of {self._many}")
+        return self._parts[at // PART][at % PART]
 
 
 class _Told(NamedTuple):
@@ -133,7 +134,7 @@ class Beliefs(Past[Reals]):
 
     def __init__(self, problem: Problem, seat: int, told: _Told) -> None:
         super().__init__(told.beliefs)
-        self._places = range(len(told.observations))
+        self._many = told.observations.many
         self._problem, self._seat, self._from = problem, seat, told
 
     @overload
@@ -141,11 +142,12 @@ class Beliefs(Past[Reals]):
     @overload
     def __getitem__(self, place: slice) -> tuple[Reals, ...]: ...
     def __getitem__(self, place: int | slice) -> Reals | tuple[Reals, ...]:
-        places = self._places[place]
+        places = range(self._many)[place]
         last = max(places, default=-1) if isinstance(places, range) else places
+        known = self._from.beliefs
         with WORKING:
-            for turn in range(len(self._told), last + 1):
-                self._told.append(own(self._after(turn)))
+            for turn in range(known.many, last + 1):
+                known.append(own(self._after(turn)))
         return super().__getitem__(place)
 
     def _after(self, turn: int) -> Reals:
@@ -156,7 +158,7 @@ class Beliefs(Past[Reals]):
         saw = list(did)
         did[self._seat] = int(self._from.actions[turn - 1])
         saw[self._seat] = int(self._from.observations[turn])
-        return beliefs.update(self._problem, self._told[turn - 1], did, saw).belief
+        return beliefs.update(self._problem, self._from.beliefs[turn - 1], did, saw).belief
 
 
 @dataclass(frozen=True)
@@ -207,10 +209,10 @@ class View(Generic[P_co]):
 
 def believed(problem: Problem) -> float:
     """How many hidden states a belief is over; infinity where there is no belief."""
-    labelled = all(isinstance(known, Labels) for known in problem.observations)
-    if not problem.hidden or not labelled or isinstance(problem.states, Continuous):
+    if not problem.hidden or isinstance(problem.states, Continuous):
         return math.inf
-    return problem.states
+    labelled = all(isinstance(known, Labels) for known in problem.observations)
+    return problem.states if labelled else math.inf
 
 
 class _Known(NamedTuple):
@@ -244,7 +246,8 @@ class Session(Displayed):
         self.rerolls: dict[int, int] = {}  # turn -> how often its dice were thrown anew
         self.help: Counter[str] = Counter()  # agent -> how often whoever plays it was given advice
         self._ended: str | None = None
-        self._known = _Known(None, None, np.zeros(len(problem.agents), bool), terminal=False)
+        self._nobody = locked(np.zeros(len(problem.agents), bool))
+        self._known = _Known(None, None, self._nobody, terminal=False)
         self._sums: list[tuple[float, ...]] = []  # the next weight, returns [n], totals [n]
         self._told: dict[int, _Told] = {}  # by seat, for its views
         self.followers = [
@@ -270,13 +273,14 @@ class Session(Displayed):
 
     def _now(self) -> _Known:
         """What is known of the present state, asked once a state."""
-        state = self.state
+        state, problem = self.state, self.problem
         if self._known.state is not state:
             row = state[None]
-            legal = self.problem.legal(row)
-            terminal = bool(self.problem.terminal(row)[0])
-            waiting = self.problem.waiting(row)[0]
-            self._known = _Known(state, None if legal is None else legal[0], waiting, terminal)
+            legal, terminal = problem.legal(row), bool(problem.terminal(row)[0])
+            if legal is None:
+                self._known = _Known(state, None, self._nobody, terminal)
+            else:
+                self._known = _Known(state, legal[0], problem.waiting(row)[0], terminal)
         return self._known
 
     @property
@@ -468,17 +472,18 @@ class Session(Displayed):
             self._told[seat] = _Told(*(Telling() for _ in _Told._fields))
             self._told[seat].observations.append(own(self.observation(seat, 0)))
         told = self._told[seat]
-        for number, turn in enumerate(self.turns[len(told.actions) :], len(told.actions)):
+        hidden = self.problem.hidden
+        for number, turn in enumerate(self.turns[told.actions.many :], told.actions.many):
             called = self.problem.called(self.turns[number - 1].state if number else self.first)
             if called:
                 told.said.append(called[seat][int(turn.actions[seat])])
             told.observations.append(own(self._seen(seat, turn)))
-            told.actions.append(float(turn.actions[seat].item()))
-            if not self.problem.hidden:
+            told.actions.append(float(turn.actions[seat]))
+            if not hidden:
                 told.joint.append(own(turn.actions))
         if self.problem.rewards_observed or self.over:
-            for turn in self.turns[len(told.rewards) :]:
-                told.rewards.append(float(turn.rewards[seat].item()))
+            for turn in self.turns[told.rewards.many :]:
+                told.rewards.append(float(turn.rewards[seat]))
         return told
 
     def view(self, seat: int) -> View[Problem]:
