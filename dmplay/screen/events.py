@@ -63,5 +63,6 @@ def _window(every: list[Text], rows: int, back: int) -> list[Text]:
 def _cut(lines: list[Text], rows: int, room: Room) -> list[Text]:
     """As many rows as there is room for, the last with the sign that it goes on."""
     *before, last = lines[:rows]
-    last.truncate(room.width - 1)
-    return [*before, last.append("…")]
+    cut = last.copy()
+    cut.truncate(room.width - 1)
+    return [*before, cut.append("…")]
