@@ -114,7 +114,8 @@ def _outputs(seeds: Seed, before: int, many: int) -> Seed:
     begun = _sum((high, low), added)
     high, low = _sum(_product(begun, factors), _product(added, sums))
     mixed, turn = high ^ low, high >> np.uint64(58)
-    return mixed >> turn | mixed << (-turn & np.uint64(63))
+    turned: Seed = np.bitwise_or(mixed >> turn, mixed << (-turn & np.uint64(63)))
+    return turned
 
 
 def _sum(one: Halves, other: Halves) -> Halves:

@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
 from operator import add
 from threading import Lock
 from typing import Generic, NamedTuple, Protocol, TypeVar, overload
@@ -453,7 +454,7 @@ class Session(Displayed):
         outcome = Outcome(state[None], rewards[None], observations[None])
         return self.problem.percept(seat, actions[None], outcome)
 
-    @property
+    @cached_property
     def believes(self) -> bool:
         """Whether seats have a belief to show: hidden states, finite and few enough."""
         if isinstance(self.problem, Tabular):

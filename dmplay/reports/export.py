@@ -26,12 +26,13 @@ from dmplay.reports.page import page
 from dmplay.screen.frame import compose, composed
 from dmplay.screen.shown import Room, Shown, fitted
 from dmplay.styles import ansi
-from dmplay.transcript.format import MOST_KNOWN, end_facts
+from dmplay.transcript.format import end_facts
 from dmplay.transcript.header import header_facts
 from dmplay.views.style import Look, whole
 
 COLUMNS = 80  # of a screen
 AROUND = 8  # rows of title, goal, log, message and keys
+MOST_ROWS = 2**14  # that are remembered as they were drawn
 DICE = ("seed", "episode")
 CLEAR = "\x1b[H\x1b[2J"
 
@@ -58,7 +59,7 @@ class Drawn:
     def _row(self, row: Text) -> str:
         known = self._known.get(id(row))
         if known is None:
-            if len(self._known) == MOST_KNOWN:
+            if len(self._known) == MOST_ROWS:
                 self._known.clear()
             self._known[id(row)] = known = row, self._draw(fitted(row, self._room))
         return known[1]

@@ -212,7 +212,7 @@ def _known(game: Game, shown: Shown) -> tuple[tuple[str, str], ...]:
     return (*facts, *(_hint(shown.advice) if advised else []))
 
 
-@lru_cache(512)
+@lru_cache(1024)
 def _joined(
     plain: str, spans: tuple[Span, ...], known: tuple[tuple[str, str], ...], width: int, most: int
 ) -> tuple[Text, ...]:

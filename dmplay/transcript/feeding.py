@@ -129,9 +129,8 @@ class Ahead:
         problem = self._session.problem
         able, legal = ~problem.terminal(s), problem.legal(s)
         if legal is not None:
-            for seat, known in enumerate(problem.actions):
-                if known.labels:
-                    able &= legal[np.arange(len(s)), seat, a[:, seat].astype(int)]
+            for seat in np.flatnonzero(problem.action_counts):  # not of those who choose a number
+                able &= legal[np.arange(len(s)), seat, a[:, seat].astype(int)]
         return able
 
     def _actions(self, blocks: Sequence[Block]) -> Array:
