@@ -32,7 +32,7 @@ from dmplay.views.style import Look, whole
 
 COLUMNS = 80  # of a screen
 AROUND = 8  # rows of title, goal, log, message and keys
-MOST_ROWS = 2**14  # that are remembered as they were drawn
+MOST_ROWS = 2**13  # that are remembered as they were drawn
 DICE = ("seed", "episode")
 CLEAR = "\x1b[H\x1b[2J"
 

@@ -11,7 +11,7 @@ from dmplay.screen import heading
 from dmplay.screen.events import LOG, events, log_rows
 from dmplay.screen.footer import keys
 from dmplay.screen.shown import Room, Shown, fitted
-from dmplay.screen.wrapping import panel_rows, wrapped
+from dmplay.screen.wrapping import panel_rows, worded, wrapped
 from dmplay.terminal import clean
 from dmplay.views.canvas import size
 from dmplay.views.style import PANEL, Look, Needed
@@ -252,7 +252,7 @@ def most_back(game: Game, room: Room, shown: Shown, log: list[str]) -> int:
     """How many rows the log can be scrolled back."""
     laid = _laid(game, room, shown, _height(room))
     within = Room(room.width, _height(room) - 1) if isinstance(laid, Needed) else laid.log
-    return max(len(wrapped(events(game, log), within)) - within.height + 1, 0)
+    return max(len(worded(events(game, log), within)) - within.height + 1, 0)
 
 
 def _ghost(game: Game) -> list[tuple[str, str]]:
