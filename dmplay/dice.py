@@ -1,10 +1,10 @@
 """Uniform draws by seed: the only place where a random generator lives."""
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.random.bit_generator import ISeedSequence
 from numpy.typing import NDArray
 
 from dmplay.chance import Ints, Reals
@@ -12,13 +12,18 @@ from dmplay.chance import Ints, Reals
 NEW_SEEDS = 10**9  # few enough to type
 NATURE = 0  # the stream of nature; seat i draws from stream 1 + i
 SHORT, FEW, MANY = 256, 16, 512  # turns of a short game; whose dice are thrown together
+MOST = 16  # draws of a turn for which that pays
 NONE = np.zeros((0, 0))
 
 Words = NDArray[np.uint32]
 Seed = NDArray[np.uint64]
+Halves = tuple[Seed, Seed]  # the high and the low one of numbers of 128 bits
 WORD, POOL = 32, 4  # bits of a word, words of a pool
 MIXING, TELLING = (0x43B0D7E5, 0x931E8875), (0x8B51F9DD, 0x58F38DED)  # first multiplier, factor
 LEFT, RIGHT = np.array([[0xCA01F9DD], [0x4973F715]], np.uint32)  # factors of two words mixed
+ONE, HALF, LOW = np.uint64(1), np.uint64(WORD), np.uint64(2**WORD - 1)
+BITS, ALL = 2**128, 2**64 - 1
+FACTOR = 0x2360ED051FC65DA44385DF649FCCF645  # of PCG64
 
 
 def uniforms(  # noqa: PLR0913 - the address of a draw has this many parts
@@ -30,16 +35,10 @@ def uniforms(  # noqa: PLR0913 - the address of a draw has this many parts
     """
     if rows * count == 0:
         return np.zeros((rows, count))
-    seeds = np.random.SeedSequence(seed, spawn_key=(stream, turn, reroll))
-    return _cut(_raw(seeds, first * count, rows * count)).reshape(rows, count)
-
-
-def _raw(seeds: ISeedSequence, before: int, many: int) -> Seed:
-    """So many outputs of the generator of these seeds, after those before them."""
-    bits = np.random.PCG64(seeds)  # type: ignore[arg-type] # it takes any ISeedSequence
-    if before:
-        bits.advance(before)
-    return bits.random_raw(many)
+    bits = np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(stream, turn, reroll)))
+    if first:
+        bits.advance(first * count)
+    return _cut(bits.random_raw(rows * count)).reshape(rows, count)
 
 
 def _cut(raw: Seed) -> Reals:
@@ -59,7 +58,7 @@ class Dice:
 
     def draw(self, stream: int, turn: int, reroll: int, count: int) -> Reals:
         """Uniforms `[1, count]`."""
-        if reroll or not turn or not 0 < count <= MANY:  # an opening is thrown alone
+        if reroll or not turn or not 0 < count <= MOST:  # an opening is thrown alone
             return uniforms(
                 self.seed, stream, turn, reroll=reroll, first=self.episode, rows=1, count=count
             )
@@ -69,25 +68,13 @@ class Dice:
             many = FEW if turn < SHORT else MANY
             place = turn % many
             seeds = _seeds(self.seed, stream, np.arange(turn - place, turn - place + many))
-            raw = [_raw(_Seeds(one), self.episode * count, count) for one in seeds]
-            thrown = _cut(np.array(raw))
+            thrown = _cut(_outputs(seeds, self.episode * count, count))
             self._thrown[stream, count] = turn - place, thrown
         return thrown[place : place + 1].copy()
 
 
-class _Seeds(ISeedSequence):
-    """What a SeedSequence generates, found before."""
-
-    def __init__(self, words: Seed) -> None:
-        self._words = words
-
-    def generate_state(self, n_words: int, dtype: object = np.uint32) -> Seed:
-        """The four words that PCG64 asks for."""
-        return self._words
-
-
 def _seeds(seed: int, stream: int, turns: Ints) -> Seed:
-    """The seeds `[T, 4]` that SeedSequence generates for each of these turns.
+    """The seeds `[4, T]` that SeedSequence generates for each of these turns.
 
     What it does to seed and stream is the same for all turns; turn and reroll are then mixed in
     by its arithmetic, which NumPy promises not to change, for all turns at once.
@@ -98,7 +85,7 @@ def _seeds(seed: int, stream: int, turns: Ints) -> Seed:
         pool = _folded(LEFT * pool - RIGHT * _hashed(word, MIXING, mixed, POOL))
         mixed += POOL
     told = _hashed(np.tile(pool, (2, 1)), TELLING, 0, 2 * POOL).astype(np.uint64)
-    return np.ascontiguousarray((told[::2] | told[1::2] << np.uint64(WORD)).T)
+    return told[::2] | told[1::2] << HALF
 
 
 def _hashed(words: Words, constants: tuple[int, int], before: int, many: int) -> Words:
@@ -111,6 +98,40 @@ def _hashed(words: Words, constants: tuple[int, int], before: int, many: int) ->
 
 def _folded(words: Words) -> Words:
     return words ^ (words >> np.uint32(WORD // 2))
+
+
+def _outputs(seeds: Seed, before: int, many: int) -> Seed:
+    """So many outputs `[T, many]` of PCG64 of these seeds, after those before them.
+
+    Its state is a number of 128 bits, here two halves, which each output multiplies and adds to:
+    any state is the first times a power, and what is added times the sum of the powers below it.
+    """
+    high, low, more, less = seeds[:, :, None]
+    added = more << ONE | less >> np.uint64(63), less << ONE | ONE
+    powers = range(before + 2, before + 2 + many)
+    factors = [pow(FACTOR, power, BITS * (FACTOR - 1)) for power in powers]
+    sums = [(factor - 1) // (FACTOR - 1) for factor in factors]
+    begun = _sum((high, low), added)
+    high, low = _sum(_product(begun, factors), _product(added, sums))
+    mixed, turn = high ^ low, high >> np.uint64(58)
+    turned: Seed = np.bitwise_or(mixed >> turn, mixed << (-turn & np.uint64(63)))
+    return turned
+
+
+def _sum(one: Halves, other: Halves) -> Halves:
+    low = one[1] + other[1]
+    return one[0] + other[0] + (low < other[1]), low
+
+
+def _product(halves: Halves, by: Sequence[int]) -> Halves:
+    """Each of some numbers of 128 bits times each of others."""
+    high, low = halves
+    more, less = (np.array([one >> at & ALL for one in by], np.uint64) for at in (64, 0))
+    bottom, top = less & LOW, less >> HALF
+    middle = (low >> HALF) * bottom + ((low & LOW) * bottom >> HALF)
+    other = (low & LOW) * top + (middle & LOW)
+    carried = (low >> HALF) * top + (middle >> HALF) + (other >> HALF)
+    return carried + high * less + low * more, low * less
 
 
 def fresh() -> int:

@@ -2,8 +2,10 @@
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
 from operator import add
 from threading import Lock
 from typing import Generic, NamedTuple, Protocol, TypeVar, overload
@@ -62,36 +64,34 @@ class Telling(Generic[T]):
     """What a seat was told, in parts: what is taken back leaves the parts before it as they are."""
 
     def __init__(self, parts: Sequence[list[T]] = ()) -> None:
-        self._parts = [*parts]
-
-    def __len__(self) -> int:
-        return PART * (len(self._parts) - 1) + len(self._parts[-1]) if self._parts else 0
+        self.parts = [*parts]
+        self.many = sum(map(len, self.parts))
 
     def __getitem__(self, place: int) -> T:
-        return self._parts[place // PART][place % PART]
+        return self.parts[place // PART][place % PART]
 
     def append(self, one: T) -> None:
         """Adds what came last."""
-        if len(self) % PART == 0:
-            self._parts.append([])
-        self._parts[-1].append(one)
+        if self.many % PART == 0:
+            self.parts.append([])
+        self.parts[-1].append(one)
+        self.many += 1
 
     def until(self, end: int) -> "Telling[T]":
         """The first so many, or all: other lists where more is to come."""
-        end = min(end, len(self))
-        whole = self._parts[: end // PART]
-        return Telling([*whole, self._parts[end // PART][: end % PART]] if end % PART else whole)
+        end = min(end, self.many)
+        whole = self.parts[: end // PART]
+        return Telling([*whole, self.parts[end // PART][: end % PART]] if end % PART else whole)
 
 
 class Past(Sequence[T]):
     """What a seat was told so far, of what may grow: as long as it is now."""
 
     def __init__(self, told: Telling[T]) -> None:
-        self._told = told
-        self._places = range(len(told))
+        self._parts, self._many = told.parts, told.many
 
     def __len__(self) -> int:
-        return len(self._places)
+        return self._many
 
     @overload
     def __getitem__(self, place: int) -> T: ...
@@ -99,8 +99,11 @@ class Past(Sequence[T]):
     def __getitem__(self, place: slice) -> tuple[T, ...]: ...
     def __getitem__(self, place: int | slice) -> T | tuple[T, ...]:
         if isinstance(place, slice):
-            return tuple(self._told[at] for at in self._places[place])
-        return self._told[self._places[place]]
+            return tuple(self[at] for at in range(self._many)[place])
+        at = place + self._many if place < 0 else place
+        if not 0 <= at < self._many:
+            raise IndexError(f"got {place}, expected one of {self._many}")
+        return self._parts[at // PART][at % PART]
 
 
 class _Told(NamedTuple):
@@ -132,7 +135,7 @@ class Beliefs(Past[Reals]):
 
     def __init__(self, problem: Problem, seat: int, told: _Told) -> None:
         super().__init__(told.beliefs)
-        self._places = range(len(told.observations))
+        self._many = told.observations.many
         self._problem, self._seat, self._from = problem, seat, told
 
     @overload
@@ -140,11 +143,12 @@ class Beliefs(Past[Reals]):
     @overload
     def __getitem__(self, place: slice) -> tuple[Reals, ...]: ...
     def __getitem__(self, place: int | slice) -> Reals | tuple[Reals, ...]:
-        places = self._places[place]
+        places = range(self._many)[place]
         last = max(places, default=-1) if isinstance(places, range) else places
+        known = self._from.beliefs
         with WORKING:
-            for turn in range(len(self._told), last + 1):
-                self._told.append(own(self._after(turn)))
+            for turn in range(known.many, last + 1):
+                known.append(own(self._after(turn)))
         return super().__getitem__(place)
 
     def _after(self, turn: int) -> Reals:
@@ -155,7 +159,7 @@ class Beliefs(Past[Reals]):
         saw = list(did)
         did[self._seat] = int(self._from.actions[turn - 1])
         saw[self._seat] = int(self._from.observations[turn])
-        return beliefs.update(self._problem, self._told[turn - 1], did, saw).belief
+        return beliefs.update(self._problem, self._from.beliefs[turn - 1], did, saw).belief
 
 
 @dataclass(frozen=True)
@@ -206,10 +210,10 @@ class View(Generic[P_co]):
 
 def believed(problem: Problem) -> float:
     """How many hidden states a belief is over; infinity where there is no belief."""
-    labelled = all(isinstance(known, Labels) for known in problem.observations)
-    if not problem.hidden or not labelled or isinstance(problem.states, Continuous):
+    if not problem.hidden or isinstance(problem.states, Continuous):
         return math.inf
-    return problem.states
+    labelled = all(isinstance(known, Labels) for known in problem.observations)
+    return problem.states if labelled else math.inf
 
 
 class _Known(NamedTuple):
@@ -243,7 +247,8 @@ class Session(Displayed):
         self.rerolls: dict[int, int] = {}  # turn -> how often its dice were thrown anew
         self.help: Counter[str] = Counter()  # agent -> how often whoever plays it was given advice
         self._ended: str | None = None
-        self._known = _Known(None, None, np.zeros(len(problem.agents), bool), terminal=False)
+        self._nobody = locked(np.zeros(len(problem.agents), bool))
+        self._known = _Known(None, None, self._nobody, terminal=False)
         self._sums: list[tuple[float, ...]] = []  # the next weight, returns [n], totals [n]
         self._told: dict[int, _Told] = {}  # by seat, for its views
         self.followers = [
@@ -269,13 +274,14 @@ class Session(Displayed):
 
     def _now(self) -> _Known:
         """What is known of the present state, asked once a state."""
-        state = self.state
+        state, problem = self.state, self.problem
         if self._known.state is not state:
             row = state[None]
-            legal = self.problem.legal(row)
-            terminal = bool(self.problem.terminal(row)[0])
-            waiting = self.problem.waiting(row)[0]
-            self._known = _Known(state, None if legal is None else legal[0], waiting, terminal)
+            legal, terminal = problem.legal(row), bool(problem.terminal(row)[0])
+            if legal is None:
+                self._known = _Known(state, None, self._nobody, terminal)
+            else:
+                self._known = _Known(state, legal[0], problem.waiting(row)[0], terminal)
         return self._known
 
     @property
@@ -323,6 +329,19 @@ class Session(Displayed):
             for seat, follower in enumerate(self.followers)
         ]
 
+    def agrees(self, turns: Turn) -> bool:
+        """Whether each policy acts in the next turns `[T, ...]` as was done, and tells so at once:
+        it goes by what it learned last alone, and is no waiting seat's.
+        """
+        asked = [follower for follower in self.followers if follower]
+        if not asked:
+            return True
+        s = np.concatenate([self.state[None], turns.state[:-1]])
+        with suppress(Exception):  # of what is written for one row alone
+            waiting = self.problem.waiting(s).any()
+            return not waiting and all(follower.agrees(s, turns) for follower in asked)
+        return False
+
     def decided(self, actions: Sequence[float | None] = ()) -> list[float | None]:
         """The given actions, and those that the policies choose now for the rest.
 
@@ -360,6 +379,14 @@ class Session(Displayed):
         turn = Turn(locked(joint), own(draws), state, seen, locked(outcome.rewards[0] + 0.0))
         self.turns.append(turn)
         return turn
+
+    def numbers(self, many: int) -> range:
+        """The numbers of the next so many turns."""
+        return range(len(self.turns) + 1, len(self.turns) + 1 + many)
+
+    def repeat(self, turns: Iterable[Turn]) -> None:
+        """Plays turns as they were worked out before, from this state on."""
+        self.turns.extend(turns)
 
     def check(self, seat: int, action: float | None) -> float:
         """The action as it will act; raises IllegalAction where the state does not allow it."""
@@ -427,7 +454,7 @@ class Session(Displayed):
         outcome = Outcome(state[None], rewards[None], observations[None])
         return self.problem.percept(seat, actions[None], outcome)
 
-    @property
+    @cached_property
     def believes(self) -> bool:
         """Whether seats have a belief to show: hidden states, finite and few enough."""
         if isinstance(self.problem, Tabular):
@@ -446,17 +473,18 @@ class Session(Displayed):
             self._told[seat] = _Told(*(Telling() for _ in _Told._fields))
             self._told[seat].observations.append(own(self.observation(seat, 0)))
         told = self._told[seat]
-        for number, turn in enumerate(self.turns[len(told.actions) :], len(told.actions)):
+        hidden = self.problem.hidden
+        for number, turn in enumerate(self.turns[told.actions.many :], told.actions.many):
             called = self.problem.called(self.turns[number - 1].state if number else self.first)
             if called:
                 told.said.append(called[seat][int(turn.actions[seat])])
             told.observations.append(own(self._seen(seat, turn)))
-            told.actions.append(float(turn.actions[seat].item()))
-            if not self.problem.hidden:
-                told.joint.append(turn.actions)
+            told.actions.append(float(turn.actions[seat]))
+            if not hidden:
+                told.joint.append(own(turn.actions))
         if self.problem.rewards_observed or self.over:
-            for turn in self.turns[len(told.rewards) :]:
-                told.rewards.append(float(turn.rewards[seat].item()))
+            for turn in self.turns[told.rewards.many :]:
+                told.rewards.append(float(turn.rewards[seat]))
         return told
 
     def view(self, seat: int) -> View[Problem]:
@@ -537,6 +565,30 @@ class Follower:
             name = type(self.policy).__name__
             raise BadPolicy(f"{self}: {name} chose {chosen!r}, expected an array of one action")
         return float(chosen[0])
+
+    def agrees(self, s: Array, turns: Turn) -> bool:
+        """Whether the policy acts in the next turns `[T, ...]`, from these states, as was done.
+
+        What it remembers after each is found as if it had to forget all the others, and then
+        from that found for the turn before: where both are the same, it is what it remembers.
+        """
+        problem, seat, many = self.session.problem, self.seat, len(s)
+        outcome = Outcome(turns.state, turns.rewards, turns.observations)
+        percept = problem.percept(seat, turns.actions, outcome)
+        first = tuple(locked(part.repeat(many, axis=0)) for part in self.memory())
+        after = self.policy.update(first, percept)
+        pairs = zip(first, after, strict=True)
+        before = tuple(locked(np.concatenate([now[:1], then[:-1]])) for now, then in pairs)
+        if not all(map(np.array_equal, after, self.policy.update(before, percept))):
+            return False
+        draw, numbers = self.session.source.draw, self.session.numbers(many)
+        us = [draw(1 + seat, turn, 0, self.policy.draws) for turn in numbers]
+        legal = problem.legal(s)
+        able = None if legal is None else own(legal[:, seat])
+        chosen = self.policy.choose(before, able, np.concatenate(us))
+        rows = zip(*(part[:, None] for part in after), strict=True)
+        self._memories += rows if after else [()] * many
+        return np.array_equal(chosen, turns.actions[:, seat])
 
     def values(self) -> Reals | None:
         """The value of each action `[A]` now, where the policy knows it."""

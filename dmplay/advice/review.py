@@ -57,7 +57,7 @@ def moves(session: Session, who: Sequence[int], seats: Sequence[str] = ()) -> It
                 values = adviser.values()
             if values is not None and not past.waits(seat):
                 yield _move(past, seat, number, int(turn.actions[seat]), values)
-        past.advance(list(turn.actions), turn.draws)
+        past.repeat([turn])
 
 
 def _move(past: Session, seat: int, turn: int, action: int, values: Reals) -> Move:

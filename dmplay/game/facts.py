@@ -30,7 +30,7 @@ def debrief(session: Session) -> list[dict[str, object]]:
     past = Session(session.problem, session.source, limit=session.limit, opening=session.opening)
     rows = [turn_facts(past)]
     for turn in session.turns:
-        past.advance(list(turn.actions), turn.draws)
+        past.repeat([turn])
         rows.append(turn_facts(past))
     return [{key: value for key, value in row.items() if key != "draws"} for row in rows]
 

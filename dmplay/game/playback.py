@@ -11,7 +11,8 @@ from dmplay.game.seats import people
 from dmplay.keys.keyboard import Keyboard
 from dmplay.keys.keymap import AS_DRAWN
 from dmplay.session import Session
-from dmplay.transcript.replay import feed, start
+from dmplay.transcript.feeding import Ahead
+from dmplay.transcript.replay import start
 from dmplay.transcript.seal import opened
 
 
@@ -23,19 +24,22 @@ class Playback(Displayed, Game):
         found = loaded(transcript, trusted=trusted)
         self.transcript = opened(transcript, found.problem, peek=peek)
         self._problem = found.problem
-        blocks = self.transcript.blocks[1:]
-        self._blocks = [block for block in blocks if block.kind != "help"]
-        self._help = [block for block in blocks if block.kind == "help"]
-        self._place = 0
+        opening, *blocks = self.transcript.blocks
+        helped = [block for block in blocks if block.kind == "help"]
+        played = [block for block in blocks if block.kind != "help"]
+        self._blocks = [opening, *helped, *played]
+        self._first = self._place = 1 + len(helped)
         seats = list(self.transcript.header.seats.values())
         keyboard = Keyboard(found.problem, [], AS_DRAWN)  # nobody plays
-        super().__init__(found.name, self._session(0), seats, keyboard)
+        super().__init__(found.name, self._session(self._first), seats, keyboard)
         self.warning = altered(transcript, found)
 
-    def _session(self, blocks: int) -> Session:
+    def _session(self, place: int) -> Session:
+        """The game before the block at this place."""
         session = start(self.transcript, self._problem, self.transcript.header.dice)
-        for block in [*self._help, *self._blocks[:blocks]]:
-            feed(self.transcript, block, session)
+        self._ahead = Ahead(self.transcript, self._blocks, session)
+        for before in range(1, place):
+            self._ahead.feed(before)
         return session
 
     def _sit(self, session: Session) -> None:
@@ -44,19 +48,23 @@ class Playback(Displayed, Game):
 
     def unattended(self) -> bool:
         """Shows the next turn or event; False at the end of the file."""
-        blocks = self._blocks[self._place : self._place + 2]
-        if not blocks:
+        if self.whole:
             self.session.end(self.transcript.chosen or "unfinished")
             return False
-        for block in blocks[: 1 + (blocks[0].kind == "reroll")]:  # with the turn that came of it
-            feed(self.transcript, block, self.session)
-            self._place += 1
+        self._feed()
+        if self._blocks[self._place - 1].kind == "reroll" and not self.whole:
+            self._feed()  # the turn that came of it
         return True
+
+    def _feed(self) -> None:
+        self._ahead.feed(self._place)
+        self._place += 1
 
     @property
     def steps(self) -> int:
         """How many turns and events there are to be shown: a reroll and its turn are one."""
-        return len(self._blocks) - sum(block.kind == "reroll" for block in self._blocks[:-1])
+        blocks = self._blocks[self._first :]
+        return len(blocks) - sum(block.kind == "reroll" for block in blocks[:-1])
 
     @property
     def whole(self) -> bool:
@@ -89,13 +97,13 @@ class Playback(Displayed, Game):
 
     def undo(self, turns: int = 1) -> None:
         """Shows the place so many turns or events back."""
-        if self._place < turns:
+        if self._place - self._first < turns:
             raise BadParameter("this is the beginning")
         for _ in range(turns):
             self._place -= 1
             if self._blocks[self._place].kind == "turn":
                 self.session.undo()
-            if self._place and self._blocks[self._place - 1].kind == "reroll":
+            if self._blocks[self._place - 1].kind == "reroll":
                 self._place -= 1
             if self._blocks[self._place].kind != "turn":  # what it took back is played again
                 self._sit(self._session(self._place))

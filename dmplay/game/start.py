@@ -230,14 +230,13 @@ def _retell(told: Session, turns: int, session: Session, recorder: Recorder) -> 
         session.help.update(told.help)
         recorder.event("help", dict(told.help))
     for number, played in enumerate(told.turns[:turns], 1):
-        actions = list(played.actions)
         if number in told.rerolls:
-            session.advance(actions)
+            session.advance(list(played.actions))
             recorder.turn()
             session.undo()
             session.rerolls[number] = told.rerolls[number]
             recorder.event("reroll", told.rerolls[number])
-        session.advance(actions, played.draws)
+        session.repeat([played])
         recorder.turn()
 
 

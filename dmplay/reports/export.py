@@ -23,8 +23,8 @@ from dmplay.keys.keymap import AS_DRAWN
 from dmplay.reports.drawing import film as pictures
 from dmplay.reports.drawing import kept, picture
 from dmplay.reports.page import page
-from dmplay.screen.frame import compose
-from dmplay.screen.shown import Room, Shown
+from dmplay.screen.frame import compose, composed
+from dmplay.screen.shown import Room, Shown, fitted
 from dmplay.styles import ansi
 from dmplay.transcript.format import end_facts
 from dmplay.transcript.header import header_facts
@@ -32,6 +32,7 @@ from dmplay.views.style import Look, whole
 
 COLUMNS = 80  # of a screen
 AROUND = 8  # rows of title, goal, log, message and keys
+MOST_ROWS = 2**13  # that are remembered as they were drawn
 DICE = ("seed", "episode")
 CLEAR = "\x1b[H\x1b[2J"
 
@@ -42,6 +43,26 @@ class Wanted(NamedTuple):
     room: Room
     turn: int | None = None  # the last one
     hint: bool = False
+
+
+class Drawn:
+    """Rows of screens in another form, of which most come again."""
+
+    def __init__(self, room: Room, draw: Callable[[Text], str]) -> None:
+        self._room, self._draw = room, draw
+        self._known: dict[int, tuple[Text, str]] = {}  # by the row itself
+
+    def rows(self, game: Game, log: list[str]) -> list[str]:
+        """The rows of a screen."""
+        return [self._row(row) for row in composed(game, self._room, Shown(), log)]
+
+    def _row(self, row: Text) -> str:
+        known = self._known.get(id(row))
+        if known is None:
+            if len(self._known) == MOST_ROWS:
+                self._known.clear()
+            self._known[id(row)] = known = row, self._draw(fitted(row, self._room))
+        return known[1]
 
 
 def screens(game: Playback, room: Room) -> Iterator[Text]:
@@ -123,8 +144,8 @@ def cast3(game: Playback, wanted: Wanted) -> Iterator[str]:
 
 def _written(game: Playback, room: Room) -> Iterator[str]:
     """The screens as a terminal in raw mode is sent them."""
-    drawn = (ansi(shown, "default") for shown in screens(game, room))
-    return (CLEAR + one.replace("\n", "\r\n") for one in drawn)
+    drawn = Drawn(room, lambda row: ansi(row, "default"))
+    return (CLEAR + "\r\n".join(drawn.rows(game, log)) for log in _told(game))
 
 
 def _line(value: object) -> str:
@@ -133,9 +154,9 @@ def _line(value: object) -> str:
 
 def text(game: Playback, wanted: Wanted) -> Iterator[str]:
     """Every turn in words, with the board under it."""
-    for shown in screens(game, wanted.room):
-        rows = [row.rstrip() for row in shown.plain.split("\n")]
-        yield "\n".join(rows).rstrip() + "\n\n"
+    drawn = Drawn(wanted.room, lambda row: row.plain.rstrip())
+    for log in _told(game):
+        yield "\n".join(drawn.rows(game, log)).rstrip() + "\n\n"
 
 
 def rows_of_turns(game: Playback, wanted: Wanted) -> Iterator[str]:

@@ -7,7 +7,7 @@ from rich.text import Text
 from dmplay.game.facts import sentence
 from dmplay.game.game import Game
 from dmplay.screen.shown import Room
-from dmplay.screen.wrapping import wrapped
+from dmplay.screen.wrapping import worded, wrapped
 from dmplay.terminal import clean
 
 LOG = 2  # rows at least
@@ -24,7 +24,7 @@ def log_rows(  # noqa: PLR0913 - what is told, where, and from which row on
 ) -> list[Text]:
     """The last events, wrapped, or those before them; a message too long for its row."""
     if back or game.session.over:
-        every = wrapped([*events(game, log), *map(clean, long)], room)
+        every = worded([*events(game, log), *map(clean, long)], room)
         if len(every) > room.height > (1 if back else LOG + 1):
             return _window(every, room.height, back)
     lines = [*log[-room.height or len(log) :], *map(clean, long)]
@@ -52,16 +52,17 @@ def _column(log: Sequence[str], room: Room) -> list[Text]:
     return next((told for told in parts if len(told) <= room.height), [])
 
 
-def _window(every: list[Text], rows: int, back: int) -> list[Text]:
+def _window(every: list[str], rows: int, back: int) -> list[Text]:
     """The last rows, or those so many before them, and which they are."""
     end = max(len(every) - back, rows - 1)
     begin = end - rows + 1
     told = f" rows {begin + 1}-{end} of {len(every)}: PgUp PgDn Home End"
-    return [*every[begin:end], Text(told, style="dim")]
+    return [*map(Text, every[begin:end]), Text(told, style="dim")]
 
 
 def _cut(lines: list[Text], rows: int, room: Room) -> list[Text]:
     """As many rows as there is room for, the last with the sign that it goes on."""
     *before, last = lines[:rows]
-    last.truncate(room.width - 1)
-    return [*before, last.append("…")]
+    cut = last.copy()
+    cut.truncate(room.width - 1)
+    return [*before, cut.append("…")]

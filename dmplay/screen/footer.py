@@ -1,6 +1,7 @@
 """The last row of the screen: the keys that count now."""
 
 from collections.abc import Iterator, Sequence
+from functools import cache
 from itertools import product
 from math import isnan
 from typing import NamedTuple
@@ -135,5 +136,6 @@ def _ended(game: Game) -> bool:
     return game.session.over and game.asked is not None
 
 
+@cache
 def _shown(name: str) -> str:
     return f"{named(name).shown} {name}"

@@ -11,7 +11,7 @@ from dmplay.screen import heading
 from dmplay.screen.events import LOG, events, log_rows
 from dmplay.screen.footer import keys
 from dmplay.screen.shown import Room, Shown, fitted
-from dmplay.screen.wrapping import panel_rows, wrapped
+from dmplay.screen.wrapping import panel_rows, worded, wrapped
 from dmplay.terminal import clean
 from dmplay.views.canvas import size
 from dmplay.views.style import PANEL, Look, Needed
@@ -20,20 +20,26 @@ SMALL, ROOMY = 4, 20  # rows from which on there is a board, and the goal is alw
 HIGH = 8  # rows of the log below the board at most
 WIDE = 100  # columns from which on the log is beside the board
 COLUMN = 36  # columns that it then has at least
+EMPTY, BLANK = Text(""), Text(" ")
 
 
 def compose(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
-    """The whole screen: exactly `height` rows, none wider than the room.
+    """The whole screen: exactly `height` rows, none wider than the room."""
+    return _rows(composed(game, room, shown, log), room)
+
+
+def composed(game: Game, room: Room, shown: Shown, log: list[str]) -> list[Text]:
+    """The rows of the whole screen before they are fitted; most that come again are the same text.
 
     Under four rows: what is most urgent in one, below it the keys, above it the title.
     """
     below = keys(game, room, shown)
     if room.height < SMALL:
-        rows = [fitted(_urgent(game, room, shown, log), room), below][: room.height]
-        return _rows([fitted(heading.title(game, room), room), *rows][-room.height :])
+        rows = [_urgent(game, room, shown, log), below][: room.height]
+        return [heading.title(game, room), *rows][-room.height :]
     if room.height == SMALL and not (shown.message or shown.curtain):
         shown = shown._replace(message=_beside(game, room, shown, log))
-    return _rows([upper(game, room, shown, log), message(room, shown), below])
+    return [*_upper(game, room, shown, log), message(room, shown), below]
 
 
 def _beside(game: Game, room: Room, shown: Shown, log: list[str]) -> str:
@@ -60,7 +66,7 @@ def _urgent(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
 def message(room: Room, shown: Shown) -> Text:
     """The row that answers the last key; empty where the log has room for a long answer."""
     told = "" if too_long(shown, room) else clean(shown.message)
-    return fitted(Text(f" {told}"), room)
+    return fitted(Text(f" {told}"), room) if told else BLANK
 
 
 def too_long(shown: Shown, room: Room) -> bool:
@@ -70,7 +76,12 @@ def too_long(shown: Shown, room: Room) -> bool:
 
 
 def upper(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
-    """All but the command row and the key row: exactly `height - 2` rows.
+    """All but the command row and the key row."""
+    return _rows(_upper(game, room, shown, log), room)
+
+
+def _upper(game: Game, room: Room, shown: Shown, log: list[str]) -> list[Text]:
+    """Exactly `height - 2` rows.
 
     Fit order: the side panel goes first, then the log shrinks to two rows, then the board to its
     smaller forms, at last to one line of text.
@@ -84,8 +95,8 @@ def upper(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
         aim = [heading.goal(game, room)] if aimed(room) else []
         title, parts = heading.title(game, room), [*aim, *_body(game, room, shown, log, body)]
     body = room.height - 3
-    parts += [Text("")] * (body - len(parts))
-    return _rows([fitted(row, room) for row in [title, *parts][: room.height - 2]])
+    parts += [EMPTY] * (body - len(parts))
+    return [title, *parts][: room.height - 2]
 
 
 def _height(room: Room) -> int:
@@ -130,8 +141,8 @@ def _curtain(agent: str, room: Room) -> list[Text]:
     return [Text(""), *rows] if len(rows) < room.height - 3 else rows
 
 
-def _rows(rows: list[Text]) -> Text:
-    return Text("\n", no_wrap=True).join(rows)
+def _rows(rows: list[Text], room: Room) -> Text:
+    return Text("\n", no_wrap=True).join([fitted(row, room) for row in rows])
 
 
 class _Laid(NamedTuple):
@@ -190,7 +201,7 @@ def _below_board(game: Game, room: Room, shown: Shown, board: Text, body: int) -
     rows = _joined(board.plain, tuple(board.spans), known, width, max(body - LOG - 1, 0))
     left = max(body - len(rows) - 1, 0)
     high = left if game.session.over else min(left, HIGH)
-    return _Laid([*rows, Text("")], Room(room.width, high, room.ascii), beside=False)
+    return _Laid([*rows, EMPTY], Room(room.width, high, room.ascii), beside=False)
 
 
 def _known(game: Game, shown: Shown) -> tuple[tuple[str, str], ...]:
@@ -201,7 +212,7 @@ def _known(game: Game, shown: Shown) -> tuple[tuple[str, str], ...]:
     return (*facts, *(_hint(shown.advice) if advised else []))
 
 
-@lru_cache(512)
+@lru_cache(1024)
 def _joined(
     plain: str, spans: tuple[Span, ...], known: tuple[tuple[str, str], ...], width: int, most: int
 ) -> tuple[Text, ...]:
@@ -241,7 +252,7 @@ def most_back(game: Game, room: Room, shown: Shown, log: list[str]) -> int:
     """How many rows the log can be scrolled back."""
     laid = _laid(game, room, shown, _height(room))
     within = Room(room.width, _height(room) - 1) if isinstance(laid, Needed) else laid.log
-    return max(len(wrapped(events(game, log), within)) - within.height + 1, 0)
+    return max(len(worded(events(game, log), within)) - within.height + 1, 0)
 
 
 def _ghost(game: Game) -> list[tuple[str, str]]:

@@ -1,6 +1,7 @@
 """The first rows of the screen: the game and how it stands, what to aim for and what it costs."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 from rich.text import Text
 
@@ -15,11 +16,13 @@ def title(game: Game, room: Room) -> Text:
     """The game and how it stands; closer together and without the seed where there is no room."""
     seed = [f"seed {game.seed}"] if game.shows_seed else []
     facts = _facts(game, score(game.problem))
+    row = _headed(game, name(game), "   ", [*seed, *facts])
+    if len(row.plain) <= room.width:
+        return row
     close = Text(f" {clean(game.name)} ", style="bold")
-    wide = _headed(game, name(game), "   ", [*seed, *facts])
-    for row in (wide, _headed(game, close.copy(), "  ", facts)):
-        if len(row.plain) <= room.width:
-            return row
+    row = _headed(game, close.copy(), "  ", facts)
+    if len(row.plain) <= room.width:
+        return row
     facts = _facts(game, "score")
     while True:  # a fact is told whole or not at all
         row = _headed(game, close.copy(), "  ", facts)
@@ -56,7 +59,10 @@ def name(game: Game) -> Text:
 
 def goal(game: Game, room: Room) -> Text:
     """What to aim for and what it costs, as many clauses as one row holds; one at least."""
-    return Text(f" {_joined(_clauses(game)[: max(_held(game, room), 1)])}")
+    return _row(f" {_joined(_clauses(game)[: max(_held(game, room), 1)])}")
+
+
+_row = lru_cache(16)(Text)  # which comes again
 
 
 def more(game: Game, room: Room | None = None) -> str:

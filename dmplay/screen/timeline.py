@@ -71,8 +71,7 @@ class Past(Game):
         """Stands before another turn, as many having been played."""
         if turn < self.turn:
             self.session.undo(self.turn - turn)
-        for played in self.whole.session.turns[self.turn : turn]:
-            self.session.advance(list(played.actions), played.draws)
+        self.session.repeat(self.whole.session.turns[self.turn : turn])
 
     @property
     def advice(self) -> Advice | None:

@@ -11,20 +11,29 @@ LABEL = 8  # columns of a label, behind which values begin in one column
 
 
 def wrapped(lines: Sequence[str], room: Room) -> list[Text]:
-    """Lines of text, wrapped."""
-    return [Text(row) for line in lines for row in _rows_of(line, room.width)]
+    """Lines of text, wrapped; nobody writes into the rows."""
+    return [row for line in lines for row in _shown(line, room.width)]
+
+
+def worded(lines: Sequence[str], room: Room) -> list[str]:
+    """The words of lines of text, wrapped."""
+    return [row for line in lines for row in _rows_of(line, room.width)]
 
 
 @lru_cache(256)
-def _rows_of(line: str, width: int) -> tuple[str, ...]:
+def _shown(line: str, width: int) -> tuple[Text, ...]:
     """The rows of a line, which many frames show."""
+    return tuple(map(Text, _rows_of(line, width)))
+
+
+def _rows_of(line: str, width: int) -> list[str]:
     rows, words = [], " "
     for word in _pieces(line, max(width - 4, 1)):  # blanks stand around it
         if len(words) + len(word) + 1 > width and words.strip():
             rows.append(words)
             words = "   "
         words += word + " "
-    return (*rows, words)
+    return [*rows, words]
 
 
 def _pieces(line: str, most: int) -> list[str]:

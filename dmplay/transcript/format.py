@@ -25,12 +25,12 @@ import hashlib
 import json
 import math
 import re
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import NamedTuple
 
 from dmplay.chance import Array
 from dmplay.core import NOTHING_YET, Problem
-from dmplay.session import LONGEST_LIST, MOST_TURNS, Session, believed
+from dmplay.session import LONGEST_LIST, MOST_TURNS, Session, Turn, believed
 
 PERSON, MODEL = "human", "mcp"  # who plays from outside: a language model is one
 PLAYERS = (PERSON, MODEL)
@@ -145,25 +145,53 @@ class Writer:
     """Writes the turns of a session; most facts come again, and are not put into words anew."""
 
     def __init__(self, session: Session) -> None:
-        self._session = session
-        self._known: dict[tuple[str, str, bytes], str] = {}
+        self._session, problem = session, session.problem
+        self.plain = believed(problem) > LONGEST_LIST  # a turn alone says all that is told of it
+        silent = {
+            "draws": not problem.draws.step,
+            "state": problem.states == 1,
+            "observations": not problem.hidden,
+        }
+        self._told = [key for key in Turn._fields if not silent.get(key)]
+        self._known: dict[tuple[str, str], dict[bytes, str]] = {}
 
     def turn(self) -> list[str]:
         """The lines of the last turn, or of the opening, as `turn_facts` has them."""
-        session, rows = self._session, [f"turn: {len(self._session.turns)}"]
-        for key, fact in FACTS.items():
-            array = fact.of(session)
-            if array is not None:
-                rows.append(self._row(key, fact, array))
+        session = self._session
+        if not session.turns:
+            return lines(turn_facts(session))
+        last, rows = session.turns[-1], [f"turn: {len(session.turns)}"]
+        for key in self._told:
+            array = getattr(last, key)
+            if array.dtype != object or key != "state" or session.problem.line(array):
+                rows.append(self._row(key, array, array.tobytes()))
+        if not self.plain:
+            beliefs = session.beliefs()
+            rows.append(self._row("belief", beliefs, beliefs.tobytes()))
         return rows
 
-    def _row(self, key: str, fact: Fact, array: Array) -> str:
-        same = (key, array.dtype.char, array.tobytes())
-        row = self._known.get(same)
+    def turns(self, turns: Turn) -> str:
+        """The blocks of the next turns `[T, ...]`, where each alone says all that is told of it."""
+        columns = [self._rows(key, getattr(turns, key)) for key in self._told]
+        every = zip(self._session.numbers(len(turns.state)), *columns, strict=True)
+        return "".join([text([f"turn: {turn}", *rows]) for turn, *rows in every])
+
+    def _rows(self, key: str, values: Array) -> Iterator[str]:
+        """The line of each of some values `[T, ...]` of a fact."""
+        raw, size = values.tobytes(), values.nbytes // len(values)
+        for place, value in enumerate(values):
+            yield self._row(key, value, raw[place * size : (place + 1) * size])
+
+    def _row(self, key: str, value: Array, raw: bytes) -> str:
+        """The line of a fact, by its bytes."""
+        if key == "draws":  # which hardly come again
+            return f"draws: {value.tolist()}"
+        known = self._known.setdefault((key, value.dtype.char), {})
+        row = known.get(raw)
         if row is None:
-            row = f"{key}: {written(fact.told(self._session.problem, array))}"
-            if len(self._known) < MOST_KNOWN and array.dtype != object:  # of which these are places
-                self._known[same] = row
+            row = f"{key}: {written(FACTS[key].told(self._session.problem, value))}"
+            if len(known) < MOST_KNOWN and value.dtype != object:  # of which these are places
+                known[raw] = row
         return row
 
 

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from dmplay.core import Policy, Problem
 from dmplay.session import Session
+from dmplay.transcript.feeding import feed
 from dmplay.transcript.format import (
     NATURAL,
     Frame,
@@ -15,8 +16,9 @@ from dmplay.transcript.format import (
     turn_facts,
 )
 from dmplay.transcript.header import header_facts
+from dmplay.transcript.inputs import actions_of
 from dmplay.transcript.reading import Block, Transcript
-from dmplay.transcript.replay import actions_of, feed, start, unattended
+from dmplay.transcript.replay import start, unattended
 
 
 def rewritten(

@@ -2,12 +2,15 @@
 
 import hashlib
 from collections.abc import Sequence
-from itertools import islice, zip_longest
+from itertools import zip_longest
+
+import numpy as np
 
 from dmplay.core import Policy, Problem
 from dmplay.dice import NATURE, Dice
 from dmplay.errors import BadParameter, BadPolicy, BadTranscript, TooMuch
-from dmplay.session import Session
+from dmplay.session import Session, Turn
+from dmplay.transcript.feeding import Ahead, feed, rows
 from dmplay.transcript.format import (
     Frame,
     Writer,
@@ -19,8 +22,9 @@ from dmplay.transcript.format import (
     without_notes,
 )
 from dmplay.transcript.header import header_facts
+from dmplay.transcript.inputs import actions_of
 from dmplay.transcript.reading import Block, Entry, Transcript
-from dmplay.transcript.replay import actions_of, feed, start
+from dmplay.transcript.replay import start
 from dmplay.transcript.report import Finding, Report, fault
 from dmplay.transcript.rewriting import ended
 
@@ -77,20 +81,49 @@ class _Check:
         self._as_written(transcript.header_block, lines(header_facts(header)))
         writer = Writer(session)
         self._block(transcript.blocks[0], session, dice, writer)
-        for block in islice(transcript.blocks, 1, None):
-            if block.kind == "turn":
-                told = actions_of(transcript, block, problem)
-                self._agents(block, session, told)
-                feed(transcript, block, session, told)
-                self._block(block, session, dice, writer)
-            else:
-                feed(transcript, block, session)
-                self.event = block
-                self._as_written(block, lines({block.kind: block[block.kind]}))
+        blocks, place = transcript.blocks, 1
+        ahead = Ahead(transcript, blocks, session)
+        while place < len(blocks):
+            turns = ahead.turns(place) if writer.plain and self.differs is None else None
+            many = len(turns.state) if turns else 1
+            if turns is None or not self._at_once(turns, session, dice, writer):
+                for block in blocks[place : place + many]:
+                    self._one(block, session, dice, writer)
+            place += many
         self.report.turns, self.report.help = len(session.turns), dict(session.help)
         if len(self.drawn) > 1 and not any(self.drawn):
             self._blame_seed()
         self._end(session)
+
+    def _at_once(self, turns: Turn, session: Session, dice: Dice, writer: Writer) -> bool:
+        """Plays turns that are as they would be written today, by this seed and these agents;
+        whether they are.
+        """
+        written = writer.turns(turns)
+        if not self.transcript.content.startswith(written, self.place):
+            return False
+        many, count = turns.draws.shape
+        thrown = session.rerolls
+        seeds = [dice.draw(NATURE, n, thrown.get(n, 0), count) for n in session.numbers(many)]
+        if not np.array_equal(turns.draws, np.concatenate(seeds)) or not session.agrees(turns):
+            return False
+        session.repeat(rows(turns))
+        self.digest.update(written.encode())
+        self.place += len(written)
+        self.drawn += [True] * many * bool(count)
+        return True
+
+    def _one(self, block: Block, session: Session, dice: Dice, writer: Writer) -> None:
+        """Plays a turn or an event, and compares it."""
+        if block.kind == "turn":
+            told = actions_of(self.transcript, block, session.problem)
+            self._agents(block, session, told)
+            feed(self.transcript, block, session, told)
+            self._block(block, session, dice, writer)
+        else:
+            feed(self.transcript, block, session)
+            self.event = block
+            self._as_written(block, lines({block.kind: block[block.kind]}))
 
     def _as_written(self, block: Block, rows: list[str]) -> bool:
         """Whether a block stands in the file as it would be written today, with these lines."""

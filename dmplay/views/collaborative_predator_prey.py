@@ -94,7 +94,7 @@ def _shaded(view: View[CollaborativePredatorPrey], look: Look) -> Iterator[Text]
         return Cell(shade, dot=f"@{first}" if you and room > 1 else first or ".", style=style)
 
     caption = _caption(view, look, here)
-    for drawn in hexgrid.grids(problem.hexes, cell, look):
+    for drawn in map(Text.copy, hexgrid.grids(problem.hexes, cell, look)):
         for row in caption:
             drawn.append(f"\n{row[: look.width]}", "dim")
         yield drawn
@@ -181,7 +181,7 @@ def _numbered(view: View[CollaborativePredatorPrey], look: Look) -> Iterator[Tex
         return Cell(both, dot=both if both.strip() else ".", style=style)
 
     small = ("% prey, bar: you", "% prey, bar: you", "bar: prey")
-    drawings = [*hexgrid.grids(problem.hexes, cell, look)]
+    drawings = [*map(Text.copy, hexgrid.grids(problem.hexes, cell, look))]
     legends = ["o prey, @ you"] * (len(drawings) - len(small)) + [*small]
     for drawn, legend in zip(drawings, legends, strict=True):
         said = f"sensed {seen(view)}. {legend if known else 'belief too large'}"

@@ -67,33 +67,51 @@ LARGE = Size(18, 4, 4), Size(14, 4, 3), Size(10, 3, 2)
 NORMAL, COMPACT, DOTS, FINE = Size(6, 2), Size(4, 1), Size(4, 0), Size(2, 0)
 
 
-def grids(hexes: Sequence[Hex], cell: Callable[[Hex, Size], Cell], look: Look) -> Iterator[Text]:
-    """The map in every size, the largest first; of those that grow with the screen what fits."""
+def grids(
+    hexes: Sequence[Hex], cell: Callable[[Hex, Size], Cell], look: Look, caption: str = ""
+) -> Iterator[Text]:
+    """The map in every size, the largest first; of those that grow with the screen what fits.
+
+    Each has a line below it if that is no wider, and none where the line has no room. Nobody
+    writes into them: they come again.
+    """
     across = [2 * q + r for q, r in hexes]
     up = [r for _, r in hexes]
     columns, rows = max(across) - min(across) + 2, max(up) - min(up)
-    for size in LARGE if look.large else ():
-        high = rows * (size.lines + size.slopes) + size.lines + 2 * size.slopes
-        if columns * size.width // 2 + 1 <= look.width and high <= look.height:
-            yield grid(hexes, cell, size)
-    for size in (NORMAL, COMPACT, DOTS, FINE):
-        yield grid(hexes, cell, size)
+    large = [
+        size
+        for size in LARGE
+        if columns * size.width // 2 + 1 <= look.width
+        and rows * (size.lines + size.slopes) + size.lines + 2 * size.slopes <= look.height
+    ]
+    for size in (*(large if look.large else ()), NORMAL, COMPACT, DOTS, FINE):
+        cells = tuple([cell(hex_, size) for hex_ in hexes])
+        yield from _captioned(tuple(hexes), cells, size, caption)
 
 
 def grid(hexes: Sequence[Hex], cell: Callable[[Hex, Size], Cell], size: Size) -> Text:
     """The map in one size."""
-    drawn = _drawn(tuple((hex_, cell(hex_, size)) for hex_ in hexes), size)
-    return Text(no_wrap=True).append_text(drawn)  # a copy, which looks for no control codes anew
+    return _drawn(hexes, [cell(hex_, size) for hex_ in hexes], size)
 
 
 @lru_cache(256)
-def _drawn(cells: tuple[tuple[Hex, Cell], ...], size: Size) -> Text:
-    """The map with these cells; a game shows few that differ, again and again."""
+def _captioned(
+    hexes: tuple[Hex, ...], cells: tuple[Cell, ...], size: Size, caption: str
+) -> tuple[Text, ...]:
+    """The map with a line below it, and without; a game shows few that differ, again and again."""
+    drawn = _drawn(hexes, cells, size)
+    below = 0 < len(caption) <= measured(drawn)[0]
+    return (drawn.copy().append(f"\n{caption}", "bold"), drawn) if below else (drawn,)
+
+
+def _drawn(hexes: Sequence[Hex], cells: Sequence[Cell], size: Size) -> Text:
+    """The map with these cells."""
     canvas = Canvas()
-    left = min(2 * q + r for (q, r), _ in cells)
-    top = max(r for (_, r), _ in cells)
+    left = min(2 * q + r for q, r in hexes)
+    top = max(r for _, r in hexes)
     pitch = size.lines + size.slopes
-    for (q, r), content in sorted(cells, key=lambda one: (-one[0][1], one[0][0])):
+    each = zip(hexes, cells, strict=True)
+    for (q, r), content in sorted(each, key=lambda one: (-one[0][1], one[0][0])):
         x, y = (2 * q + r - left) * size.width // 2, (top - r) * pitch
         if size.lines:
             _frame(canvas, x, y, size)
@@ -163,14 +181,6 @@ def way_on(look: Look, way: int, size: Size) -> Cell:
         return Cell(mark, loss, style=style)
     mark = f"{key}*" if best else key + bar(look, way, 1)
     return Cell(mark, dot=mark if best else ".", style=style)
-
-
-def captioned(drawings: Iterator[Text], caption: str) -> Iterator[Text]:
-    """The maps, each with a line below it if that is no wider, and without where it has no room."""
-    for drawn in drawings:
-        if 0 < len(caption) <= measured(drawn)[0]:
-            yield drawn.copy().append(f"\n{caption}", "bold")
-        yield drawn
 
 
 def walls(hexes: Sequence[Hex], here: Hex, look: Look) -> str:

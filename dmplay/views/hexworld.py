@@ -58,8 +58,7 @@ def boards(view: View[HexWorld], look: Look) -> Iterator[Text]:
             mark, style = hexgrid.key_of(look, around.index(hex_)), style or "green"
         return Cell(mark, note, dot, style)
 
-    drawings = hexgrid.grids(problem.hexes, cell, look)
-    yield from hexgrid.captioned(drawings, _caption(view, look))
+    yield from hexgrid.grids(problem.hexes, cell, look, _caption(view, look))
 
 
 def _may(view: View[HexWorld], look: Look) -> dict[Hex, float]:

@@ -94,8 +94,7 @@ def boards(view: View[PredatorPrey], look: Look) -> Iterator[Text]:
             return chances
         return hexgrid.overlaid(look, elsewhere(hex_), size) if look.overlay else way
 
-    drawings = hexgrid.grids(problem.hexes, cell, look)
-    yield from hexgrid.captioned(drawings, _caption(view, look))
+    yield from hexgrid.grids(problem.hexes, cell, look, _caption(view, look))
 
 
 def _may(view: View[PredatorPrey], look: Look) -> dict[Hex, dict[int, float]]:
