@@ -66,4 +66,4 @@ def test_on_the_standard_map_a_plan_earns_more_than_one_that_believes() -> None:
 @pytest.mark.parametrize("settings", [{"predators": 3}, {"sighted": True}])
 def test_other_hunts_are_not_planned(settings: dict[str, object]) -> None:
     with pytest.raises(BadPolicy, match=r"^joint-plan: "):
-        HuntPlan(hunt(**settings), 0)
+        HuntPlan(hunt(NAME, **settings), 0)
