@@ -1,5 +1,6 @@
 """How fast it is: `python -m tests.benchmarks [start] [keys] [batch] [long] [bots] [loops]
-[honest] [simulations] [solving] [teams] [--runs N]`; how well agents play:
+[honest] [simulations] [solving] [teams] [beliefs]
+[--runs N]`; how well agents play:
 `python -m tests.benchmarks league [--problem NAME] [--agent NAME] [--games N]`.
 
 Every number is a median of runs that take turns with one another, so that a busy moment of the
@@ -13,6 +14,7 @@ from pathlib import Path
 import dmplay
 from tests.benchmarks import (
     batch,
+    beliefs,
     bots,
     honest,
     keys,
@@ -36,10 +38,11 @@ PARTS = {
     "simulations": simulations.report,
     "solving": solving.report,
     "teams": teams.report,
+    "beliefs": beliefs.report,
 }
 RUNS = {
     "start": 15, "keys": 60, "batch": 7, "long": 3, "bots": 3, "loops": 7, "honest": 400,
-    "simulations": 5, "solving": 3, "teams": 6,
+    "simulations": 5, "solving": 3, "teams": 6, "beliefs": 1,
 }  # fmt: skip
 
 
