@@ -259,8 +259,8 @@ def _rows(arrays: Memory, which: Bools) -> Memory:
 
 def _keep(played: Rollout, rows: Ints, ended: Memory) -> None:
     """Writes what came of games that are over into these rows."""
-    for whole, part in zip(played, ended, strict=True):
-        whole[rows] = part
+    for whole, some in zip(played, ended, strict=True):
+        whole[rows] = some
 
 
 def _chosen(
