@@ -26,8 +26,8 @@ class Categorical:
 
     def sample(self, u: Reals) -> Ints:
         """Events `[B]` from uniforms `[B, 1]`."""
-        if len(u) == len(self.cumulative) == 1:  # a game's turn: the same count, found by halving
-            return np.asarray(self.cumulative[0].searchsorted(u[0, :1], "right"))
+        if len(self.cumulative) == 1:  # the same count, found by halving
+            return np.asarray(self.cumulative[0].searchsorted(u[:, 0], "right"))
         events = np.zeros(len(u), np.int64)
         for column in self.cumulative.T:
             events += column <= u[:, 0]
