@@ -264,7 +264,7 @@ def joint_observation(problem: Problem, observations: Array) -> Ints:
     return joint
 
 
-def _allowed(problem: Problem, s: Array, a: Ints) -> Ints:
+def allowed(problem: Problem, s: Array, a: Ints) -> Ints:
     """Joint actions `[B, n]`, each illegal one changed for the first legal one of its agent."""
     legal = problem.legal(s)
     if legal is None:
@@ -295,7 +295,7 @@ def tabulate(problem: Problem) -> Tables:
     kinds = prod(problem.observation_counts)
     budget.hold(8.0 * size * many * (size + kinds * (2 if problem.hidden else 0)))
     s, a = np.repeat(states, many, axis=0), np.tile(choices, (size, 1))
-    a = _allowed(problem, s, a)
+    a = allowed(problem, s, a)
     if isinstance(problem, Tabular):
         tables, joint = _dense(problem), np.ravel_multi_index(tuple(a.T), problem.action_counts)
         at = s.reshape(size, many), joint.reshape(size, many)

@@ -6,6 +6,7 @@ program, `bot:COMMAND` or `bot:PARAMETER=VALUE,...,COMMAND`.
 
 from collections.abc import Sequence
 from dataclasses import Field, fields, replace
+from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
@@ -19,7 +20,9 @@ from dmplay.finding.problems import stem
 from dmplay.finding.typed import typed
 from dmplay.finding.ways import is_program
 from dmplay.policies.kinds import Seated
-from dmplay.policies.roster import Roster
+from dmplay.policies.roster import ADVISER, PARTNER, Roster
+
+GIVEN = ("problem", "seat", "company")  # fields that are no parameters
 
 
 def roster(problem: Problem, seat: int = 0) -> Roster:
@@ -111,7 +114,23 @@ def _of_roster(problem: Problem, seat: int, name: str) -> Seated:
     if base not in known:
         raise UnknownName("agent", base, ["human", *known, "script", "replay", "bot"])
     make = known[base]
-    return make(problem, seat, **_settings(make, given, base))
+    return make(problem, seat, **_settings(make, given, base)).among(partial(_other, problem))
+
+
+def _other(problem: Problem, seat: int, name: str) -> Policy | None:
+    """The agent of a name or a part, as another sees it; None for random play."""
+    seated = roster(problem, seat)
+    parts = {ADVISER: seated.quick or seated.adviser, PARTNER: seated.partner}
+    wanted = parts.get(name, name)
+    if name not in parts:
+        return _of_roster(problem, seat, name)
+    if wanted in (None, "random", "search"):
+        return None
+    try:
+        found = _of_roster(problem, seat, wanted)
+    except BadPolicy:
+        return None
+    return None if found.timed else found
 
 
 def program(problem: Problem, seat: int, name: str, turns: int | None = None) -> Policy:
@@ -156,4 +175,4 @@ def _named(name: str, found: Seated) -> str:
 
 
 def _parameters(make: type[Seated]) -> list[Field[Any]]:
-    return [one for one in fields(make) if one.name not in ("problem", "seat")]
+    return [one for one in fields(make) if one.name not in GIVEN]

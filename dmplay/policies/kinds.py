@@ -1,7 +1,7 @@
 """What policies are made of: a seat, the simplest kinds of memory, the choice by value."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
@@ -10,6 +10,8 @@ import numpy as np
 from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import Memory, Percept, Policy, Problem, check_bounds
 from dmplay.solvers.value_iteration import greedy
+
+Company = Callable[[int, str], Policy | None]  # an agent of a seat, by name; None for random play
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,10 @@ class Seated(Policy):
 
     def in_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
         """The same agent as suits a game of so many turns against these others, by name."""
+        return self
+
+    def among(self, company: Company) -> Self:
+        """The same agent, who may look to others."""
         return self
 
 

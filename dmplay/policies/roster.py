@@ -9,6 +9,8 @@ from dataclasses import dataclass
 
 from dmplay.policies.kinds import Seated
 
+ADVISER, PARTNER = "@adviser", "@partner"  # names of whoever has that part in a roster
+
 
 @dataclass(frozen=True)
 class Roster:

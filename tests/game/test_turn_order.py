@@ -148,5 +148,5 @@ def test_what_is_seen_before_the_first_action_is_told_and_believed() -> None:
     assert game.view(1).belief.tolist() == [0.25] * 4
     assert turn_facts(game)["observations"] == {"seeing": own}
     search = dmplay.agent(Peek(), 0, "search")
-    (belief,) = search.begin(np.array([0, 1]))
+    belief = search.begin(np.array([0, 1]))[0]
     assert belief.tolist() == [[0.5, 0.5, 0, 0], [0, 0, 0.5, 0.5]]

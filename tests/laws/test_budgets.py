@@ -38,6 +38,7 @@ from dmplay.solvers import (
     pooled_beliefs,
     reactive_team,
     regret_matching,
+    rewards_ahead,
     riccati,
     shapley,
     sparse,
@@ -95,7 +96,8 @@ def pursued() -> None:
 
 def searched() -> None:
     tree = uct.Tree(load("hexworld"), 0, 40, 3, 1.0)
-    tree.values(np.zeros((1, 40), np.int64), np.full((1, tree.draws), 0.5))
+    asked = uct.Asked(np.zeros((1, 40), np.int64), np.array([9]), ((),))
+    tree.values(asked, np.full((1, tree.draws), 0.5))
 
 
 def regulated() -> None:
@@ -155,6 +157,7 @@ SOLVED: dict[str, Callable[[], object]] = {
     "pooled_beliefs": lambda: pooled_beliefs.Pooled(tigers(), 3, planning()),
     "reactive_team": pursued,
     "regret_matching": lambda: regret_matching.equilibrium(np.stack([HANDS, -HANDS], axis=2)),
+    "rewards_ahead": lambda: rewards_ahead.found(load("hexworld"), 0),
     "riccati": balanced,
     "shapley": lambda: shapley.solved(Rivals(), graph.explored(Rivals()), None),
     "sparse": planned,

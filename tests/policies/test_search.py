@@ -76,20 +76,37 @@ def test_search_plays_a_problem_that_it_was_not_written_for() -> None:
     assert found.mean() > played(Walk(), "random", 40, 30).mean() + 0.1
 
 
-def test_search_finds_a_reply_to_random_play() -> None:
+def first_choices(problem: Problem, seat: int, agent: str, rows: int) -> np.ndarray:
+    """The first choices in games that start alike, by one luck each."""
+    search = dmplay.agent(problem, seat, agent)
+    s = problem.start(np.full((rows, problem.draws.start), 0.5))
+    chosen = search.choose(
+        search.begin(problem.first_sight(s)), None, np.linspace(0, 0.9, rows)[:, None]
+    )
+    return np.asarray(chosen)
+
+
+def test_search_replies_to_whom_it_takes_the_others_to_be() -> None:
+    problem, defect = dmplay.load("prisoners-dilemma"), 1
+    assert problem.action_name(1, defect) == "defect"
+    for others in ("random", "always-cooperate", "always-defect"):
+        assert (first_choices(problem, 1, f"search:others={others}", 8) == defect).all()
+    assert (first_choices(problem, 1, "search", 8) != defect).all()  # to tit-for-tat
+
+
+def test_search_betrays_tit_for_tat_in_the_last_round_alone() -> None:
     problem = dmplay.load("prisoners-dilemma")
-    search = dmplay.agent(problem, 1, "search:depth=2")
-    chosen = search.choose(search.begin(np.zeros(8, int)), None, np.linspace(0, 0.9, 8)[:, None])
-    assert {problem.action_name(1, a) for a in chosen} == {"defect"}
+    others = [dmplay.agent(problem, 0, "search"), dmplay.agent(problem, 1, "tit-for-tat")]
+    assert dmplay.rollout(problem, others, episodes=3, seed=1).returns[:, 0].tolist() == [-9.0] * 3
 
 
-def test_search_takes_an_action_of_the_grid_where_actions_are_numbers() -> None:
+def test_search_finds_a_number_between_those_of_a_grid() -> None:
     problem = dmplay.load("simple-regulator")
-    search = dmplay.agent(problem, 0, "search:depth=2")
-    s = np.array([[4.9], [-3.2]])
+    search = dmplay.agent(problem, 0, "search:depth=2,rollout=random")
+    s = np.array([[4.43], [-3.21]])
     chosen = search.choose(search.begin(s), None, np.array([[0.1], [0.2]]))
-    assert np.abs(s[:, 0] + chosen).max() < 2.0
-    assert set(chosen) <= set(range(-10, 11))
+    assert np.abs(s[:, 0] + chosen).max() < 0.4
+    assert (chosen == np.round(chosen, 9)).all()
 
 
 def test_search_gives_no_values() -> None:

@@ -37,7 +37,7 @@ AGENTS = [
     Case("catch", "exact search: more than", "optimal:horizon=1000"),
     Case("travelers-dilemma", "level: got 1e+09", "level-k:level=1000000000"),
     Case("hexworld", "depth: got 1e+07", "search:depth=10000000"),
-    Case("hexworld", "search: 611 MB, more than 512", "search:depth=100000"),
+    Case("hexworld", "search: 1,222 MB, more than 512", "search:depth=100000"),
     Case("hexworld", "simulations: got 1e+07", "search:simulations=10000000"),
 ]
 PROBLEMS = [
