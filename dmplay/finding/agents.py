@@ -120,7 +120,7 @@ def _of_roster(problem: Problem, seat: int, name: str) -> Seated:
 def _other(problem: Problem, seat: int, name: str) -> Policy | None:
     """The agent of a name or a part, as another sees it; None for random play."""
     seated = roster(problem, seat)
-    parts = {ADVISER: seated.quick or seated.adviser, PARTNER: seated.partner}
+    parts = {ADVISER: None if seated.quick else seated.adviser, PARTNER: seated.partner}
     wanted = parts.get(name, name)
     if name not in parts:
         return _of_roster(problem, seat, name)

@@ -67,15 +67,18 @@ class Search(Believing):
                 exact(self.problem, first, np.zeros((1, len(self.problem.agents)), np.int64))
             except (BadParameter, TooMuch) as error:
                 raise BadPolicy(f"search needs a belief, as states are hidden: {error}") from None
-        for name in (self.others, self.rollout):
+        for part, name in (("others", self.others), ("rollout", self.rollout)):
             if name.partition(":")[0] == "search":
-                raise BadParameter("got search within a search, expected another agent")
+                raise BadParameter(f"{part}: got {name!r}, expected an agent that does not search")
         if self.others and self.problem.hidden:
             raise BadParameter("others: where states are hidden they are taken to act at random")
 
     def among(self, company: Company) -> Self:
         """The same, who finds other agents there."""
-        return replace(self, company=company)
+        found = replace(self, company=company)
+        if self.others or self.rollout:
+            _ = found._cast  # refuses names that nobody has
+        return found
 
     @cached_property
     def _tree(self) -> Tree:

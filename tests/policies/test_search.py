@@ -1,15 +1,18 @@
 """Tree search: it beats random play, plays any problem, and knows no more than its seat."""
 
+import pickle
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
 import dmplay
-from dmplay.chance import Array, Chance, Normal, Pick, Reals
+from dmplay.chance import Array, Chance, Normal, Pick, Reals, Span
 from dmplay.core import Continuous, Labels, Outcome, Problem
 from dmplay.dice import spread
-from dmplay.errors import BadParameter, BadPolicy
+from dmplay.errors import BadParameter, BadPolicy, DmplayError
+from dmplay.problems._reals import RealState
+from dmplay.solvers.uct import Found
 from tests.support.brought import Counted
 
 
@@ -42,6 +45,42 @@ class Foggy(Walk):
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         return (Normal(s, s),)
+
+
+@dataclass(frozen=True)
+class Dial(Counted):
+    """One of 500 numbers opens the safe a little, the nearer to 311 the more."""
+
+    actions = (Labels(map(str, range(500))),)
+    states, placed, horizon = 1, 0, 1
+
+    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+        return Outcome(s, -np.abs(a - 311.0), s)
+
+
+@dataclass(frozen=True)
+class Tide(RealState):
+    """To leave at once pays 0.55; who stays sees a drawn number, and its sign told pays 1."""
+
+    actions = (Labels(("low", "high", "leave")),)
+    states = Continuous(2)
+    horizon = 2
+
+    def opening(self, rows: int) -> tuple[Chance, ...]:
+        return (Span(np.zeros(rows), np.zeros(rows)), Span(np.zeros(rows), np.zeros(rows)))
+
+    def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
+        return (Span(-np.ones(len(s)), np.ones(len(s))),)
+
+    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+        turn, (number, act) = s[:, 0], (s[:, 1], a[:, 0])
+        pays = np.where(turn == 0, 0.55 * (act == 2), (number > 0) == (act == 1))
+        after = np.where((turn == 0) & (act != 2), 1.0, 2.0)
+        moved = np.stack([after, events[0]], axis=1)
+        return Outcome(moved, np.where(turn < 2, pays, 0.0)[:, None].astype(float), moved)
+
+    def terminal(self, s: Array) -> Array:
+        return np.asarray(s[:, 0] == 2)
 
 
 def played(problem: Problem, agent: str, episodes: int, turns: int | None) -> np.ndarray:
@@ -107,6 +146,64 @@ def test_search_finds_a_number_between_those_of_a_grid() -> None:
     chosen = search.choose(search.begin(s), None, np.array([[0.1], [0.2]]))
     assert np.abs(s[:, 0] + chosen).max() < 0.4
     assert (chosen == np.round(chosen, 9)).all()
+
+
+def test_search_comes_near_the_best_of_many_actions() -> None:
+    chosen = first_choices(Dial(), 0, "search", 3)
+    assert np.abs(chosen - 311).max() <= 12  # 20 of the 500 are tried
+
+
+def test_search_tells_numbers_apart_that_nature_draws() -> None:
+    """Blind to the number to come, to stay would be worth a half."""
+    assert 2 not in first_choices(Tide(), 0, "search", 4)
+
+
+def test_search_keeps_to_the_adviser_unless_another_action_is_surely_better() -> None:
+    means, actions = np.array([[1.0, 1.5, 0.0], [1.0, 1.5, 0.0]]), np.tile([4, 5, 6], (2, 1))
+    found = Found(actions, means, np.array([[0.01] * 3, [0.04] * 3]))
+    able = np.array([[False, True, False]] * 2)
+    kept = found.kept(able, np.array([4, 4]))
+    assert kept.tolist() == [[False, True, False], [True, False, False]]
+    assert found.kept(able, np.array([7, 7])).tolist() == able.tolist()  # was not tried
+
+
+@pytest.mark.parametrize(
+    "name", ["machine-replacement", "simple-regulator", "predator-prey", "rock-paper-scissors"]
+)
+def test_a_choice_is_the_same_alone_and_beside_others(name: str) -> None:
+    problem, rows = dmplay.load(name), 4
+    search = dmplay.agent(problem, 0, "search:simulations=120,depth=6")
+    s = problem.start(np.linspace(0, 0.9, rows * problem.draws.start).reshape(rows, -1))
+    memory, u = search.begin(problem.first_sight(s)), np.linspace(0.1, 0.8, rows)[:, None]
+    together = search.choose(memory, None, u)
+    for row in range(rows):
+        alone = search.choose(tuple(part[[row]] for part in memory), None, u[[row]])
+        assert alone.tolist() == together[[row]].tolist()
+
+
+def test_a_search_that_has_chosen_can_be_sent_to_another_process() -> None:
+    for name in ("hexworld", "predator-prey"):
+        search = dmplay.agent(dmplay.load(name), 0, "search:simulations=3,depth=1")
+        s = search.problem.start(np.full((1, search.problem.draws.start), 0.5))
+        memory = search.begin(search.problem.first_sight(s))
+        chosen = search.choose(memory, None, np.array([[0.3]]))
+        again = pickle.loads(pickle.dumps(search)).choose(memory, None, np.array([[0.3]]))
+        assert again.tolist() == chosen.tolist()
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "told"),
+    [
+        ("prisoners-dilemma", "others=search", "others: got 'search'"),
+        ("hexworld", "rollout=search:depth=2", "rollout: got 'search:depth=2'"),
+        ("crying-baby", "others=random", "others: where states are hidden"),
+        ("hexworld", "rollout=optimol", "did you mean optimal"),
+        ("prisoners-dilemma", "others=tit-for-tut", "did you mean tit-for-tat"),
+    ],
+)
+def test_search_refuses_companions_that_it_cannot_have(name: str, given: str, told: str) -> None:
+    with pytest.raises(DmplayError, match=told):
+        dmplay.agent(dmplay.load(name), 0, f"search:{given}")
 
 
 def test_search_gives_no_values() -> None:
