@@ -15,9 +15,9 @@ from dmplay.errors import BadParameter, BadPolicy, TooMuch
 from dmplay.policies._believing import Believing
 from dmplay.policies.kinds import Company
 from dmplay.policies.roster import ADVISER, PARTNER
-from dmplay.solvers import rewards_ahead
+from dmplay.solvers import rewards_ahead, uct
 from dmplay.solvers.rewards_ahead import RewardsAhead
-from dmplay.solvers.uct import Asked, Cast, Tree, Worth
+from dmplay.solvers.search_tree import Asked, Cast, Tree, Worth
 from dmplay.solvers.value_iteration import best
 
 FEW_HIDDEN = 30  # states that random play comes to soon: there it tells more than seeing them all
@@ -178,7 +178,7 @@ class Search(Believing):
         horizon = self.problem.horizon
         left = np.full(len(u), FAR) if horizon is None else horizon - done % horizon
         cast = tuple(memory[part] for part in self._parts)
-        found = self._tree.values(Asked(roots, left, cast, legal), told[:, self.simulations :])
+        found = uct.search(self._tree, Asked(roots, left, cast, legal), told[:, self.simulations :])
         able = best(found.means)
         actor = self._cast[self.seat]
         if actor:

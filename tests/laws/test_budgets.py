@@ -40,6 +40,7 @@ from dmplay.solvers import (
     regret_matching,
     rewards_ahead,
     riccati,
+    search_tree,
     shapley,
     sparse,
     team_plan,
@@ -56,7 +57,7 @@ from tests.support.teams import dectiger, read
 from tests.support.turns import Nim
 
 TABLES = {"boards_2048", "worth_2048"}  # found once, of a size that no parameter changes
-PARTS = {"occupancy", "team"}  # of the search for a joint plan, which spends for them
+PARTS = {"occupancy", "team", "search_nodes", "search_tree"}  # of a search, which spends for them
 TRIANGLE = "predator-prey:triangle"
 HANDS = np.array([[0.0, -1.0, 2.0], [1.0, 0.0, -1.0], [-1.0, 1.0, 0.0]])
 PAYOFFS = np.random.default_rng(1).normal(size=(4, 4, 2))
@@ -95,9 +96,9 @@ def pursued() -> None:
 
 
 def searched() -> None:
-    tree = uct.Tree(load("hexworld"), 0, 40, 3, 1.0)
-    asked = uct.Asked(np.zeros((1, 40), np.int64), np.array([9]), ((),))
-    tree.values(asked, np.full((1, tree.draws), 0.5))
+    tree = search_tree.Tree(load("hexworld"), 0, 40, 3, 1.0)
+    asked = search_tree.Asked(np.zeros((1, 40), np.int64), np.array([9]), ((),))
+    uct.search(tree, asked, np.full((1, tree.draws), 0.5))
 
 
 def regulated() -> None:

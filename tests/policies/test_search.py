@@ -183,9 +183,10 @@ def test_a_choice_is_the_same_alone_and_beside_others(name: str) -> None:
 
 def test_a_search_that_has_chosen_can_be_sent_to_another_process() -> None:
     for name in ("hexworld", "predator-prey"):
-        search = dmplay.agent(dmplay.load(name), 0, "search:simulations=3,depth=1")
-        s = search.problem.start(np.full((1, search.problem.draws.start), 0.5))
-        memory = search.begin(search.problem.first_sight(s))
+        problem = dmplay.load(name)
+        search = dmplay.agent(problem, 0, "search:simulations=3,depth=1")
+        s = problem.start(np.full((1, problem.draws.start), 0.5))
+        memory = search.begin(problem.first_sight(s))
         chosen = search.choose(memory, None, np.array([[0.3]]))
         again = pickle.loads(pickle.dumps(search)).choose(memory, None, np.array([[0.3]]))
         assert again.tolist() == chosen.tolist()

@@ -1,0 +1,140 @@
+"""The tree of a search: how large it is, which simulations grow it, and from where."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import pairwise
+from math import ceil, gcd, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay.budget import ROUND, Budget
+from dmplay.chance import Array, Bools, Ints, Reals
+from dmplay.core import Interval, Memory, Policy, Problem
+
+FIRST, WIDEST = 50, 1024  # simulations of the first wave, and at most; each doubles what was done
+FEW_SEEN = 64  # things to see that nodes tell apart from the start;
+SOME_SEEN = 16  # of more, so many
+FEW_ACTIONS = 32  # actions that a node tries from the start; of more, the root of its visits
+GOLDEN = (sqrt(5) - 1) / 2  # whose multiples fill an interval evenly
+WORK = 1e10
+ENTRIES = 4_000_000  # of the table of children, which bounds the rows searched together
+
+Cast = tuple[Policy | None, ...]  # who acts in a seat; None for any action, each as likely
+Worth = Callable[[Array, Memory, Ints], Reals]  # of states, by the own memory and the turns left
+
+
+@dataclass(frozen=True)
+class Tree:
+    """A search for one seat.
+
+    `cast` plays the others, and what is simulated beyond the tree; its own entry is not asked
+    where `worth` knows what a state is worth.
+    """
+
+    problem: Problem
+    seat: int
+    simulations: int
+    depth: int
+    exploration: float
+    cast: Cast = ()
+    worth: Worth | None = field(default=None, compare=False)
+
+    @cached_property
+    def played(self) -> Cast:
+        """Who acts in each seat."""
+        return self.cast or (None,) * len(self.problem.agents)
+
+    @cached_property
+    def choices(self) -> int:
+        """How many actions the seat has to choose from; 0 where it chooses a number."""
+        return self.problem.action_counts[self.seat]
+
+    @cached_property
+    def slots(self) -> int:
+        """How many actions a node has room for."""
+        if 0 < self.choices <= FEW_ACTIONS:
+            return self.choices
+        most = ceil(sqrt(self.simulations)) + 1
+        return min(most, self.choices or most)
+
+    @property
+    def widens(self) -> bool:
+        """Whether a node begins with few of its actions."""
+        return not 0 < self.choices <= FEW_ACTIONS
+
+    @cached_property
+    def seen(self) -> int:
+        """How many things the seat can see after a turn; 0 where they are too many."""
+        problem = self.problem
+        many = problem.observation_counts[self.seat] if problem.hidden else problem.states
+        return many if isinstance(many, int) and many <= FEW_SEEN else 0
+
+    @property
+    def kinds(self) -> int:
+        """How many things seen after an action a node tells apart."""
+        return self.seen or SOME_SEEN
+
+    @property
+    def rows(self) -> int:
+        """How many rows can be searched together."""
+        return max(1, ENTRIES // ((self.simulations + 1) * self.slots * self.kinds))
+
+    @cached_property
+    def places(self) -> tuple[slice, ...]:
+        """Which uniforms of a turn are whose: those of each seat, then nature's."""
+        each = [1 if one is None else one.draws for one in self.played]
+        each[self.seat] = max(each[self.seat], 1)  # within the tree they are the tree's own
+        ends = np.cumsum([0, *each, self.problem.draws.step]).tolist()
+        return tuple(slice(a, b) for a, b in pairwise(ends))
+
+    @property
+    def draws(self) -> int:
+        """How many uniforms one row consumes."""
+        return self.simulations * self.depth * int(self.places[-1].stop)
+
+    @cached_property
+    def waves(self) -> list[range]:
+        """The simulations of each wave: few at first, as they know little."""
+        found, done = [], 0
+        while done < self.simulations:
+            end = min(done + min(max(FIRST, done), WIDEST), self.simulations)
+            found.append(range(done, end))
+            done = end
+        return found
+
+    def budget(self, rows: int) -> Budget:
+        """What a search of so many rows may cost; refuses one that would be too much."""
+        budget = Budget("search", "try fewer simulations, or a smaller depth", WORK)
+        table = (self.simulations + 1) * self.slots * (2 + 2 * self.kinds)
+        budget.hold(8.0 * rows * (table + 2 * self.draws))
+        budget.expect(sum(self.depth * self.turn(rows, wave) for wave in self.waves))
+        return budget
+
+    def turn(self, rows: int, wave: range) -> float:
+        """What one turn of one wave takes."""
+        return 10 * ROUND + 1000.0 * rows * len(wave)
+
+    def suggested(self, place: Ints) -> Array:
+        """The actions of the slots `[N]` of a node where it has few of them: spread evenly."""
+        own = self.problem.actions[self.seat]
+        if isinstance(own, Interval):
+            share = ((place * GOLDEN + 0.5) % 1.0).astype(float)
+            return own.nearest(own.low + (own.high - own.low) * share)
+        return (place * self._stride + self.choices // 2) % self.choices
+
+    @cached_property
+    def _stride(self) -> int:
+        """A step through the actions that comes to each of them, far from the last."""
+        steps = range(max(round(self.choices * GOLDEN), 1), self.choices + 1)
+        return next((one for one in steps if gcd(one, self.choices) == 1), 1)
+
+
+class Asked(NamedTuple):
+    """From where it is searched, for B rows."""
+
+    roots: Array  # [B, simulations, ...], the states that simulations start from
+    left: Ints  # [B], turns to come
+    memories: tuple[Memory, ...]  # of each of the cast
+    legal: Bools | None = None  # [B, A]
