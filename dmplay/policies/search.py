@@ -21,6 +21,7 @@ from dmplay.solvers.search_tree import Asked, Cast, Tree, Worth
 from dmplay.solvers.value_iteration import best
 
 FEW_HIDDEN = 30  # states that random play comes to soon: there it tells more than seeing them all
+USUAL = "usual"
 FAR = 10**9  # turns left where a game has no end of its own
 
 
@@ -50,8 +51,8 @@ class Search(Believing):
     simulations: int = parameter(400, "games simulated before a choice", 1, 1e6)
     depth: int = parameter(20, "turns that each of them looks ahead", 1, 1e5)
     exploration: float = parameter(1.0, "weight of trying what was tried seldom", 0.0)
-    others: str = parameter("", "the agent that the others are taken to be; random for any action")
-    rollout: str = parameter("", "the agent that plays on beyond the tree; random for any action")
+    others: str = parameter(USUAL, "who the others are taken to be: usual, random or an agent")
+    rollout: str = parameter(USUAL, "who plays on beyond the tree: usual, random or an agent")
     company: Company | None = field(default=None, compare=False, repr=False)
 
     draws = 1  # from which all of its own luck follows
@@ -70,13 +71,13 @@ class Search(Believing):
         for part, name in (("others", self.others), ("rollout", self.rollout)):
             if name.partition(":")[0] == "search":
                 raise BadParameter(f"{part}: got {name!r}, expected an agent that does not search")
-        if self.others and self.problem.hidden:
+        if self.others not in (USUAL, "random") and self.problem.hidden:
             raise BadParameter("others: where states are hidden they are taken to act at random")
 
     def among(self, company: Company) -> Self:
         """The same, who finds other agents there."""
         found = replace(self, company=company)
-        if self.others or self.rollout:
+        if (self.others, self.rollout) != (USUAL, USUAL):
             _ = found._cast  # refuses names that nobody has
         return found
 
@@ -90,7 +91,7 @@ class Search(Believing):
         problem = self.problem
         many = isinstance(problem.states, int) and problem.states > FEW_HIDDEN
         asked = many if problem.hidden else len(problem.agents) == 1
-        return rewards_ahead.found(problem, self.seat) if asked and not self.rollout else None
+        return rewards_ahead.found(problem, self.seat) if asked and self.rollout == USUAL else None
 
     @cached_property
     def _cast(self) -> Cast:
@@ -100,17 +101,19 @@ class Search(Believing):
     def _actor(self, seat: int) -> Policy | None:
         if seat == self.seat:
             unasked = self._ahead is not None or self.problem.hidden or self.problem.states == 1
-            return self._found(seat, self.rollout or ("random" if unasked else ADVISER))
-        return None if self.problem.hidden else self._found(seat, self.others or PARTNER)
+            return self._found(seat, self.rollout, "random" if unasked else ADVISER)
+        return None if self.problem.hidden else self._found(seat, self.others, PARTNER)
 
-    def _found(self, seat: int, name: str) -> Policy | None:
-        return self.company(seat, name) if self.company and name != "random" else None
+    def _found(self, seat: int, name: str, usual: str) -> Policy | None:
+        """Who acts in a seat; None for any action, each as likely."""
+        wanted = usual if name == USUAL else name
+        return self.company(seat, wanted) if self.company and wanted != "random" else None
 
     @property
     def _worth(self) -> Worth | None:
         """What a state beyond the tree is worth; None where the simulation plays on."""
         ahead, actor = self._ahead, self._cast[self.seat]
-        if ahead or actor is None or self.rollout or len(self.problem.agents) > 1:
+        if ahead or actor is None or self.rollout != USUAL or len(self.problem.agents) > 1:
             return ahead
         sight = self.problem.first_sight(self._start, self.seat)
         return None if actor.values(actor.begin(sight)) is None else Advised(actor)

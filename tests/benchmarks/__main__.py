@@ -1,5 +1,5 @@
 """How fast it is: `python -m tests.benchmarks [start] [keys] [batch] [long] [bots] [loops]
-[honest] [solving] [teams] [--runs N]`; how well agents play:
+[honest] [solving] [teams] [simulations] [--runs N]`; how well agents play:
 `python -m tests.benchmarks league [--problem NAME] [--agent NAME] [--games N]`.
 
 Every number is a median of runs that take turns with one another, so that a busy moment of the
@@ -11,7 +11,19 @@ import compileall
 from pathlib import Path
 
 import dmplay
-from tests.benchmarks import batch, bots, honest, keys, league, long, loops, solving, start, teams
+from tests.benchmarks import (
+    batch,
+    bots,
+    honest,
+    keys,
+    league,
+    long,
+    loops,
+    simulations,
+    solving,
+    start,
+    teams,
+)
 
 PARTS = {
     "start": start.report,
@@ -23,10 +35,11 @@ PARTS = {
     "honest": honest.report,
     "solving": solving.report,
     "teams": teams.report,
+    "simulations": simulations.report,
 }
 RUNS = {
     "start": 15, "keys": 60, "batch": 7, "long": 3, "bots": 3, "loops": 7, "honest": 400,
-    "solving": 3, "teams": 6,
+    "solving": 3, "teams": 6, "simulations": 5,
 }  # fmt: skip
 
 

@@ -197,7 +197,7 @@ def test_a_search_that_has_chosen_can_be_sent_to_another_process() -> None:
     [
         ("prisoners-dilemma", "others=search", "others: got 'search'"),
         ("hexworld", "rollout=search:depth=2", "rollout: got 'search:depth=2'"),
-        ("crying-baby", "others=random", "others: where states are hidden"),
+        ("crying-baby", "others=optimal", "others: where states are hidden"),
         ("hexworld", "rollout=optimol", "did you mean optimal"),
         ("prisoners-dilemma", "others=tit-for-tut", "did you mean tit-for-tat"),
     ],
