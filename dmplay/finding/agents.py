@@ -118,19 +118,19 @@ def _of_roster(problem: Problem, seat: int, name: str) -> Seated:
 
 
 def _other(problem: Problem, seat: int, name: str) -> Policy | None:
-    """The agent of a name or a part, as another sees it; None for random play."""
+    """The agent of a name or a part, as a search has it play; None for random play."""
     seated = roster(problem, seat)
-    parts = {ADVISER: None if seated.quick else seated.adviser, PARTNER: seated.partner}
-    wanted = parts.get(name, name)
-    if name not in parts:
-        return _of_roster(problem, seat, name)
-    if wanted in (None, "random", "search"):
+    if name == ADVISER:
+        found = None if seated.quick else adviser(problem, seat)
+        name = found[0] if found else "random"
+    elif name == PARTNER:
+        name = seated.partner
+    if name.partition(":")[0] in {"random", "search"}:
         return None
-    try:
-        found = _of_roster(problem, seat, wanted)
-    except BadPolicy:
-        return None
-    return None if found.timed else found
+    made = _of_roster(problem, seat, name)
+    if made.timed:
+        raise BadPolicy(f"{name}: its choices depend on the clock; have a search take random")
+    return made
 
 
 def program(problem: Problem, seat: int, name: str, turns: int | None = None) -> Policy:
