@@ -199,7 +199,7 @@ def test_a_search_that_has_chosen_can_be_sent_to_another_process() -> None:
         ("hexworld", "rollout=search:depth=2", "rollout: got 'search:depth=2'"),
         ("crying-baby", "others=optimal", "others: where states are hidden"),
         ("hexworld", "rollout=optimol", "did you mean optimal"),
-        ("2048", "rollout=expectimax:seconds=1", "depend on the clock"),
+        ("2048", "rollout=expectimax:milliseconds=5", "depend on the clock"),
         ("prisoners-dilemma", "others=tit-for-tut", "did you mean tit-for-tat"),
     ],
 )
