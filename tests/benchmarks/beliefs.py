@@ -50,18 +50,17 @@ KNOWN = {  # by the beginnings of the names of files
 
 
 def report(runs: int) -> None:
-    """Prints a row of a table for each problem."""
-    print("| problem | states | seconds | lower bound | upper bound | published | source |")
-    print("|---|---|---|---|---|---|---|")
+    """Prints a line for each problem."""
     for name, problem, published in _problems():
         begun = process_time()
         try:
             found = point_based.solved(problem, None, GAP)
-            bounds = f"{found.at_least:.4f} | {found.at_most:.4f}"
+            bounds = f"lower bound {found.at_least:.4f}, upper bound {found.at_most:.4f}"
         except DmplayError as error:
-            bounds = f"{error} |"
-        cells = f"{problem.states} | {process_time() - begun:.1f} | {bounds}"
-        print(f"| {name} | {cells} | {published.value} | {published.source} |", flush=True)
+            bounds = str(error)
+        known = f"; published {published.value} ({published.source})" if published.value else ""
+        spent = f"{problem.states} states, {process_time() - begun:.1f} s"
+        print(f"- {name}, {spent}: {bounds}{known}", flush=True)
 
 
 def _problems() -> Iterator[tuple[str, Problem, Published]]:
