@@ -9,7 +9,7 @@ from dmplay.errors import BadParameter, BadPolicy, TooMuch
 from dmplay.finding import agents
 from dmplay.policies.point_based import PointBased, told
 from dmplay.policies.valued import Planner
-from dmplay.solutions.played import simulation
+from dmplay.solutions.played import planning, simulation
 from dmplay.solutions.solution import Row, Solution, names
 from dmplay.solvers import alpha_vectors
 from dmplay.solvers.alpha_vectors import Stage
@@ -36,15 +36,16 @@ def vectors(problem: Problem) -> Solution:
 def _vectors(problem: Problem) -> Solution:
     tables = tabulate(problem)
     start = belief.prior(problem)
-    found = agents.adviser(problem, 0, problem.horizon)
+    turns = planning(problem.horizon)
+    found = agents.adviser(problem, 0, turns)
     counts = found is not None and found[1].whole_game  # a game of so many turns
-    usual = problem.horizon == TURNS and not counts
-    if problem.discount < 1.0 and (problem.horizon is None or usual):
+    usual = turns == TURNS == problem.horizon and not counts
+    if problem.discount < 1.0 and (turns is None or usual):
         stage: Stage = alpha_vectors.infinite(tables, problem.discount)
         method = "alpha vectors, without end"
     else:
-        stage = alpha_vectors.stages(tables, problem.discount, problem.horizon or TURNS)[-1]
-        method = f"alpha vectors, {problem.horizon or TURNS} turns"
+        stage = alpha_vectors.stages(tables, problem.discount, turns or TURNS)[-1]
+        method = f"alpha vectors, {turns or TURNS} turns"
     states = [problem.notation(s) for s in problem.enumerated()]
     rows: list[Row] = [
         {f"at {name}": float(value) for name, value in zip(states, vector, strict=True)}
@@ -58,7 +59,7 @@ def _vectors(problem: Problem) -> Solution:
 
 def first(problem: Problem) -> Solution:
     """The value of each first action, by the agent that knows the optimum."""
-    turns = problem.horizon or (TURNS if problem.discount >= 1.0 else None)
+    turns = planning(problem.horizon) or (TURNS if problem.discount >= 1.0 else None)
     found = agents.adviser(problem, 0, turns)
     if found is None:
         return simulation(problem)

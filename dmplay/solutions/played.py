@@ -80,8 +80,10 @@ def games(
     return Played(np.concatenate(returns), np.concatenate(lengths))
 
 
-def planning(usual: int) -> int:
-    """The turns of a game that is planned whole: as many as wished, or the usual ones."""
+def planning(usual: int | None) -> int | None:
+    """The turns of a game that is planned whole: as many as wished, or the usual ones; None
+    for a game without end.
+    """
     wish = _wish.get() or Wish()
     wish.met.add("turns")
     return wish.turns or usual

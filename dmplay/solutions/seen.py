@@ -9,6 +9,7 @@ from dmplay.chance import Ints, Reals
 from dmplay.core import Problem, exact_start
 from dmplay.errors import TooMuch
 from dmplay.policies import seeing
+from dmplay.solutions.played import planning
 from dmplay.solutions.solution import Row, Solution, names
 from dmplay.solvers import backward_sweeps, graph, value_iteration
 from dmplay.solvers.graph import Graph
@@ -27,15 +28,16 @@ def alone(problem: Problem) -> Solution:
 
     Where nothing is discounted there is none but that.
     """
-    if problem.discount == 1.0 and problem.horizon is not None:
+    horizon = planning(problem.horizon)
+    if problem.discount == 1.0 and horizon is not None:
         return turns(problem)
     few = isinstance(problem.states, int) and problem.states <= SHOWN
     found = sweeps(problem) if few else endless(problem)
-    if problem.horizon is None or len(problem.enumerated()) * problem.horizon > MOST:
+    if horizon is None or len(problem.enumerated()) * horizon > MOST:
         return found
-    within = seeing.solved(problem, problem.horizon)
-    value = worth(problem, within.graph, within.values_of(problem.horizon))
-    return found._replace(result=f"{found.result}; {value} of {problem.horizon} turns")
+    within = seeing.solved(problem, horizon)
+    value = worth(problem, within.graph, within.values_of(horizon))
+    return found._replace(result=f"{found.result}; {value} of {horizon} turns")
 
 
 def sweeps(problem: Problem) -> Solution:
@@ -100,13 +102,14 @@ def endless(problem: Problem) -> Solution:
 
 def turns(problem: Problem) -> Solution:
     """Values and best actions of a game of some turns, or one that ends, of who is to decide."""
-    found = seeing.solved(problem, problem.horizon)
-    before = found.values_of(None if problem.horizon is None else problem.horizon - 1)
+    horizon = planning(problem.horizon)
+    found = seeing.solved(problem, horizon)
+    before = found.values_of(None if horizon is None else horizon - 1)
     q = found.graph.worth(np.arange(len(found.graph.rewards)), problem.discount, before)
     own = q[np.arange(len(q)), found.mover[found.graph.owner]]
-    known = _Known(found.graph, found.values_of(problem.horizon), found.mover, own)
+    known = _Known(found.graph, found.values_of(horizon), found.mover, own)
     far = f"at most {found.gap:.1g} from that of longer games" if found.gap else "exact"
-    span = "without end" if problem.horizon is None else f"{problem.horizon} turns"
+    span = "without end" if horizon is None else f"{horizon} turns"
     method = f"backward induction over {len(before)} states, {span}"
     return Solution(
         method, f"{worth(problem, known.graph, known.values)}, {far}", _rows(problem, known)

@@ -81,7 +81,7 @@ def _endless(problem: Problem, team: Tables, b: Reals) -> str:
 
 def plans(problem: Problem) -> Solution:
     """The best joint plan that is found of as many turns as wished, beside what none exceeds."""
-    many = planning(problem.horizon or TURNS)
+    many = planning(problem.horizon) or TURNS
     found = planned(problem, many)
     value = f"value {found.value:.6g} of {many} turns at the start"
     bound = "the optimum" if found.exact else f"at most {found.bound:.6g}"
