@@ -191,7 +191,12 @@ def summed(problem: Problem, found: Turns) -> Facts:
 
 
 def amounting(problem: Problem, s: Array, a: Array) -> Facts:
-    """The rows of the tables for these turns are sums over the listed outcomes."""
+    """The rows of the tables for these turns are sums over the listed outcomes.
+
+    Of what is over another law asks: in tables it stays, whatever its moves say.
+    """
+    going = ~problem.terminal(s) | problem.hidden
+    s, a = s[going], a[going]
     tables = tabulate(problem)
     p, outcome = exact(problem, s, a)
     joint = np.ravel_multi_index(tuple(a.T), problem.action_counts)
