@@ -66,7 +66,7 @@ def solve(
       dmplay solve hexworld --set slip=0.1
       dmplay solve 2048 --episodes 100 --workers 2
       dmplay solve rock-paper-scissors --json
-      dmplay solve ./tiger.dpomdp --turns 4
+      dmplay solve ./tigers.dpomdp --turns 4
     """
     from dmplay.game.request import pairs
     from dmplay.reports import solving

@@ -204,9 +204,9 @@ def _adviser(hunt: CollaborativePredatorPrey) -> str:
 
 def roster(problem: CollaborativePredatorPrey, seat: int) -> Roster:
     """Who hunts together."""
-    return Roster(
-        {"sweep": Sweep, "chase-belief": ChaseBelief, "qmdp": Qmdp, "reactive": ByTheSense,
-         "joint-plan": HuntPlan},
-        adviser=_adviser(problem),
-        partner="sweep",
-    )  # fmt: skip
+    agents: dict[str, type[Seated]] = {
+        "sweep": Sweep, "chase-belief": ChaseBelief, "qmdp": Qmdp, "reactive": ByTheSense,
+    }  # fmt: skip
+    if not problem.sighted:
+        agents["joint-plan"] = HuntPlan
+    return Roster(agents, adviser=_adviser(problem), partner="sweep")

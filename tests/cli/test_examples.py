@@ -59,6 +59,7 @@ def test_an_example_does_what_it_says(line: str, tmp_path: Path) -> None:
     (tmp_path / "game.dm").write_text(SCRIPT)
     for name in ("tiger.py", "shop.py"):
         (tmp_path / name).write_text(file(topic("problems"), name))
+    (tmp_path / "tigers.dpomdp").write_text(file(topic("planning"), "tigers.dpomdp"))
     run(tmp_path, "crying-baby", "--seed", "7", stdin=MOVES)
     (tmp_path / "transcripts").mkdir()
     run(tmp_path, "hexworld", "--agent", "optimal", "--seed", "7", "-o", "transcripts/a.dmt")
