@@ -15,10 +15,13 @@ from dmplay.chance import Ints, Reals
 from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter
 from dmplay.finding.agents import adviser, agent, roster
+from dmplay.guests.history import Guest
+from dmplay.policies.search import Search
 from dmplay.rollouts import rollout
 from dmplay.solutions.solution import Row, Solution
 
 GAMES, SEED = 1000, 1
+FEW = 10  # games of those who search in what another library plays, which is done turn by turn
 TURNS = 20  # of a game that may go on in the same few states for ever
 AT_A_TIME = 100
 
@@ -107,7 +110,8 @@ def simulation(problem: Problem, agents: Sequence[str] = ()) -> Solution:
     names = agents or [_usual(problem, seat) for seat in range(len(problem.agents))]
     policies = [agent(problem, seat, name) for seat, name in enumerate(names)]
     turns = problem.horizon or (None if problem.states == math.inf else TURNS)
-    played = games(problem, policies, episodes=GAMES, turns=turns)
+    slow = isinstance(problem, Guest) and any(isinstance(one, Search) for one in policies)
+    played = games(problem, policies, episodes=FEW if slow else GAMES, turns=turns)
     rows: list[Row] = [
         {"seat": player, "agent": name} | mean(played.returns[:, seat])
         for seat, (player, name) in enumerate(zip(problem.agents, names, strict=True))
