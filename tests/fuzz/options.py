@@ -10,7 +10,7 @@ from tests.fuzz.lines import lines, problem
 from tests.fuzz.mutations import AGENTS, near
 from tests.support.seats import FOREIGN
 
-PONDEROUS = {"equilibrium"}  # agents that, as they are, take longer than a case
+PONDEROUS = {"equilibrium", "joint-plan"}  # agents that, as they are, take longer than a case
 OPTIONS = (
     "--seed", "--episode", "--turns", "--variant", "--vs", "--seat", "--rate", "--speed", "--width",
     "--keys", "--theme", "--color", "-o", "--record", "--json", "--strict", "--quiet", "--plain",
