@@ -85,6 +85,15 @@ def adviser(
     return _named(name, suited), suited
 
 
+def refused(problem: Problem, make: type[Seated]) -> bool:
+    """Whether an agent of a roster does not play the first seat of a problem."""
+    try:
+        make(problem, 0)
+    except BadPolicy:
+        return True
+    return False
+
+
 def for_turns(problem: Problem, seat: int, name: str, turns: int) -> str:
     """The agent of this name in a game of so many turns: one that plans a whole game plans this."""
     if name not in roster(problem, seat).agents:

@@ -15,6 +15,7 @@ from dmplay.errors import UnknownName
 from dmplay.finding import agents, problems
 from dmplay.finding.names import problem_names
 from dmplay.keys.keymap import AS_DRAWN, Keys, hands
+from dmplay.policies.kinds import Seated
 from dmplay.terminal import Wishes
 
 WIDE = 100  # columns of a table that goes into a pipe
@@ -144,9 +145,18 @@ def about(name: str, keys: Keys = AS_DRAWN) -> About:
             for name, meaning in problems.meanings(problem).items()
         },
         variants=[variant or "standard" for variant in problems.variants(name) or [""]],
-        players={agent: _first_line(make) for agent, make in agents.roster(problem).agents.items()},
+        players={name: _first_line(make) for name, make in _able(problem).items()},
         keys=dict(hands(problem, keys).keys),
     )
+
+
+def _able(problem: Problem) -> dict[str, type[Seated]]:
+    """The agents of the first seat that do not refuse the problem."""
+    return {
+        name: make
+        for name, make in agents.roster(problem).agents.items()
+        if not agents.refused(problem, make)
+    }
 
 
 def _observed(problem: Problem) -> Space:
@@ -210,7 +220,7 @@ def players(name: str) -> list[Player]:
             agent, _first_line(make), agents.settings(make), agents.meanings(make),
             agent in advises, agent in partners,
         )
-        for agent, make in rosters[0].agents.items()
+        for agent, make in _able(problem).items()
     ]  # fmt: skip
 
 

@@ -11,6 +11,7 @@ from dmplay.core import WAIT
 from dmplay.errors import BadParameter, BadPolicy, IllegalAction, UnknownName
 from dmplay.keys.keyboard import Keyboard
 from dmplay.keys.keymap import AS_DRAWN
+from dmplay.reports.problems import about
 from dmplay.session import Session
 from dmplay.views import generic
 from tests.support.games import Scripted
@@ -127,6 +128,8 @@ def test_no_search_looks_at_hidden_cards_and_hints_are_honest() -> None:
     for action in ([0, None], [None, 8], [1, None], [None, 7]):
         two.advance(action)
     assert two.decided()[0] == 2.0  # x wins in the first row
+    assert "search" not in about(KUHN).players
+    assert "search" in about("openspiel:tic_tac_toe").players
 
 
 def test_what_cannot_be_played_is_said_in_a_line(capfd: pytest.CaptureFixture[str]) -> None:
