@@ -22,7 +22,7 @@ from dmplay.tabular import tabulate
 FEW = 4  # states of which alpha vectors are tried first
 EXACT = 7e8  # operations that they may take
 DECIMALS = 9  # of a value: what lies beyond depends on which beliefs are valued together
-FARTHEST = 100  # turns of a game that is planned to its end
+NEAR, FARTHEST = 10, 100  # turns of a game that is always planned to its end, or where it counts
 UNSEEN = 0.1  # what the end of a game of many states may count for, and not be planned to
 KEPT = 8  # plans
 
@@ -99,7 +99,8 @@ class PointBased(Believing):
     def _short(self, turns: int) -> bool:
         """Whether the end of so many turns is in sight, and can be planned to."""
         few = isinstance(self.problem.states, int) and self.problem.states <= FEW
-        return turns <= FARTHEST and (few or self.problem.discount**turns > UNSEEN)
+        counts = few or turns <= NEAR or self.problem.discount**turns > UNSEEN
+        return turns <= FARTHEST and counts
 
 
 @dataclass(frozen=True)

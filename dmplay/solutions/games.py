@@ -8,6 +8,7 @@ from dmplay.chance import Reals
 from dmplay.core import Problem
 from dmplay.policies import seeing
 from dmplay.problems.predator_prey import PredatorPrey
+from dmplay.solutions.played import planning
 from dmplay.solutions.seen import shown_of, worth
 from dmplay.solutions.solution import Row, Solution, mixed
 from dmplay.solvers import (
@@ -81,8 +82,9 @@ def hunt(problem: PredatorPrey) -> Solution:
 
 def opposed(problem: Problem) -> Solution:
     """What both play in a Markov game of two who are opposed, and what that is worth."""
-    found = seeing.opposed(problem, problem.horizon)
-    before = None if problem.horizon is None else problem.horizon - 1
+    horizon = planning(problem.horizon)
+    found = seeing.opposed(problem, horizon)
+    before = None if horizon is None else horizon - 1
     shown = shown_of(problem, found.graph)
     live = shown[np.isin(shown, found.graph.live)]
     _, both = found.played(live, problem.discount, before)
@@ -95,9 +97,9 @@ def opposed(problem: Problem) -> Solution:
         for seat, agent in enumerate(problem.agents):
             row[agent] = mixed(problem, seat, both[1 + seat][at])
         rows.append(row)
-    first = found.values_of(problem.horizon)
+    first = found.values_of(horizon)
     values = np.stack([first, -found.share * first + 0.0], axis=1)
-    span = "without end" if problem.horizon is None else f"{problem.horizon} turns"
+    span = "without end" if horizon is None else f"{horizon} turns"
     far = f"at most {found.gap:.1g} from the value of the game" if found.gap else "exact"
     method = f"Shapley's iteration over {len(first)} states, {span}"
     return Solution(method, f"{worth(problem, found.graph, values)}, {far}", rows)

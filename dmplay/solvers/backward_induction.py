@@ -52,9 +52,9 @@ def solved(problem: Problem, graph: Graph, turns: int | None) -> Induced:
         budget.hold(values[0].nbytes * (len(values) + 1.0))
         after = _turn(found, problem.discount)
         gap = 2 * far * float(np.abs(after - values[-1]).max())
+        values.append(after)
         if gap <= slack(after, STILL):
             return found._replace(gap=gap)
-        values.append(after)
     return found
 
 

@@ -65,3 +65,12 @@ def test_only_what_is_legal_is_chosen() -> None:
     played = dmplay.rollout(Vault(), [agent], episodes=100, turns=3, seed=1)
     error = played.returns.std() / 10
     assert abs(played.returns.mean() - agent.bounds.at_least) <= 2 * error
+
+
+def test_some_turns_are_planned_to_their_end_whatever_comes_of_it() -> None:
+    problem = hallway(ROOMS, (1, 1))
+    short, long = (PointBased(problem, 0).in_game(turns, []).turns for turns in (10, 60))
+    assert problem.discount**60 < point_based.UNSEEN
+    assert (short, long) == (10, None)
+    hasty = FromFile(0.1, model=problem.model)
+    assert PointBased(hasty, 0).in_game(4, []).turns == 4

@@ -159,6 +159,9 @@ def test_ten_drawn_games_are_worth_what_the_recursion_says() -> None:
             wanted = by_recursion(problem, turns)
             found = solved(problem, turns)
             np.testing.assert_allclose(found.values_of(turns)[0], wanted, atol=1e-9)
+            hasty = kind(seed=seed, turns=turns, discount=0.0)
+            once = solved(hasty, turns).values_of(turns)[0]
+            np.testing.assert_allclose(once, by_recursion(hasty, 1), atol=1e-9)
         if discount == 1.0:
             one = Drawn(seed=seed, turns=turns, discount=1.0, ends=seed < 5)
             value = float(by_recursion(one, turns)[0])

@@ -9,6 +9,7 @@ from dmplay.errors import BadPolicy
 from dmplay.finding.agents import roster
 from dmplay.policies import seeing
 from dmplay.solutions.every import solution
+from dmplay.solutions.played import Wish, wished
 from dmplay.solvers import best_replies, graph, shapley, zero_sum
 from tests.support.drawn import Pair, Rivals, some_and_ten
 from tests.support.soccer import Soccer
@@ -47,7 +48,10 @@ def test_a_game_of_some_turns_is_worth_so_many() -> None:
         values = np.zeros(5)
         for _ in range(4):
             values = turn(problem, values)
-        assert solution(problem).result.startswith(f"value {values[0]:.6g} to one, ")
+        wanted = f"value {values[0]:.6g} to one, "
+        assert solution(problem).result.startswith(wanted)
+        with wished(Wish(turns=4)):
+            assert solution(Rivals(seed=seed, turns=9, discount=1.0)).result.startswith(wanted)
         first = agent(problem, 1, "optimal")
         q = first.values(first.begin(np.zeros(1, int)))
         assert q is not None
