@@ -11,7 +11,7 @@ from dmplay.core import Labels
 from dmplay.errors import BadFile
 from dmplay.files.names import budget, plainly
 from dmplay.files.problem import NormalForm, Payoffs
-from dmplay.files.words import Text, whole
+from dmplay.files.words import MOST, NUMBER, Text, is_number, whole
 
 WORD = re.compile(r'"(?:[^"\\]|\\.)*"?|[{}]|[^\s{}",]+')
 BYTES = 100  # of a payoff, while it is read
@@ -85,9 +85,11 @@ class _File:
     def number(self) -> float:
         """Takes a number, perhaps a fraction."""
         try:
-            value = float(Fraction(self.word))
+            value = float(self.word if is_number(self.word) else Fraction(self.word))
         except (ValueError, ZeroDivisionError, OverflowError):
-            raise self.fault("a number") from None
+            raise self.fault(NUMBER) from None
+        if not abs(value) <= MOST:
+            raise self.fault(NUMBER)
         self._next += 1
         return value
 

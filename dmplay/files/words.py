@@ -12,6 +12,8 @@ from dmplay.chance import Bools, Reals
 from dmplay.errors import BadFile, UnknownName
 
 COMMENT = re.compile("#[^\n]*")
+MOST = 1e100  # so that sums and squares of numbers are some too
+NUMBER = f"a number, at most {MOST:g}"
 ROUNDED = 1e-9  # more than 1 that a probability may be
 WORD = re.compile(r"[^\s:]+|:")
 
@@ -86,10 +88,11 @@ class Part(NamedTuple):
         return [self.slice(*pair) for pair in pairwise([*first, len(lines)])]
 
     def numbers(self, expected: int) -> Reals:
-        """So many finite numbers, which are all the words."""
+        """So many numbers, none too great, which are all the words."""
         found = self._reals()
-        if len(found) != expected or not np.isfinite(found).all():
-            raise self._fault(np.isfinite(found), expected, "a number")
+        good = np.abs(found) <= MOST
+        if len(found) != expected or not good.all():
+            raise self._fault(good, expected, NUMBER)
         return found
 
     def probabilities(self, expected: int) -> Reals:

@@ -52,6 +52,8 @@ FAULTS = [
     (("2 3\n", "2 3 4\n"), "5:17: got '4', expected the end: the table is full"),
     (("3 2 0", "3 x 0"), "5:3: got 'x', expected a number"),
     (("3 2 0", "3 1/0 0"), "5:3: got '1/0', expected a number"),
+    (("3 2 0", "3 9e999999999 0"), "5:3: got '9e999999999', expected a number, at most 1e+100"),
+    (("3 2 0", "3 2e300 0"), "5:3: got '2e300', expected a number, at most 1e+100"),
     (('{ "Player 1" "Player 2" }', "{ }"), "expected the name of a player in quotation marks"),
     (('{ "ballet" "the fight" } }', "}"), "expected strategies in braces, or how many, for each"),
     (('{ "ballet" "the fight" } }', "0 }"), "got '0', expected strategies in braces"),

@@ -180,6 +180,7 @@ FAULTS = [  # a change, and where and what the error is
     (("0.15 0.85", "nan 0.85"), "17:1: got 'nan', expected a probability, 0 to 1"),
     (("* -1\n", "* -1oo\n"), "23:23: got '-1oo', expected a number"),
     (("* -1\n", "* inf\n"), "23:23: got 'inf', expected a number"),
+    (("* -1\n", "* -1e300\n"), "23:23: got '-1e300', expected a number, at most 1e+100"),
     (("* -1\n", "*\n"), "23:22: expected numbers"),
     (("R: listen : * : * : *", "R: listen : * : * : * : *"), "23:25: got '*', expected a number"),
     (("R: listen : * : * : * -1", "R: listen -1"), "23:11: expected 2 names, each before a colon"),
