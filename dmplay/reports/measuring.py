@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Mapping, Sequence
-from json import dumps
 from typing import NamedTuple
 
 import numpy as np
@@ -21,7 +20,7 @@ from dmplay.policies.point_based import told as between
 from dmplay.reports.match import Match, counted, seated, settings, told
 from dmplay.reports.progress import Bar
 from dmplay.reports.recorded import NONE, Keeping, recorded
-from dmplay.reports.tables import csv_of, table
+from dmplay.reports.tables import csv_of, json_of, table
 from dmplay.rollouts import Interrupted, Lost
 from dmplay.solutions.solution import Row
 from dmplay.views.canvas import ASCII
@@ -92,7 +91,7 @@ def _written(
     rows = [row for one in found for row in _rows(*one[:3])]
     if form == "json":
         games = {"kept": kept} if kept else {}
-        return dumps({"problem": match.problem, "seed": match.seed, "runs": rows} | games)
+        return json_of({"problem": match.problem, "seed": match.seed, "runs": rows} | games)
     if form == "csv":
         return csv_of(rows)
     head = _summary(match, found[0].run) if len(found) == 1 else _sweep(match, found)
@@ -246,7 +245,7 @@ def _compared(  # noqa: PLR0913, PLR0917
         for (one, other), difference in result.differences.items()
     ]
     if form == "json":
-        return dumps(
+        return json_of(
             {
                 "problem": match.problem,
                 "seed": match.seed,

@@ -1,8 +1,10 @@
-"""Rows as a table for people, or as comma-separated values for programs."""
+"""Rows as a table for people, or as comma-separated values or JSON for programs."""
 
 import csv
 import io
+import json
 from collections.abc import Sequence
+from math import isfinite
 
 from dmplay.solutions.solution import Row
 
@@ -30,3 +32,16 @@ def csv_of(rows: Sequence[Row]) -> str:
     writer.writeheader()
     writer.writerows(rows)
     return written.getvalue().rstrip("\n")
+
+
+def json_of(told: object) -> str:
+    """The facts as JSON, which knows finite numbers only: any other is null."""
+    return json.dumps(_finite(told))
+
+
+def _finite(told: object) -> object:
+    if isinstance(told, dict):
+        return {name: _finite(one) for name, one in told.items()}
+    if isinstance(told, list | tuple):
+        return [_finite(one) for one in told]
+    return None if isinstance(told, float) and not isfinite(told) else told

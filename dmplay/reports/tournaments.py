@@ -1,7 +1,6 @@
 """Everybody against everybody, for people and programs: `tournament`."""
 
 from collections.abc import Sequence
-from json import dumps
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +15,7 @@ from dmplay.measure.tournament import Tournament, tournament
 from dmplay.reports.kept import Kept
 from dmplay.reports.match import Match, policy, told
 from dmplay.reports.progress import Bar
-from dmplay.reports.tables import csv_of, table
+from dmplay.reports.tables import csv_of, json_of, table
 from dmplay.solutions.solution import Row
 
 EXACT = ("equilibrium", "nash")  # agents that are one, where a problem has them
@@ -52,9 +51,8 @@ def met(  # noqa: PLR0913 - each is the caller's to choose
             executor=executor, progress=bar, played=played,
         )  # fmt: skip
     if form == "json":
-        table_ = np.where(np.isnan(found.table), None, found.table).tolist()  # type: ignore[call-overload]
-        rest = {"table": table_, "equilibrium": exact, "standings": _standings(found)}
-        return told(dumps(facts | rest), found.short)
+        rest = {"table": found.table.tolist(), "equilibrium": exact, "standings": _standings(found)}
+        return told(json_of(facts | rest), found.short)
     if form == "csv":
         return told(csv_of(_standings(found)), found.short)
     many = len(entrants) ** len(seats)
@@ -91,9 +89,9 @@ def _cross(found: Tournament) -> list[Row]:
 
 
 def _standings(found: Tournament) -> list[Row]:
-    """The entrants, the best first."""
+    """The entrants, the best first, and last those who did not play."""
     rows: list[Row] = []
-    for who in sorted(range(len(found.entrants)), key=lambda one: -found.earned[one].mean):
+    for who in np.argsort([-one.mean for one in found.earned], kind="stable").tolist():
         one = found.earned[who]
         row: Row = {
             "entrant": found.entrants[who], "mean return": one.mean, "standard error": one.error,
@@ -113,7 +111,8 @@ def _standings(found: Tournament) -> list[Row]:
 
 def _standing(row: Row) -> Row:
     shown = {key: value for key, value in row.items() if key not in ("low", "high")}
-    shown["mean return"] = f"{shown['mean return']:.5g} ± {shown.pop('standard error'):.2g}"
+    earned = f"{shown['mean return']:.5g} ± {shown.pop('standard error'):.2g}"
+    shown["mean return"] = "-" if earned.startswith("nan") else earned
     if "exact regret" in shown:
         shown["exact regret"] = f"{shown['exact regret']:.4g} ± {shown.pop('exact error'):.2g}"
     return shown

@@ -148,6 +148,16 @@ def test_an_interruption_tells_what_was_played() -> None:
     assert 0 < len(both.returns) < 200
 
 
+def test_what_one_game_leaves_open_is_null_in_json() -> None:
+    once = ["--episodes", "1", "--json"]
+    known = json.loads(ran("run", "hexworld", *once), parse_constant=pytest.fail)["runs"][0]
+    assert (known["standard error"], known["low"], known["high"]) == (None, None, None)
+    pair = json.loads(
+        ran("compare", "hexworld", "random", "optimal", *once), parse_constant=pytest.fail
+    )
+    assert pair["pairs"][0]["low"] is None
+
+
 def test_a_report_that_was_cut_short_says_so() -> None:
     assert match.told("text", "") == Printout("text")
     stopped = match.told("text", "interrupted")

@@ -15,8 +15,10 @@ import dmplay
 from dmplay.cli.errands import understood
 from dmplay.core import Policy
 from dmplay.errors import BadParameter
+from dmplay.measure.estimate import Estimate
 from dmplay.measure.tournament import Played, Tournament, tournament
 from dmplay.reports.kept import Kept
+from dmplay.reports.tournaments import _standing, _standings
 from tests.support.programs import run
 from tests.support.terminals import clean_environment
 
@@ -121,6 +123,10 @@ def test_a_tournament_that_is_interrupted_tells_what_was_played() -> None:
     assert found.table[0, 0].tolist() == [-5, -5]
     assert np.isnan(found.table[1, 1]).all()
     assert (found.equilibrium, found.exact) == (None, None)
+    first = found._replace(earned=(Estimate(np.nan, np.inf, -np.inf, np.inf), found.earned[0]))
+    rows = [_standing(row) for row in _standings(first)]
+    assert [row["entrant"] for row in rows] == ["always-defect", "grim"]
+    assert rows[1]["mean return"] == "-"
 
 
 @pytest.mark.slow
