@@ -77,6 +77,7 @@ def test_a_problem_refuses_another_kind_of_parameter(name: str) -> None:
             ends(partial(constructed, made, {one.name: value}))
 
 
+@pytest.mark.usefixtures("coarse")
 @every_problem
 def test_an_agent_takes_no_parameter_that_it_cannot_play_with(name: str) -> None:
     problem = small(name)
