@@ -166,8 +166,10 @@ def _written(cells: Sequence[Cell], now: Pen) -> tuple[str, Pen]:
     sent = []
     for glyph, wanted in cells:
         pen = blanking(now, wanted) if glyph == " " else wanted
-        sent.append(turned(now, pen) + glyph)
-        now = pen
+        if pen != now:
+            sent.append(turned(now, pen))
+            now = pen
+        sent.append(glyph)
     return "".join(sent), now
 
 

@@ -1,15 +1,15 @@
 """What was found for the last few problems, which all seats, hints and reviews of them share."""
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable
 from functools import lru_cache, wraps
-from typing import ParamSpec, TypeVar
+from typing import TypeVar, TypeVarTuple
 
-P = ParamSpec("P")
 T = TypeVar("T")
+Ts = TypeVarTuple("Ts")
 KEPT = 4
 
 
-def kept(find: Callable[P, T]) -> Callable[P, T]:
+def kept(find: Callable[[*Ts], T]) -> Callable[[*Ts], T]:
     """The same function, which keeps what it found last.
 
     What it finds for a problem that cannot be told from others is not kept.
@@ -17,12 +17,11 @@ def kept(find: Callable[P, T]) -> Callable[P, T]:
     keeping = lru_cache(maxsize=KEPT)(find)
 
     @wraps(find)
-    def found(*args: P.args, **kwargs: P.kwargs) -> T:
-        told: tuple[Hashable, ...] = (*args, *kwargs.values())
+    def found(*args: *Ts) -> T:
         try:
-            hash(told)
+            hash(args)
         except TypeError:
-            return find(*args, **kwargs)
-        return keeping(*args, **kwargs)
+            return find(*args)
+        return keeping(*args)
 
     return found
