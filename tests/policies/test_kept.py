@@ -21,7 +21,7 @@ def test_what_cannot_be_told_from_others_is_found_anew() -> None:
 def test_an_equilibrium_is_sought_once_for_both_seats() -> None:
     heard: list[float] = []
     for seat in range(2):
-        agent = dmplay.agent(dmplay.load("travelers-dilemma"), seat, "nash")
+        agent = dmplay.agent(dmplay.load("rock-paper-scissors"), seat, "nash")
         with watched(heard.append) if seat else watched(lambda share: None):
             agent.choose(agent.begin(np.zeros(1, np.int64)), None, np.zeros((1, 1)))
     assert not heard
