@@ -133,8 +133,10 @@ class Writing:
         if self.place and self.place.row == place.row and self.place.column < place.column:
             between, there = row[self.place.column : place.column], row[place.column :][:1]
             jump = len((moved(self.place, place) + _written(there, self.pen)[0]).encode())
-            if len(between) <= jump >= len(_written([*between, *there], self.pen)[0].encode()):
-                self.write(between)
+            if len(between) <= jump:
+                again, pen = _written(between, self.pen)
+                if len((again + _written(there, pen)[0]).encode()) <= jump:
+                    self.write(between)
         self.go(place)
 
 
