@@ -3,6 +3,7 @@
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from dmplay.chance import Ints, Reals
 NEW_SEEDS = 10**9  # few enough to type
 NATURE = 0  # the stream of nature; seat i draws from stream 1 + i
 SHORT, FEW, MANY = 256, 16, 512  # turns of a short game; whose dice are thrown together
+KEPT = 64  # constants of the arithmetic
 MOST = 16  # draws of a turn for which that pays
 NONE = np.zeros((0, 0))
 
@@ -90,10 +92,16 @@ def _seeds(seed: int, stream: int, turns: Ints) -> Seed:
 
 def _hashed(words: Words, constants: tuple[int, int], before: int, many: int) -> Words:
     """So many hashes `[many, T]` of words, after those before them: each has its multiplier."""
+    by = _multipliers(constants, before, many)
+    return _folded((words ^ by[:-1]) * by[1:])
+
+
+@lru_cache(maxsize=KEPT)
+def _multipliers(constants: tuple[int, int], before: int, many: int) -> Words:
+    """Those `[many + 1, 1]` of so many hashes and the next."""
     first, factor = constants
     powers = (pow(factor, before + n, 1 << WORD) for n in range(many + 1))
-    by = np.array([first * power % (1 << WORD) for power in powers], np.uint32)[:, None]
-    return _folded((words ^ by[:-1]) * by[1:])
+    return np.array([first * power % (1 << WORD) for power in powers], np.uint32)[:, None]
 
 
 def _folded(words: Words) -> Words:
@@ -108,9 +116,7 @@ def _outputs(seeds: Seed, before: int, many: int) -> Seed:
     """
     high, low, more, less = seeds[:, :, None]
     added = more << ONE | less >> np.uint64(63), less << ONE | ONE
-    powers = range(before + 2, before + 2 + many)
-    factors = [pow(FACTOR, power, BITS * (FACTOR - 1)) for power in powers]
-    sums = [(factor - 1) // (FACTOR - 1) for factor in factors]
+    factors, sums = _steps(before + 2, many)
     begun = _sum((high, low), added)
     high, low = _sum(_product(begun, factors), _product(added, sums))
     mixed, turn = high ^ low, high >> np.uint64(58)
@@ -118,19 +124,31 @@ def _outputs(seeds: Seed, before: int, many: int) -> Seed:
     return turned
 
 
+@lru_cache(maxsize=KEPT)
+def _steps(first: int, many: int) -> tuple[Halves, Halves]:
+    """So many powers of the factor from the `first` on, and the sums of the powers below each."""
+    powers = range(first, first + many)
+    factors = [pow(FACTOR, power, BITS * (FACTOR - 1)) for power in powers]
+    return _halves(factors), _halves([(factor - 1) // (FACTOR - 1) for factor in factors])
+
+
+def _halves(numbers: Sequence[int]) -> Halves:
+    high, low = (np.array([one >> at & ALL for one in numbers], np.uint64) for at in (64, 0))
+    return high, low
+
+
 def _sum(one: Halves, other: Halves) -> Halves:
     low = one[1] + other[1]
     return one[0] + other[0] + (low < other[1]), low
 
 
-def _product(halves: Halves, by: Sequence[int]) -> Halves:
+def _product(one: Halves, other: Halves) -> Halves:
     """Each of some numbers of 128 bits times each of others."""
-    high, low = halves
-    more, less = (np.array([one >> at & ALL for one in by], np.uint64) for at in (64, 0))
+    (high, low), (more, less) = one, other
     bottom, top = less & LOW, less >> HALF
     middle = (low >> HALF) * bottom + ((low & LOW) * bottom >> HALF)
-    other = (low & LOW) * top + (middle & LOW)
-    carried = (low >> HALF) * top + (middle >> HALF) + (other >> HALF)
+    rest = (low & LOW) * top + (middle & LOW)
+    carried = (low >> HALF) * top + (middle >> HALF) + (rest >> HALF)
     return carried + high * less + low * more, low * less
 
 

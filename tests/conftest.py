@@ -33,16 +33,17 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 def pytest_collection_finish() -> None:
     """What stays to the end is not looked through again."""
-    gc.collect()
     gc.freeze()
 
 
-@pytest.fixture(autouse=True)
-def path() -> Iterator[None]:
-    """The folders that files were loaded from are looked into no more."""
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol() -> Iterator[None]:
+    """The folders that a test loaded files from are looked into no more."""
     before = [*sys.path]
-    yield
-    sys.path[:] = before
+    try:
+        return (yield)
+    finally:
+        sys.path[:] = before
 
 
 @pytest.fixture

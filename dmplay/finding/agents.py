@@ -86,7 +86,12 @@ def adviser(
 
 
 def refused(problem: Problem, make: type[Seated]) -> bool:
-    """Whether an agent of a roster does not play the first seat of a problem."""
+    """Whether an agent of a roster does not play the first seat of a problem, as far as is known.
+
+    A package is not loaded to know it.
+    """
+    if make.package:
+        return False
     try:
         make(problem, 0)
     except BadPolicy:

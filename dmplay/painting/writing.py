@@ -133,8 +133,10 @@ class Writing:
         if self.place and self.place.row == place.row and self.place.column < place.column:
             between, there = row[self.place.column : place.column], row[place.column :][:1]
             jump = len((moved(self.place, place) + _written(there, self.pen)[0]).encode())
-            if len(between) <= jump >= len(_written([*between, *there], self.pen)[0].encode()):
-                self.write(between)
+            if len(between) <= jump:
+                again, pen = _written(between, self.pen)
+                if len((again + _written(there, pen)[0]).encode()) <= jump:
+                    self.write(between)
         self.go(place)
 
 
@@ -166,8 +168,10 @@ def _written(cells: Sequence[Cell], now: Pen) -> tuple[str, Pen]:
     sent = []
     for glyph, wanted in cells:
         pen = blanking(now, wanted) if glyph == " " else wanted
-        sent.append(turned(now, pen) + glyph)
-        now = pen
+        if pen != now:
+            sent.append(turned(now, pen))
+            now = pen
+        sent.append(glyph)
     return "".join(sent), now
 
 

@@ -28,6 +28,7 @@ class Axelrod(Seated):
     name: str = parameter("TitForTat", "the class of the strategy")
 
     unnamed = "name"
+    package = "axelrod"
     draws = 1  # the seed of the player
 
     def __post_init__(self) -> None:

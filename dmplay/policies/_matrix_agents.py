@@ -6,7 +6,8 @@ from functools import cached_property
 import numpy as np
 
 from dmplay.chance import Array, Bools, Categorical, Reals, mean
-from dmplay.core import Memory, Percept, parameter
+from dmplay.core import Memory, Percept, Problem, parameter
+from dmplay.policies._kept import kept
 from dmplay.policies.kinds import Maximising, Reactive
 from dmplay.solvers import lemke_howson, matrix_game, regret_matching
 from dmplay.solvers.regret_matching import Matched
@@ -35,12 +36,16 @@ class Nash(_Mixed):
 
     @cached_property
     def _mix(self) -> Categorical:
-        equilibrium = lemke_howson.first(self._payoffs)
-        return Categorical.of(equilibrium[self.seat][None])
+        return Categorical.of(_equilibrium(self.problem)[self.seat][None])
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """An action drawn from the equilibrium."""
         return self._mix.sample(u)
+
+
+@kept
+def _equilibrium(problem: Problem) -> matrix_game.Profile:
+    return lemke_howson.first(matrix_game.table(problem))
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ import numpy as np
 from dmplay.chance import Array, Bools, Reals, mean
 from dmplay.core import Memory, Problem
 from dmplay.errors import BadPolicy
+from dmplay.policies._kept import kept
 from dmplay.policies.kinds import Reactive
 from dmplay.policies.valued import Planner, Valued
 from dmplay.solvers import alpha_vectors, value_iteration
@@ -66,7 +67,7 @@ class Optimal(Valued):
 
     @cached_property
     def _stage(self) -> Stage:
-        return alpha_vectors.infinite(tabulate(self.problem), unending(self.problem))
+        return _endless(self.problem)
 
     def values(self, memory: Memory) -> Reals:
         """Q of the belief."""
@@ -79,8 +80,7 @@ class Plan(Planner):
 
     @cached_property
     def _stage(self) -> Stage:
-        tables = tabulate(self.problem)
-        return alpha_vectors.stages(tables, self.problem.discount, self.horizon)[-1]
+        return _ahead(self.problem, self.horizon)
 
     def values(self, memory: Memory) -> Reals:
         """Q of the belief with `horizon` rewards to come."""
@@ -98,6 +98,16 @@ class Qmdp(Valued):
     def values(self, memory: Memory) -> Reals:
         """The mean of Q* over the belief."""
         return mean(memory[0], self._q)
+
+
+@kept
+def _endless(problem: Problem) -> Stage:
+    return alpha_vectors.infinite(tabulate(problem), unending(problem))
+
+
+@kept
+def _ahead(problem: Problem, horizon: int) -> Stage:
+    return alpha_vectors.stages(tabulate(problem), problem.discount, horizon)[-1]
 
 
 def unending(problem: Problem) -> float:

@@ -8,6 +8,7 @@ import numpy as np
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Percept, Problem, parameter
 from dmplay.errors import BadParameter
+from dmplay.policies._kept import kept
 from dmplay.policies.kinds import Always, Reactive
 from dmplay.policies.roster import Roster
 from dmplay.problems.cart_pole import CartPole
@@ -49,16 +50,20 @@ class Regulate(Reactive):
     @cached_property
     def regulator(self) -> riccati.Regulator:
         """The regulator of this cart and pole near rest."""
-        problem = self.problem
-        limits = np.array([problem.x_limit, np.inf, np.radians(problem.theta_limit), np.inf])
-        limits = np.maximum(limits, TINY)
-        system = riccati.linearised(problem, LEFT, RIGHT, len(limits))
-        return riccati.regulator(system, np.diag(1 / limits**2), self.push)
+        return _regulator(self.problem, self.push)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Right where the regulator would push right, however little."""
         (x, v, theta, omega), k = memory[0].T, self.regulator.gain
         return np.where(k[0] * x + k[1] * v + k[2] * theta + k[3] * omega < 0, RIGHT, LEFT)
+
+
+@kept
+def _regulator(problem: CartPole, push: float) -> riccati.Regulator:
+    limits = np.array([problem.x_limit, np.inf, np.radians(problem.theta_limit), np.inf])
+    limits = np.maximum(limits, TINY)
+    system = riccati.linearised(problem, LEFT, RIGHT, len(limits))
+    return riccati.regulator(system, np.diag(1 / limits**2), push)
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """Policies for collaborative predator-prey."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -129,7 +129,8 @@ class ByTheSense(Reactive):
 
     @cached_property
     def _rule(self) -> Reals:
-        return np.asarray(_rules(self.problem)[self.seat])
+        blind = replace(self.problem, sighted=False)  # it goes by what it senses alone
+        return np.asarray(_rules(blind)[self.seat])
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """A direction drawn by the rule; before the first sense it takes it to be nothing."""

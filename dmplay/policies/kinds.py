@@ -26,6 +26,7 @@ class Seated(Policy):
     seat: int
 
     unnamed: ClassVar[str] = ""  # the parameter whose name may be left out
+    package: ClassVar[str] = ""  # of others that it needs, which may take long to load
     whole_game: ClassVar[bool] = False  # whether its bare name means a plan of the game at hand
 
     def __post_init__(self) -> None:

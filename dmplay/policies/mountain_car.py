@@ -42,13 +42,14 @@ class Optimal(Maximising, Reactive):
 
     def values(self, memory: Memory) -> Reals:
         """Q of each action: about as many turns as it takes, negative."""
-        found = _swept(self.problem, GRID)
-        return grid_iteration.action_values(self.problem, GRID, found, memory[0])
+        found = swept(self.problem, GRID)
+        return grid_iteration.action_values(self.problem, GRID, found.values, memory[0])
 
 
 @lru_cache(maxsize=4)
-def _swept(problem: Problem, grid: grid_iteration.Grid) -> Reals:
-    return grid_iteration.optimal(problem, grid).values
+def swept(problem: Problem, grid: grid_iteration.Grid) -> grid_iteration.Swept:
+    """The values of a car at the points of a grid."""
+    return grid_iteration.optimal(problem, grid)
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ import numpy as np
 from dmplay.chance import Array, Reals
 from dmplay.core import Problem
 from dmplay.policies.cart_pole import Regulate
-from dmplay.policies.mountain_car import GRID
+from dmplay.policies.mountain_car import GRID, swept
 from dmplay.problems.cart_pole import CartPole
 from dmplay.problems.simple_regulator import SimpleRegulator
 from dmplay.solutions.solution import Row, Solution, names
@@ -64,7 +64,7 @@ def balance(problem: CartPole) -> Solution:
 
 def drive(problem: Problem) -> Solution:
     """Turns to go by value iteration, and those that its policy takes."""
-    found = grid_iteration.optimal(problem, GRID)
+    found = swept(problem, GRID)
     starts = np.array([[x, 0.0] for x in STARTS])
     q = grid_iteration.action_values(problem, GRID, found.values, starts)
     rows: list[Row] = [

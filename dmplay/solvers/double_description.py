@@ -32,19 +32,15 @@ def cut(cone: Cone, normal: Reals, budget: Budget | None = None) -> Cone:
     gap = cone.rays @ normal
     border = np.abs(gap) <= SLACK
     kept = gap >= -SLACK
-    inside, outside = np.flatnonzero(gap > SLACK), np.flatnonzero(~kept)
+    (inside,), (outside,) = (gap > SLACK).nonzero(), (~kept).nonzero()
     i, j, common = _edges(cone, inside, outside, budget)
     share = (gap[i] / (gap[i] - gap[j]))[:, None]
     crossings = (1.0 - share) * cone.rays[i] + share * cone.rays[j]
-    return Cone(
-        np.vstack([cone.rays[kept], crossings]),
-        np.vstack(
-            [
-                np.column_stack([cone.tight[kept], border[kept]]),
-                np.column_stack([common, np.ones(len(i), bool)]),
-            ]
-        ),
-    )
+    rays = np.concatenate([cone.rays[kept], crossings])
+    tight = np.ones((len(rays), cone.tight.shape[1] + 1), bool)
+    old = len(rays) - len(i)
+    tight[:old, :-1], tight[:old, -1], tight[old:, :-1] = cone.tight[kept], border[kept], common
+    return Cone(rays, tight)
 
 
 def _edges(cone: Cone, inside: Ints, outside: Ints, budget: Budget) -> tuple[Ints, Ints, Bools]:
@@ -56,7 +52,7 @@ def _edges(cone: Cone, inside: Ints, outside: Ints, budget: Budget) -> tuple[Int
     pairs = float(len(inside) * len(outside))
     budget.hold(pairs * (16 + 2 * borders))
     budget.spend(4 * ROUND + pairs * (4 + borders))
-    i, j = np.repeat(inside, len(outside)), np.tile(outside, len(inside))
+    i, j = np.repeat(inside, len(outside)), outside[None].repeat(len(inside), axis=0).ravel()
     common = cone.tight[i] & cone.tight[j]
     enough = common.sum(axis=1) >= cone.rays.shape[1] - 2
     i, j, common = i[enough], j[enough], common[enough]

@@ -62,4 +62,5 @@ def envelope(vectors: Reals, budget: Budget | None = None) -> Envelope:
 def _scaled(cone: Cone) -> Cone:
     """The same cone with beliefs of sum 1."""
     total = cone.rays[:, :-1].sum(axis=1, keepdims=True)
-    return cone._replace(rays=cone.rays / np.where(total > 0, total, 1.0))
+    total[total <= 0] = 1.0
+    return Cone(cone.rays / total, cone.tight)

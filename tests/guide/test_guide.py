@@ -21,7 +21,7 @@ SCREEN = Terminal(True, "", True, False, False)
 PIPE = SCREEN._replace(screen=False)
 LONG = "\n".join(map(str, range(100)))
 every_topic = pytest.mark.parametrize("name", topics())
-SLOW = ("bots", "mcp")  # which start programs, one after another
+SLOW = ("bots", "mcp", "goldens")  # which start programs, one after another
 EVERY = [pytest.param(name, marks=pytest.mark.slow if name in SLOW else ()) for name in topics()]
 
 

@@ -17,7 +17,7 @@ from dmplay.finding import agents, problems
 from dmplay.session import Session
 from tests.support.cases import CASES, every_problem, random_play, small
 from tests.support.quick import quickly
-from tests.support.seats import FOREIGN
+from tests.support.seats import BRIEF, FOREIGN
 
 ABSURD = ("1e400", "-1", "nan", f"1{'0' * 30}", f"1{'0' * 400}", "", "word", "[]", "[1]", "{}")
 KINDS: tuple[object, ...] = (None, "word", [], [[0]], {}, True, float("nan"), 10**400, object())
@@ -77,6 +77,7 @@ def test_a_problem_refuses_another_kind_of_parameter(name: str) -> None:
             ends(partial(constructed, made, {one.name: value}))
 
 
+@pytest.mark.usefixtures("coarse")
 @every_problem
 def test_an_agent_takes_no_parameter_that_it_cannot_play_with(name: str) -> None:
     problem = small(name)
@@ -84,8 +85,10 @@ def test_an_agent_takes_no_parameter_that_it_cannot_play_with(name: str) -> None
         if agent in FOREIGN:
             continue
         for parameter in agents.settings(make):
+            brief = BRIEF.get(agent, "")
+            others = f"{brief.partition(':')[2]}," if brief and parameter not in brief else ""
             for value in ABSURD:
-                ends(partial(seated, problem, 0, f"{agent}:{parameter}={value}"))
+                ends(partial(seated, problem, 0, f"{agent}:{others}{parameter}={value}"))
 
 
 @pytest.mark.usefixtures("coarse")

@@ -8,15 +8,19 @@ from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppres
 from pathlib import Path
 from typing import NamedTuple
 
+from rich.text import Text
+
 from dmplay.cli.errands import understood
 from dmplay.errors import DmplayError
 from dmplay.game import saves
 from dmplay.game.game import Game
 from dmplay.game.table import Table
 from dmplay.painting.painter import Painter
+from dmplay.painting.writing import Place
 from dmplay.prompt import toolbar
 from dmplay.screen.modes import Mode
 from dmplay.screen.screen import Screen
+from dmplay.styles import rows
 from dmplay.terminal import Terminal
 from dmplay.words.commands import Leave
 from dmplay.words.plain import Objects, Reporter, Sentences, by_lines
@@ -35,6 +39,7 @@ class Told(NamedTuple):
     came: str
 
 
+PAINTED: dict[tuple[object, ...], str] = {}  # of whole frames, what a terminal is sent
 Front = Callable[[Game, Sequence[str]], list[Told]]
 Play = Callable[[Side], list[Told]]
 
@@ -60,6 +65,7 @@ def emptied(place: Path) -> None:
 def both(pair: Pair, place: Path, play: Play) -> tuple[list[Told], list[Told]]:
     """What comes of both games, each in the empty folder."""
     heard = []
+    PAINTED.clear()
     for side in pair.sides:
         emptied(place)
         heard.append(play(side))
@@ -158,7 +164,7 @@ def shell(game: Game, lines: Sequence[str]) -> list[Told]:
 
 
 class Canvas(Painter):
-    """A painter on paper."""
+    """A painter of whole screens on paper."""
 
     def __init__(self, size: tuple[int, int]) -> None:
         self.paper = Paper()
@@ -168,6 +174,16 @@ class Canvas(Painter):
     def size(self) -> tuple[int, int]:
         """The paper's."""
         return self._dimensions
+
+    def paint(self, frame: Text, cursor: Place | None = None) -> None:
+        """Paints on an empty screen; what was painted on one before is the same bytes."""
+        told = (self._dimensions, cursor, *rows(frame, "default"))
+        before = self.paper.tell()
+        if told in PAINTED:
+            self.paper.write(PAINTED[told])
+        else:
+            super().paint(frame, cursor)
+            PAINTED[told] = self.paper.getvalue()[before:]
 
 
 class Looked:
@@ -201,8 +217,8 @@ class Looked:
         """Writes down what is shown now."""
         self.canvas.forget()
         self.screen.paint(self.canvas)
-        rows = [self.screen.message, *self.screen.page, self.canvas.paper.taken()]
-        self.heard.append(Told(done, "\n".join(rows)))
+        seen = [self.screen.message, *self.screen.page, self.canvas.paper.taken()]
+        self.heard.append(Told(done, "\n".join(seen)))
 
 
 def on_screen(size: tuple[int, int]) -> Front:

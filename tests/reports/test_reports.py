@@ -1,5 +1,7 @@
 """The table of problems equals table F.1 of the book, but where a decision says otherwise."""
 
+import sys
+
 import pytest
 
 import dmplay
@@ -77,6 +79,11 @@ def test_info_says_source_decisions_parameters_agents_and_keys(name: str) -> Non
         assert word in told
     for one in reports.about(name).parameters.values():
         assert one["meaning"]
+
+
+def test_info_loads_no_package_of_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "axelrod", None)  # who loads it fails
+    assert "axelrod" in reports.about("prisoners-dilemma").players
 
 
 def listed(kind: str, width: int) -> str:

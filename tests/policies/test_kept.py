@@ -1,0 +1,27 @@
+"""What was found for a problem is kept, for all who ask for it again."""
+
+import numpy as np
+
+import dmplay
+from dmplay.budget import watched
+from dmplay.policies._kept import kept
+
+
+def test_what_cannot_be_told_from_others_is_found_anew() -> None:
+    sought: list[object] = []
+
+    @kept
+    def find(problem: object) -> int:
+        sought.append(problem)
+        return len(sought)
+
+    assert [find(one) for one in ([1], [1], (1,), (1,), "a", (1,))] == [1, 2, 3, 3, 4, 3]
+
+
+def test_an_equilibrium_is_sought_once_for_both_seats() -> None:
+    heard: list[float] = []
+    for seat in range(2):
+        agent = dmplay.agent(dmplay.load("rock-paper-scissors"), seat, "nash")
+        with watched(heard.append) if seat else watched(lambda share: None):
+            agent.choose(agent.begin(np.zeros(1, np.int64)), None, np.zeros((1, 1)))
+    assert not heard
