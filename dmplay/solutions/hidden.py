@@ -5,6 +5,7 @@ import numpy as np
 from dmplay import belief
 from dmplay.budget import within
 from dmplay.core import Problem
+from dmplay.describe import counted
 from dmplay.errors import BadParameter, BadPolicy, TooMuch
 from dmplay.finding import agents
 from dmplay.policies.point_based import PointBased, told
@@ -45,7 +46,7 @@ def _vectors(problem: Problem) -> Solution:
         method = "alpha vectors, without end"
     else:
         stage = alpha_vectors.stages(tables, problem.discount, turns or TURNS)[-1]
-        method = f"alpha vectors, {turns or TURNS} turns"
+        method = f"alpha vectors, {counted(turns or TURNS, 'turn')}"
     states = [problem.notation(s) for s in problem.enumerated()]
     rows: list[Row] = [
         {f"at {name}": float(value) for name, value in zip(states, vector, strict=True)}
@@ -54,7 +55,9 @@ def _vectors(problem: Problem) -> Solution:
     ]
     value = float((stage.vectors @ start).max())
     more = f", at most {stage.gap:.1g} more" if stage.gap else ""
-    return Solution(method, f"{len(rows)} vectors; value {value:.6g} at the start{more}", rows)
+    return Solution(
+        method, f"{counted(len(rows), 'vector')}; value {value:.6g} at the start{more}", rows
+    )
 
 
 def first(problem: Problem) -> Solution:
@@ -76,7 +79,7 @@ def first(problem: Problem) -> Solution:
         {"first": problem.action_name(0, a), "value": float(value), "best": "*" if able else ""}
         for a, (value, able) in enumerate(zip(q[0], best(q[0]), strict=True))
     ]
-    ahead = f", {agent.horizon} turns to go" if isinstance(agent, Planner) else ""
+    ahead = f", {counted(agent.horizon, 'turn')} to go" if isinstance(agent, Planner) else ""
     told = f"value {q.max():.6g} at the start{ahead}"
     return Solution(f"the agent {name}", told, rows)
 
@@ -94,5 +97,7 @@ def _bounded(agent: PointBased) -> Solution:
         }
         for a, (low, high) in enumerate(zip(found.lower, found.upper, strict=True))
     ]
-    span = f"{agent.turns} turns" if agent.turns else "without end"
-    return Solution(f"point-based, {span}", f"{told(found)}; {found.beliefs} beliefs", rows)
+    span = counted(agent.turns, "turn") if agent.turns else "without end"
+    return Solution(
+        f"point-based, {span}", f"{told(found)}; {counted(found.beliefs, 'belief')}", rows
+    )
