@@ -25,7 +25,7 @@ from dmplay.terminal import Terminal
 from dmplay.words.commands import Leave
 from dmplay.words.plain import Objects, Reporter, Sentences, by_lines
 from dmplay.words.shell import Shell
-from tests.privacy.pairs import Pair, Side
+from tests.privacy.pairs import BEGUN, Pair, Side
 
 FILE = Path("game.dmt")
 DRAWN = Terminal(screen=True, why="", typed=True, color=True, ascii=False, width=80)
@@ -69,6 +69,9 @@ def both(pair: Pair, place: Path, play: Play) -> tuple[list[Told], list[Told]]:
     for side in pair.sides:
         emptied(place)
         heard.append(play(side))
+    while BEGUN:  # nobody goes on with any of them
+        if recorder := BEGUN.pop().recorder:
+            recorder.close()
     return heard[0], heard[1]
 
 

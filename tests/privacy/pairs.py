@@ -34,6 +34,7 @@ SEEDS = (150, 600, 2500)  # how many: few at first
 SHIFTS = 3  # of what the seat does
 LOOKED_AT = 2  # turns after which both games still look the same
 TURNS = LOOKED_AT + 1  # and the last, which brings out what was hidden
+BEGUN: list[Game] = []  # games whose transcripts are open
 
 
 class Side(NamedTuple):
@@ -67,7 +68,7 @@ class Pair(NamedTuple):
         agents = self.problem.agents
         others = "random" if alone else "human"
         who = {agent: others for agent in agents} | {agents[self.seat]: "human"}
-        return new(
+        game = new(
             Request(
                 self.name,
                 parameters=parameters(self.name),
@@ -80,6 +81,8 @@ class Pair(NamedTuple):
                 ghost=ghost,
             )
         )
+        BEGUN.append(game)
+        return game
 
 
 def parameters(name: str) -> dict[str, object]:
