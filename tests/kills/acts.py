@@ -201,7 +201,7 @@ class Replace(Act):
             yield "unequal: neither the old file nor the new one"
         done = self.again(game, folder)
         if done.returncode:
-            yield f"lost: cannot be done again: {done.stderr.strip()}"
+            yield f"lost: cannot be done again, {done.returncode}: {done.stderr.strip()}"
         if _content(path) != whole:
             yield "unequal: what was done again"
 

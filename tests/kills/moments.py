@@ -4,7 +4,6 @@ import io
 import os
 import signal
 import sys
-import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -12,7 +11,7 @@ from pathlib import Path
 from random import Random
 from types import BuiltinMethodType, FrameType, ModuleType
 
-from tests.support.programs import PATIENCE, Program
+from tests.support.programs import PATIENCE, Program, over
 
 REACHING = {
     "open", "write", "ftruncate", "lseek", "link", "replace", "unlink", "close", "chmod", "mkdir",
@@ -49,12 +48,12 @@ class Moment:
     def wait(self, program: Program, file: Callable[[], Path], scale: Scale) -> None:
         """Waits until it has come, or the program has ended."""
         if self.kind == "share":
-            program.join(self.value * scale.seconds)
+            over(program, self.value * scale.seconds)
         elif self.kind == "size":
-            while program.is_alive() and _size(file()) < self.value:
-                time.sleep(PAUSE)
+            while not over(program, PAUSE) and _size(file()) < self.value:
+                pass
         else:
-            program.join(PATIENCE)
+            over(program, PATIENCE)
 
 
 def read(name: str) -> Moment:

@@ -12,8 +12,10 @@ import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from multiprocessing.connection import wait
 from pathlib import Path
 from subprocess import CompletedProcess
+from threading import Lock
 
 from dmplay.__main__ import main
 from dmplay.cli.app import root
@@ -29,6 +31,7 @@ LOADED = (
 root()  # is made before there are copies
 COPIES = multiprocessing.get_context("forkserver")
 COPIES.set_forkserver_preload(["__main__", __name__, *LOADED])
+ALONE = Lock()  # whoever starts a program asks how all have ended, which one may ask at a time
 Around = Callable[[Callable[[], None]], None]
 Program = multiprocessing.context.ForkServerProcess
 
@@ -115,17 +118,25 @@ def started(
 
 def _started(*what: object) -> Program:
     program = COPIES.Process(target=_play, args=what)
-    program.start()
+    with ALONE:
+        program.start()
     return program
+
+
+def over(program: Program, seconds: float) -> bool:
+    """Whether a program ends within so many seconds; nobody learns how, as others may ask too."""
+    return bool(wait([program.sentinel], seconds))
 
 
 def ended(program: Program) -> int:
     """Waits for the end: the exit code, or a signal as a negative number."""
-    program.join(PATIENCE)
-    program.kill()
-    program.join()
-    assert program.exitcode is not None
-    return program.exitcode
+    over(program, PATIENCE)
+    with ALONE:
+        program.join(0)
+        program.kill()
+        program.join()
+        assert program.exitcode is not None
+        return program.exitcode
 
 
 def fresh(
