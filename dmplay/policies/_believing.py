@@ -122,3 +122,16 @@ def _flow(parts: list[tuple[Ints, Reals]], size: int) -> _Flow:
     cells, weights = zip(*parts, strict=True)
     cell, weight = _summed(np.concatenate(cells), np.concatenate(weights))
     return _Flow(cell // size, cell % size, weight)
+
+
+@dataclass(frozen=True)
+class Counting(Believing, ABC):
+    """Counts the turns that are done, beside its belief."""
+
+    def begin(self, observation: Array) -> Memory:
+        """No turn is done."""
+        return (*super().begin(observation), np.zeros(len(observation), np.int64))
+
+    def update(self, memory: Memory, percept: Percept) -> Memory:
+        """One more turn is done."""
+        return (*super().update(memory[:1], percept), memory[1] + 1)

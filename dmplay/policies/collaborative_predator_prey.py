@@ -122,10 +122,7 @@ class ByTheSense(Reactive):
     def __post_init__(self) -> None:
         """Refuses teams for which it has no rules."""
         super().__post_init__()
-        try:
-            reactive_team.check(self.problem)
-        except BadParameter as error:
-            raise BadPolicy(f"reactive: {error}") from None
+        _check(self.problem, "reactive")
 
     @cached_property
     def _rule(self) -> Reals:
@@ -154,10 +151,7 @@ class HuntPlan(JointPlan):
     def __post_init__(self) -> None:
         """Refuses teams for which it has no plan."""
         super().__post_init__()
-        try:
-            reactive_team.check(self.problem)
-        except BadParameter as error:
-            raise BadPolicy(f"joint-plan: {error}") from None
+        _check(self.problem, "joint-plan")
         if self.problem.sighted:
             raise BadPolicy("joint-plan: a predator that sees its hex does better with qmdp")
 
@@ -169,6 +163,14 @@ class HuntPlan(JointPlan):
     def plans(self) -> tuple[Plan, ...]:
         """Those of both, the same for each."""
         return _mended(self.problem, self.turns, self.nodes)
+
+
+def _check(problem: CollaborativePredatorPrey, agent: str) -> None:
+    """Refuses teams for which nothing is found; raises BadPolicy."""
+    try:
+        reactive_team.check(problem)
+    except BadParameter as error:
+        raise BadPolicy(f"{agent}: {error}") from None
 
 
 @lru_cache(maxsize=KEPT)

@@ -10,9 +10,9 @@ import numpy as np
 
 from dmplay.budget import limited, within
 from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Memory, Percept, Problem, parameter
+from dmplay.core import Memory, Problem, parameter
 from dmplay.errors import BadParameter, BadPolicy, TooMuch
-from dmplay.policies._believing import Believing
+from dmplay.policies._believing import Counting
 from dmplay.policies.valued import LONGEST
 from dmplay.solvers import alpha_vectors, hidden_rows, point_based
 from dmplay.solvers.point_based import Bounds, Plans
@@ -36,7 +36,7 @@ class Asked(NamedTuple):
 
 
 @dataclass(frozen=True)
-class PointBased(Believing):
+class PointBased(Counting):
     """Earns the lower of two bounds of what its belief is worth, found at the beliefs that matter.
 
     They are `gap` apart, as a share of the value, or as close as the work allows.
@@ -64,14 +64,6 @@ class PointBased(Believing):
         """The bounds of the value at the start, where they are not close."""
         found = self.bounds
         return "" if found.close else f"point-based, {told(found)}"
-
-    def begin(self, observation: Array) -> Memory:
-        """No turn is done."""
-        return (*super().begin(observation), np.zeros(len(observation), np.int64))
-
-    def update(self, memory: Memory, percept: Percept) -> Memory:
-        """One more turn is done."""
-        return (*super().update(memory[:1], percept), memory[1] + 1)
 
     def values(self, memory: Memory) -> Reals:
         """Q of each action, from below, with the turns that are left; then it starts again."""

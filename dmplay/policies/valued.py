@@ -7,9 +7,9 @@ from typing import Self
 
 import numpy as np
 
-from dmplay.chance import Array, Reals
-from dmplay.core import Memory, Percept, parameter
-from dmplay.policies._believing import Believing
+from dmplay.chance import Reals
+from dmplay.core import Memory, parameter
+from dmplay.policies._believing import Believing, Counting
 from dmplay.policies.kinds import Maximising
 
 LONGEST = 1000  # turns that are planned
@@ -32,7 +32,7 @@ class Planner(Valued):
 
 
 @dataclass(frozen=True)
-class Countdown(Planner):
+class Countdown(Counting, Planner):
     """Plans the turns that are left of `horizon`; when they are over it starts again.
 
     The memory is the belief and the number of turns done.
@@ -44,14 +44,6 @@ class Countdown(Planner):
     @abstractmethod
     def ahead(self, b: Reals, left: int) -> Reals:
         """Q `[B, A]` of beliefs `[B, S]` with so many rewards to come."""
-
-    def begin(self, observation: Array) -> Memory:
-        """No turn is done."""
-        return (*super().begin(observation), np.zeros(len(observation), np.int64))
-
-    def update(self, memory: Memory, percept: Percept) -> Memory:
-        """One more turn is done."""
-        return (*super().update(memory[:1], percept), memory[1] + 1)
 
     def values(self, memory: Memory) -> Reals:
         """Q of each action with the turns that are left."""
