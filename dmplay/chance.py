@@ -1,6 +1,8 @@
 """What nature draws: distributions that turn recorded uniforms into events, a batch at a time."""
 
+from bisect import bisect_right
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -23,6 +25,15 @@ class Categorical:
     def of(cls, probabilities: Reals) -> "Categorical":
         """The distribution with these probabilities, `[B or 1, K]`, rows of sum 1."""
         return cls(np.cumsum(probabilities, axis=1)[:, :-1])
+
+    @cached_property
+    def _edges(self) -> list[float]:
+        edges: list[float] = self.cumulative[0].tolist()
+        return edges
+
+    def event(self, u: float) -> int:
+        """The event of one row."""
+        return bisect_right(self._edges, u)
 
     def sample(self, u: Reals) -> Ints:
         """Events `[B]` from uniforms `[B, 1]`."""
@@ -47,6 +58,15 @@ class Pick:
     most: int
     draws: ClassVar[int] = 1
 
+    @classmethod
+    def of(cls, n: Array | float, most: int) -> "Pick":
+        """One of so many in each row, or in one."""
+        return cls(n, most) if isinstance(n, np.ndarray) else _pick(int(n), most)
+
+    def event(self, u: float) -> int:
+        """The event of one row."""
+        return int(u * self.n.item())
+
     def sample(self, u: Reals) -> Ints:
         """Events `[B]` from uniforms `[B, 1]`."""
         return (u[:, 0] * self.n).astype(np.int64)
@@ -55,6 +75,11 @@ class Pick:
         """`[B, most]`."""
         possible = np.arange(self.most) < self.n[:, None]
         return np.asarray(possible / self.n[:, None])
+
+
+@lru_cache
+def _pick(n: int, most: int) -> Pick:
+    return Pick(np.array([n]), most)
 
 
 @dataclass(frozen=True)
@@ -85,17 +110,26 @@ class Normal:
 
 
 Finite = Categorical | Pick
+COUNTED = (Categorical, Pick)
 Chance = Categorical | Pick | Span | Normal
 
 
 def sample(chances: tuple[Chance, ...], u: Reals) -> tuple[Array, ...]:
     """One event of each chance, from uniforms `[B, draws]` consumed left to right."""
-    events = []
-    at = 0
+    return tuple([np.array([e]) if isinstance(e, int) else e for e in drawn(chances, u)])
+
+
+def drawn(chances: tuple[Chance, ...], u: Reals) -> list[Array | int]:
+    """As `sample`, but what one row alone picks is a plain number, which is quicker."""
+    events: list[Array | int] = []
+    at, alone = 0, len(u) == 1
     for chance in chances:
-        events.append(chance.sample(u[:, at : at + chance.draws]))
+        if alone and isinstance(chance, COUNTED):
+            events.append(chance.event(u.item(at)))
+        else:
+            events.append(chance.sample(u[:, at : at + chance.draws]))
         at += chance.draws
-    return tuple(events)
+    return events
 
 
 def among(able: Bools, u: Reals) -> Ints:

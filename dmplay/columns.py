@@ -24,9 +24,9 @@ def columns(rows: Array) -> Sequence[Column]:
     return tuple(np.ascontiguousarray(rows.T))
 
 
-def column(each: Array) -> Column:
-    """An array `[B]` as a column."""
-    return each.item() if len(each) == 1 else each
+def column(each: Column) -> Column:
+    """An array `[B]`, or the number of one row, as a column."""
+    return each.item() if isinstance(each, np.ndarray) and len(each) == 1 else each
 
 
 def batch(found: Column) -> Array:
@@ -59,7 +59,7 @@ def listed(table: Array, places: Column) -> Column:
 def lines(table: Array, places: Column) -> Array:
     """The rows of a table in these places, copied."""
     if isinstance(places, np.ndarray):
-        return table[places]
+        return table.take(places, axis=0)
     return table[None, places].copy()  # type: ignore[index]
 
 

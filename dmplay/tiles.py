@@ -2,10 +2,11 @@
 
 A cell holds an exponent, 0 where it is empty; LARGEST stands for all above it too. What a slide
 does to a row is found in tables of all lines; columns are the rows of the board transposed. A batch
-of one board is a plain number: the arithmetic is that of an array of many, and quicker.
+of one board is a plain number: the arithmetic is that of an array of many, and quicker; what its
+latest slide comes to is kept, as a turn asks for it twice.
 """
 
-from functools import cache
+from functools import cache, lru_cache
 from struct import Struct
 from typing import NamedTuple
 
@@ -18,9 +19,10 @@ Cells = NDArray[np.uint8]  # [B, 4, 4] or [N, 4] exponents of any size
 Words = Array  # [B] of 64 bits
 Boards = Words | int  # [B], or one
 Numbers = Array | int  # [B], or one
-Rows = Array | list[int]  # [4, B], or of one
+Rows = Array | tuple[int, ...]  # [4, B], or of one
 
 LEFT, DOWN, RIGHT, UP = range(4)
+SLID, EMPTY, WAYS = range(3)  # the tables of all lines
 LARGEST = 15
 ONES = 0x1111_1111_1111_1111  # the lowest bit of each cell
 ALL = 0xFFFF_FFFF_FFFF_FFFF
@@ -45,7 +47,7 @@ class Slid(NamedTuple):
 
     before: Boards
     after: Boards
-    pay: Reals  # [B]
+    pay: Numbers  # [B]
     large: Ints = NONE  # the boards that hold tiles of LARGEST or more,
     whole: Cells = NO_CELLS  # and their cells after the slides
 
@@ -57,8 +59,10 @@ class Slid(NamedTuple):
         return found
 
 
-def numbers(each: Ints) -> Boards:
-    """Actions or events `[B]` as they meet boards."""
+def numbers(each: Numbers) -> Boards:
+    """Actions or events `[B]`, or one, as they meet boards."""
+    if isinstance(each, int):
+        return each
     return int(each.item()) if len(each) == 1 else each.astype(np.uint64)
 
 
@@ -68,11 +72,16 @@ def packed(cells: Cells) -> tuple[Boards, Ints]:
     What becomes of these is not in the tables.
     """
     if len(cells) == 1:
-        digits = cells.tobytes()[::-1].translate(DIGITS)
-        return int(digits, 16), np.zeros(1, np.int64) if b"f" in digits else NONE
+        return _number(cells.tobytes())
     large = cells.max(initial=0) >= LARGEST
     rows = np.flatnonzero((cells >= LARGEST).any(axis=(1, 2))) if large else NONE
     return words(cells), rows
+
+
+def _number(cells: bytes) -> tuple[int, Ints]:
+    """As `packed`, of one board."""
+    digits = cells[::-1].translate(DIGITS)
+    return int(digits, 16), np.zeros(1, np.int64) if b"f" in digits else NONE
 
 
 def words(cells: Cells) -> Words:
@@ -86,7 +95,7 @@ def words(cells: Cells) -> Words:
 def unpacked(boards: Boards) -> Cells:
     """The cells `[B, 4, 4]` of boards."""
     if isinstance(boards, int):
-        exponents = f"{boards:016x}"[::-1].encode().translate(EXPONENTS)
+        exponents = (b"%016x" % boards)[::-1].translate(EXPONENTS)
         return np.ndarray((1, 4, 4), np.uint8, bytearray(exponents))
     pairs = boards.view(np.uint8).astype(np.uint16)
     return ((pairs | pairs << 4) & 0x0F0F).view(np.uint8).reshape(-1, 4, 4)
@@ -94,10 +103,10 @@ def unpacked(boards: Boards) -> Cells:
 
 def transposed(boards: Boards) -> Boards:
     """Rows for columns: first within each block of 2x2 cells, then the blocks."""
-    for shift, upper in ((12, 0x0000_F0F0_0000_F0F0), (24, 0x0000_0000_FF00_FF00)):
-        differ = (boards ^ boards >> shift) & upper
-        boards = boards ^ differ ^ differ << shift
-    return boards
+    differ = (boards ^ boards >> 12) & 0x0000_F0F0_0000_F0F0
+    boards = boards ^ differ ^ differ << 12
+    differ = (boards ^ boards >> 24) & 0x0000_0000_FF00_FF00
+    return boards ^ differ ^ differ << 24
 
 
 def empty(boards: Boards) -> Boards:
@@ -112,12 +121,13 @@ def nth(ones: Boards, n: Numbers) -> Boards:
     return empty(counts ^ (n + 1) * ONES) & ones
 
 
-def room(cells: Cells, a: Ints) -> Ints:
-    """How many cells are empty `[B]` after slides in directions `a`; 1 also where none is."""
+def room(cells: Cells, a: Ints) -> Numbers:
+    """How many cells are empty after slides in directions `a`; 1 also where none is."""
+    if len(cells) == 1:
+        return int(empty(_one_slid(cells.tobytes(), a.item()).after)).bit_count() or 1
     boards, large = packed(cells)
-    first, second, third, fourth = _rows(lines().empty, _facing(boards, numbers(a)))
-    empty = first + second + third + fourth
-    found = _column(empty + (empty == 0), np.int64)
+    first, second, third, fourth = _rows(EMPTY, _facing(boards, numbers(a)))
+    found: Ints = np.maximum(first + second + third + fourth, 1).astype(np.int64)
     if len(large):
         some, _ = slid_cells(cells[large], a[large])
         found[large] = np.maximum((some == 0).sum(axis=(1, 2)), 1)
@@ -126,34 +136,52 @@ def room(cells: Cells, a: Ints) -> Ints:
 
 def slid(cells: Cells, a: Ints) -> Slid:
     """What comes of slides in directions `a`."""
+    if len(cells) == 1:
+        return _one_slid(cells.tobytes(), a.item())
     boards, large = packed(cells)
-    ways = numbers(a)
-    last = (ways + 1 >> 1 & 1) * LINES  # where the table begins that slides to the last cell
-    first, second, third, fourth = rows = _rows(lines().slid, _facing(boards, ways), last)
-    pay = _column(first + second + third + fourth >> PAY, np.float64)
-    after = _facing(_joined(rows), ways)
+    after, pay = map(np.asarray, _slid_boards(boards, numbers(a)))
     if not len(large):
         return Slid(boards, after, pay)
     whole, pay[large] = slid_cells(cells[large], a[large])
-    some, _ = packed(whole)
-    if isinstance(after, int):
-        return Slid(boards, some, pay, large, whole)
-    after[large] = some
+    after[large] = words(whole)
     return Slid(boards, after, pay, large, whole)
 
 
-def ways(cells: Cells) -> Ints:
-    """The slides that move anything `[B]`, a bit each."""
+@lru_cache(maxsize=1)
+def _one_slid(cells: bytes, a: int) -> Slid:
+    """What comes of sliding one board."""
+    board, large = _number(cells)
+    if not len(large):
+        return Slid(board, *_slid_boards(board, a))
+    whole, pay = slid_cells(np.frombuffer(cells, np.uint8).reshape(1, 4, 4), np.array([a]))
+    after, _ = packed(whole)
+    return Slid(board, after, int(pay.item()), large, whole)
+
+
+def _slid_boards(boards: Boards, ways: Boards) -> tuple[Boards, Numbers]:
+    """Boards after slides, as far as the tables go, and what these pay."""
+    last = (ways + 1 >> 1 & 1) * LINES  # where the table begins that slides to the last cell
+    first, second, third, fourth = rows = _rows(SLID, _facing(boards, ways), last)
+    return _facing(_joined(rows), ways), first + second + third + fourth >> PAY
+
+
+def ways(cells: Cells) -> Numbers:
+    """The slides that move anything, a bit each."""
     boards, large = packed(cells)
-    first, second, third, fourth = _rows(lines().ways, boards)
+    first, second, third, fourth = _rows(WAYS, boards)
     across = first | second | third | fourth
-    first, second, third, fourth = _rows(lines().ways, transposed(boards))
+    first, second, third, fourth = _rows(WAYS, transposed(boards))
     along = first | second | third | fourth
-    found = _column(across | (along & 1) << UP | along >> 2 << DOWN, np.int64)
+    found = across | (along & 1) << UP | along >> 2 << DOWN
+    if not isinstance(found, int):
+        found = found.astype(np.int64)
     if len(large):
         some = cells[large]
         after = np.stack([slid_cells(some, np.full(len(large), a))[0] for a in range(4)])
-        found[large] = (1 << np.arange(4)) @ (after != some).any(axis=(2, 3))
+        able = (1 << np.arange(4)) @ (after != some).any(axis=(2, 3))
+        if isinstance(found, int):
+            return int(able.item())
+        found[large] = able
     return found
 
 
@@ -175,26 +203,28 @@ def _facing(boards: Boards, a: Boards) -> Boards:
     return boards ^ (boards ^ transposed(boards)) & -(a & 1)
 
 
-def _rows(table: Array, boards: Boards, begins: Boards = 0) -> Rows:
-    """What a table has, from some place on, of each of the four rows of the boards."""
+def _rows(table: int, boards: Boards, begins: Boards = 0) -> Rows:
+    """What a table of `lines` has, from some place on, of each of the four rows of the boards."""
     if isinstance(boards, int):
-        return [table.item(row + begins) for row in ROWS(boards.to_bytes(8, "little"))]
+        found = _views()[table]
+        first, second, third, fourth = ROWS(boards.to_bytes(8, "little"))
+        if begins:
+            first, second, third, fourth = (
+                first + begins, second + begins, third + begins, fourth + begins
+            )  # fmt: skip
+        return found[first], found[second], found[third], found[fourth]
     rows: Array = boards.view(np.uint16).reshape(-1, 4)
     if not isinstance(begins, int):
         rows = rows + begins.astype(np.intp)[:, None]
-    return table.take(rows).T
+    return lines()[table].take(rows).T
 
 
 def _joined(rows: Rows) -> Boards:
     """The boards of four rows, whatever stands above the bits of a row."""
-    if isinstance(rows, list):
+    if isinstance(rows, tuple):
         first, second, third, fourth = rows
         return first & ROW | (second & ROW) << 16 | (third & ROW) << 32 | (fourth & ROW) << 48
     return rows.T.astype(np.uint16).view(np.uint64)[:, 0]
-
-
-def _column(found: Numbers, kind: type) -> Array:
-    return np.array([found], kind) if isinstance(found, int) else found.astype(kind)
 
 
 @cache
@@ -218,6 +248,12 @@ def lines() -> Lines:
         (first == 0).sum(axis=1).astype(np.uint8),
         (moves[0] | moves[1]).astype(np.uint8),
     )
+
+
+@cache
+def _views() -> tuple[memoryview, ...]:
+    """The tables of all lines as one line is looked up quickest."""
+    return tuple(table.data for table in lines())
 
 
 def _slid(cells: Cells) -> tuple[Cells, NDArray[np.int32]]:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.chance import Array, Chance, Pick
+from dmplay.chance import Array, Categorical, Chance, Pick, drawn, sample
 from dmplay.core import (
     GRID,
     WAIT,
@@ -150,6 +150,22 @@ def test_a_uniform_draws_a_number_of_the_interval_to_nine_decimals() -> None:
 
 def test_the_nearest_action_to_a_number_lies_within_the_bounds() -> None:
     assert SPAN.nearest(np.array([-3.0, 0.1234567891, 3.0])).tolist() == [-1, 0.123456789, 1]
+
+
+def test_a_row_alone_draws_what_it_draws_beside_others() -> None:
+    u = np.array([[0.0, 0.299999999, 0.3], [0.3, 0.7, 0.999999999], [0.7, 0.3, 0.5]])
+    edges = np.array([[0.3, 0.7], [0.3, 0.3], [0.5, 1.0]])
+    many = np.array([3, 1, 7])
+    beside = sample((Categorical(edges[:1]), Categorical(edges), Pick.of(many, 7)), u)
+    assert [event.tolist() for event in beside] == [[0, 1, 2], [0, 2, 0], [0, 0, 3]]
+    for row in range(3):
+        one = slice(row, row + 1)
+        chances = (Categorical(edges[:1]), Categorical(edges[one]), Pick.of(int(many[row]), 7))
+        alone = sample(chances, u[one])
+        assert [(e.tolist(), e.dtype) for e in alone] == [
+            (e[one].tolist(), e.dtype) for e in beside
+        ]
+        assert drawn(chances, u[one]) == [int(event[row]) for event in beside]
 
 
 def test_what_can_happen_is_what_is_listed_with_a_chance() -> None:

@@ -7,9 +7,9 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay.chance import Array, Categorical, Chance, Ints, Pick
+from dmplay.chance import Array, Categorical, Chance, Ints, Pick, Reals, drawn
 from dmplay.columns import Column, listed
-from dmplay.core import Labels, Problem, listing, parameter
+from dmplay.core import Labels, Outcome, Problem, listing, parameter
 from dmplay.errors import BadParameter
 from dmplay.hexes import (
     ALIASES,
@@ -91,6 +91,14 @@ class Hunt(Problem):
     def place(self, rows: int, events: tuple[Array, ...]) -> Array:
         """The hexes drawn."""
         return np.stack(events, axis=1)
+
+    @abstractmethod
+    def move(self, s: Array, a: Array, events: Sequence[Array | int]) -> Outcome:
+        """Where everyone walks."""
+
+    def step(self, s: Array, a: Array, u: Reals) -> Outcome:
+        """One turn, as it is derived: of one row by plain numbers."""
+        return self.move(s, a, drawn(self.chance(s, a), u))
 
     def enumerated(self) -> Array:
         """Every state, the first walker slowest."""

@@ -11,17 +11,20 @@ a predator does not see where it stands, but in `sighted` (dmplay's own) it does
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import repeat
 
 import numpy as np
 
 from dmplay.chance import Array, Bools, Chance, Ints, Pick, Reals
-from dmplay.columns import Column, Whole, batch, chosen, column, columns, joined, least, listed
+from dmplay.columns import Column, Whole, chosen, column, columns, joined, listed
 from dmplay.core import Labels, Outcome, parameter
 from dmplay.hexes import arrivals, notation_of
-from dmplay.problems._hunt import CIRCLE, TRIANGLE, Hunt, numbered, sharing
+from dmplay.problems._hunt import CIRCLE, TRIANGLE, Hunt, numbered
 
 CAPTURED, MOVED = 10.0, -1.0
 SENSES = Labels(("prey", "nothing"))
+AT_LARGE = 64  # the bit above those of the directions: no predator is on the hex of the prey
+ALL = 127  # these bits
 STAYS = 6  # where no direction is free
 
 
@@ -61,10 +64,16 @@ class CollaborativePredatorPrey(Hunt):
 
     @cached_property
     def _open(self) -> Ints:
-        """The directions `[H]` in which the map goes on from a hex, a bit each."""
+        """What a predator on another hex leaves open to the prey on a hex `[H, H]`, flat.
+
+        A bit for each direction in which the map goes on, and one unless both hexes are the same.
+        """
         around = self._around.reshape(-1, 7)
         goes_on = around[:, :6] != around[:, 6:]
-        return np.asarray((goes_on << np.arange(6)).sum(axis=1))
+        ways = (goes_on << np.arange(6)).sum(axis=1)
+        toward = self._toward.reshape(-1, len(self.hexes))
+        alone = AT_LARGE * ~np.eye(len(self.hexes), dtype=bool)
+        return np.asarray(ways[:, None] & ~toward | alone).reshape(-1)
 
     @cached_property
     def _toward(self) -> Ints:
@@ -85,46 +94,54 @@ class CollaborativePredatorPrey(Hunt):
             return np.asarray(far, np.int64).reshape(-1)
         return np.asarray(far * len(self.hexes) + np.arange(len(self.hexes))[:, None]).reshape(-1)
 
+    @cached_property
+    def _slips(self) -> tuple[Chance, ...]:
+        """The slip of each predator."""
+        return (self.slips,) * self.predators
+
     def captured(self, s: Array) -> Bools:
         """Whether any predator is on the prey's hex `[B]`."""
-        return np.asarray(self._feeding(tuple(s.T)))
-
-    def _feeding(self, hexes: Sequence[Column]) -> Column:
-        """Whether any predator is on the prey's hex."""
-        return sharing(hexes, self.predators, range(self.predators)) > 0
+        return np.asarray(self._free(tuple(s.T)) < AT_LARGE)
 
     def _free(self, hexes: Sequence[Column]) -> Whole:
-        """The directions in which a neighbour of the prey's hex is free, a bit each."""
+        """The directions open to the prey, and AT_LARGE unless it is caught, a bit each."""
         *predators, prey = hexes
-        free = listed(self._open, prey)
+        free: Whole = ALL
+        begins = prey * len(self.hexes)
         for hex_ in predators:
-            free = free & ~listed(self._toward, prey * len(self.hexes) + hex_)
+            free = free & listed(self._open, begins + hex_)
         return free
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         """The slip of each predator; which of the hexes open to it the prey takes."""
-        hexes = columns(s)
-        ways = listed(_COUNT, self._free(hexes))
-        many = chosen(self._feeding(hexes), len(self.hexes), ways + (ways == 0))
-        prey = Pick(batch(many), max(len(self.hexes), 6))
-        return (*(self.slips,) * self.predators, prey)
+        free = self._free(columns(s))
+        many = chosen(free < AT_LARGE, len(self.hexes), listed(_COUNT, free))
+        return (*self._slips, Pick.of(many, max(len(self.hexes), 6)))
 
-    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+    def move(self, s: Array, a: Array, events: Sequence[Array | int]) -> Outcome:
         """Predators move as in hex world unless they feed, then all look around."""
         *predators, prey = hexes = columns(s)
         *slips, event = map(column, events)
-        caught = self._feeding(hexes)
-        each = zip(predators, columns(a), slips, strict=True)
-        moved = [chosen(hex_ == prey, prey, self.walk(hex_, *way)) for hex_, *way in each]
-        way = listed(_KTH, self._free(hexes) * 6 + least(chosen(caught, 0, event), 5))
+        free = self._free(hexes)
+        caught = free < AT_LARGE
+        moved = [*map(self._hunted, repeat(prey), predators, columns(a), slips)]
+        way = listed(_KTH, free * 6 + chosen(caught, 0, event))
         moved.append(chosen(caught, event, listed(self._around, prey * 7 + way)))
         pay = chosen(caught, CAPTURED, MOVED)
         after = joined(moved, np.int64)
-        return Outcome(after, joined([pay] * self.predators), self.observe(after))
+        return Outcome(after, joined([pay] * self.predators), self._senses(moved))
+
+    def _hunted(self, prey: Column, hex_: Column, direction: Column, slip: Column) -> Column:
+        """Where a predator ends: as in hex world unless it feeds."""
+        return chosen(hex_ == prey, prey, self.walk(hex_, direction, slip))
 
     def observe(self, s: Array) -> Ints:
         """What each predator `[B, n]` observes in these states."""
-        *predators, prey = columns(s)
+        return self._senses(columns(s))
+
+    def _senses(self, hexes: Sequence[Column]) -> Ints:
+        """As `observe`."""
+        *predators, prey = hexes
         seen = [listed(self._sensed, hex_ * len(self.hexes) + prey) for hex_ in predators]
         return joined(seen, np.int64)
 
@@ -206,11 +223,11 @@ def _walked(joint: Reals, walks: Sequence[Reals]) -> Reals:
 
 
 def _directions() -> tuple[Ints, Ints]:
-    """How many directions a mask of six bits holds `[64]`; the k-th of them, `[64, 6]`, flat."""
-    count, kth = np.zeros(64, np.int64), np.full((64, 6), STAYS)
-    for mask in range(64):
+    """How many directions some bits are `[128]`, 1 for none, and the k-th `[128, 6]`, flat."""
+    count, kth = np.ones(ALL + 1, np.int64), np.full((ALL + 1, 6), STAYS)
+    for mask in range(ALL + 1):
         held = [direction for direction in range(6) if mask >> direction & 1]
-        count[mask] = len(held)
+        count[mask] = max(len(held), 1)
         kth[mask, : len(held)] = held
     return count, kth.reshape(-1)
 

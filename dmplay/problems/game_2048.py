@@ -7,13 +7,15 @@ pays; a slide that moves nothing is no action: it spawns nothing and pays nothin
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from dmplay import tiles
-from dmplay.chance import Array, Bools, Categorical, Chance, Ints, Pick, Reals
+from dmplay.chance import Array, Bools, Categorical, Chance, Ints, Pick, Reals, drawn
+from dmplay.columns import batch, joined, lines
 from dmplay.core import Labels, Outcome, Problem, parameter
 from dmplay.tiles import Cells
 
@@ -24,7 +26,7 @@ ABLE = np.array([[[slides >> a & 1 for a in range(4)]] for slides in range(16)],
 def slide(board: Cells, a: Ints) -> tuple[Cells, Reals]:
     """The boards after sliding in directions `a` `[B]`, before the new tile, and the pay `[B]`."""
     slid = tiles.slid(board, a)
-    return slid.cells(slid.after & 0), slid.pay
+    return slid.cells(slid.after & 0), batch(slid.pay).astype(float)
 
 
 @dataclass(frozen=True)
@@ -56,23 +58,27 @@ class Game2048(Problem):
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         """Which of the cells left empty gets the new tile, and which tile."""
-        return Pick(tiles.room(s, a[:, 0]), 16), self._tile
+        return Pick.of(tiles.room(s, a[:, 0]), 16), self._tile
 
-    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+    def move(self, s: Array, a: Array, events: Sequence[Array | int]) -> Outcome:
         """Slides, and puts the new tile down if anything moved."""
         slid = tiles.slid(s, a[:, 0])
         cell, tile = tiles.numbers(events[0]), tiles.numbers(events[1])
         new = tiles.nth(tiles.empty(slid.after), cell) * (tile + 1) * (slid.after != slid.before)
         moved = slid.cells(new)
-        return Outcome(moved, slid.pay[:, None], moved)
+        return Outcome(moved, joined([slid.pay]), moved)
+
+    def step(self, s: Array, a: Array, u: Reals) -> Outcome:
+        """One turn, as it is derived: of one row by plain numbers."""
+        return self.move(s, a, drawn(self.chance(s, a), u))
 
     def legal(self, s: Array) -> Bools:
         """The slides that move something."""
-        return ABLE.take(tiles.ways(s), axis=0)
+        return lines(ABLE, tiles.ways(s))
 
     def terminal(self, s: Array) -> Bools:
         """No slide moves anything."""
-        return np.asarray(tiles.ways(s) == 0)
+        return batch(tiles.ways(s) == 0)
 
     def notation(self, s: Array) -> str:
         """The rows from the top, tile values, `.` for an empty cell: `2 4 . ./. . . ./...`."""

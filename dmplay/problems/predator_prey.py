@@ -7,13 +7,14 @@ or not. One against one on the standard map starts as in figure F.16, anything e
 `circle` is the ring of six hexes, `triangle` that of three.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from dmplay.chance import Array, Categorical, Chance, Reals
-from dmplay.columns import chosen, column, columns, joined, least, lines
+from dmplay.columns import Column, chosen, column, columns, joined, least
 from dmplay.core import Outcome, parameter
 from dmplay.hexes import slips
 from dmplay.problems._hunt import CIRCLE, STANDARD, TRIANGLE, Hunt, numbered, sharing
@@ -41,24 +42,36 @@ class PredatorPrey(Hunt):
         """Every agent."""
         return self.predators + self.prey
 
-    @property
+    @cached_property
     def hunters(self) -> range:
         """The seats of the predators."""
         return range(self.predators)
 
-    @property
+    @cached_property
     def hunted(self) -> range:
         """The seats of the prey."""
         return range(self.predators, self.walkers)
 
     @cached_property
     def _births(self) -> Reals:
-        """Cumulative probabilities of a prey's event: its slip if free, its hex if devoured."""
+        """Cumulative probabilities of a prey's event: its hex if devoured, its slip if free."""
         size = max(len(self.hexes), 3)
         births = np.ones((2, size - 1))
-        births[0, :2] = slips(self.slip).cumulative
-        births[1, : len(self.hexes) - 1] = np.arange(1, len(self.hexes)) / len(self.hexes)
+        births[1, :2] = slips(self.slip).cumulative
+        births[0, : len(self.hexes) - 1] = np.arange(1, len(self.hexes)) / len(self.hexes)
         return births
+
+    @cached_property
+    def _born(self) -> tuple[Categorical, ...]:
+        """What a prey draws alone in its row: devoured, or free."""
+        return tuple(Categorical(births[None]) for births in self._births)
+
+    def _fate(self, hexes: Sequence[Column], prey: int) -> Categorical:
+        """What a prey draws."""
+        free = sharing(hexes, prey, self.hunters) == 0
+        if isinstance(free, np.ndarray):
+            return Categorical(self._births.take(free, axis=0))
+        return self._born[free]
 
     @property
     def _drawn(self) -> bool:
@@ -79,24 +92,23 @@ class PredatorPrey(Hunt):
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         """The slip of each agent; of a devoured prey, where it is born."""
         hexes = columns(s)
-        free = [sharing(hexes, prey, self.hunters) == 0 for prey in self.hunted]
-        born = (Categorical(lines(self._births, chosen(one, 0, 1))) for one in free)
-        return (*(self.slips,) * self.predators, *born)
+        fates = [self._fate(hexes, prey) for prey in self.hunted]
+        return (*(self.slips,) * self.predators, *fates)
 
-    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+    def move(self, s: Array, a: Array, events: Sequence[Array | int]) -> Outcome:
         """Everyone moves as in hex world, but those that feed and those that are fed on."""
         hexes = columns(s)
         moved, rewards = [], []
         each = zip(hexes, columns(a), map(column, events), strict=True)
         for seat, (hex_, direction, event) in enumerate(each):
-            walked = self.walk(hex_, direction, least(event, 2))
+            hunters = sharing(hexes, seat, self.hunters)
             if seat in self.hunters:
                 prey = sharing(hexes, seat, self.hunted)
-                feeds = prey > 0
-                rewards.append(chosen(feeds, prey / sharing(hexes, seat, self.hunters), MOVED))
+                feeds, walked = prey > 0, self.walk(hex_, direction, event)
+                rewards.append(chosen(feeds, prey / hunters, MOVED))
                 moved.append(chosen(feeds, hex_, walked))
             else:
-                caught = sharing(hexes, seat, self.hunters) > 0
+                caught, walked = hunters > 0, self.walk(hex_, direction, least(event, 2))
                 rewards.append(chosen(caught, DEVOURED, 0.0))
                 moved.append(chosen(caught, event, walked))
         after = joined(moved, np.int64)
