@@ -20,7 +20,7 @@ from dmplay.painting.writing import Place
 from dmplay.prompt import toolbar
 from dmplay.screen.modes import Mode
 from dmplay.screen.screen import Screen
-from dmplay.styles import rows
+from dmplay.styles import ansi
 from dmplay.terminal import Terminal
 from dmplay.words.commands import Leave
 from dmplay.words.plain import Objects, Reporter, Sentences, by_lines
@@ -39,7 +39,6 @@ class Told(NamedTuple):
     came: str
 
 
-PAINTED: dict[tuple[object, ...], str] = {}  # of whole frames, what a terminal is sent
 Front = Callable[[Game, Sequence[str]], list[Told]]
 Play = Callable[[Side], list[Told]]
 
@@ -65,7 +64,6 @@ def emptied(place: Path) -> None:
 def both(pair: Pair, place: Path, play: Play) -> tuple[list[Told], list[Told]]:
     """What comes of both games, each in the empty folder."""
     heard = []
-    PAINTED.clear()
     for side in pair.sides:
         emptied(place)
         heard.append(play(side))
@@ -167,7 +165,7 @@ def shell(game: Game, lines: Sequence[str]) -> list[Told]:
 
 
 class Canvas(Painter):
-    """A painter of whole screens on paper."""
+    """A painter that writes down each frame: what a terminal is sent for it follows from it."""
 
     def __init__(self, size: tuple[int, int]) -> None:
         self.paper = Paper()
@@ -179,14 +177,8 @@ class Canvas(Painter):
         return self._dimensions
 
     def paint(self, frame: Text, cursor: Place | None = None) -> None:
-        """Paints on an empty screen; what was painted on one before is the same bytes."""
-        told = (self._dimensions, cursor, *rows(frame, "default"))
-        before = self.paper.tell()
-        if told in PAINTED:
-            self.paper.write(PAINTED[told])
-        else:
-            super().paint(frame, cursor)
-            PAINTED[told] = self.paper.getvalue()[before:]
+        """Writes the whole frame, and where the cursor stands."""
+        self.paper.write(f"{ansi(frame, 'default')}\n{cursor}\n")
 
 
 class Looked:
