@@ -29,7 +29,7 @@ from dmplay.transcript.seal import LEFT, secret
 from dmplay.views.style import Look, fit, pictured, style_of
 
 NOTHING: Mapping[int, float] = {}
-AGAIN = "# again: under dice that were played before\n"
+AGAIN = "# again: under dice that were played before"
 
 
 class Game:
@@ -301,6 +301,12 @@ class Game:
         self.ghost = self.account.ghost = ghost
         self._haunt()
 
+    def repeat(self) -> None:
+        """Has its transcript say at once, and once, that its dice were played before."""
+        if self.recorder and not self.repeats:
+            self.recorder.note(AGAIN)
+        self.repeats = True
+
     def _haunt(self) -> None:
         """Has the ghost play as far as the person did, where it may be seen before the end."""
         ghost = self.ghost
@@ -341,8 +347,7 @@ class Game:
             self.session.end(reason)
             if self.recorder:
                 why = f"# {self.account.forfeited}\n" if self.account.forfeited else ""
-                ghost = self.ghost.note() if self.ghost else ""
-                self.recorder.end(f"{why}{ghost}{AGAIN * self.repeats}{self.notes}")
+                self.recorder.end(f"{why}{self.notes}")
         if any(map(is_program, self.seats)):
             from dmplay.bots.end import dismissed  # not needed where none plays
 
