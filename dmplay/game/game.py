@@ -166,6 +166,11 @@ class Game:
         look = look._replace(names={**self.keyboard.names(self.watcher), **look.names})
         return fit(self.style, self.view(), look)
 
+    def price(self, action: float) -> str:
+        """What an action costs, behind a blank; '' where its view does not say."""
+        told: Callable[[View[Problem], float], str] | None = getattr(self.style, "price", None)
+        return f" {told(self.view(), action)}" if told else ""
+
     @property
     def _told(self) -> Array | None:
         """The state where what is hidden is told."""
