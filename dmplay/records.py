@@ -159,7 +159,7 @@ def _record(transcript: Transcript, problem: Problem) -> Record | None:
     result = Result(told["return"][seat], told["turns"], header.seed, strftime("%Y-%m-%d"))
     alone = header.branched is None and not (header.peeked or header.reveal)
     alone &= not any(block.kind in EVENTS for block in transcript.blocks)
-    alone &= GHOST not in transcript.last and AGAIN not in transcript.last
+    alone &= not any(note == AGAIN or note.startswith(GHOST) for note in transcript.notes)
     best = result if alone else None
     return Record(header.problem, header.parameters, header.turns, seat, result, best=best)
 

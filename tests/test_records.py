@@ -125,6 +125,55 @@ def test_a_game_begun_again_is_no_best_though_it_was_left_and_resumed() -> None:
     assert all_records()[0].best
 
 
+def left_behind(wanted: Request, *lines: str, torn: str = "") -> Path:
+    """The file of a game whose program was killed after these lines, cut behind what is torn."""
+    table = Table()
+    table.put(begin(wanted))
+    for line in lines:
+        typed(table, line)
+    recorder = table.game.recorder
+    assert recorder
+    recorder.close()  # what a kill leaves: no end line, and nobody who keeps it
+    content = recorder.path.read_text()
+    recorder.path.write_text(content[: content.index(torn) + len(torn)] if torn else content)
+    return recorder.path
+
+
+@pytest.mark.parametrize(
+    ("wanted", "lines", "torn"),
+    [
+        (DILEMMA, ["c", "restart", "c"], ""),
+        (DILEMMA, ["c", "reroll"], ""),
+        (DILEMMA, ["c", "reroll"], "reroll: 1\n\n"),
+        (replace(DILEMMA, ghost="tit-for-tat"), ["c"], ""),
+    ],
+)
+def test_what_keeps_a_game_from_being_the_best_is_seen_though_its_program_was_killed(
+    wanted: Request, lines: list[str], torn: str
+) -> None:
+    path = left_behind(wanted, *lines, torn=torn)
+    table = Table(ends=records.noted)
+    table.put(begin(Resumption(path)))
+    while not table.game.session.over:
+        typed(table, "c")
+    table.end()
+    assert [one.best for one in all_records()] == [None]
+
+
+def test_a_game_left_for_another_of_its_dice_is_no_best_once_it_is_gone_on_with() -> None:
+    table = Table(ends=records.noted)
+    table.put(begin(DILEMMA))
+    first = table.game.source
+    assert first
+    for line in ("c", "restart", *["c"] * 10):
+        typed(table, line)
+    table.put(begin(Resumption(first)))
+    for _ in range(9):
+        typed(table, "c")
+    table.end()
+    assert [one.best for one in all_records()] == [None]
+
+
 @pytest.mark.parametrize(
     ("wanted", "lines"),
     [

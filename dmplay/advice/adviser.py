@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from math import floor, isfinite, isnan, log10
+from math import ceil, floor, isfinite, isnan, log10
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -10,23 +10,29 @@ import numpy as np
 from dmplay.advice.forecast import forecast, told
 from dmplay.budget import within
 from dmplay.chance import Reals
-from dmplay.core import Policy
+from dmplay.core import Interval, Policy
 from dmplay.errors import BadParameter, BadPolicy, TooMuch
 from dmplay.finding import agents
 from dmplay.session import Follower, Session, Turn
-from dmplay.views.style import Outlook, Overlay
+from dmplay.views.style import ALIKE, Outlook, Overlay
 
 T = TypeVar("T")
 MOST = 10  # actions whose values are told
 WORK = 1.5e9  # operations of an answer: as much as takes about a second
 SEARCH = "search"  # asks for no more than it may have
 LEAST, FINEST = 2, 6  # decimals of values
+FAR = 100.0  # values that are so far apart have none
+FINE = 1e-4  # the share of an interval to which an action is told
 
 
 def decimals(values: Sequence[float]) -> int:
-    """The decimals, two to six, that tell these values from one another, or from nothing."""
+    """The decimals that tell these values from one another, or from nothing: two to six, or none
+    of whole numbers and where they are hundreds apart.
+    """
     known = [value for value in values if isfinite(value)] or [0.0]
     apart = max(known) - min(known) or abs(known[0])
+    if apart >= FAR or all(abs(value - round(value)) < ALIKE for value in known):
+        return 0
     return min(max(1 - floor(log10(apart)), LEAST), FINEST) if apart else LEAST
 
 
@@ -41,6 +47,8 @@ class Advice(NamedTuple):
     best: str
     labels: Sequence[str]
     values: Reals | None  # [A], nan where not legal
+    action: float | None = None  # what is advised; None where several are as good
+    called: str = ""  # the same by name, to the last digit
 
     def __str__(self) -> str:
         """In a line."""
@@ -60,10 +68,10 @@ class Advice(NamedTuple):
     @property
     def facts(self) -> dict[str, object]:
         """By whom, what and the values that are known, as data."""
-        by, _, action = self.best.rpartition(": ")
+        by, _, _ = self.best.rpartition(": ")
         told = [] if self.values is None else self.values.tolist()
         known = {name: one for name, one in zip(self.labels, told, strict=False) if isfinite(one)}
-        return {"by": by.strip("()"), "action": action, "values": known}
+        return {"by": by.strip("()"), "action": self.called, "values": known}
 
     @property
     def regret(self) -> Reals | None:
@@ -75,18 +83,25 @@ class Advice(NamedTuple):
         return lost
 
     @property
+    def ranked(self) -> list[tuple[int, float]]:
+        """The legal actions with what each loses, the best first; of equals the advised one."""
+        lost = [] if self.regret is None else self.regret.tolist()
+        known = [(action, loss if loss > ALIKE else 0.0) for action, loss in enumerate(lost)]
+        able = [one for one in known if not isnan(one[1])]
+        return sorted(able, key=lambda one: (one[1], one[0] != self.action))
+
+    @property
     def worth(self) -> list[tuple[str, str]]:
         """The values of the best actions, the best first."""
         return self._known(ordered=True)
 
     def _known(self, *, ordered: bool) -> list[tuple[str, str]]:
         """Actions and their values in as many decimals as tell them apart; of many the best."""
-        if self.values is None:
+        best = [action for action, _ in self.ranked]
+        if self.values is None or not best:
             return []
-        each = zip(self.labels, self.values.tolist(), strict=True)
-        known = [(label, value) for label, value in each if not isnan(value)]
-        if ordered or len(known) > MOST:
-            known = sorted(known, key=lambda pair: -pair[1])[:MOST]
+        order = best[:MOST] if ordered or len(best) > MOST else sorted(best)
+        known = [(self.labels[action], float(self.values[action])) for action in order]
         places = decimals([value for _, value in known])
         return [(label, fixed(value, places)) for label, value in known]
 
@@ -139,9 +154,9 @@ class Adviser:
         why = self.silent()
         if why:
             return f"no hint: {why}"
-        choice = self.choice()
-        labels = self.session.labels(self.seat)
-        advice = Advice(choice, labels, self._values())
+        action = self._choice()
+        labels, called = self.session.labels(self.seat), self.session.action_name(self.seat, action)
+        advice = Advice(self._told(action), labels, self._values(), action, called)
         self._given = (*self._now, advice)
         return str(advice)
 
@@ -182,10 +197,20 @@ class Adviser:
 
     def choice(self) -> str:
         """The adviser's name, and what it would do here."""
-        best = self.session.action_name(self.seat, self._asked(Follower.choose))
+        return self._told(self._choice())
+
+    def _choice(self) -> float:
+        return self._asked(Follower.choose)
+
+    def _told(self, action: float) -> str:
+        """The adviser's name, and an action; a real number in as many decimals as matter."""
+        kind = self.session.problem.actions[self.seat]
         with within(WORK):
             basis = getattr(self._found and self._found[1], "basis", "")
-        return f"({basis or self.name}): {best}"
+        told = self.session.action_name(self.seat, action)
+        if isinstance(kind, Interval) and kind.high > kind.low:
+            told = fixed(action, max(ceil(-log10((kind.high - kind.low) * FINE)), 0))
+        return f"({basis or self.name}): {told}"
 
     def values(self) -> str:
         """The adviser's value of each legal action; '' where it knows none."""

@@ -75,9 +75,10 @@ class Ghost:
         """By how much the person is ahead of it."""
         return float(self.beside.returns()[self.seat]) - self.score
 
+    @property
     def note(self) -> str:
         """The line of a transcript that names it."""
-        return f"{GHOST}{' '.join(clean(self.name).split())}\n"
+        return f"{GHOST}{' '.join(clean(self.name).split())}"
 
     def compared(self) -> str:
         """What each of both came to."""
@@ -97,11 +98,11 @@ def beside(session: Session, who: Sequence[int], name: str) -> Ghost:
     return Ghost(name, session, {seat: agents.agent(session.problem, seat, name) for seat in who})
 
 
-def noted(notes: str, problem: Problem) -> str:
-    """The ghost that the notes of a transcript name, if the problem has it; nobody else's code."""
-    named = [row.removeprefix(GHOST) for row in notes.split("\n") if row.startswith(GHOST)]
+def noted(notes: Sequence[str], problem: Problem) -> str:
+    """The last ghost that these notes name, if the problem has it; nobody else's code."""
+    named = [row.removeprefix(GHOST) for row in notes if row.startswith(GHOST)]
     known = agents.roster(problem).agents
-    return next((name for name in named if name.partition(":")[0] in known), "")
+    return named[-1] if named and named[-1].partition(":")[0] in known else ""
 
 
 def best(session: Session, who: Sequence[int], seats: Sequence[str]) -> Ghost | None:

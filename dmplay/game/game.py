@@ -29,7 +29,7 @@ from dmplay.transcript.seal import LEFT, secret
 from dmplay.views.style import Look, fit, pictured, style_of
 
 NOTHING: Mapping[int, float] = {}
-AGAIN = "# again: under dice that were played before\n"
+AGAIN = "# again: under dice that were played before"
 
 
 class Game:
@@ -166,6 +166,11 @@ class Game:
         look = look._replace(names={**self.keyboard.names(self.watcher), **look.names})
         return fit(self.style, self.view(), look)
 
+    def price(self, action: float) -> str:
+        """What an action costs, behind a blank; '' where its view does not say."""
+        told: Callable[[View[Problem], float], str] | None = getattr(self.style, "price", None)
+        return f" {told(self.view(), action)}" if told else ""
+
     @property
     def _told(self) -> Array | None:
         """The state where what is hidden is told."""
@@ -301,6 +306,12 @@ class Game:
         self.ghost = self.account.ghost = ghost
         self._haunt()
 
+    def repeat(self) -> None:
+        """Has its transcript say at once, and once, that its dice were played before."""
+        if self.recorder and not self.repeats:
+            self.recorder.note(AGAIN)
+        self.repeats = True
+
     def _haunt(self) -> None:
         """Has the ghost play as far as the person did, where it may be seen before the end."""
         ghost = self.ghost
@@ -341,8 +352,7 @@ class Game:
             self.session.end(reason)
             if self.recorder:
                 why = f"# {self.account.forfeited}\n" if self.account.forfeited else ""
-                ghost = self.ghost.note() if self.ghost else ""
-                self.recorder.end(f"{why}{ghost}{AGAIN * self.repeats}{self.notes}")
+                self.recorder.end(f"{why}{self.notes}")
         if any(map(is_program, self.seats)):
             from dmplay.bots.end import dismissed  # not needed where none plays
 

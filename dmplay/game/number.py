@@ -33,18 +33,24 @@ class Number:
         """The number; where another person must not read it, nothing but that it is one."""
         if len(game.people) > 1:
             return "a hidden number   Enter plays it"
-        return f"{self.text}{self._meaning(game)}   Enter plays it" if self.text else NONE
+        try:
+            return f"{self.text}{self._meaning(game)}   Enter plays it" if self.text else NONE
+        except DmplayError as error:
+            return f"{self.text}: expected {str(error).partition('expected ')[2]}"
+
+    def action(self, game: Game) -> float | None:
+        """The action that is written, if it is one and everybody may see it."""
+        with suppress(DmplayError):
+            if self.text and len(game.people) == 1:
+                return game.keyboard.read(game.view(), self.text)
+        return None
 
     def _meaning(self, game: Game) -> str:
-        """Which action is meant where that is written otherwise; what it costs, if a view says."""
-        with suppress(DmplayError):
-            action = game.keyboard.read(game.view(), self.text)
-            price = getattr(game.style, "price", None)
-            if price:
-                return f" {price(game.view(), action)}"
-            name = game.session.action_name(game.watcher, action)
-            return f", that is {name}" if float(self.text) != float(name) else ""
-        return ""
+        """What the action costs, if a view says; else which it is, if written otherwise."""
+        action = game.keyboard.read(game.view(), self.text)
+        name = game.session.action_name(game.watcher, action)
+        other = f", that is {name}" if float(self.text) != float(name) else ""
+        return game.price(action) or other
 
     def taken(self) -> str:
         """What was written; nothing is from now on."""

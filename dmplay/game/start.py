@@ -81,6 +81,8 @@ def new(request: Request, shown: Collection[Luck] = ()) -> Game:
             force=request.force,
         )
         recorder.private = saves.keeps(path)
+        if ghost:
+            recorder.note(ghost.note)
     keyboard = Keyboard(problem, people(seats), request.keys)
     game = Game(found.name, session, seats, keyboard, recorder, request)
     game.removed = removed
@@ -149,14 +151,17 @@ def resumed(wanted: Resumption, shown: Collection[Luck] = ()) -> Game:
     goes_on = seen and not session.over
     if goes_on and going_on(transcript.header, found.problem, str(path)).peeked:
         transcript = marked(transcript)
-    ghost = _ghost(session, seats, wanted.ghost or noted(transcript.last, found.problem))
+    before = noted(transcript.notes, found.problem)
+    ghost = _ghost(session, seats, wanted.ghost or before)
     recorder = Recorder.resume(path, transcript.content, session, _framing(transcript))
     recorder.private = saves.keeps(path)
     if not transcript.blocks:
         recorder.turn()
     game = _repeated(found, transcript.header, seats, wanted, recorder)
     game.warning = altered(transcript, found)
-    game.repeats = AGAIN in transcript.last
+    game.repeats = AGAIN in transcript.notes
+    if ghost and ghost.name != before:
+        recorder.note(ghost.note)
     game.haunt(ghost)
     return game
 

@@ -41,7 +41,7 @@ class Table:
         self._program, self._ends = program, ends  # does what words say; hears of each end
         self._game: Game | None = None
         self._shown: set[Luck] = set()  # of games whose secrets are told once they are left
-        self._played: set[Luck] = set()  # of all games
+        self._played: dict[Luck, Path | None] = {}  # of all games, with the file of the last
         self._asked_for = ("", 0)  # the line that would end a game, and after how many turns
         self._before = 0  # the seat of who sits at the terminal
         if game:
@@ -70,13 +70,21 @@ class Table:
         self._game = game
         self.removed += game.removed
         dice = luck(game.name, game.session.source)
-        game.repeats |= dice in self._played and not game.session.turns
-        self._played.add(dice)
+        if self._repeats(game, dice):
+            game.repeat()
+        self._played[dice] = game.source
         game.catch_up()
         game.between = lambda: self.tells()  # noqa: PLW0108 - whoever is told then
         if game.problem.hidden:
             self._shown.add(dice)
         self.change_places()
+
+    def _repeats(self, game: Game, dice: Luck) -> bool:
+        """Whether these dice were played in another game; a branch tells of that by itself."""
+        if not game.session.turns:
+            return dice in self._played
+        branch = game.asked is not None and game.asked.branched is not None
+        return not branch and self._played.get(dice, game.source) != game.source
 
     @property
     def curtained(self) -> bool:

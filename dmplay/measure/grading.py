@@ -154,9 +154,9 @@ def _marks(transcript: Transcript, report: Report) -> Iterator[str]:
         yield "hidden state shown"
     if report.ok and transcript.reason in LEFT:
         yield "can be played on"
-    rows = transcript.last.split("\n")
-    yield from (f"ghost {row.removeprefix(GHOST)}" for row in rows if row.startswith(GHOST))
-    if AGAIN in transcript.last:
+    notes = dict.fromkeys(transcript.notes)
+    yield from (f"ghost {row.removeprefix(GHOST)}" for row in notes if row.startswith(GHOST))
+    if AGAIN in notes:
         yield "dice that were played before"
     unasked = [who for who in report.unasked if who != HUMAN]
     if unasked:

@@ -16,6 +16,7 @@ from dmplay.solvers import riccati
 
 LEFT, RIGHT = 0, 1
 TINY = 1e-3  # a limit below this counts as this
+STOOD = 100  # turns after which a pole that stands is one that stays
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,22 @@ class Regulate(Reactive):
         """Right where the regulator would push right, however little."""
         (x, v, theta, omega), k = memory[0].T, self.regulator.gain
         return np.where(k[0] * x + k[1] * v + k[2] * theta + k[3] * omega < 0, RIGHT, LEFT)
+
+    @property
+    def basis(self) -> str:
+        """How far it looks ahead."""
+        return f"regulate, {STOOD} turns ahead"
+
+    def values(self, memory: Memory) -> Reals:
+        """For how many of the next turns the pole stands, pushed this way and then as it would."""
+        s, many = memory[0].repeat(2, axis=0), len(memory[0])
+        a, stood = np.tile([LEFT, RIGHT], many), np.zeros(2 * many)
+        for _ in range(STOOD):
+            outcome = self.problem.move(s, a[:, None], ())
+            stood += outcome.rewards[:, 0]
+            s = outcome.state
+            a = self.choose((s,), None, s)
+        return stood.reshape(many, 2)
 
 
 @kept

@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Sequence
 from functools import cache
 from itertools import product
-from math import isnan
 from typing import NamedTuple
 
 from rich.text import Text
@@ -12,6 +11,7 @@ from dmplay.advice.adviser import Advice, decimals, fixed
 from dmplay.game.game import Game
 from dmplay.keys.keymap import SHOWN
 from dmplay.screen.shown import NOTHING, Room, Shown, fitted
+from dmplay.views.style import BEST, EQUAL
 from dmplay.words.commands import named
 
 COLON = ": command"
@@ -23,7 +23,6 @@ ROW_KEYS = (
     ("help", "quit"),
 )
 BARS = "▁▂▃▄▅▆▇█"
-NO_LOSS = 1e-9
 LABELS = (7, 4)  # columns of a label where not all have room
 
 
@@ -91,25 +90,21 @@ def _ranked(actions: Sequence[Key], advice: Advice | None) -> Iterator[list[Key]
     """The legal actions, the best first, each with what it loses as a bar, with names or numbers
     or both or neither.
     """
-    regret = advice.regret if advice else None
-    if regret is None:
+    both = advice.ranked if advice else []
+    if not both or advice is None:
         return
-    both = sorted(
-        (float(loss), number) for number, loss in enumerate(regret) if not isnan(float(loss))
-    )
-    most, places = max(both)[0], decimals([loss for loss, _ in both])
-    bars = [
-        BARS[min(int(len(BARS) * loss / most), len(BARS) - 1)] if loss > NO_LOSS else ""
-        for loss, _ in both
-    ]
+    most, places = both[-1][1], decimals([loss for _, loss in both])
     for numbers, names in product((True, False), repeat=2):
-        yield [
-            actions[number]._replace(
-                label=actions[number].label if names else "",
-                lost=f" {bar}{fixed(-loss, places) if numbers else ''}" if bar else " best",
-            )
-            for (loss, number), bar in zip(both, bars, strict=True)
-        ]
+        ranked = []
+        for number, loss in both:
+            equal = names and advice.action not in {None, number}
+            lost = f" {EQUAL if equal else BEST}"
+            if loss:
+                bar = BARS[min(int(len(BARS) * loss / most), len(BARS) - 1)]
+                lost = f" {bar}{fixed(-loss, places) if numbers else ''}"
+            label = actions[number].label if names else ""
+            ranked.append(actions[number]._replace(label=label, lost=lost))
+        yield ranked
 
 
 def _tails(game: Game, shown: Shown) -> list[str]:

@@ -167,6 +167,7 @@ def _laid(game: Game, room: Room, shown: Shown, body: int) -> _Laid | Needed:
 
 def _board(game: Game, room: Room, shown: Shown, within: Room) -> Text:
     """The drawing in a part of the room."""
+    advised = shown.advice.action if shown.advice and shown.written is None else shown.written
     look = Look(
         within.width,
         within.height,
@@ -176,6 +177,7 @@ def _board(game: Game, room: Room, shown: Shown, within: Room) -> Text:
         around=room.height - _height(room) + LOG + 1,
         large=True,
         regret=shown.advice and shown.advice.regret,
+        advised=advised,
         outlook=shown.outlook,
         passed=shown.passed,
         panel=max(PANEL + 2 - (room.width - within.width), 0),

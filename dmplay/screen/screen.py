@@ -9,6 +9,7 @@ from rich.text import Text
 
 from dmplay import records
 from dmplay.budget import Stopped
+from dmplay.core import Continuous
 from dmplay.errors import DmplayError
 from dmplay.game.answer import Page, Told
 from dmplay.game.game import Game
@@ -25,7 +26,7 @@ from dmplay.screen.timeline import Past, Verdict
 from dmplay.terminal import Terminal
 from dmplay.thought import About, think
 from dmplay.words.commands import COMMANDS, Leave, help_page, named, own_parts, typed, veiled
-from dmplay.words.game_commands import ahead
+from dmplay.words.game_commands import foresee
 
 FASTER = 1.5  # the speed times this
 SLOWEST, FASTEST = 0.1, 50.0  # turns a second
@@ -117,16 +118,22 @@ class Screen:
         starts = STARTS if unstarted and self.game.waiting is not None else ""
         message, adviser = self.thinking or self._answer or starts, self.game.adviser
         past = self._past
-        given = (past.advice, None) if past else (adviser.given, adviser.foreseen)
+        written = self.number.action(self.game) if self.number.text else None
+        given = (past.advice, None, None) if past else (adviser.given, written, adviser.foreseen)
         told = (self.back, curtain, self.keys_until, *given, past is not None, self.motion.passed)
         return Shown(message, kind, page, self.part, *told, self._best)
 
     @property
     def _answer(self) -> str:
-        """The message; where the board has room to tell what an action may bring, how to go on."""
-        if not self._foretold or self.message != self._foretold or not frame.aimed(self._room):
+        """The message; of what an action may bring, where the board has room for it, or no row has,
+        how to go on.
+        """
+        if not self._foretold or self.message != self._foretold:
             return self.message
-        return f"{self.message.partition(':')[0]}: Enter plays it, Esc leaves"
+        numbers = isinstance(self.game.problem.states, Continuous)
+        if len(self.message) < self._room.width and not (numbers or frame.aimed(self._room)):
+            return self.message
+        return f"{self.message.partition(': ')[0]}: Enter plays it, Esc leaves"
 
     @property
     def _past(self) -> Past | None:
@@ -266,8 +273,7 @@ class Screen:
         """Plays an action, or shows what it may bring; in real time, keeps it for the clock."""
         if self.modes.shows is Mode.AHEAD:
             mine = seat in (None, self.game.watcher)
-            room = self._room.width
-            self.message = ahead(self.game, action, room) if mine else "another's key"
+            self.message = foresee(self.game, action) if mine else "another's key"
             self._foretold = self.message if mine else ""
             return
         if self.rate:
@@ -414,8 +420,10 @@ class Screen:
             self.open(rows)
         else:
             self.modes.happens(Event.CLOSED)
-            short = advice.short if advice and words == str(advice) else words
-            self.message = "" if rows else short
+            self.message = "" if rows else words
+            if advice and words == str(advice):  # its values are marked
+                cost = "" if advice.action is None else self.game.price(advice.action)
+                self.message = f"{advice.short}{cost}"
         self.note(rows)
 
     def open(self, rows: list[str]) -> None:

@@ -32,6 +32,7 @@ class Shown(NamedTuple):
     curtain: str = ""  # the agent before whose turn nothing is shown
     keys_until: int = KEYS_SHOWN  # the turn from which on the board names no keys
     advice: Advice | None = None  # marked on the board and the keys
+    written: float | None = None  # the number that is written, which Enter would play
     outlook: Outlook | None = None  # what an action may bring
     past: bool = False  # whether an earlier turn of a game that is over is shown
     passed: float = 1.0  # the share of the last turn's motion that is over

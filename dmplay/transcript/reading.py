@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from dmplay import disk
 from dmplay.errors import BadTranscript, UnknownName
-from dmplay.transcript.format import BACK, CHOSEN, EVENTS, MOST_KNOWN, TURN, text
+from dmplay.transcript.format import BACK, CHOSEN, EVENTS, MOST_KNOWN, NOTE, TURN, text
 from dmplay.transcript.header import FORMAT, LINES, VERSION, Header, Kind
 from dmplay.transcript.keyed import keyed
 
@@ -98,6 +98,11 @@ class Transcript:
         """Why the game ended, as its end line says; '' without one."""
         told = self.end["end"] if self.end else None
         return str(told.get("reason")) if isinstance(told, dict) else ""
+
+    @property
+    def notes(self) -> list[str]:
+        """The notes, wherever they stand."""
+        return [row[:-1] for part in (self.content, self.last) for row in NOTE.findall(part)]
 
     @property
     def chosen(self) -> str:

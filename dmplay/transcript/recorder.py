@@ -114,6 +114,10 @@ class Recorder:
         """Writes an undo of so many turns, the number of a reroll, or who was helped how often."""
         self._write(text(lines({key: value})))
 
+    def note(self, row: str) -> None:
+        """Writes a note, which no checksum counts."""
+        self._write(f"{row}\n")
+
     def end(self, notes: str = "") -> None:
         """Writes the end line, and notes, and closes the file; a second end is none."""
         if self._file < 0:
@@ -142,7 +146,7 @@ class Recorder:
     def _write(self, block: str) -> None:
         """Appends a block in one write, with what an earlier one left; all of it or nothing."""
         new = block.encode()
-        self._digest.update(new)
+        self._digest.update(without_notes(block).encode())
         self._pending = raw = self._pending + new
         try:
             if os.write(self._file, raw) < len(raw):

@@ -1,6 +1,7 @@
 """What a hint and a what-if add to a drawing: what each action loses, what one may bring.
 
-A loss is told as `best`, or with its sign: `-0.31`; a bar of it is full for the worst action.
+A loss is told as `best`, or with its sign: `-0.31`; a bar of it is full for the worst action. What
+loses nothing though another is advised is `as good`.
 """
 
 import math
@@ -16,14 +17,13 @@ from dmplay.session import View
 from dmplay.views import _belief
 from dmplay.views._belief import words
 from dmplay.views.canvas import bare, percent
-from dmplay.views.style import Look, Outlook
+from dmplay.views.style import ALIKE, BEST, EQUAL, Look, Outlook
 
-ALIKE = 1e-9  # a loss that is none
 BRANCHES = 6  # outcomes that are told
 COLUMNS = 4  # states that have a column each
 SHORT = 4  # columns of a bar where all losses stand in one row
 MANY = 999.5  # from which on a number has no digits but whole ones
-WIDEST = 12  # columns of a number where there is room
+WIDEST, FEWEST = 12, 5  # columns of a number where there is room, and where there is little
 
 
 def label(problem: Problem, seat: int, observation: Array) -> str:
@@ -41,8 +41,8 @@ def shown(keys: Mapping[str, str], look: Look) -> list[str]:
 def known(look: Look) -> dict[int, float]:
     """What each legal action loses, the best first."""
     losses = enumerate([] if look.regret is None else look.regret)
-    legal = {action: float(loss) for action, loss in losses if not math.isnan(loss)}
-    return dict(sorted(legal.items(), key=lambda pair: pair[1]))
+    legal = {a: float(loss) * (loss > ALIKE) for a, loss in losses if not math.isnan(loss)}
+    return dict(sorted(legal.items(), key=lambda pair: (pair[1], pair[0] != look.advised)))
 
 
 def ranked(look: Look, many: int) -> list[int]:
@@ -55,7 +55,10 @@ def lost(look: Look, action: int, width: int = 6) -> str:
     loss = known(look).get(action)
     if loss is None:
         return ""
-    return "best"[:width] if loss < ALIKE else fewest(-loss, width)
+    if loss >= ALIKE:
+        return fewest(-loss, width)
+    equal = look.advised not in {None, action} and len(EQUAL) <= width
+    return EQUAL if equal else BEST[:width]
 
 
 def fewest(number: float, width: int) -> str:
@@ -79,19 +82,20 @@ def _bar(look: Look, action: int, width: int) -> str:
 def loss(look: Look, action: int, width: int) -> str:
     """A bar of what an action loses against the best, with the number; `best` where nothing."""
     told = lost(look, action, WIDEST)
-    return told if told in {"", "best"} else f"{_bar(look, action, width)} {told}"
+    return told if told in {"", BEST, EQUAL} else f"{_bar(look, action, width)} {told}"
 
 
 def losses(look: Look, names: Sequence[str]) -> list[str]:
     """What each action loses in one row, the best first, as many as it holds; none if not asked.
 
-    All of them without bars, rather than some with.
+    All of them without bars, or in fewer digits, rather than some with.
     """
     if look.regret is None:
         return []
     row = _row(f"{names[action]} {loss(look, action, SHORT)}" for action in known(look))
-    if len(row) > look.width:
-        row = _row(f"{names[action]} {lost(look, action, WIDEST)}" for action in known(look))
+    for columns in (WIDEST, FEWEST):
+        if len(row) > look.width:
+            row = _row(f"{names[action]} {lost(look, action, columns)}" for action in known(look))
     return [row if len(row) <= look.width else row[: max(row.rfind("  ", 0, look.width + 2), 0)]]
 
 

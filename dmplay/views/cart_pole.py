@@ -17,14 +17,15 @@ from rich.text import Text
 from dmplay.chance import Array
 from dmplay.problems.cart_pole import CartPole
 from dmplay.session import View
-from dmplay.views._advice import asked, lost
+from dmplay.views._advice import WIDEST, asked, lost
 from dmplay.views._scale import Scale, gauge, named, plus
 from dmplay.views.canvas import Canvas, written
-from dmplay.views.style import Lesson, Look
+from dmplay.views.style import BEST, Lesson, Look
 
 KEYS = {
     "h": "left", "l": "right", "left": "left", "right": "right", "a": "left", "d": "right",
 }  # fmt: skip
+HINTED = {BEST: "bold green"}  # styles of a loss that stand out
 ASPECT = 2  # columns that are as long as a row is high
 UPRIGHT = 0.75  # columns a row below which a straight pole is drawn upright, piece by piece
 STEEPEST = 85.0  # degrees of lean that are drawn; what lies flatter is drawn so
@@ -121,20 +122,25 @@ def _next(what: str, cart: Cart, long: bool) -> list[str]:
 
 
 def _advice(canvas: Canvas, look: Look, middle: int, size: Size) -> None:
-    """At either side of the cart what is lost by a push that way; at one where there is no room."""
-    left, right = lost(look, 0), lost(look, 1)
+    """At either side of the cart the turns that a push that way loses; at one where there is no
+    room.
+    """
+    left, right = _turns(lost(look, 0, WIDEST)), _turns(lost(look, 1, WIDEST))
     if not left or not right:
         return
-    start, end = middle - size.half - 3 - len(left), middle + size.half + 3
-    style = {"best": "bold green"}
+    start, end = middle - size.half - 3 - len(left), middle + size.half + 2
+    both = f"← {left}  → {right}"
     if start < 0:
-        canvas.put(end, size.pole, f"← {left}  → {right}", "green")
+        canvas.put(end, size.pole, both, "green")
     elif end + 2 + len(right) > size.width:
-        text = f"← {left}  → {right}"
-        canvas.put(middle - size.half - 1 - len(text), size.pole, text, "green")
+        canvas.put(middle - size.half - 1 - len(both), size.pole, both, "green")
     else:
-        canvas.put(start, size.pole, f"{left} ←", style.get(left, "green"))
-        canvas.put(end - 1, size.pole, f"→ {right}", style.get(right, "green"))
+        canvas.put(start, size.pole, f"{left} ←", HINTED.get(left, "green"))
+        canvas.put(end, size.pole, f"→ {right}", HINTED.get(right, "green"))
+
+
+def _turns(loss: str) -> str:
+    return f"{loss} {'turn' if loss == '-1' else 'turns'}" if loss.startswith("-") else loss
 
 
 def _pole(canvas: Canvas, theta: float, length: float, foot: int, size: Size) -> None:

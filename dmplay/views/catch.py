@@ -7,10 +7,10 @@ from rich.text import Text
 from dmplay.chance import Reals
 from dmplay.problems.catch import CAUGHT, DISTANCES, PROFICIENCIES, Catch
 from dmplay.session import View
-from dmplay.views._advice import ALIKE, branches, fewest, losses, under
+from dmplay.views._advice import branches, fewest, losses, under
 from dmplay.views._belief import bar, bars, spark, words
-from dmplay.views.canvas import Canvas
-from dmplay.views.style import Lesson, Look
+from dmplay.views.canvas import Canvas, percent
+from dmplay.views.style import ALIKE, Lesson, Look
 
 KEYS: dict[str, str] = {}  # a distance is typed
 NUDGES = {"left": -10, "right": 10}  # metres; Enter throws
@@ -49,6 +49,8 @@ def _large(view: View[Catch], look: Look, high: int) -> Text:
     canvas = Canvas()
     canvas.put(0, 0, "skill believed throw", "dim")
     _cells(canvas, 0, [f"{distance:.0f}" for distance in DISTANCES], "dim")
+    if look.advised is not None:
+        _marked(canvas, 0, int(look.advised))
     rows = zip(NAMES, view.belief, view.problem.catches, strict=True)
     for y, (name, share, caught) in enumerate(rows, 1):
         canvas.put(0, y, name)
@@ -84,6 +86,19 @@ def _cells(canvas: Canvas, y: int, cells: Sequence[str], style: str) -> None:
     """A text a distance, at the right of its columns."""
     for column, cell in enumerate(cells):
         canvas.put(EDGE + CELL * column, y, cell.rjust(CELL), style)
+
+
+def _marked(canvas: Canvas, y: int, throw: int) -> None:
+    """The distance of a hint, or the one that is written, between arrows."""
+    told = f"→{DISTANCES[throw]:.0f}←"
+    canvas.put(EDGE + CELL * (throw + 1) + 1 - len(told), y, told, "bold green")
+
+
+def price(view: View[Catch], throw: float) -> str:
+    """Which throw an action is, how likely it is caught, and what it pays on average."""
+    distance, promise = DISTANCES[int(throw)], float(_promises(view)[int(throw)])
+    caught = percent(promise / distance)
+    return f"throws {distance:.0f} m: caught {caught}, pays {promise:.0f} on average"
 
 
 def _columns(  # noqa: PLR0913 - a place on the canvas, and what goes there

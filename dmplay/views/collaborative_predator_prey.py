@@ -22,6 +22,7 @@ from dmplay.views.style import Lesson, Look
 
 FAMILY, KEYS, LEFT = hexgrid.FAMILY, hexgrid.KEYS, hexgrid.LEFT
 TOLD = 4  # likeliest hexes that are told in words
+SIX = 58  # columns of what six ways lose
 SHADES = 4  # of the prey, the darkest where it is likeliest
 FEW = 3  # likeliest hexes that have their percent
 CERTAIN = 1 - 1e-9
@@ -148,7 +149,8 @@ def _caption(view: View[CollaborativePredatorPrey], look: Look, here: Hex | None
         return [f"{hexgrid.going(look.outlook)}, where the prey is", ", ".join(told)]
     if look.regret is not None:
         names = [hexgrid.key_of(look, way) for way in range(len(DIRECTIONS))]
-        return losses(look, names)
+        room = look.beside if look.beside >= SIX else look.width
+        return losses(look._replace(width=room), names)
     sensed = f"sensed {seen(view)}"
     if view.beliefs is None:
         return [f"{sensed}. belief too large"]

@@ -10,7 +10,7 @@ from dmplay.chance import Array, Reals
 from dmplay.problems.game_2048 import Game2048, slide
 from dmplay.session import View
 from dmplay.tiles import DOWN, RIGHT, UP
-from dmplay.views._advice import asked, bar, known, lost
+from dmplay.views._advice import WIDEST, asked, bar, known, lost
 from dmplay.views.canvas import Canvas, percent, signed
 from dmplay.views.style import Lesson, Look, Outlook
 
@@ -202,7 +202,7 @@ def _margins(canvas: Canvas, shown: Shown, look: Look, area: tuple[int, int, int
     for action in known(look):
         arrow, loss, bars = (
             ARROWS[action],
-            lost(look, action, EDGE - 1),
+            lost(look, action, WIDEST if action in {UP, DOWN} else EDGE - 1),
             bar(look, action, EDGE - 2),
         )
         style = "bold green" if loss == "best" else "green"

@@ -15,14 +15,15 @@ from rich.text import Text
 
 from dmplay.hexes import DIRECTIONS, Hex, distance, neighbours, notation_of
 from dmplay.solvers.value_iteration import best
-from dmplay.views._advice import ALIKE, bar, foreseen, known, lost
+from dmplay.views._advice import bar, foreseen, known, lost
 from dmplay.views.canvas import Canvas, short
 from dmplay.views.canvas import size as measured
-from dmplay.views.style import Look, Outlook
+from dmplay.views.style import ALIKE, Look, Outlook
 
 ARROWS = ("→", "↗", "↖", "←", "↙", "↘")
 COMPASS = ("E", "NE", "NW", "W", "SW", "SE")
 EDGE = "dim"
+MARKS = "* best, █ loses most"  # what stands beside the keys of small hexes
 
 KEYS = {
     "l": "e", "u": "ne", "y": "nw", "h": "w", "b": "sw", "n": "se",
@@ -63,7 +64,7 @@ class Walk(NamedTuple):
         return f"{'slipped, ' * self.slipped}moved {self.way}" if self.way else "bumped, stayed"
 
 
-LARGE = Size(18, 4, 4), Size(14, 4, 3), Size(10, 3, 2)
+LARGE = Size(18, 4, 4), Size(14, 4, 3), Size(10, 3, 2), Size(10, 2, 2)
 NORMAL, COMPACT, DOTS, FINE = Size(6, 2), Size(4, 1), Size(4, 0), Size(2, 0)
 
 
@@ -86,7 +87,9 @@ def grids(
     ]
     for size in (*(large if look.large else ()), NORMAL, COMPACT, DOTS, FINE):
         cells = tuple([cell(hex_, size) for hex_ in hexes])
-        yield from _captioned(tuple(hexes), cells, size, caption)
+        marks = f"; {MARKS}" if look.regret is not None and size.lines < 2 else ""
+        told = (f"{caption}{marks}", marks[2:], caption) if caption else ()
+        yield from _captioned(tuple(hexes), cells, size, told)
 
 
 def grid(hexes: Sequence[Hex], cell: Callable[[Hex, Size], Cell], size: Size) -> Text:
@@ -96,12 +99,15 @@ def grid(hexes: Sequence[Hex], cell: Callable[[Hex, Size], Cell], size: Size) ->
 
 @lru_cache(256)
 def _captioned(
-    hexes: tuple[Hex, ...], cells: tuple[Cell, ...], size: Size, caption: str
+    hexes: tuple[Hex, ...], cells: tuple[Cell, ...], size: Size, captions: tuple[str, ...]
 ) -> tuple[Text, ...]:
-    """The map with a line below it, and without; a game shows few that differ, again and again."""
+    """The map with the first of these lines that is no wider below it, and without; a game shows
+    few that differ, again and again.
+    """
     drawn = _drawn(hexes, cells, size)
-    below = 0 < len(caption) <= measured(drawn)[0]
-    return (drawn.copy().append(f"\n{caption}", "bold"), drawn) if below else (drawn,)
+    width = measured(drawn)[0]
+    below = next((one for one in captions if 0 < len(one) <= width), "")
+    return (drawn.copy().append(f"\n{below}", "bold"), drawn) if below else (drawn,)
 
 
 def _drawn(hexes: Sequence[Hex], cells: Sequence[Cell], size: Size) -> Text:

@@ -78,7 +78,8 @@ def boards(view: View[SimpleRegulator], look: Look) -> Iterator[Text]:
         pushes = view.actions[view.turn - turns :]
         aims = [number + push for number, push in zip(numbers, pushes, strict=False)]
         ahead = [float(state[0]) for state in look.outlook.states] if look.outlook else []
-        scale = _scale(reach([*numbers, *aims, due(view)[0], *ahead]), size.width)
+        wanted = [] if look.advised is None else [numbers[-1] + look.advised]
+        scale = _scale(reach([*numbers, *aims, due(view)[0], *ahead, *wanted]), size.width)
         canvas = Canvas()
         for row in range(size.turns + size.bell):
             canvas.put(scale.column(0), row, "│", "dim")
@@ -88,7 +89,7 @@ def boards(view: View[SimpleRegulator], look: Look) -> Iterator[Text]:
             _heap(canvas, size, scale, look.outlook)
         else:
             _bell(canvas, size, scale, *due(view))
-        _line(canvas, size.turns + size.bell, scale, numbers[-1])
+        _line(canvas, size.turns + size.bell, scale, numbers[-1], look.advised)
         brief, y = size.width == SIZES[-1].width, size.turns + size.bell + 2
         if look.outlook:
             canvas.put(0, y, _costs(view, look.outlook, brief), "bold cyan")
@@ -168,8 +169,8 @@ def _block(canvas: Canvas, column: int, size: Size, share: float, style: str) ->
         canvas.put(column, size.turns + size.bell - 1 - row, block, style)
 
 
-def _line(canvas: Canvas, y: int, scale: Scale, number: float) -> None:
-    """The number line, and what its marks are."""
+def _line(canvas: Canvas, y: int, scale: Scale, number: float, push: float | None = None) -> None:
+    """The number line, what its marks are, and on it the way of a push."""
     canvas.put(scale.left, y, "├" + "─" * (scale.right - scale.left - 1) + "┤", "dim")
     for share in (-1.0, -0.5, 0.0, 0.5, 1.0):
         value = share * scale.high
@@ -178,7 +179,11 @@ def _line(canvas: Canvas, y: int, scale: Scale, number: float) -> None:
             canvas.put(column, y, "┼" if not share else "┬", "dim")
         left = min(max(column - len(text) // 2, 0), scale.right + 2 - len(text))
         canvas.put(left, y + 1, text, "dim")
-    canvas.put(scale.column(number), y, "●", "bold yellow")
+    here, aim = scale.column(number), scale.column(number + (push or 0.0))
+    canvas.put(min(here, aim), y, "━" * abs(aim - here), "bold green")
+    if aim != here:
+        canvas.put(aim, y, "→" if aim > here else "←", "bold green")
+    canvas.put(here, y, "●", "bold yellow")
 
 
 def _words(view: View[SimpleRegulator], short: bool, look: Look) -> str:

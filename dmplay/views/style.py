@@ -15,6 +15,8 @@ from dmplay.views.canvas import plainly, size
 
 NOTHING: Mapping[str, str] = {}
 PANEL = 17  # columns of the side panel at least
+ALIKE = 1e-9  # a loss against the best action that is none
+BEST, EQUAL = "best", "as good"  # what is said of the advised action, and of others without a loss
 
 
 class Overlay(NamedTuple):
@@ -47,6 +49,7 @@ class Look(NamedTuple):
     around: int = 0  # rows that the screen needs beside the drawing's
     large: bool = False  # whether drawings may be larger than a transcript's frames
     regret: Reals | None = None  # [A], what each action loses against the best; nan: not legal
+    advised: float | None = None  # the action of a hint, or that is written and Enter would play
     outlook: Outlook | None = None  # what an action may bring, to be drawn on the board
     passed: float = 1.0  # the share of the last turn's motion that is over
     ghost: Array | None = None  # the state of an agent that plays beside, to be drawn faintly

@@ -6,7 +6,6 @@ from itertools import islice
 import numpy as np
 
 from dmplay.advice.adviser import Adviser
-from dmplay.core import Continuous
 from dmplay.describe import counted, ended
 from dmplay.errors import BadParameter
 from dmplay.finding.typed import whole
@@ -164,14 +163,6 @@ def foresee(game: Game, action: float) -> str:
     told = think(AHEAD, lambda: game.adviser.foresee(action))
     game.helped()
     return told
-
-
-def ahead(game: Game, action: float, width: int) -> str:
-    """What an action may bring, in so many columns where a board draws it: no row of numbers."""
-    told = foresee(game, action)
-    if len(told) < width and not isinstance(game.problem.states, Continuous):
-        return told
-    return f"{told.partition(': ')[0]}: as drawn; Enter plays it, Esc leaves"
 
 
 def review(game: Game, argument: str) -> str:

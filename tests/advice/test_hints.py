@@ -151,8 +151,9 @@ def test_a_hint_answers_who_sits_there_if_it_can(rival: str, hint: str) -> None:
         ([0.00001, 0.00002], ["0.000010", "0.000020"]),
         ([-0.0146], ["-0.015"]),
         ([-0.001, 0.5], ["0.00", "0.50"]),
-        ([0.0, 0.0], ["0.00", "0.00"]),
-        ([2500.5, -np.inf], ["2500.50", "-inf"]),
+        ([0.0, 0.0], ["0", "0"]),
+        ([3.0, -1.0], ["3", "-1"]),
+        ([2500.5, 2000.0, -np.inf], ["2500", "2000", "-inf"]),
     ],
 )
 def test_values_are_told_apart_by_their_decimals(values: list[float], shown: list[str]) -> None:

@@ -23,7 +23,7 @@ def test_the_worst_moves_come_first_and_equal_ones_in_order() -> None:
 def test_several_people_are_named() -> None:
     told = table([move(1, "agent1", "up", 0.0), move(1, "agent2", "down", 1.0)])
     assert told[0] == "turn  seat    yours  best        regret"
-    assert told[1] == "1     agent2  down   left or up  1.00 ####################"
+    assert told[1] == "1     agent2  down   left or up  1 ####################"
 
 
 def test_where_nothing_is_known_there_are_no_columns() -> None:

@@ -398,7 +398,8 @@ def test_a_hidden_entry_shows_nothing_of_its_length_its_letters_or_what_is_wrong
 def test_a_distance_is_typed_or_nudged_and_thrown_by_enter(keys: str) -> None:
     played = game("catch")
     shown = play(played, *keys.split(), "enter", "enter")
-    assert "60   Enter plays it" in shown.frames[-3]
+    assert "60 throws 60 m: caught 39%, pays 23 on average   Enter plays it" in shown.frames[-3]
+    assert "→60←" in shown.frames[-3]
     assert "threw 60 m." in shown.frames[-2]
     assert "no number is written yet" in shown.last
     assert "type a number, Enter plays it  ← → nudge it" in shown.last
@@ -408,8 +409,9 @@ def test_a_distance_is_typed_or_nudged_and_thrown_by_enter(keys: str) -> None:
 @pytest.mark.parametrize(
     ("name", "keys", "told"),
     [
-        ("catch", "6", "6, that is 60   Enter plays it"),
-        ("catch", "6 1", "61   Enter plays it"),
+        ("catch", "6", "6 throws 60 m: caught 39%, pays 23 on average   Enter plays it"),
+        ("catch", "6 1", "61: expected a whole number from 10 to 100 in steps of 10"),
+        ("simple-regulator", "-", "-: expected a number from -10 to 10"),
         ("simple-regulator", "- . 2", "-.2 aims at -0.037; costs 0.027 now, 0.011 next on average"),
     ],
 )

@@ -109,7 +109,7 @@ walls: u -1.16 n -1.16 y -1.47 b -1.47                           ne     3.64
  / \\ / \\ / \\ / \\   \\ / \\ / \\ / \\ / \\ / \\
 |   |   | x |   |   |   |   |   |   | + |
  \\ / \\ / \\ / \\ /     \\ / \\ / \\ /     \\ /
-walls: u -1.16 n -1.16 y -1.47 b -1.47
+* best, # loses most
 
  regret ##[+]_  worst: turn 2, 1, 3
  turn 3 of 4: chose se; e was better by 1.16.
