@@ -81,7 +81,9 @@ def test_the_end_of_input_is_a_clean_end(tmp_path: Path) -> None:
     assert "over: quit after 0 turns." in done.stdout
 
 
-def test_an_unknown_action_in_a_pipe_ends_with_2_and_keeps_the_turns(tmp_path: Path) -> None:
+def test_an_action_that_cannot_be_done_in_a_pipe_ends_with_2_and_keeps_the_turns(
+    tmp_path: Path,
+) -> None:
     done = run(tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin="e\n# a note\nnee\ne\n")
     assert done.returncode == 2
     assert done.stderr.endswith("error: line 3: unknown action 'nee'; did you mean ne or e?\n")
@@ -89,12 +91,9 @@ def test_an_unknown_action_in_a_pipe_ends_with_2_and_keeps_the_turns(tmp_path: P
     assert "turn: 1\n" in text
     assert '"reason": "illegal"' in text
     assert run(tmp_path, "verify", "g.dmt").returncode == 0
-
-
-def test_an_illegal_slide_in_a_pipe_ends_with_2(tmp_path: Path) -> None:
-    done = run(tmp_path, "2048", "--seed", "5", stdin="look\ndown\n")
-    assert done.returncode == 2
-    assert "error: line 2: turn 1, agent: down is not legal now" in done.stderr
+    slid = run(tmp_path, "2048", "--seed", "5", stdin="look\ndown\n")
+    assert slid.returncode == 2
+    assert "error: line 2: turn 1, agent: down is not legal now" in slid.stderr
 
 
 def test_the_seed_is_told_with_the_command_that_plays_again(tmp_path: Path) -> None:
