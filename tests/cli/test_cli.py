@@ -2,14 +2,12 @@
 
 import json
 import os
-import subprocess
 from pathlib import Path
 
 import pytest
 
 from tests.support.brought import NO_AGENT
 from tests.support.programs import homeless, run
-from tests.support.terminals import DMPLAY, clean_environment
 
 WORDS = (
     "play", "resume", "replay", "verify", "list", "info",
@@ -323,10 +321,7 @@ def test_info_and_list_are_data_too(tmp_path: Path) -> None:
 def test_a_fault_of_our_own_is_one_line_and_a_file(tmp_path: Path) -> None:
     words = ("hexworld", "--agent", "./broken.py:Agent", "--seed", "1")
     (tmp_path / "broken.py").write_text(NO_AGENT)
-    done = subprocess.run(
-        [*DMPLAY, *words], capture_output=True, text=True, check=False, cwd=tmp_path,
-        env=clean_environment(tmp_path, TMPDIR=str(tmp_path)),
-    )  # fmt: skip
+    done = run(tmp_path, *words, TMPDIR=str(tmp_path))
     assert done.returncode == 1
     assert done.stderr.startswith("error: unexpected TypeError; ")
     (log,) = tmp_path.glob("dmplay-*.log")
