@@ -271,20 +271,23 @@ def asked(where: object, answer: Callable[..., T], *given: object) -> T:
         raise BadPolicy(f"{where}: {name} writes into what it was given; copy it first") from None
 
 
-def parameter(
+def parameter(  # noqa: PLR0913 - each is the problem's to choose
     default: T,
     meaning: str,
     low: float | None = None,
     high: float | None = None,
+    *,
     above: bool = False,
+    among: Sequence[str] = (),
 ) -> T:
     """A dataclass field with its meaning and, for numbers, its bounds (`above`: low excluded).
 
-    Without bounds of its own a number is at most a million, or ten times its default.
+    Without bounds of its own a number is at most a million, or ten times its default; a word is
+    one of those that it is said to be `among`, or any.
     """
     far = max(LARGEST, 10 * abs(default)) if isinstance(default, int | float) else LARGEST
     low, high = -far if low is None else low, far if high is None else high
-    facts = {"meaning": meaning, "low": low, "high": high, "above": above}
+    facts = {"meaning": meaning, "low": low, "high": high, "above": above, "among": among}
     return field(default=default, metadata=facts)
 
 
@@ -311,6 +314,9 @@ def _check(value: object, one: Field[Any]) -> None:
     flag = isinstance(value, bool | np.bool_)
     if not isinstance(value, kinds) or flag != isinstance(one.default, bool):
         raise BadParameter(f"{one.name}: got {value!r}, expected {words}")
+    if isinstance(value, str) and value not in (one.metadata["among"] or (value,)):
+        among = ", ".join(one.metadata["among"])
+        raise BadParameter(f"{one.name}: got {value!r}, expected one of {among}")
     if flag or isinstance(value, str):
         return
     number: Any = value

@@ -23,7 +23,7 @@ from dmplay.screen.row import Veil
 from dmplay.screen.screen import Screen
 from dmplay.screen.show import show
 from dmplay.signals import ENDS, INTERRUPTED, leaving
-from dmplay.terminal import clean, wipe
+from dmplay.terminal import clean
 from dmplay.words.commands import Leave
 from dmplay.words.completion.candidates import Candidates
 from dmplay.words.shell import Shell
@@ -76,10 +76,8 @@ def run(shell: Shell, input_: Input | None = None, output: Output | None = None)
     while True:
         try:
             if shell.curtained:
-                if not warned:
-                    wipe()
                 with leaving():
-                    shell.change_places()
+                    shell.change_places(again=warned)
             line = session.prompt(lambda: shell.prompt, pre_run=_ready, handle_sigint=True)
         except KeyboardInterrupt:
             empty = shell.curtained or not session.default_buffer.text

@@ -33,6 +33,18 @@ class Rollout(NamedTuple):
     state: Array  # [E, ...], the last
 
 
+class Games(NamedTuple):
+    """Which games are played, how, by whose work, and what is kept of each."""
+
+    which: range
+    turns: int | None = None
+    seed: int = 0
+    workers: Workers = 1
+    executor: Executor | None = None
+    progress: Watch | None = None
+    keep: Sequence[str] = Rollout._fields
+
+
 class Rest(NamedTuple):
     """What came of the games that were played where not all were, and which they are."""
 
@@ -75,30 +87,20 @@ def rollout(  # noqa: PLR0913 - each is the caller's to choose
     the executor, the blocks and their order. `progress` is told the share that is played. Raises
     Lost when workers died again and again, and Interrupted.
     """
-    (found,) = rollouts(
-        problem, [policies], episodes=episodes, turns=turns, seed=seed, first=first,
-        workers=workers, executor=executor, progress=progress, keep=keep,
-    )  # fmt: skip
+    which = range(first, first + episodes)
+    games = Games(which, turns, seed, workers, executor, progress, keep)
+    (found,) = rollouts(problem, [policies], games)
     return found
 
 
-def rollouts(  # noqa: PLR0913
-    problem: Problem,
-    entrants: Sequence[Sequence[Policy]],
-    *,
-    episodes: int,
-    turns: int | None = None,
-    seed: int = 0,
-    first: int = 0,
-    workers: Workers = 1,
-    executor: Executor | None = None,
-    progress: Watch | None = None,
-    keep: Sequence[str] = Rollout._fields,
+def rollouts(
+    problem: Problem, entrants: Sequence[Sequence[Policy]], games: Games
 ) -> tuple[Rollout, ...]:
-    """The same episodes by each of some entrants, block by block: the policies of each, as above.
+    """The same games by each of some entrants, block by block: the policies of each, as above.
 
     So what was played by the time of an interruption was played by all.
     """
+    which, turns, seed, workers, executor, progress, keep = games
     for policies in entrants:
         if len(policies) != len(problem.agents):
             told = f"got {len(policies)} policies, expected one for each of {problem.agents}"
@@ -107,28 +109,27 @@ def rollouts(  # noqa: PLR0913
         if name not in Rollout._fields:
             raise UnknownName("array to keep", name, Rollout._fields)
     work = partial(_blocks, problem, tuple(map(tuple, entrants)), turns, seed, tuple(keep))
-    games = range(first, first + episodes)
     at_once = executor is None and workers == 1 and progress is None
     hands = workers if isinstance(workers, int) else 1
     size = MOST if at_once else min(_grain(problem, one, seed, hands) for one in entrants)
     kept: tuple[Rollout, ...] | None = None
-    played = np.zeros(episodes, bool)
+    played = np.zeros(len(which), bool)
     with watched(progress) if progress else nullcontext():
         budget = Budget("a rollout", "try fewer games at a time", math.inf)
         try:
-            for block, parts in done(work, games, size=size, workers=workers, executor=executor):
-                kept = kept or tuple(_empty(one, keep, episodes) for one in parts)
-                rows = slice(block.start - first, block.stop - first)
+            for block, parts in done(work, which, size=size, workers=workers, executor=executor):
+                kept = kept or tuple(_empty(one, keep, len(which)) for one in parts)
+                rows = slice(block.start - which.start, block.stop - which.start)
                 for whole, one in zip(kept, parts, strict=True):
                     for name in keep:
                         getattr(whole, name)[rows] = getattr(one, name)
                 played[rows] = True
                 budget.spend(0, float(played.mean()))
         except LostGames as error:
-            raise Lost(error, _rest(kept, keep, first, played)) from None
+            raise Lost(error, _rest(kept, keep, which.start, played)) from None
         except KeyboardInterrupt:
-            raise Interrupted(_rest(kept, keep, first, played)) from None
-    return kept or work(games)
+            raise Interrupted(_rest(kept, keep, which.start, played)) from None
+    return kept or work(which)
 
 
 def _grain(problem: Problem, policies: Sequence[Policy], seed: int, workers: int) -> int:

@@ -13,6 +13,7 @@ from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter
 from dmplay.measure.estimate import Estimate, always, estimate
 from dmplay.measure.some import some
+from dmplay.rollouts import Games
 
 FEW = 50  # games before a decision is looked for: the interval holds for many
 
@@ -64,10 +65,9 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
     decided = None if decide is None else False
     many = episodes if decide is None else min(FEW, episodes)
     while True:
-        part = some(
-            problem, entrants, games=range(len(returns), many), turns=turns, seed=seed,
-            workers=workers, executor=executor, progress=progress, keep=("returns",),
-        )  # fmt: skip
+        which = range(len(returns), many)
+        games = Games(which, turns, seed, workers, executor, progress, ("returns",))
+        part = some(problem, entrants, games)
         if part.played:
             each = [one.returns[:, seat] for one in part.played]
             returns = np.concatenate([returns, np.stack(each, axis=1)])

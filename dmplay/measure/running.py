@@ -14,7 +14,7 @@ from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter
 from dmplay.measure.estimate import Estimate, estimate, quantiles
 from dmplay.measure.some import Some, some
-from dmplay.rollouts import Rollout
+from dmplay.rollouts import Games, Rollout
 
 FEW, GROWS = 100, 2  # games until the error is looked at; so many times more each time
 MOST = 10_000_000
@@ -69,10 +69,8 @@ def run(  # noqa: PLR0913 - each is the caller's to choose
     first, parts = 0, list[Some]()
     many = episodes if until is None else FEW
     while True:
-        part = some(
-            problem, [policies], games=range(first, many), turns=turns, seed=seed,
-            workers=workers, executor=executor, progress=progress, keep=KEPT,
-        )  # fmt: skip
+        asked = Games(range(first, many), turns, seed, workers, executor, progress, KEPT)
+        part = some(problem, [policies], asked)
         parts.append(part)
         played = [one for each in parts for one in each.played]
         if part.short and not played:

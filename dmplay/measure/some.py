@@ -1,16 +1,13 @@
 """Games of which, where somebody interrupts them or workers die, those that were played count."""
 
 from collections.abc import Sequence
-from concurrent.futures import Executor
 from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.blocks import Workers
-from dmplay.budget import Watch
 from dmplay.chance import Ints
 from dmplay.core import Policy, Problem
-from dmplay.rollouts import Interrupted, Lost, Rollout, rollouts
+from dmplay.rollouts import Games, Interrupted, Lost, Rollout, rollouts
 
 
 class Some(NamedTuple):
@@ -21,24 +18,10 @@ class Some(NamedTuple):
     short: Interrupted | Lost | None
 
 
-def some(  # noqa: PLR0913 - each is the caller's to choose
-    problem: Problem,
-    entrants: Sequence[Sequence[Policy]],
-    *,
-    games: range,
-    turns: int | None,
-    seed: int,
-    workers: Workers,
-    executor: Executor | None,
-    progress: Watch | None,
-    keep: Sequence[str],
-) -> Some:
+def some(problem: Problem, entrants: Sequence[Sequence[Policy]], games: Games) -> Some:
     """These games by each of some entrants, as far as they come."""
     try:
-        played = rollouts(
-            problem, entrants, episodes=len(games), first=games.start, turns=turns, seed=seed,
-            workers=workers, executor=executor, progress=progress, keep=keep,
-        )  # fmt: skip
+        played = rollouts(problem, entrants, games)
     except (Interrupted, Lost) as error:
         return Some(*error.rest, error)
-    return Some(played, np.array(games), None)
+    return Some(played, np.array(games.which), None)

@@ -16,6 +16,7 @@ from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter
 from dmplay.measure.estimate import Estimate, estimate
 from dmplay.measure.some import some
+from dmplay.rollouts import Games
 from dmplay.solvers.matrix_game import Profile, nash, responses
 
 Played = MutableMapping[tuple[int, ...], Reals]  # returns [E, n] by who sits where
@@ -65,14 +66,12 @@ def tournament(  # noqa: PLR0913 - each is the caller's to choose
     played = {} if played is None else played
     sides = [*entrants.values(), *([exact] if exact else [])]
     short = ""
+    games = Games(range(episodes), turns, seed, workers, executor, keep=("returns",))
     with watched(progress) if progress else nullcontext():
         for place, seating in enumerate(left := [*_seatings(len(names), seats, exact, played)]):
             policies = [sides[who][seat] for seat, who in enumerate(seating)]
             with part(place, len(left)):
-                one = some(
-                    problem, [policies], games=range(episodes), turns=turns, seed=seed,
-                    workers=workers, executor=executor, progress=None, keep=("returns",),
-                )  # fmt: skip
+                one = some(problem, [policies], games)
             if one.short and not played:
                 raise one.short
             if one.short:

@@ -1,5 +1,6 @@
 """Agents for any game of two with one state and a payoff table (chapter 24)."""
 
+from abc import abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -31,16 +32,26 @@ class _Mixed(Reactive):
 
 
 @dataclass(frozen=True)
-class Nash(_Mixed):
+class _Drawing(_Mixed):
+    """One whose mixed strategy is the same in every round."""
+
+    @property
+    @abstractmethod
+    def _mix(self) -> Categorical:
+        """Its strategy, of one row."""
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """An action drawn from its mix."""
+        return self._mix.sample(u)
+
+
+@dataclass(frozen=True)
+class Nash(_Drawing):
     """A Nash equilibrium, the first that support enumeration finds; of large games, any."""
 
     @cached_property
     def _mix(self) -> Categorical:
         return Categorical.of(_equilibrium(self.problem)[self.seat][None])
-
-    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """An action drawn from the equilibrium."""
-        return self._mix.sample(u)
 
 
 @kept
@@ -49,25 +60,19 @@ def _equilibrium(problem: Problem) -> matrix_game.Profile:
 
 
 @dataclass(frozen=True)
-class Equilibrium(Maximising, Reactive):
+class Equilibrium(_Drawing):
     """Its part of the equilibrium that is found for any number of agents, or comes nearest to one.
 
     The values are against what the others play in it.
     """
 
-    draws = 1  # for the action
-
-    @cached_property
-    def _payoffs(self) -> Reals:
-        return matrix_game.table(self.problem)
-
     @cached_property
     def _found(self) -> Matched:
         return regret_matching.equilibrium(self._payoffs)
 
-    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """An action drawn from its mix."""
-        return Categorical.of(self._found.mixes[self.seat][None]).sample(u)
+    @cached_property
+    def _mix(self) -> Categorical:
+        return Categorical.of(self._found.mixes[self.seat][None])
 
     def values(self, memory: Memory) -> Reals:
         """The reward expected of each action."""
@@ -76,7 +81,7 @@ class Equilibrium(Maximising, Reactive):
 
 
 @dataclass(frozen=True)
-class Softmax(_Mixed):
+class Softmax(_Drawing):
     """A softmax response to one who is a level lower; level 0 does anything (section 24.7)."""
 
     precision: float = parameter(0.5, "how much better replies are preferred", 0.0)
@@ -91,10 +96,6 @@ class Softmax(_Mixed):
     def _replies(self) -> Reals:
         lower = matrix_game.softmax_level(self._payoffs, self.precision, max(self.level - 1, 0))
         return matrix_game.responses(self._payoffs, lower)[self.seat]
-
-    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """An action drawn at random."""
-        return self._mix.sample(u)
 
     def values(self, memory: Memory) -> Reals:
         """The reward expected of each action against one who is a level lower."""

@@ -1,5 +1,6 @@
 """The agents that know what can happen and what it pays, for problems of one agent."""
 
+from abc import abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -62,29 +63,35 @@ def action_values(problem: Problem, discount: float) -> Reals:
 
 
 @dataclass(frozen=True)
-class Optimal(Valued):
+class _Staged(Valued):
+    """The best action for its belief, by alpha vectors."""
+
+    def values(self, memory: Memory) -> Reals:
+        """Q of the belief, with as many rewards to come."""
+        return alpha_vectors.action_values(self._stage, memory[0])
+
+    @property
+    @abstractmethod
+    def _stage(self) -> Stage:
+        """The vectors of the rewards to come."""
+
+
+@dataclass(frozen=True)
+class Optimal(_Staged):
     """The best action for its belief in a game without end, by alpha vectors."""
 
     @cached_property
     def _stage(self) -> Stage:
         return _endless(self.problem)
 
-    def values(self, memory: Memory) -> Reals:
-        """Q of the belief."""
-        return alpha_vectors.action_values(self._stage, memory[0])
-
 
 @dataclass(frozen=True)
-class Plan(Planner):
+class Plan(_Staged, Planner):
     """Looks `horizon` turns ahead, every turn anew."""
 
     @cached_property
     def _stage(self) -> Stage:
         return _ahead(self.problem, self.horizon)
-
-    def values(self, memory: Memory) -> Reals:
-        """Q of the belief with `horizon` rewards to come."""
-        return alpha_vectors.action_values(self._stage, memory[0])
 
 
 @dataclass(frozen=True)

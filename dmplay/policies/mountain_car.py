@@ -7,7 +7,6 @@ import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Problem, parameter
-from dmplay.errors import BadParameter
 from dmplay.policies.kinds import Always, Maximising, Reactive
 from dmplay.policies.roster import Roster
 from dmplay.problems.mountain_car import LEFT_WALL, RIGHT_WALL, TOP_SPEED
@@ -22,13 +21,7 @@ NAMES = {"left": LEFT, "coast": COAST, "right": RIGHT}
 class Pump(Reactive):
     """Drives the way the car rolls, which adds energy on every swing."""
 
-    still: str = parameter("right", "what to do at speed 0: left, coast or right")
-
-    def __post_init__(self) -> None:
-        """Refuses a word that is no action."""
-        super().__post_init__()
-        if self.still not in NAMES:
-            raise BadParameter(f"still: got {self.still!r}, expected one of {', '.join(NAMES)}")
+    still: str = parameter("right", "what to do at speed 0: left, coast or right", among=(*NAMES,))
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """By the sign of the speed."""

@@ -11,7 +11,7 @@ import numpy as np
 from dmplay import belief
 from dmplay.chance import Array, Reals
 from dmplay.core import Memory, Percept, Problem, exact, parameter
-from dmplay.errors import BadParameter, BadPolicy
+from dmplay.errors import BadPolicy
 from dmplay.policies._joint_plan import JointPlan, surprised
 from dmplay.policies.crying_baby import FeedWhenCrying
 from dmplay.policies.kinds import Maximising, Seated
@@ -34,13 +34,11 @@ class BestResponse(Maximising, Seated):
     what was heard last. The values are against that partner.
     """
 
-    to: str = parameter("feed-when-crying", f"the partner: {', '.join(ANSWERED)}")
+    to: str = parameter("feed-when-crying", f"the partner: {', '.join(ANSWERED)}", among=ANSWERED)
 
     def __post_init__(self) -> None:
-        """Refuses what it has no answer to, and a game without end and discount."""
+        """Refuses a game without end and discount."""
         super().__post_init__()
-        if self.to not in ANSWERED:
-            raise BadParameter(f"to: got {self.to!r}, expected one of {', '.join(ANSWERED)}")
         if self.problem.discount >= 1.0:
             raise BadPolicy("a game without end needs a discount below 1")
 

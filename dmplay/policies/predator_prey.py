@@ -10,7 +10,7 @@ import numpy as np
 
 from dmplay.chance import Array, Bools, Categorical, Ints, Reals
 from dmplay.core import Memory, parameter
-from dmplay.errors import BadParameter, BadPolicy
+from dmplay.errors import BadPolicy
 from dmplay.hexes import DIRECTIONS
 from dmplay.policies.kinds import Maximising, Reactive
 from dmplay.policies.roster import Roster
@@ -54,6 +54,10 @@ class Flee(_Runner):
         return np.asarray(np.argmax(far, axis=1))
 
 
+RUNNERS: dict[str, type[_Runner]] = {"chase": Chase, "flee": Flee}
+ANSWERED = ("natural", *RUNNERS, "random")
+
+
 @dataclass(frozen=True)
 class BestResponse(Maximising, Reactive):
     """The best answer to others who all play `to`: natural (chase or flee), chase, flee or random.
@@ -62,13 +66,13 @@ class BestResponse(Maximising, Reactive):
     """
 
     problem: PredatorPrey
-    to: str = parameter("natural", "what the others play: natural, chase, flee or random")
+    to: str = parameter(
+        "natural", "what the others play: natural, chase, flee or random", among=ANSWERED
+    )
 
     def __post_init__(self) -> None:
-        """Refuses what it has no answer to."""
+        """Refuses a game without end and discount."""
         super().__post_init__()
-        if self.to not in ANSWERED:
-            raise BadParameter(f"to: got {self.to!r}, expected one of {', '.join(ANSWERED)}")
         if self.problem.discount >= 1.0:
             raise BadPolicy("a hunt without end needs a discount below 1")
 
@@ -141,10 +145,6 @@ class Equilibrium(Reactive):
 def _natural(problem: PredatorPrey, seat: int) -> str:
     """What an agent of this seat's kind does."""
     return "chase" if seat in problem.hunters else "flee"
-
-
-RUNNERS: dict[str, type[_Runner]] = {"chase": Chase, "flee": Flee}
-ANSWERED = ("natural", *RUNNERS, "random")
 
 
 def roster(problem: PredatorPrey, seat: int) -> Roster:

@@ -11,6 +11,7 @@ ASCII = str.maketrans(
     | dict(zip("▁▂▃▄▅▆▇▏▎▍▌▋▊▉", "_.:-=+*       ", strict=True))
 )
 MOST = 3e6  # cells of a drawing
+SPARE = 80  # cells by which a row grows beyond what is written, as more is to come
 DIAGONALS = {"↗": "NE", "↖": "NW", "↙": "SW", "↘": "SE"}
 
 
@@ -28,8 +29,8 @@ class Canvas:
             self._budget.spend(y - len(self._rows))
             self._rows.extend(([], []) for _ in range(y + 1 - len(self._rows)))
         glyphs, styles = self._rows[y]
-        missing = end - len(glyphs)
-        if missing > 0:
+        if end > len(glyphs):
+            missing = end - len(glyphs) + SPARE
             self._budget.spend(missing)
             glyphs.extend(" " * missing)
             styles.extend([""] * missing)

@@ -66,8 +66,10 @@ class Shell:
         """Whether somebody else is to sit down before anything more is told."""
         return self.table.typed and self.table.curtained
 
-    def change_places(self) -> None:
+    def change_places(self, *, again: bool) -> None:
         """Waits for the one who is next to sit down, and shows what this one may see."""
+        if not again:
+            wipe()
         self._say(handed_over(self.table))
         if self.terminal.screen:
             self._show(fresh=False)
@@ -146,9 +148,7 @@ def ask(shell: Shell) -> None:
     while True:
         try:
             if shell.curtained:
-                if not warned:
-                    wipe()
-                shell.change_places()
+                shell.change_places(again=warned)
             line = _typed(shell)
             warned = False
             shell.do(line)

@@ -2,14 +2,12 @@
 
 import json
 import os
-import subprocess
 from pathlib import Path
 
 import pytest
 
 from tests.support.brought import NO_AGENT
 from tests.support.programs import homeless, run
-from tests.support.terminals import DMPLAY, clean_environment
 
 WORDS = (
     "play", "resume", "replay", "verify", "list", "info",
@@ -81,7 +79,9 @@ def test_the_end_of_input_is_a_clean_end(tmp_path: Path) -> None:
     assert "over: quit after 0 turns." in done.stdout
 
 
-def test_an_unknown_action_in_a_pipe_ends_with_2_and_keeps_the_turns(tmp_path: Path) -> None:
+def test_an_action_that_cannot_be_done_in_a_pipe_ends_with_2_and_keeps_the_turns(
+    tmp_path: Path,
+) -> None:
     done = run(tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin="e\n# a note\nnee\ne\n")
     assert done.returncode == 2
     assert done.stderr.endswith("error: line 3: unknown action 'nee'; did you mean ne or e?\n")
@@ -89,12 +89,9 @@ def test_an_unknown_action_in_a_pipe_ends_with_2_and_keeps_the_turns(tmp_path: P
     assert "turn: 1\n" in text
     assert '"reason": "illegal"' in text
     assert run(tmp_path, "verify", "g.dmt").returncode == 0
-
-
-def test_an_illegal_slide_in_a_pipe_ends_with_2(tmp_path: Path) -> None:
-    done = run(tmp_path, "2048", "--seed", "5", stdin="look\ndown\n")
-    assert done.returncode == 2
-    assert "error: line 2: turn 1, agent: down is not legal now" in done.stderr
+    slid = run(tmp_path, "2048", "--seed", "5", stdin="look\ndown\n")
+    assert slid.returncode == 2
+    assert "error: line 2: turn 1, agent: down is not legal now" in slid.stderr
 
 
 def test_the_seed_is_told_with_the_command_that_plays_again(tmp_path: Path) -> None:
@@ -324,10 +321,7 @@ def test_info_and_list_are_data_too(tmp_path: Path) -> None:
 def test_a_fault_of_our_own_is_one_line_and_a_file(tmp_path: Path) -> None:
     words = ("hexworld", "--agent", "./broken.py:Agent", "--seed", "1")
     (tmp_path / "broken.py").write_text(NO_AGENT)
-    done = subprocess.run(
-        [*DMPLAY, *words], capture_output=True, text=True, check=False, cwd=tmp_path,
-        env=clean_environment(tmp_path, TMPDIR=str(tmp_path)),
-    )  # fmt: skip
+    done = run(tmp_path, *words, TMPDIR=str(tmp_path))
     assert done.returncode == 1
     assert done.stderr.startswith("error: unexpected TypeError; ")
     (log,) = tmp_path.glob("dmplay-*.log")

@@ -4,10 +4,10 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from subprocess import CompletedProcess
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 import typer
@@ -69,42 +69,84 @@ def context(*words: str) -> Any:
 
 def found(name: str, option: str, *flags: str) -> tuple[object, str]:
     """The value of an option as its command takes it, and where it came from."""
+    return every(name, *flags)[option]
+
+
+def every(name: str, *flags: str) -> dict[str, tuple[object, str]]:
+    """The same of all options of a command."""
     command = GROUP.commands[name]
     with (
         context(name) as root,
         command.make_context(name, [*flags], parent=root, resilient_parsing=True) as made,
     ):
-        one = options(command)[option]
-        return made.params[one.name], made.get_parameter_source(one.name).name
+        return {
+            option: (made.params[one.name], made.get_parameter_source(one.name).name)
+            for option, one in options(command).items()
+        }
 
 
-@pytest.mark.parametrize(("name", "option"), EVERY)
-def test_a_flag_wins_over_a_variable_over_the_project_over_the_user(
-    name: str, option: str, place: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    one = options(GROUP.commands[name])[option]
+class Asked(NamedTuple):
+    """What an option is given by a flag, by a variable, by the project and by the user."""
+
+    one: Any
+    values: Sequence[object]
+
+    def told(self, by: int) -> object:
+        """One of them as a file has it and a command takes it."""
+        return (self.values[by],) if self.one.multiple else self.values[by]
+
+    def variable(self, name: str) -> tuple[str, str]:
+        """The variable of a command's option, and what it holds."""
+        value = str(int(not self.one.default) if self.one.is_bool_flag else self.values[1])
+        return self.one.envvar or f"DMPLAY_{name.upper()}_{self.one.name.upper()}", value
+
+    def flags(self, option: str) -> list[str]:
+        """What is typed."""
+        if self.one.is_bool_flag:
+            return [f"--no-{option}" if self.one.default else f"--{option}"]
+        return [f"--{option}", str(self.values[0])]
+
+
+def four(one: Any, number: int) -> Asked:
+    """Four values that differ, and differ from those of the option before it."""
     kind = next(kind for kind in VALUES if one.type.name.startswith(kind))
-    other = not one.default
-    several = VALUES[kind] if kind != "choice" else [*one.type.choices, one.type.choices[0]]
-    flag, variable, project, user = [other] * 4 if one.is_bool_flag else several[:4]
-    wrapped = [(v,) if one.multiple else v for v in (flag, variable, project, user)]
-    default = found(name, option)
-    assert default[1] == "DEFAULT"
-    users(place, f"[{name}]\n{option} = {json.dumps(wrapped[3])}\n")
-    assert found(name, option) == (wrapped[3], "DEFAULT_MAP")
-    projects(place, f"[{name}]\n{option} = {json.dumps(wrapped[2])}\n")
-    if option in LOOKS_AND_NUMBERS:
-        assert found(name, option) == (wrapped[2], "DEFAULT_MAP")
-    else:
+    if one.is_bool_flag:
+        return Asked(one, [not one.default] * 4)
+    if kind == "choice":
+        return Asked(one, [*one.type.choices, one.type.choices[0]])
+    first = number % 4
+    return Asked(one, [*VALUES[kind][first:], *VALUES[kind][:first]])
+
+
+@pytest.mark.parametrize("name", GROUP.commands)
+def test_a_flag_wins_over_a_variable_over_the_project_over_the_user(
+    name: str, place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    known = options(GROUP.commands[name])
+    asked = {option: four(one, number) for number, (option, one) in enumerate(known.items())}
+
+    def file(options: Iterable[str], by: int) -> str:
+        rows = (f"{option} = {json.dumps(asked[option].told(by))}\n" for option in options)
+        return f"[{name}]\n{''.join(rows)}"
+
+    def come(options: Iterable[str], by: int, source: str) -> dict[str, tuple[object, str]]:
+        return {option: (asked[option].told(by), source) for option in options}
+
+    assert {source for _, source in every(name).values()} <= {"DEFAULT"}
+    users(place, file(asked, 3))
+    assert every(name) == come(asked, 3, "DEFAULT_MAP")
+    for option in asked.keys() - LOOKS_AND_NUMBERS:
+        projects(place, file([option], 2))
         with pytest.raises(DmplayError, match=f"^dmplay.toml: {name}.{option}: a folder's file"):
             defaults(GROUP.commands)
-        projects(place, "")
-    own = one.envvar or f"DMPLAY_{name.upper()}_{one.name.upper()}"
-    monkeypatch.setenv(own, str(int(other)) if one.is_bool_flag else str(variable))
-    assert found(name, option) == (wrapped[1], "ENVIRONMENT")
-    bare = f"--{option}" if other else f"--no-{option}"
-    flags = [bare] if one.is_bool_flag else [f"--{option}", str(flag)]
-    assert found(name, option, *flags) == (wrapped[0], "COMMANDLINE")
+    free = asked.keys() & LOOKS_AND_NUMBERS
+    projects(place, file(free, 2))
+    assert every(name) == come(asked, 3, "DEFAULT_MAP") | come(free, 2, "DEFAULT_MAP")
+    for one in asked.values():
+        monkeypatch.setenv(*one.variable(name))
+    assert every(name) == come(asked, 1, "ENVIRONMENT")
+    flags = [word for option, one in asked.items() for word in one.flags(option)]
+    assert every(name, *flags) == come(asked, 0, "COMMANDLINE")
 
 
 @pytest.mark.parametrize("option", GENERAL)

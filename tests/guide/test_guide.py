@@ -77,7 +77,7 @@ def test_all_topics_together_are_not_raw() -> None:
 
 
 @every_topic
-@pytest.mark.parametrize("width", [40, 80, guide.WIDE])
+@pytest.mark.parametrize("width", [40, 80])
 def test_a_topic_fits_80_columns_and_fewer_but_for_what_is_typed(name: str, width: int) -> None:
     rows = (row for block in blocks(topic(name)) for row in block.code.split("\n"))
     typed = {f"    {row}".rstrip() for row in rows}

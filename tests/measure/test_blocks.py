@@ -14,7 +14,7 @@ import pytest
 import dmplay
 from dmplay.blocks import done
 from dmplay.errors import BadParameter, UnknownName
-from dmplay.rollouts import Interrupted, Lost, Rollout, rollout, rollouts
+from dmplay.rollouts import Games, Interrupted, Lost, Rollout, rollout, rollouts
 
 HEX = dmplay.load("hexworld")
 WALKER = [dmplay.agent(HEX, 0, "optimal")]
@@ -88,7 +88,7 @@ def test_what_was_played_before_an_interruption_is_kept_of_all_who_played() -> N
 
     both = [WALKER, [dmplay.agent(HEX, 0, "random")]]
     with ThreadPoolExecutor(1) as thread, pytest.raises(Interrupted) as stopped:
-        rollouts(HEX, both, episodes=200, seed=5, workers=4, executor=thread, progress=stop)
+        rollouts(HEX, both, Games(range(200), None, 5, 4, thread, stop))
     (one, other), games = stopped.value.rest
     assert 0 < len(games) < 200
     assert np.array_equal(one.returns, WHOLE.returns[games])

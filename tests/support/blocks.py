@@ -122,6 +122,10 @@ class Reader:
                 self._install()
             elif words[0] == "cc" and shutil.which("cc") is None:
                 pytest.skip("there is no C compiler here: what stands before it was tried")
+            elif words[0] == "dmplay" and words[-2:-1] == [">"]:
+                told, errors = self._dmplay(words[:-2], printed)
+                Path(words[-1]).write_text(told, encoding="utf-8")
+                printed = ""
             elif words[0] == "dmplay" and ">" not in words:
                 printed, errors = self._dmplay(words, printed)
             else:

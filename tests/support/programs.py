@@ -98,7 +98,7 @@ def _run(
 ) -> CompletedProcess[str]:
     with tempfile.TemporaryDirectory() as place:
         streams = [Path(place, name) for name in ("stdin", "stdout", "stderr")]
-        streams[0].write_text(stdin or "", encoding="utf-8")
+        streams[0].write_text(stdin or "", encoding="utf-8", errors="surrogateescape")
         if stdin is None:
             streams[0] = Path(os.devnull)
         code = ended(_started(words, folder, world, streams, around))

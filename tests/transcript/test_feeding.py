@@ -28,7 +28,7 @@ from tests.fuzz.mutations import summed
 from tests.support.games import recorded
 from tests.support.turns import Nim
 
-TURNS = 20
+TURNS = 12
 # Problem, the first agent, the other, settings.
 GAMES: Sequence[tuple[str, str, str, list[str]]] = (
     ("hexworld", "random", "", ["rewards=[]"]),
@@ -148,15 +148,15 @@ def test_many_turns_at_once_are_held_against_the_file_as_strictly_as_one(
 
 
 def test_a_game_whose_states_come_again_is_worked_out_in_few_moves(tmp_path: Path) -> None:
-    recorded(tmp_path / "long.dmt", "hexworld", "random", turns=600, settings=["rewards=[]"])
+    recorded(tmp_path / "long.dmt", "hexworld", "random", turns=300, settings=["rewards=[]"])
     counting, transcript = Counting(rewards=()), read(tmp_path / "long.dmt")
     Counting.moves.clear()
     assert verify(transcript, counting, [Anything(counting, 0)]).ok
-    assert Counting.moves.total() < 100
+    assert Counting.moves.total() < 60
     Counting.moves.clear()
     assert verify(transcript, counting).ok
-    assert len(replay(transcript, counting).turns) == 600
-    assert Counting.moves.total() < 200
+    assert len(replay(transcript, counting).turns) == 300
+    assert Counting.moves.total() < 120
     assert verify(transcript, Single(rewards=())).ok
 
 

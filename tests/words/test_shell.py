@@ -2,7 +2,6 @@
 
 import json
 import signal
-import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -31,11 +30,9 @@ from tests.support.terminals import (
     CTRL_C,
     CTRL_D,
     CTRL_Z,
-    DMPLAY,
     ENTER,
     TAB,
     Terminal,
-    clean_environment,
     colours,
 )
 
@@ -404,12 +401,9 @@ def test_commands_of_the_command_line_are_done_in_order(tmp_path: Path) -> None:
 
 
 def test_what_is_no_text_is_no_command(tmp_path: Path) -> None:
-    done = subprocess.run(
-        [*DMPLAY, "shell"], input=b"play hexworld\n\xff\n", capture_output=True, cwd=tmp_path,
-        env=clean_environment(tmp_path), timeout=60, check=False,
-    )  # fmt: skip
+    done = run(tmp_path, "shell", stdin="play hexworld\n\udcff\n")
     assert done.returncode == 2
-    assert b"error: line 2: unknown action '\\\\xff'" in done.stderr
+    assert "error: line 2: unknown action '\\\\xff'" in done.stderr
 
 
 @pytest.mark.parametrize("stdin", [None, ""])
