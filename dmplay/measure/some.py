@@ -10,7 +10,7 @@ from dmplay.blocks import Workers
 from dmplay.budget import Watch
 from dmplay.chance import Ints
 from dmplay.core import Policy, Problem
-from dmplay.rollouts import Interrupted, Lost, Rollout, rollouts
+from dmplay.rollouts import Interrupted, Lost, Luck, Rollout, rollouts
 
 
 class Some(NamedTuple):
@@ -32,12 +32,13 @@ def some(  # noqa: PLR0913 - each is the caller's to choose
     executor: Executor | None,
     progress: Watch | None,
     keep: Sequence[str],
+    luck: Luck | None = None,
 ) -> Some:
     """These games by each of some entrants, as far as they come."""
     try:
         played = rollouts(
             problem, entrants, episodes=len(games), first=games.start, turns=turns, seed=seed,
-            workers=workers, executor=executor, progress=progress, keep=keep,
+            workers=workers, executor=executor, progress=progress, keep=keep, luck=luck,
         )  # fmt: skip
     except (Interrupted, Lost) as error:
         return Some(*error.rest, error)
