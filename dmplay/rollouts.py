@@ -13,7 +13,7 @@ import numpy as np
 from dmplay.blocks import MOST, Workers, done
 from dmplay.budget import Budget, Watch, between, part, watched
 from dmplay.chance import Array, Bools, Ints, Reals
-from dmplay.core import DECIMALS, Memory, Policy, Problem, asked, own
+from dmplay.core import DECIMALS, Memory, Outcome, Policy, Problem, asked, own
 from dmplay.dice import NATURE, uniforms
 from dmplay.errors import BadPolicy, LostGames, UnknownName
 from dmplay.session import MOST_TURNS
@@ -31,6 +31,11 @@ class Rollout(NamedTuple):
     turns: Ints  # [E]
     over: Bools  # [E], in a terminal state
     state: Array  # [E, ...], the last
+    luck: Reals  # [E, n], discounted sums of what was luck
+
+
+Luck = Callable[[Array, Array, Outcome], Reals]  # how much of a turn was, [B, n]
+USUAL = ("returns", "totals", "turns", "over", "state")  # what is kept
 
 
 class Games(NamedTuple):
@@ -42,7 +47,8 @@ class Games(NamedTuple):
     workers: Workers = 1
     executor: Executor | None = None
     progress: Watch | None = None
-    keep: Sequence[str] = Rollout._fields
+    keep: Sequence[str] = USUAL
+    luck: Luck | None = None
 
 
 class Rest(NamedTuple):
@@ -79,7 +85,7 @@ def rollout(  # noqa: PLR0913 - each is the caller's to choose
     workers: Workers = 1,
     executor: Executor | None = None,
     progress: Watch | None = None,
-    keep: Sequence[str] = Rollout._fields,
+    keep: Sequence[str] = USUAL,
 ) -> Rollout:
     """Plays episodes `first` .. `first + episodes - 1` of a seed, one policy to a seat.
 
@@ -98,9 +104,10 @@ def rollouts(
 ) -> tuple[Rollout, ...]:
     """The same games by each of some entrants, block by block: the policies of each, as above.
 
-    So what was played by the time of an interruption was played by all.
+    So what was played by the time of an interruption was played by all. `luck` tells how much of
+    what came of joint actions was luck: 0 where it is not given.
     """
-    which, turns, seed, workers, executor, progress, keep = games
+    which, turns, seed, workers, executor, progress, keep, luck = games
     for policies in entrants:
         if len(policies) != len(problem.agents):
             told = f"got {len(policies)} policies, expected one for each of {problem.agents}"
@@ -108,7 +115,7 @@ def rollouts(
     for name in keep:
         if name not in Rollout._fields:
             raise UnknownName("array to keep", name, Rollout._fields)
-    work = partial(_blocks, problem, tuple(map(tuple, entrants)), turns, seed, tuple(keep))
+    work = partial(_blocks, problem, tuple(map(tuple, entrants)), turns, seed, tuple(keep), luck)
     at_once = executor is None and workers == 1 and progress is None
     hands = workers if isinstance(workers, int) else 1
     size = MOST if at_once else min(_grain(problem, one, seed, hands) for one in entrants)
@@ -141,7 +148,7 @@ def _grain(problem: Problem, policies: Sequence[Policy], seed: int, workers: int
 
     def seconds(games: int) -> float:
         since = time.perf_counter()
-        _block(problem, policies, PROBED, seed, (), range(games))
+        _block(problem, policies, PROBED, seed, (), None, range(games))
         return time.perf_counter() - since
 
     seconds(1)  # what is made once
@@ -178,13 +185,14 @@ def _blocks(  # noqa: PLR0913, PLR0917 - what a worker is sent
     turns: int | None,
     seed: int,
     keep: Sequence[str],
+    luck: Luck | None,
     games: range,
 ) -> tuple[Rollout, ...]:
     """Has each of the entrants play these games."""
     found = []
     for place, policies in enumerate(entrants):
         with part(place, len(entrants)):
-            found.append(_block(problem, policies, turns, seed, keep, games))
+            found.append(_block(problem, policies, turns, seed, keep, luck, games))
     return tuple(found)
 
 
@@ -194,6 +202,7 @@ def _block(  # noqa: PLR0913, PLR0917
     turns: int | None,
     seed: int,
     keep: Sequence[str],
+    luck: Luck | None,
     games: range,
 ) -> Rollout:
     """Plays these games side by side.
@@ -213,9 +222,9 @@ def _block(  # noqa: PLR0913, PLR0917
         return u if len(row) == len(u) else u[row]  # those of the games that go on
 
     state = problem.start(draw(NATURE, 0, problem.draws.start))
-    returns, totals = (np.zeros((len(games), len(policies))) for _ in range(2))
-    length = np.zeros(len(games), np.int64)
-    played = Rollout(returns.copy(), totals.copy(), length.copy(), row < 0, state.copy())
+    returns, totals, lucky = (np.zeros((len(games), len(policies))) for _ in range(3))
+    length, over = np.zeros(len(games), np.int64), row < 0
+    played = Rollout(*map(np.copy, (returns, totals, length, over, state, lucky)))
     weight = 1.0
     memories = [
         asked("turn 1", one.begin, problem.first_sight(state, seat))
@@ -226,30 +235,32 @@ def _block(  # noqa: PLR0913, PLR0917
         budget.spend(0, share)
         over = problem.terminal(state)
         if over.any():  # these games are kept, and the others go on
-            live = returns, totals, length, over, state
+            live = returns, totals, length, over, state, lucky
             _keep(played, row[over], _rows(live, over))
-            row, (returns, totals, length, _, state) = row[~over], _rows(live, ~over)
+            row, (returns, totals, length, _, state, lucky) = row[~over], _rows(live, ~over)
             memories = [_rows(memory, ~over) for memory in memories]
         if not len(row):
             break
-        luck = [draw(1 + seat, turn, policy.draws) for seat, policy in enumerate(policies)]
+        drawn = [draw(1 + seat, turn, policy.draws) for seat, policy in enumerate(policies)]
         where = [f"turn {turn}, {agent}" for agent in problem.agents]
         each = zip(where, policies, memories, strict=True)
         choosers = [partial(asked, at, policy.choose, memory) for at, policy, memory in each]
         with between(share, share):
-            actions = _chosen(problem, choosers, state, luck)
+            actions = _chosen(problem, choosers, state, drawn)
         outcome = problem.step(state, actions, draw(NATURE, turn, problem.draws.step))
         memories = [
             asked(where[seat], policy.update, memory, problem.percept(seat, actions, outcome))
             for seat, (policy, memory) in enumerate(zip(policies, memories, strict=True))
         ]
+        if luck:
+            lucky += weight * luck(state, actions, outcome)
         state = outcome.state
         returns += weight * outcome.rewards
         totals += outcome.rewards
         length += 1
         weight *= problem.discount
     if len(row):
-        _keep(played, row, (returns, totals, length, problem.terminal(state), state))
+        _keep(played, row, (returns, totals, length, problem.terminal(state), state, lucky))
     unkept = {*Rollout._fields} - {*keep}
     return played._replace(**{name: getattr(played, name)[:0] for name in unkept})
 
@@ -268,13 +279,13 @@ def _chosen(
     problem: Problem,
     choosers: Sequence[Callable[[Bools | None, Reals], Array]],
     state: Array,
-    luck: Sequence[Reals],
+    drawn: Sequence[Reals],
 ) -> Array:
     """The joint actions `[B, n]` that the policies choose, reals to so many decimals."""
     legal = problem.legal(state)
     chosen = [
         choose(None if legal is None else own(legal[:, seat]), u)
-        for seat, (choose, u) in enumerate(zip(choosers, luck, strict=True))
+        for seat, (choose, u) in enumerate(zip(choosers, drawn, strict=True))
     ]
     if legal is not None:  # whoever only waits is not asked
         waiting = problem.waiting(state)

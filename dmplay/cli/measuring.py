@@ -126,6 +126,9 @@ def tournament(
     problem: options.Name,
     entrants: Annotated[list[str], typer.Argument(metavar="AGENT...", help="two or more agents")],
     episodes: Episodes = 1000,
+    seats: Annotated[
+        str, typer.Option("--seats", metavar="ORDER", help="all, or given: as they are named")
+    ] = "all",
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", metavar="FILE", help="keeps what is played, to go on with"),
@@ -137,7 +140,8 @@ def tournament(
     """Seat everybody against everybody, in every order, on the same dice.
 
     The cross table, who replies best to whom, the equilibrium of the game in which
-    an action is an entrant, and what each loses in it.
+    an action is an entrant, and what each loses in it: of --seats given, where nobody
+    sits behind whoever is named later, only the first.
 
     \b
       dmplay tournament prisoners-dilemma grim tit-for-tat always-defect --turns 50
@@ -148,8 +152,9 @@ def tournament(
     form = form_of(json=wishes.json, csv=given["csv"])
     match = _match(problem, given)
     return tournaments.met(
-        match, entrants, episodes=episodes, kept=output, form=form, motion=wishes.motion
-    )
+        match, entrants, episodes=episodes, orders=seats, kept=output, form=form,
+        motion=wishes.motion,
+    )  # fmt: skip
 
 
 def form_of(*, json: bool, csv: bool) -> Form:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -9,11 +10,12 @@ import numpy as np
 from dmplay.blocks import Workers
 from dmplay.budget import Watch
 from dmplay.chance import Reals
-from dmplay.core import Policy, Problem
+from dmplay.core import DECIMALS, Policy, Problem
 from dmplay.errors import BadParameter
 from dmplay.measure.estimate import Estimate, always, estimate
+from dmplay.measure.luck import luck
 from dmplay.measure.some import some
-from dmplay.rollouts import Games
+from dmplay.rollouts import Games, Rollout
 
 FEW = 50  # games before a decision is looked for: the interval holds for many
 
@@ -21,10 +23,11 @@ FEW = 50  # games before a decision is looked for: the interval holds for many
 class Difference(NamedTuple):
     """How much more the first of two agents earns a game."""
 
-    more: Estimate
+    more: Estimate  # the luck not counted
     ahead: float  # share of the games in which the first earned more
     behind: float
     saved: float  # how many times the games would be needed if each had dice of its own
+    luck: float  # how much more the first had by luck, as far as that can be told
 
 
 class Comparison(NamedTuple):
@@ -52,6 +55,8 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
 ) -> Comparison:
     """What the policies of each entrant earn in a seat, game by game on the same dice.
 
+    What can be told to be luck does not count: it makes no difference on average.
+
     With `decide`, two entrants play until it is clear which is ahead, or `episodes` are played;
     the first is wrongly taken for better or worse in at most this share of comparisons.
     """
@@ -61,44 +66,48 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
         raise BadParameter(f"decide: got {len(entrants)} agents, expected two")
     if decide is not None and not 0 < decide < 1:
         raise BadParameter(f"decide: got {decide:g}, expected a share between 0 and 1")
-    returns = np.zeros((0, len(entrants)))
-    decided = None if decide is None else False
+    judge = luck(problem)
+    told = np.zeros((2, 0, len(entrants)))
     many = episodes if decide is None else min(FEW, episodes)
     while True:
-        which = range(len(returns), many)
-        games = Games(which, turns, seed, workers, executor, progress, ("returns",))
+        which, keep = range(told.shape[1], many), ("returns", "luck")
+        games = Games(which, turns, seed, workers, executor, progress, keep, judge)
         part = some(problem, entrants, games)
         if part.played:
-            each = [one.returns[:, seat] for one in part.played]
-            returns = np.concatenate([returns, np.stack(each, axis=1)])
-        if part.short and not len(returns):
+            told = np.concatenate([told, _seen(part.played, seat)], axis=1)
+        if part.short and not told.size:
             raise part.short
-        if decide is not None:
-            more = always(returns[:, 0] - returns[:, 1], decide)
-            decided = not more.low <= 0.0 <= more.high
-        if decided or part.short or many >= episodes:
-            return _told(returns, decided, decide)._replace(short=str(part.short or ""))
+        found = _told(told[0], told[1], decide)
+        if found.decided or part.short or many >= episodes:
+            return found._replace(short=str(part.short or ""))
         many = min(episodes, many + max(FEW, many // 4))
 
 
-def _told(returns: Reals, decided: bool | None, decide: float | None) -> Comparison:
-    columns = list(returns.T)
-    differences = {
-        (one, other): difference(columns[one], columns[other], decide)
-        for one in range(len(columns))
-        for other in range(one + 1, len(columns))
-    }
-    return Comparison(returns, tuple(map(estimate, columns)), differences, decided)
+def _seen(played: Sequence[Rollout], seat: int) -> Reals:
+    """What whoever sat in a seat earned, and what of it was luck: `[2, E, agents]`."""
+    return np.stack([[one.returns[:, seat], one.luck[:, seat]] for one in played], axis=-1)
 
 
-def difference(one: Reals, other: Reals, decide: float | None = None) -> Difference:
-    """How much more one earned than the other, in the games `[E]` of the same dice."""
-    more = one - other
-    alone = one.var() + other.var()
-    paired = more.var()
+def _told(returns: Reals, lucky: Reals, decide: float | None) -> Comparison:
+    pairs = combinations(range(returns.shape[1]), 2)
+    differences = {pair: difference(returns[:, pair], lucky[:, pair], decide) for pair in pairs}
+    more = differences[0, 1].more
+    decided = None if decide is None else not more.low <= 0.0 <= more.high
+    return Comparison(returns, tuple(map(estimate, returns.T)), differences, decided)
+
+
+def difference(returns: Reals, lucky: Reals, decide: float | None = None) -> Difference:
+    """How much more the first of two earned than the other, in the games `[E, 2]` of the same dice.
+
+    `lucky` is what of it was luck.
+    """
+    earned, by_luck = (np.subtract(*each.T) for each in (returns, lucky))
+    more = np.round(earned - by_luck, DECIMALS)  # of moves of equal worth, none is better
+    alone, paired = returns.var(axis=0).sum(), more.var()
     return Difference(
         estimate(more) if decide is None else always(more, decide),
-        float((more > 0).mean()),
-        float((more < 0).mean()),
+        float((earned > 0).mean()),
+        float((earned < 0).mean()),
         float(alone / paired) if paired else np.inf,
+        float(by_luck.mean()),
     )

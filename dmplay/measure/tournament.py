@@ -1,10 +1,10 @@
 """Everybody against everybody on the same dice, and the game that this makes of the entrants."""
 
 import math
-from collections.abc import Iterator, Mapping, MutableMapping, Sequence
+from collections.abc import Mapping, MutableMapping, Sequence
 from concurrent.futures import Executor
 from contextlib import nullcontext
-from itertools import product
+from itertools import combinations_with_replacement, product
 from typing import NamedTuple
 
 import numpy as np
@@ -13,13 +13,14 @@ from dmplay.blocks import Workers
 from dmplay.budget import Watch, part, watched
 from dmplay.chance import Reals
 from dmplay.core import Policy, Problem
-from dmplay.errors import BadParameter
+from dmplay.errors import BadParameter, UnknownName
 from dmplay.measure.estimate import Estimate, estimate
 from dmplay.measure.some import some
 from dmplay.rollouts import Games
 from dmplay.solvers.matrix_game import Profile, nash, responses
 
 Played = MutableMapping[tuple[int, ...], Reals]  # returns [E, n] by who sits where
+SEATS = ("all", "given")  # every order of who sits where; or only that in which they are named
 UNKNOWN = Estimate(math.nan, math.inf, -math.inf, math.inf)
 
 
@@ -51,9 +52,11 @@ def tournament(  # noqa: PLR0913 - each is the caller's to choose
     executor: Executor | None = None,
     progress: Watch | None = None,
     played: Played | None = None,
+    orders: str = SEATS[0],
 ) -> Tournament:
     """Every seating of the entrants, each with its policy for every seat, on the same dice.
 
+    With the order `given`, nobody sits behind one who is named later: each meeting is played once.
     `exact` are policies that are an equilibrium of two seats; each entrant meets them too, under a
     number after all others. Seatings that are in `played` are not played again; those that are
     played are put there. Ctrl-C ends it with these.
@@ -63,12 +66,17 @@ def tournament(  # noqa: PLR0913 - each is the caller's to choose
         raise BadParameter("a tournament wants two seats or more; here agents are compared")
     if len(names) < 2:
         raise BadParameter(f"got {len(names)} entrant, expected two or more")
+    if orders not in SEATS:
+        raise UnknownName("order", orders, SEATS, "seats")
     played = {} if played is None else played
     sides = [*entrants.values(), *([exact] if exact else [])]
+    left = [one for one in seatings(len(names), seats, orders) if one not in played]
+    if exact:
+        left += [one for one in _beside(len(names)) if one not in played]
     short = ""
     games = Games(range(episodes), turns, seed, workers, executor, keep=("returns",))
     with watched(progress) if progress else nullcontext():
-        for place, seating in enumerate(left := [*_seatings(len(names), seats, exact, played)]):
+        for place, seating in enumerate(left):
             policies = [sides[who][seat] for seat, who in enumerate(seating)]
             with part(place, len(left)):
                 one = some(problem, [policies], games)
@@ -81,13 +89,17 @@ def tournament(  # noqa: PLR0913 - each is the caller's to choose
     return _summed(names, seats, played)._replace(short=short)
 
 
-def _seatings(many: int, seats: int, exact: object, played: Played) -> Iterator[tuple[int, ...]]:
-    """Who is yet to sit where: all in every order, and beside the exact equilibrium."""
-    every = [*product(range(many), repeat=seats)]
-    if exact:
-        every += [pair for who in range(many) for pair in ((who, many), (many, who))]
-        every.append((many, many))
-    return (seating for seating in every if seating not in played)
+def seatings(many: int, seats: int, orders: str = SEATS[0]) -> list[tuple[int, ...]]:
+    """Who sits where among so many entrants."""
+    if orders == "all":
+        return [*product(range(many), repeat=seats)]
+    return [*combinations_with_replacement(range(many), seats)]
+
+
+def _beside(many: int) -> list[tuple[int, ...]]:
+    """The meetings of each entrant, and of itself, with the exact equilibrium."""
+    pairs = [pair for who in range(many) for pair in ((who, many), (many, who))]
+    return [*pairs, (many, many)]
 
 
 def _summed(names: tuple[str, ...], seats: int, played: Played) -> Tournament:

@@ -275,7 +275,7 @@ def _pair(one: str, other: str, found: Difference) -> Row:
     return {
         "agent": one, "against": other, "difference": more.mean, "standard error": more.error,
         "low": more.low, "high": more.high, "ahead": found.ahead, "behind": found.behind,
-        "games saved": found.saved if np.isfinite(found.saved) else None,
+        "games saved": found.saved if np.isfinite(found.saved) else None, "luck": found.luck,
     }  # fmt: skip
 
 
@@ -285,6 +285,7 @@ def _pair_for_people(row: Row) -> Row:
         "agent": row["agent"],
         "against": row["against"],
         "earns more": f"{row['difference']:+.4g} ± {row['standard error']:.2g}",
+        "by luck": f"{row['luck']:+.2g}",
         "interval": f"{row['low']:+.4g} to {row['high']:+.4g}",
         "ahead": f"{100 * float(str(row['ahead'])):.3g} %",
         "behind": f"{100 * float(str(row['behind'])):.3g} %",

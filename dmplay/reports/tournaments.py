@@ -11,7 +11,7 @@ from dmplay.finding import agents, problems
 from dmplay.game.errand import Printout
 from dmplay.game.request import pairs
 from dmplay.measure.engines import engine
-from dmplay.measure.tournament import Tournament, tournament
+from dmplay.measure.tournament import SEATS, Tournament, seatings, tournament
 from dmplay.reports.kept import Kept
 from dmplay.reports.match import Match, policy, told
 from dmplay.reports.progress import Bar
@@ -26,6 +26,7 @@ def met(  # noqa: PLR0913 - each is the caller's to choose
     entrants: Sequence[str],
     *,
     episodes: int,
+    orders: str = SEATS[0],
     kept: Path | None = None,
     form: str = "",
     motion: bool = True,
@@ -39,8 +40,9 @@ def met(  # noqa: PLR0913 - each is the caller's to choose
     policies = {name: _side(problem, name, match) for name in entrants}
     facts = {"problem": match.problem, "parameters": parameters, "entrants": [*entrants],
              "episodes": episodes, "turns": match.turns, "seed": match.seed}  # fmt: skip
+    facts |= {"seats": orders} if orders != SEATS[0] else {}
     played = Kept(kept, facts) if kept else {}
-    exact = _exact(problem)
+    exact = _exact(problem) if orders == SEATS[0] else ""
     with (
         Bar(f"a tournament of {len(entrants)}", quiet=bool(form), motion=motion) as bar,
         engine(match.engine, match.workers) as (workers, executor),
@@ -48,14 +50,14 @@ def met(  # noqa: PLR0913 - each is the caller's to choose
         found = tournament(
             problem, policies, exact=_side(problem, exact, match) if exact else None,
             episodes=episodes, turns=match.turns, seed=match.seed, workers=workers,
-            executor=executor, progress=bar, played=played,
+            executor=executor, progress=bar, played=played, orders=orders,
         )  # fmt: skip
     if form == "json":
         rest = {"table": found.table.tolist(), "equilibrium": exact, "standings": _standings(found)}
         return told(json_of(facts | rest), found.short)
     if form == "csv":
         return told(csv_of(_standings(found)), found.short)
-    many = len(entrants) ** len(seats)
+    many = len(seatings(len(entrants), len(seats), orders))
     head = f"{match.problem}: {many} seatings of {episodes:,} games of seed {match.seed}"
     parts = [head, *([table(_cross(found))] if len(seats) == 2 else [])]
     parts.append(table([_standing(row) for row in _standings(found)]))

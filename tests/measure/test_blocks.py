@@ -106,7 +106,7 @@ def test_an_error_of_the_work_is_raised_as_it_was_and_at_once() -> None:
 def test_only_what_is_wanted_is_kept() -> None:
     kept = rollout(HEX, WALKER, episodes=200, seed=5, keep=["returns"])
     assert np.array_equal(kept.returns, WHOLE.returns)
-    assert [len(array) for array in kept] == [200, 0, 0, 0, 0]
+    assert [len(array) for array in kept] == [200, 0, 0, 0, 0, 0]
     with pytest.raises(UnknownName, match="unknown array to keep 'return'; did you mean returns"):
         rollout(HEX, WALKER, episodes=2, keep=["return"])
 

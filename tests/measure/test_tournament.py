@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -14,7 +15,7 @@ import pytest
 import dmplay
 from dmplay.cli.errands import understood
 from dmplay.core import Policy
-from dmplay.errors import BadParameter
+from dmplay.errors import BadParameter, UnknownName
 from dmplay.measure.estimate import Estimate
 from dmplay.measure.tournament import Played, Tournament, tournament
 from dmplay.reports.kept import Kept
@@ -129,6 +130,16 @@ def test_a_tournament_that_is_interrupted_tells_what_was_played() -> None:
     assert rows[1]["mean return"] == "-"
 
 
+def test_entrants_may_keep_the_order_in_which_they_are_named(tmp_path: Path) -> None:
+    words = [*WORDS, "--episodes", "2", "--seats", "given", "-o", str(tmp_path / "cup")]
+    told = str(understood(words))
+    assert told.startswith("prisoners-dilemma: 3 seatings of 2 games")
+    assert str(understood([*words, "--json"])).count("[null, null]") == 1
+    assert (tmp_path / "cup").read_text().count("returns") == 3
+    with pytest.raises(BadParameter, match="of another tournament"):
+        understood([*words, "--seats", "all"])
+
+
 @pytest.mark.slow
 def test_programs_and_files_enter_and_a_killed_tournament_goes_on(tmp_path: Path) -> None:
     (tmp_path / "rock.py").write_text(ROCK)
@@ -169,10 +180,11 @@ def test_three_who_hunt_have_a_table_for_each_seat() -> None:
         ([*WORDS[:3]], "got 1 entrant, expected two or more"),
         ([*WORDS[:3], "grim"], "an entrant is named twice"),
         ([*WORDS[:3], "human"], "human: a person cannot play so many games"),
+        ([*WORDS, "--seats", "gven"], "seats: unknown order 'gven'; did you mean given?"),
     ],
 )
 def test_what_is_no_tournament_is_one_line(words: list[str], told: str) -> None:
-    with pytest.raises(BadParameter, match=told):
+    with pytest.raises((BadParameter, UnknownName), match=re.escape(told)):
         understood(words)
 
 
