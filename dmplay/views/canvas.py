@@ -10,6 +10,7 @@ ASCII = str.maketrans(
     | dict(zip("←→↑↓◆●○∘·•✓✗×…▒█", "<>^v+*oo.*vxx~:#", strict=True))
     | dict(zip("▁▂▃▄▅▆▇▏▎▍▌▋▊▉", "_.:-=+*       ", strict=True))
 )
+BARS = "▁▂▃▄▅▆▇█"  # eighths of a row
 MOST = 3e6  # cells of a drawing
 DIAGONALS = {"↗": "NE", "↖": "NW", "↙": "SW", "↘": "SE"}
 
