@@ -153,7 +153,7 @@ def goal(view: View[Problem]) -> list[str]:
     return [
         "gather the largest sum of rewards",
         *([f"in {counted(view.limit, 'turn')}"] if view.limit not in {None, MOST_TURNS} else []),
-        *([f"a reward a turn later counts {discount:g} of it"] if discount < 1 else []),
+        *([f"what comes a turn later counts {discount:g} as much"] if discount < 1 else []),
     ]
 
 
