@@ -6,6 +6,7 @@ from dataclasses import fields
 from dmplay.core import Continuous, Labels, Numbers, Problem, Sight
 
 VARIES = "varies"
+FEW = 1000  # a score from which on there is none of its digits behind the point
 
 
 def varies(problem: Problem, fact: str) -> bool:
@@ -64,6 +65,11 @@ def one_line(text: str) -> str:
 def score(problem: Problem) -> str:
     """What the sum of the rewards is called: a plain one, or one in which later ones count less."""
     return "score" if problem.discount == 1.0 else "score (discounted)"
+
+
+def brief(value: float) -> str:
+    """A score in few digits: four, or more where all of them are whole."""
+    return f"{value:.4g}" if abs(value) < FEW else f"{value:.0f}"
 
 
 def ended(reason: str | None) -> str:

@@ -86,7 +86,7 @@ class Advice(NamedTuple):
     def ranked(self) -> list[tuple[int, float]]:
         """The legal actions with what each loses, the best first; of equals the advised one."""
         lost = [] if self.regret is None else self.regret.tolist()
-        known = [(action, loss if loss > ALIKE else 0.0) for action, loss in enumerate(lost)]
+        known = [(action, 0.0 if loss <= ALIKE else loss) for action, loss in enumerate(lost)]
         able = [one for one in known if not isnan(one[1])]
         return sorted(able, key=lambda one: (one[1], one[0] != self.action))
 

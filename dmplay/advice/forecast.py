@@ -109,7 +109,8 @@ def told(session: Session, seat: int, outlook: Outlook) -> str:
     """What an action may bring, in a line."""
     problem = session.problem
     name = session.action_name(seat, outlook.action)
-    others = ", the others at random" if len(problem.agents) > 1 else ""
+    rest = len(problem.agents) - 1
+    others = f", the other{'s' * (rest > 1)} at random" if rest else ""
     how = f" ({len(outlook.chances)} samples)" if outlook.sampled else ""
     if problem.states == 1 and not outlook.sampled:
         return f"if {name}{others}: {_pays(session, seat, outlook.action)}"
@@ -121,9 +122,9 @@ def told(session: Session, seat: int, outlook: Outlook) -> str:
         f"{chance:.2f} {_named(problem, seat, outlook, place)}"
         for place, chance in enumerate(outlook.chances[:LIKELIEST])
     ]
-    rest = len(outlook.chances) - len(each)
+    more = len(outlook.chances) - len(each)
     left = float(outlook.chances[LIKELIEST:].sum())
-    return f"if {name}{others}: {', '.join([*each, *[f'{left:.2f} {rest} more'] * bool(rest)])}"
+    return f"if {name}{others}: {', '.join([*each, *[f'{left:.2f} {more} more'] * bool(more)])}"
 
 
 def _named(problem: Problem, seat: int, outlook: Outlook, place: int) -> str:

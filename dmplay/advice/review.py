@@ -96,10 +96,11 @@ def table(made: list[Move]) -> list[str]:
     seats = len({move.seat for move in made}) > 1
     rows = [["turn", *["seat"] * seats, "yours", "best", "regret"]]
     for move in sorted(made, key=lambda move: -move.regret):
-        bar = "#" * ceil(LONGEST * move.regret / most) if move.regret else ""
+        bar = "#" * ceil(LONGEST * (move.regret / most)) if move.regret else ""
         regret = f"{fixed(move.regret, places)} {bar}".strip()
         seat = [move.seat] * seats
-        rows.append([str(move.turn), *seat, move.chosen, " or ".join(move.best), regret])
+        best = "any" if len(move.best) == len(move.values) else " or ".join(move.best)
+        rows.append([str(move.turn), *seat, move.chosen, best, regret])
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     padded = (zip(row, widths, strict=True) for row in rows)
     drawn = ["  ".join(word.ljust(width) for word, width in row).rstrip() for row in padded]

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from rich.text import Text
 
 from dmplay.core import Problem
-from dmplay.describe import counted
+from dmplay.describe import brief, counted
 from dmplay.dice import Dice
 from dmplay.finding import agents, problems
 from dmplay.records import Record, Result
@@ -91,4 +91,4 @@ def _row(label: str, told: str) -> Text:
 
 
 def _result(result: Result) -> str:
-    return f"{result.returned:.6g} in {counted(result.turns, 'turn')}, seed {result.seed}"
+    return f"{brief(result.returned)} in {counted(result.turns, 'turn')}, seed {result.seed}"

@@ -11,6 +11,7 @@ from dmplay.advice.adviser import Advice, decimals, fixed
 from dmplay.game.game import Game
 from dmplay.keys.keymap import SHOWN
 from dmplay.screen.shown import NOTHING, Room, Shown, fitted
+from dmplay.views.canvas import BARS
 from dmplay.views.style import BEST, EQUAL
 from dmplay.words.commands import named
 
@@ -22,7 +23,6 @@ ROW_KEYS = (
     ("hint", "help", "quit"),
     ("help", "quit"),
 )
-BARS = "▁▂▃▄▅▆▇█"
 LABELS = (7, 4)  # columns of a label where not all have room
 
 

@@ -6,6 +6,7 @@ from typing import NamedTuple
 from rich.text import Span, Text
 
 from dmplay.advice.adviser import Advice
+from dmplay.describe import brief
 from dmplay.game.game import Game
 from dmplay.screen import heading
 from dmplay.screen.events import LOG, events, log_rows
@@ -232,10 +233,10 @@ def _body(game: Game, room: Room, shown: Shown, log: list[str], body: int) -> li
     """Board, panel and log."""
     laid = _laid(game, room, shown, body)
     long = [shown.message] if too_long(shown, room) else []
-    rest = "" if game.session.turns else heading.more(game, room if aimed(room) else None)
-    aim = [rest] if rest else []
+    left = Room(room.width, max(body - 1, 0), room.ascii) if isinstance(laid, Needed) else laid.log
+    begins = not game.session.turns
+    aim = heading.more(game, room if aimed(room) else None, left) if begins else []
     if isinstance(laid, Needed):
-        left = Room(room.width, max(body - 1, 0), room.ascii)
         if log or long:
             return [laid, *log_rows(game, left, long, log, shown.back)]
         return [laid, *wrapped([game.account.situation(game.view()), *aim], room)[: left.height]]
@@ -262,7 +263,8 @@ def _ghost(game: Game) -> list[tuple[str, str]]:
     ghost = game.ghost
     if ghost is None or not ghost.early:
         return []
-    return [("ghost", f"{ghost.score:.6g}"), ("lead", f"{ghost.lead:+.6g}")]
+    lead = "+" * (ghost.lead >= 0) + brief(ghost.lead)
+    return [("ghost", brief(ghost.score)), ("lead", lead)]
 
 
 def _hint(advice: Advice | None) -> list[tuple[str, str]]:

@@ -5,9 +5,10 @@ from functools import lru_cache
 
 from rich.text import Text
 
-from dmplay.describe import ended, score
+from dmplay.describe import brief, ended, score
 from dmplay.game.game import Game
 from dmplay.screen.shown import Room
+from dmplay.screen.wrapping import worded
 from dmplay.session import MOST_TURNS
 from dmplay.terminal import clean
 
@@ -44,7 +45,7 @@ def _facts(game: Game, called: str) -> list[str]:
     limit = f"/{view.limit}" if view.limit not in (None, MOST_TURNS) else ""
     facts = [f"turn {view.turn}{limit}"]
     if view.rewards is not None:
-        facts.append(f"{called} {game.account.returned(view):.6g}")
+        facts.append(f"{called} {brief(game.account.returned(view))}")
     if game.people:
         facts.append(f"you: {game.problem.agents[game.watcher]}")
     seats = enumerate(zip(game.problem.agents, game.seats, strict=True))
@@ -65,9 +66,15 @@ def goal(game: Game, room: Room) -> Text:
 _row = lru_cache(16)(Text)  # which comes again
 
 
-def more(game: Game, room: Room | None = None) -> str:
-    """What of it that row does not hold whole; all where there is no such row."""
-    return _joined(_clauses(game)[_held(game, room) if room else 0 :])
+def more(game: Game, room: Room | None, within: Room) -> list[str]:
+    """What of it that row does not hold whole, all where there is none, as far as there is room."""
+    rest = _clauses(game)[_held(game, room) if room else 0 :]
+    held = (n for n in range(len(rest), 1, -1) if _fits(rest[:n], within))
+    return [_joined(rest[: next(held, 1)])] if rest else []
+
+
+def _fits(clauses: Sequence[str], within: Room) -> bool:
+    return len(worded([_joined(clauses)], within)) <= within.height
 
 
 def _clauses(game: Game) -> list[str]:

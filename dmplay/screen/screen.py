@@ -10,6 +10,7 @@ from rich.text import Text
 from dmplay import records
 from dmplay.budget import Stopped
 from dmplay.core import Continuous
+from dmplay.describe import brief
 from dmplay.errors import DmplayError
 from dmplay.game.answer import Page, Told
 from dmplay.game.game import Game
@@ -22,9 +23,9 @@ from dmplay.screen.clock import STARTS, Clock
 from dmplay.screen.modes import Event, Mode, Modes
 from dmplay.screen.motion import LASTS, Motion
 from dmplay.screen.shown import KEYS_SHOWN, Room, Shown, player
-from dmplay.screen.timeline import Past, Verdict
 from dmplay.terminal import Terminal
 from dmplay.thought import About, think
+from dmplay.timeline import Past, Verdict
 from dmplay.words.commands import COMMANDS, Leave, help_page, named, own_parts, typed, veiled
 from dmplay.words.game_commands import foresee
 
@@ -79,7 +80,7 @@ class Screen:
         self.motion.cut()
         self.back = 0
         record = records.of(game)
-        self._best = f"{record.best.returned:.6g}" if record and record.best else ""
+        self._best = brief(record.best.returned) if record and record.best else ""
         self.modes.begins(clock=bool(self.rate and game.people))
 
     @property

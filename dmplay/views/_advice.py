@@ -23,7 +23,7 @@ BRANCHES = 6  # outcomes that are told
 COLUMNS = 4  # states that have a column each
 SHORT = 4  # columns of a bar where all losses stand in one row
 MANY = 999.5  # from which on a number has no digits but whole ones
-WIDEST, FEWEST = 12, 5  # columns of a number where there is room, and where there is little
+WIDEST, FEWEST = 12, 6  # columns of a number where there is room, and where there is little
 
 
 def label(problem: Problem, seat: int, observation: Array) -> str:

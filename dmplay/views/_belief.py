@@ -7,12 +7,11 @@ import numpy as np
 from dmplay.chance import Reals
 from dmplay.core import Problem
 from dmplay.session import LONGEST_LIST, View
-from dmplay.views.canvas import Canvas
+from dmplay.views.canvas import BARS, Canvas
 from dmplay.views.style import Look
 
 LIKELIEST = 10  # states that are shown of many
 EIGHTHS = " ▏▎▍▌▋▊▉"
-SPARKS = "▁▂▃▄▅▆▇█"
 ASCII_SPARKS = "_.:-=+*#"
 
 
@@ -60,7 +59,7 @@ def truth(canvas: Canvas, y: int, names: Sequence[str], look: Look) -> None:
 
 def spark(shares: Sequence[float], plain: bool) -> str:
     """A history of probabilities, a glyph each."""
-    glyphs = ASCII_SPARKS if plain else SPARKS
+    glyphs = ASCII_SPARKS if plain else BARS
     return "".join(glyphs[min(int(share * len(glyphs)), len(glyphs) - 1)] for share in shares)
 
 

@@ -7,7 +7,7 @@ from rich.text import Text
 
 from dmplay.matrix_game import MatrixGame
 from dmplay.session import View
-from dmplay.views._advice import asked, loss, losses, under
+from dmplay.views._advice import loss, losses, under
 from dmplay.views.canvas import Canvas
 from dmplay.views.style import Look
 
@@ -123,7 +123,7 @@ def _pays(view: View[MatrixGame], look: Look) -> list[str]:
     replies = zip(paid, problem.actions[1 - seat], strict=True)
     first, *others = (f"{pay:g} {reply}" for pay, reply in replies)
     told_ = ", ".join([first.replace(" ", " against ", 1), *others])
-    return [f"{asked(view, look.outlook)}: {told_}"]
+    return [f"if {problem.action_name(seat, mine)}: {told_}"]
 
 
 def paid_rounds(view: View[MatrixGame], canvas: Canvas, y: int, width: int) -> int:

@@ -10,6 +10,7 @@ ASCII = str.maketrans(
     | dict(zip("←→↑↓◆●○∘·•✓✗×…▒█", "<>^v+*oo.*vxx~:#", strict=True))
     | dict(zip("▁▂▃▄▅▆▇▏▎▍▌▋▊▉", "_.:-=+*       ", strict=True))
 )
+BARS = "▁▂▃▄▅▆▇█"  # eighths of a row
 MOST = 3e6  # cells of a drawing
 SPARE = 80  # cells by which a row grows beyond what is written, as more is to come
 DIAGONALS = {"↗": "NE", "↖": "NW", "↙": "SW", "↘": "SE"}

@@ -145,8 +145,8 @@ def _caption(view: View[CollaborativePredatorPrey], look: Look, here: Hex | None
     if look.outlook:
         senses = view.problem.observations[view.seat]
         lines = zip(("upper", "lower"), look.outlook.states, look.outlook.chances, strict=False)
-        told = [f"{line}: {senses[int(sense)]} {percent(float(p))}" for line, sense, p in lines]
-        return [f"{hexgrid.going(look.outlook)}, where the prey is", ", ".join(told)]
+        told = (f"{line} if {senses[int(sense)]}, {percent(float(p))}" for line, sense, p in lines)
+        return [f"{hexgrid.going(look.outlook)}, where the prey is", "; ".join(told)]
     if look.regret is not None:
         names = [hexgrid.key_of(look, way) for way in range(len(DIRECTIONS))]
         room = look.beside if look.beside >= SIX else look.width

@@ -21,9 +21,9 @@ from dmplay.problems.collision_avoidance import (
     CollisionAvoidance,
 )
 from dmplay.session import View
-from dmplay.views._advice import foreseen, losses, odds
+from dmplay.views._advice import foreseen, losses
 from dmplay.views._scale import Scale, plus
-from dmplay.views.canvas import Canvas, written
+from dmplay.views.canvas import Canvas, percent, written
 from dmplay.views.style import Lesson, Look
 
 KEYS = {
@@ -117,10 +117,11 @@ def _advice(look: Look, width: int) -> str:
     """What an advisory may bring, or what each loses."""
     if look.outlook:
         rates = zip(look.outlook.states[:, 1], look.outlook.chances, strict=True)
-        each = ", ".join(f"{plus(float(rate), 1)} {odds(float(p), 4)}" for rate, p in rates)
-        doing = foreseen(look.outlook, f"advise {NAMES[int(look.outlook.action)]}")
-        told = f"{doing}: rate {each}"
-        return told if len(told) <= width else f"{NAMES[int(look.outlook.action)]}: rate {each}"
+        each = ", ".join(f"{percent(float(p))} {plus(float(rate), 1)}" for rate, p in rates)
+        name = NAMES[int(look.outlook.action)]
+        forms = [foreseen(look.outlook, f"advise {name}"), f"if {name}", name]
+        told = [f"{form}: rate {each}" for form in forms]
+        return next((one for one in told if len(one) <= width), told[-1])
     return next(iter(losses(look._replace(width=width), NAMES)), "")
 
 

@@ -10,8 +10,8 @@ from dmplay.chance import Array, Reals
 from dmplay.problems.game_2048 import Game2048, slide
 from dmplay.session import View
 from dmplay.tiles import DOWN, RIGHT, UP
-from dmplay.views._advice import WIDEST, asked, bar, known, lost
-from dmplay.views.canvas import Canvas, percent, signed
+from dmplay.views._advice import WIDEST, bar, known, lost
+from dmplay.views.canvas import Canvas, percent
 from dmplay.views.style import Lesson, Look, Outlook
 
 KEYS = {
@@ -147,8 +147,9 @@ def _after(view: View[Game2048], outlook: Outlook) -> Shown:
     action = int(outlook.action)
     (slid,), (pay,) = slide(view.observation[None], np.array([action]))
     came = (outlook.states != slid) * outlook.chances[:, None, None]
-    title = asked(view, outlook, "go {}")
-    return Shown(slid, None, f" {title}: {signed(pay)} ", came.sum(axis=0))
+    return Shown(
+        slid, None, f" {view.problem.action_name(0, action)} pays {pay:g} ", came.sum(axis=0)
+    )
 
 
 def boards(view: View[Game2048], look: Look) -> Iterator[Text]:

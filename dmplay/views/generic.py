@@ -7,9 +7,10 @@ from rich.text import Text
 
 from dmplay.chance import Array
 from dmplay.core import WAIT, Problem
+from dmplay.describe import counted
 from dmplay.errors import BadParameter
 from dmplay.places import place
-from dmplay.session import View
+from dmplay.session import MOST_TURNS, View
 from dmplay.views._advice import branches, label, loss, losses, ranked, under
 from dmplay.views._belief import bars, shares, words
 from dmplay.views.canvas import Canvas, picture, signed
@@ -144,14 +145,27 @@ def _listed(view: View[Problem], action: int) -> bool:
 
 
 def goal(view: View[Problem]) -> list[str]:
-    """The problem in the words of whoever wrote it."""
+    """The problem in the words of whoever wrote it; without any, what there is to gather."""
+    told = _story(view)
+    if told:
+        return [told]
+    discount = view.problem.discount
+    return [
+        "gather the largest sum of rewards",
+        *([f"in {counted(view.limit, 'turn')}"] if view.limit not in {None, MOST_TURNS} else []),
+        *([f"what comes a turn later counts {discount:g} as much"] if discount < 1 else []),
+    ]
+
+
+def _story(view: View[Problem]) -> str:
+    """The first paragraph that whoever wrote the problem says of it, without its full stop."""
     first, *_ = view.problem.story().split("\n\n")
-    return [" ".join(first.split()).rstrip(".")] if first else []
+    return " ".join(first.split()).rstrip(".")
 
 
 def lesson(view: View[Problem]) -> Lesson:
     """What the problem says of itself, and where its prices are told."""
-    problem, (first, *_) = view.problem, [*goal(view), "You want the largest sum of rewards"]
+    problem, first = view.problem, _story(view) or "You want the largest sum of rewards"
     others = len(problem.agents) - 1
     who = f"You are {problem.agents[view.seat]}{f', one of {others + 1}' if others else ''}"
     sees = "the state is hidden" if problem.hidden else "you see the state"

@@ -105,7 +105,7 @@ def test_what_nature_draws_as_reals_is_foreseen_by_samples_said_as_such() -> Non
 
 def test_others_are_taken_to_act_at_random_and_it_is_said() -> None:
     before = session("prisoners-dilemma")
-    line = "if defect, the others at random: cooperate pays 0, defect pays -3; -1.5 on average"
+    line = "if defect, the other at random: cooperate pays 0, defect pays -3; -1.5 on average"
     assert told(before, 0, forecast(before, 0, 1)) == line
 
 

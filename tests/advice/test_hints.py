@@ -3,18 +3,21 @@
 import re
 from collections.abc import Iterator
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import dmplay
-from dmplay.advice.adviser import MOST, decimals, fixed
+from dmplay.advice.adviser import MOST, Advice, decimals, fixed
 from dmplay.advice.review import Move, moves
 from dmplay.chance import Reals
 from dmplay.core import Policy
 from dmplay.finding import agents
 from dmplay.game.game import Game
+from dmplay.game.request import Request
 from dmplay.game.seats import HUMAN
+from dmplay.game.start import new
 from dmplay.session import Session
 from dmplay.solvers.value_iteration import best
 from tests.support.cases import CASES, load, small
@@ -194,3 +197,19 @@ def test_an_overlay_draws_the_values_of_the_hint(name: str, seat: int) -> None:
 @pytest.mark.parametrize("name", ["hexworld", "hexworld:straight-line", "predator-prey"])
 def test_every_state_of_a_small_seen_problem_has_an_overlay(name: str) -> None:
     assert game(name, 0).adviser.overlay("values") is not None
+
+
+def test_equals_are_told_behind_the_one_that_is_advised() -> None:
+    values = np.array([1.0, np.nan, 3.0, 3.0 - 1e-12, 2.0])
+    advice = Advice("(optimal): d", [*"abcde"], values, action=3)
+    assert advice.ranked == [(3, 0.0), (2, 0.0), (4, 1.0), (0, 2.0)]
+    assert [label for label, _ in advice.worth] == [*"dcea"]
+    assert advice._replace(action=None).ranked[0] == (2, 0.0)
+    assert advice._replace(values=None).ranked == []
+
+
+def test_a_number_is_advised_in_as_many_decimals_as_matter_and_told_whole_as_data() -> None:
+    played = new(Request("simple-regulator", seed=7, record=Path("/dev/null")))
+    assert played.adviser.hint() == "hint (optimal): -0.163"
+    assert played.adviser.given
+    assert played.adviser.given.facts == {"by": "optimal", "action": "-0.163339281", "values": {}}

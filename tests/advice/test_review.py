@@ -20,6 +20,11 @@ def test_the_worst_moves_come_first_and_equal_ones_in_order() -> None:
     ]
 
 
+def test_no_bar_is_longer_than_the_others_and_what_all_actions_are_is_any() -> None:
+    known = move(1, "agent", "down", 1.69)._replace(values={"left": 1.0, "up": 1.0})
+    assert table([known])[1] == "1     down   any   1.69 ####################"
+
+
 def test_several_people_are_named() -> None:
     told = table([move(1, "agent1", "up", 0.0), move(1, "agent2", "down", 1.0)])
     assert told[0] == "turn  seat    yours  best        regret"

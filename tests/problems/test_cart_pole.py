@@ -169,3 +169,12 @@ def test_an_angle_has_the_same_sine_beside_any_other() -> None:
     assert alone.tobytes() == beside[:, :3].tobytes()
     for row, angle in enumerate([*small.tolist(), 2.0]):
         assert np.array(sine_and_cosine(angle)).tobytes() == beside[:, row].tobytes()
+
+
+def test_the_regulator_knows_for_how_long_a_pole_stands_after_each_push() -> None:
+    regulate = dmplay.agent(PROBLEM, 0, "regulate")
+    leans = [[0, 0, np.radians(lean), rate] for lean, rate in ((0, 0), (11, 0.2), (8, 1.2))]
+    starts = np.array([*leans, [3.0, 0, 0, 0]])
+    values = regulate.values(regulate.begin(starts))
+    assert values is not None
+    assert values.tolist() == [[100, 100], [3, 100], [3, 5], [0, 0]]

@@ -116,7 +116,7 @@ walls: u -1.16 n -1.16 y -1.47 b -1.47                           ne     3.64
 
  < > turns  Enter plays on  ? help  q quit""",
     ("crying-baby", (), SMALL, False): """\
- crying-baby  turn 5/5  score -19.423  turn limit
+ crying-baby  turn 5/5  score -19.42  turn limit
 heard  quiet
 
 sated   ███████████████████▊ 0.989
@@ -124,7 +124,7 @@ hungry  ▎··················· 0.011
 history of hungry ▅▁▁▁▁▁··············
 truly sated
 
- optimal on the same dice: -15; you -19.423
+ optimal on the same dice: -15; you -19.42
  over: turn limit after 5 turns. agent score
    (discounted) -19.423, total -21.
  rows 24-26 of 26: PgUp PgDn Home End
@@ -171,7 +171,7 @@ truly sated
 
  < > turns  Enter plays on  N new  ? help  q quit  : command""",
     ("crying-baby", (), LARGE, False): """\
- crying-baby  turn 5/5  score (discounted) -19.423  you: agent  turn limit
+ crying-baby  turn 5/5  score (discounted) -19.42  you: agent  turn limit
  keep the baby sated; hunger costs 10; feeding 5; singing 0.5
 heard  quiet                                            reward   -0.5
                                                         discount 0.90
@@ -190,7 +190,7 @@ truly sated
 
    [0.989, 0.01099].
  review: 2 of 5 moves the best, regret 3.35 in all, most in turn 4
- optimal on the same dice: -15; you -19.423
+ optimal on the same dice: -15; you -19.42
  over: turn limit after 5 turns. agent score (discounted) -19.423, total -21.
  rows 16-19 of 19: PgUp PgDn Home End
 

@@ -137,7 +137,7 @@ agent1          D    D
 total -3        0   -3
 you             C    D
 total -7       -4   -3
-if you defect: 0 against cooperate, -3 defect"""),
+if defect: 0 against cooperate, -3 defect"""),
     "the hands in ascii with what is lost and paid": (
         after("rock-paper-scissors", "rock rock", "paper rock"),
         ASCII._replace(regret=LOST, outlook=reply(1)), """
@@ -157,7 +157,7 @@ you             R    P
 total 1         0    1
 agent2          R    R
 total -1        0   -1
-if you paper: 1 against rock, 0 paper, -1 scissors"""),
+if paper: 1 against rock, 0 paper, -1 scissors"""),
     "the travelers in ascii with what is lost and paid": (
         after("travelers-dilemma", "60 99", seat=1),
         ASCII._replace(regret=CLAIMED, outlook=reply(95)), """

@@ -129,7 +129,7 @@ any key collects +10"""),
    │▄▄▄▄▄│█17%█│█18%█│█████│▂▂▂▂▂│
      ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
 if you go SW, where the prey is
-upper: nothing 95%, lower: prey 5%"""),
+upper if nothing, 95%; lower if prey, 5%"""),
     "who truly was where": (
         now(BLIND),
         LARGE._replace(width=60, state=np.array([3, 4, 5])),

@@ -39,6 +39,19 @@ def test_a_push_is_told_with_its_aim() -> None:
     )
 
 
+@pytest.mark.parametrize(
+    ("push", "drawn"),
+    [
+        (0.102, " ├────────┬──────●━→────────┬────────┤"),
+        (-0.5, " ├──────←━━━━━━━━●─┼────────┬────────┤"),
+        (0.0, " ├────────┬──────●─┼────────┬────────┤"),
+    ],
+)
+def test_a_push_that_is_advised_or_written_leads_along_the_line(push: float, drawn: str) -> None:
+    board = fit(simple_regulator, pushed().view(0), Look(39, 6, advised=push)).plain
+    assert drawn in board.split("\n")
+
+
 class Counted(Sequence[Array]):
     """What a seat saw, which counts how much of it is asked for."""
 

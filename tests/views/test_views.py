@@ -17,6 +17,7 @@ from dmplay.solvers import value_iteration
 from dmplay.styles import rgb
 from dmplay.tabular import tabulate
 from dmplay.views import game_2048 as tiles
+from dmplay.views import generic
 from dmplay.views import hexworld as exits
 from dmplay.views.style import Look, Overlay, fit, style_of
 from tests.support.games import session
@@ -220,3 +221,14 @@ def test_every_action_has_a_key_and_every_key_an_action(problem: Problem) -> Non
             assert action_by_key(problem, seat, str(number % 10)) == number - 1
         for key, label in style.KEYS.items():
             assert action_by_key(problem, seat, key) == labels.index(label)
+
+
+def test_a_problem_without_a_word_of_its_own_has_a_goal_all_the_same() -> None:
+    silent = type("Silent", (type(dmplay.load("crying-baby")),), {"story": lambda self: ""})()
+    view = Session(silent, Dice(7), limit=1).view(0)
+    assert generic.goal(view) == [
+        "gather the largest sum of rewards",
+        "in 1 turn",
+        "what comes a turn later counts 0.9 as much",
+    ]
+    assert "You want the largest sum of rewards" in generic.lesson(view)

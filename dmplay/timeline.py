@@ -15,8 +15,8 @@ from dmplay.budget import Stopped
 from dmplay.core import Problem
 from dmplay.errors import DmplayError
 from dmplay.game.game import Game
-from dmplay.screen.footer import BARS
 from dmplay.session import Session, Turn, View
+from dmplay.views.canvas import BARS
 
 WORST = 3  # moves that are named
 AROUND = 16  # columns of the row of regret beside its bars, at least
