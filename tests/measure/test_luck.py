@@ -6,7 +6,7 @@ import dmplay
 from dmplay.core import Policy
 from dmplay.measure.comparing import compare
 from dmplay.measure.luck import luck
-from dmplay.rollouts import Rollout, rollouts
+from dmplay.rollouts import Games, Rollout, rollouts
 from tests.benchmarks import honest
 
 HEX = dmplay.load("hexworld")
@@ -14,7 +14,8 @@ OPTIMAL, RANDOM = ([dmplay.agent(HEX, 0, name)] for name in ("optimal", "random"
 
 
 def played(*entrants: list[Policy], episodes: int = 200) -> tuple[Rollout, ...]:
-    return rollouts(HEX, entrants, episodes=episodes, keep=Rollout._fields, luck=luck(HEX))
+    games = Games(range(episodes), keep=Rollout._fields, luck=luck(HEX))
+    return rollouts(HEX, entrants, games)
 
 
 def test_without_luck_a_game_of_the_best_moves_is_worth_what_its_start_is() -> None:
