@@ -55,9 +55,10 @@ def action_values(problem: Problem, discount: float) -> Reals:
         return value_iteration.optimal(tabulate(problem), discount)
     from dmplay.solvers import backward_sweeps, graph  # not needed for few
 
-    found = graph.whole(problem)
+    swept = backward_sweeps.optimal(graph.whole(problem), discount)
+    found = swept.graph
     q = np.full((len(found.states), problem.action_counts[0]), -np.inf)
-    q[found.owner, found.actions[:, 0]] = backward_sweeps.optimal(found, discount).q
+    q[found.owner, found.actions[:, 0]] = swept.q
     q[np.diff(found.rows) == 0] = 0.0
     return q
 

@@ -88,9 +88,10 @@ class _Known(NamedTuple):
 def endless(problem: Problem) -> Solution:
     """Values and best actions in a game without end, of many states."""
     with between(0.0, 0.3):
-        found = graph.whole(problem)
+        whole = [graph.whole(problem)]
     with between(0.3, 1.0):
-        swept = backward_sweeps.optimal(found, problem.discount)
+        swept = backward_sweeps.optimal(whole.pop(), problem.discount)
+    found = swept.graph
     nobody = np.zeros(len(found.states), np.int64)
     known = _Known(found, swept.values[:, None], nobody, swept.q)
     far = "at most {:.1g} from the optimum" if problem.discount < 1.0 else "the last change {:.1g}"

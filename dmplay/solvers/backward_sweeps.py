@@ -20,8 +20,10 @@ from dmplay.solvers.graph import BLOCK, Graph, edges, gathered
 
 GAP = 1e-8  # between the bounds, where values are about 1
 ROUNDING = 4e-15  # of values, by which no bounds are nearer
+NONE = np.zeros(0)
 STILL = 1e-13  # a change of undiscounted values that ends the sweeps
 MOST_BLOCKS = 4096  # of states that are swept one after the other
+HALF = 32  # bits of a number
 WORK, PATIENCE = 1e11, 50  # sweeps after which undiscounted values must change less
 EACH = 10.0  # operations of an outcome in a sweep
 ENDLESS = "nothing is discounted and games need not end; give a discount below 1, or a horizon"
@@ -30,6 +32,7 @@ ENDLESS = "nothing is discounted and games need not end; give a discount below 1
 class Swept(NamedTuple):
     """Values, those of each joint action, and how far they are from the optimum at most."""
 
+    graph: Graph  # that was swept, without what comes of its actions
     values: Reals  # [S]
     q: Reals  # [R]
     gap: float  # the upper bound of a value less its lower; undiscounted, twice the last change
@@ -78,9 +81,11 @@ class _Ordered(NamedTuple):
 
     def at_once(self, values: Reals) -> tuple[Reals, Reals]:
         """Q `[R]`, and by how much the best of each state is more than its value."""
-        each = [self._best(values, *block, left=False) for block in self.blocks]
-        q, best = zip(*each, strict=True)
-        return np.concatenate(q), np.concatenate(best) - values[: self.blocks[-1][1]]
+        q, best = np.empty(len(self.rewards)), np.empty(self.blocks[-1][1])
+        for first, end in self.blocks:
+            row, last = self.rows[first], self.rows[end]
+            q[row:last], best[first:end] = self._best(values, first, end, left=False)
+        return q, best - values[: len(best)]
 
     def _best(self, values: Reals, first: int, end: int, *, left: bool) -> tuple[Reals, Reals]:
         """Q of what can be done in some states, and the greatest of each."""
@@ -107,7 +112,8 @@ def optimal(graph: Graph, discount: float) -> Swept:
     """The values of one planner, who is paid what agent 1 is.
 
     Undiscounted they are those of games that end: the limit of ever more turns. Where the work is
-    not enough to close the gap it is told as it is.
+    not enough to close the gap it is told as it is. The graph is let go once its states are in
+    order, so that a large one is not held twice by who hands it over.
     """
     cure = "try fewer states, or search" if discount < 1.0 else ENDLESS
     budget = Budget("value iteration", cure, WORK)
@@ -115,8 +121,10 @@ def optimal(graph: Graph, discount: float) -> Swept:
     order, near = _order(graph)
     values, many = np.zeros(len(order)), len(graph.live)
     if not many:
-        return Swept(values, np.zeros(0), 0.0, 0)
-    swept = _ordered(graph, order, _blocks(graph, order, near), discount)
+        return Swept(graph, values, np.zeros(0), 0.0, 0)
+    blocks, bare, handed = _blocks(graph, order, near), graph.bare, [graph]
+    del graph
+    swept = _ordered(handed.pop(), order, blocks, discount)
     cost = 3 * (ROUND * len(swept.blocks) + EACH * len(swept.p))
     far = discount / (1.0 - discount) if discount < 1.0 else 1.0
     gaps, wanted = [np.inf], 0.0
@@ -143,8 +151,9 @@ def optimal(graph: Graph, discount: float) -> Swept:
     middle = far * (least + most) / 2
     found, each = np.zeros_like(values), np.empty_like(q)
     found[order[:many]] = values[:many] + change + middle
-    each[swept.which] = q + middle
-    return Swept(found, each, far * (most - least), len(gaps) - 1)
+    q += middle
+    each[swept.which] = q
+    return Swept(bare, found, each, far * (most - least), len(gaps) - 1)
 
 
 def _shared(change: Reals) -> float:
@@ -208,8 +217,13 @@ def _order(graph: Graph) -> tuple[Ints, Ints]:
 
 def _backwards(graph: Graph) -> tuple[Array, Ints]:
     """From where each state may be reached, state by state, and where those of each begin."""
-    before = np.repeat(graph.owner.astype(np.int32), np.diff(graph.starts))
-    before = before[np.argsort(graph.after, kind="stable")]
+    each = graph.after.astype(np.int64)
+    each <<= HALF  # the state before stands below: both are sorted in place
+    each |= np.repeat(graph.owner, np.diff(graph.starts))
+    each.sort()
+    each &= 2**HALF - 1
+    before = each.astype(np.int32)
+    del each
     return before, edges(np.bincount(graph.after, minlength=len(graph.states)))
 
 
@@ -219,18 +233,21 @@ def _ordered(graph: Graph, order: Ints, blocks: list[tuple[int, int]], discount:
     starts, outcomes = gathered(graph.starts, which)
     place = np.empty(len(order), graph.after.dtype)
     place[order] = np.arange(len(order))
-    after, p = graph.after[outcomes], graph.p[outcomes]
-    del outcomes  # of many, arrays of a gigabyte in all
-    after = place[after]
+    ends = discount == 1.0 or len(graph.live) < len(order)
+    p, graph = graph.p[outcomes], graph._replace(p=NONE)  # of many, arrays of a gigabyte in all
+    after, rewards, graph = graph.after[outcomes], graph.rewards[which, 0], graph.bare
+    del outcomes
+    for first in range(0, len(after), BLOCK):
+        some = slice(first, first + BLOCK)
+        after[some] = place[after[some]]
     p *= discount
     here = np.repeat(np.arange(len(order), dtype=after.dtype), np.diff(starts[rows]))
     stays = np.flatnonzero(after == here)
+    del here
     row = np.searchsorted(starts, stays, side="right") - 1
     stay = np.bincount(row, p[stays], len(which)).astype(float)
     p[stays] = 0.0
-    ends = discount == 1.0 or len(graph.live) < len(order)
-    rewards = graph.rewards[which, 0]
-    return _Ordered(rows, rewards, starts, p, after, stay, which.astype(np.int32), blocks, ends)
+    return _Ordered(rows, rewards, starts, p, after, stay, which, blocks, ends)
 
 
 def _blocks(graph: Graph, order: Ints, near: Ints) -> list[tuple[int, int]]:

@@ -38,7 +38,13 @@ class Graph(NamedTuple):
     @property
     def owner(self) -> Ints:
         """The state of each joint action `[R]`."""
-        return np.repeat(np.arange(len(self.states)), np.diff(self.rows))
+        return np.repeat(np.arange(len(self.states), dtype=np.int32), np.diff(self.rows))
+
+    @property
+    def bare(self) -> "Graph":
+        """The same without what comes of its actions, which is most of it."""
+        none: Array = np.zeros(0, np.int32)
+        return self._replace(starts=none, p=none.astype(float), after=none)
 
     def at(self, problem: Problem, s: Array) -> Ints:
         """The place `[B]` of each state; -1 of one that play does not come to."""
@@ -180,21 +186,26 @@ def _joined(parts: list[_Part], states: Array, places: dict[bytes, int] | None) 
 
 def edges(counts: Ints) -> Ints:
     """Where each of some parts begins, if they stand one after the other, and the end of all."""
-    found = np.zeros(len(counts) + 1, np.int64)
-    np.cumsum(counts, out=found[1:])
-    return _small(found) if found[-1] < 2**31 else found
+    found: Array = np.zeros(len(counts) + 1, np.int32 if counts.sum() < 2**31 else np.int64)
+    np.cumsum(counts, dtype=found.dtype, out=found[1:])
+    return found
+
+
+def _short(begins: Ints) -> Ints:
+    """Where some parts begin, in half the room where that is enough."""
+    return _small(begins) if begins[-1] < 2**31 else begins
 
 
 def gathered(starts: Ints, some: Ints) -> tuple[Ints, Ints]:
     """Where some parts begin if they stand one after the other, and the places they are from."""
-    lengths = starts[some + 1] - starts[some]
-    begin, full = edges(lengths), lengths > 0
-    first, length = starts[some][full], lengths[full]
-    places = np.ones(begin[-1], np.int64)  # steps, which are summed in place: there may be many
-    places[begin[:-1][full]] = (
-        np.diff(first, prepend=0) - np.append(0, length[:-1] - 1)[: len(first)]
-    )
-    return begin, np.cumsum(places, out=places)
+    first, lengths = starts[some], starts[some + 1]
+    lengths -= first
+    begin = edges(lengths)
+    first -= begin[:-1]
+    places = np.repeat(first, lengths)
+    for block in range(0, len(places), BLOCK):  # in place: there may be many
+        places[block : block + BLOCK] += np.arange(block, min(block + BLOCK, len(places)))
+    return begin, places
 
 
 def _of_rows(problem: Tabular, states: Array) -> Graph:
@@ -204,8 +215,8 @@ def _of_rows(problem: Tabular, states: Array) -> Graph:
     rewards = problem.support.expected(len(states))
     actions = np.tile(_small(choices), (len(states), 1))
     graph = Graph(
-        states, np.arange(len(states) + 1) * len(choices), actions, rewards,
-        flow.starts, flow.values, _small(flow.columns),
+        states, _short(np.arange(len(states) + 1) * len(choices)), actions, rewards,
+        _short(flow.starts), flow.values, _small(flow.columns),
     )  # fmt: skip
     return without(graph, problem.terminal(states))
 
