@@ -12,6 +12,7 @@ from dmplay.errors import BadFile
 from dmplay.files.names import budget, plainly
 from dmplay.files.problem import NormalForm, Payoffs
 from dmplay.files.words import MOST, NUMBER, Text, is_number, whole
+from dmplay.laws.sound import COMMANDS
 
 WORD = re.compile(r'"(?:[^"\\]|\\.)*"?|[{}]|[^\s{}",]+')
 BYTES = 100  # of a payoff, while it is read
@@ -108,7 +109,7 @@ def _strategies(file: _File, players: int) -> tuple[Labels, ...]:
     found: list[Labels] = []
     for _ in range(players):
         if file.word == "{":
-            found.append(Labels(plainly(file.strings("strategy"), "strategy")))
+            found.append(Labels(plainly(file.strings("strategy"), "strategy", COMMANDS)))
         else:
             many = file.whole(1, np.inf, f"{STRATEGIES}, for each of {players} players")
             budget().hold(float(BYTES) * many)
