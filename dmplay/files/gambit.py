@@ -12,6 +12,7 @@ from dmplay.errors import BadFile
 from dmplay.files.names import budget, plainly
 from dmplay.files.problem import NormalForm, Payoffs
 from dmplay.files.words import MOST, NUMBER, Text, is_number, whole
+from dmplay.laws.sound import COMMANDS
 
 WORD = re.compile(r'"(?:[^"\\]|\\.)*"?|[{}]|[^\s{}",]+')
 BYTES = 100  # of a payoff, while it is read
@@ -20,7 +21,7 @@ STRATEGIES = "strategies in braces, or how many"
 
 def read(path: str, raw: bytes) -> NormalForm:
     """The game that a file of this content holds."""
-    file = _File(Text(path, raw.decode("utf-8-sig", "replace")))
+    file = Words(Text(path, raw.decode("utf-8-sig", "replace")))
     for expected in (("NFG",), ("1",), ("R", "D")):
         file.expect(*expected)
     about = file.string("the title of the game, in quotation marks")
@@ -39,7 +40,7 @@ def read(path: str, raw: bytes) -> NormalForm:
     return NormalForm(table=Payoffs(tuple(plainly(players, "player")), actions, payoffs, about))
 
 
-class _File:
+class Words:
     """The words of a file, one after the other."""
 
     def __init__(self, text: Text) -> None:
@@ -48,12 +49,18 @@ class _File:
         self._next = 0
 
     @property
+    def next(self) -> int:
+        """How many words have been taken."""
+        return self._next
+
+    @property
     def word(self) -> str:
         """The next word; '' at the end."""
         return self._found[self._next][0] if self._next < len(self._found) else ""
 
-    def fault(self, expected: str) -> BadFile:
-        """The error that the next word is, where another is expected."""
+    def fault(self, expected: str, taken: int | None = None) -> BadFile:
+        """The error that a word is where another is expected: the next, or after so many."""
+        self._next = self._next if taken is None else taken
         ended = self._next >= len(self._found)
         at = len(self._text.content.rstrip()) if ended else self._found[self._next].start()
         got = "the end of the file" if ended else repr(self.word)
@@ -102,13 +109,13 @@ class _File:
         return value
 
 
-def _strategies(file: _File, players: int) -> tuple[Labels, ...]:
+def _strategies(file: Words, players: int) -> tuple[Labels, ...]:
     """The strategies of each player: their names, or how many."""
     file.expect("{")
     found: list[Labels] = []
     for _ in range(players):
         if file.word == "{":
-            found.append(Labels(plainly(file.strings("strategy"), "strategy")))
+            found.append(Labels(plainly(file.strings("strategy"), "strategy", COMMANDS)))
         else:
             many = file.whole(1, np.inf, f"{STRATEGIES}, for each of {players} players")
             budget().hold(float(BYTES) * many)
@@ -117,12 +124,12 @@ def _strategies(file: _File, players: int) -> tuple[Labels, ...]:
     return tuple(found)
 
 
-def _payoffs(file: _File, players: int, cells: int) -> Reals:
+def _payoffs(file: Words, players: int, cells: int) -> Reals:
     """The payoffs `[cells, n]` as they stand one after the other."""
     return np.array([[file.number() for _ in range(players)] for _ in range(cells)])
 
 
-def _outcomes(file: _File, players: int, cells: int) -> Reals:
+def _outcomes(file: Words, players: int, cells: int) -> Reals:
     """The payoffs `[cells, n]` of the outcomes that are numbered; 0 pays nothing."""
     file.expect("{")
     paid = [[0.0] * players]

@@ -12,6 +12,7 @@ from dmplay.files.problem import FromFile, Model
 from dmplay.files.shares import Shares
 from dmplay.files.statements import Form, beginning, statements
 from dmplay.files.words import Text
+from dmplay.laws.sound import COMMANDS
 from dmplay.tabular import Sparse
 
 NOTHING = Axis("observation", ["0"])  # what is observed where states are seen
@@ -40,7 +41,7 @@ def read(path: str, raw: bytes, *, team: bool = False) -> FromFile:
     tables = Sparse(rows["T"], np.tile(rewards[:, None], (1, len(told.agents))), rows.get("O"))
     model = Model(
         told.agents,
-        tuple(Labels(plainly(axis.names, "action")) for axis in actions.each),
+        tuple(Labels(plainly(axis.names, "action", COMMANDS)) for axis in actions.each),
         tuple(Labels(axis.names) for axis in told.observations.each) if told.observations else (),
         states.names,
         told.start,

@@ -1,14 +1,14 @@
 """What the names and numbers in a file stand for: states, actions, observations, alone or joint."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from functools import cached_property
 from math import prod
 
 import numpy as np
 
 from dmplay.budget import Budget
-from dmplay.chance import Ints
+from dmplay.chance import Bools, Ints
 from dmplay.errors import UnknownName
 from dmplay.files.words import Part, whole
 
@@ -28,13 +28,17 @@ def budget() -> Budget:
     return Budget("reading it", "try a smaller problem")
 
 
-def plainly(names: Sequence[str], what: str) -> list[str]:
-    """Names as they are typed, each another; where they are numbers from 0 on, with a letter."""
+def plainly(names: Sequence[str], what: str, taken: Collection[str] = ()) -> list[str]:
+    """Names as they are typed, each another; with what they name where they mean something else.
+
+    Where they are numbers from 0 on, with a letter.
+    """
     if list(names) == [*map(str, range(len(names)))]:
         return [f"{what[0]}{name}" for name in names]
     found: list[str] = []
     for name in names:
-        plain = "-".join(re.sub("[_,;=]", " ", name.lower()).split()) or what
+        plain = "-".join(re.sub("[_,;=#]", " ", name.lower()).split()) or what
+        plain = f"{what}-{plain}" if plain in taken else plain
         label, number = plain, 2
         while label in found:
             label, number = f"{plain}-{number}", number + 1
@@ -94,6 +98,15 @@ class Axis:
             got = " ".join(words) or "nothing"
             raise part.fault(0, f"got {got!r}, expected one {self.what}, or *")
         raise part.fault(0, UnknownName(self.what, words[0], self._told))
+
+    def marked(self, part: Part) -> Bools:
+        """Which of them the words of a list name."""
+        found = np.zeros(len(self), bool)
+        for number, word in enumerate(part.words or [""]):
+            if word == ANY:
+                raise part.fault(number, f"got '*', expected a {self.what}")
+            found[self.picked(part.slice(number, number + 1))] = True
+        return found
 
     @property
     def _told(self) -> list[str]:

@@ -19,25 +19,31 @@ class Payments:
 
     def __init__(self, form: Form) -> None:
         self._actions, self._states, _, self._kinds = (len(field) for field in form.fields)
-        self._told: list[tuple[Statement, Reals]] = []
+        self._told: list[tuple[Sequence[Places], Reals]] = []
         self._wide = 1  # 2 where a line names the next state, 3 where what is observed
 
     def tell(self, said: Statement) -> None:
         """Takes what a line says."""
         named = len(said.places)
-        many = {2: self._states * self._kinds, 3: self._kinds, 4: 1}[named]
-        self._told.append((said, said.values.numbers(many)))
+        each = self._states * self._kinds
+        many = {1: self._states * each, 2: each, 3: self._kinds, 4: 1}[named]
+        values = said.values.numbers(many)
+        if named == 1:  # a row of each state
+            rows = enumerate(values.reshape(self._states, each))
+            self._told += [([said.places[0], state], row) for state, row in rows]
+        else:
+            self._told.append((said.places, values))
         after, seen = (*said.places[2:], None, None)[:2]
         if self._kinds > 1 and (named < 4 or seen is not None):
             self._wide = 3
-        elif named == 2 or after is not None:
+        elif named < 3 or after is not None:
             self._wide = max(self._wide, 2)
 
     def rewards(self, flow: Rows) -> Reals:
         """The rewards `[S * A]`, or of the numbers in T `[N]` or `[N * O]`; 0 if none is told."""
         paid = _Paid(flow, self._actions, self._states, self._wide, self._kinds)
-        for said, values in self._told:
-            paid.tell(said.places, values)
+        for places, values in self._told:
+            paid.tell(places, values)
         return paid.array.reshape(-1)
 
 

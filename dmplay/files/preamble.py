@@ -7,13 +7,13 @@ import numpy as np
 
 from dmplay.chance import Reals
 from dmplay.errors import UnknownName
-from dmplay.files.names import ANY, Axis, Joint
+from dmplay.files.names import Axis, Joint
 from dmplay.files.words import Part, Text, is_number, whole
 
-KEYS = ("agents", "discount", "values", "states", "actions", "observations", "start")
+KEYS = ("agents", "discount", "values", "states", "actions", "observations", "start", "E")
 LISTS = ("include", "exclude")
 VALUES = ("reward", "cost", "rewards", "costs")
-SUMS = 1e-3  # how far from 1 probabilities may sum, as rounded ones do
+SUMS = 1e-3 + 1e-9  # how far from 1 probabilities may sum, as 0.333 0.333 0.333 do
 EXACT = 1e-9  # how far they may without being scaled
 
 
@@ -59,6 +59,8 @@ def preamble(text: Text, end: int, *, team: bool) -> Preamble:
     if team and seen is None:
         lines.part("observations", "line; a .dpomdp names what each agent observes")
     observations = _each("observation", seen, len(agents)) if seen else None
+    if "E" in lines.parts:  # states that end a game, which their T: lines say too
+        states.marked(lines.parts["E"])
     discount = lines.part("discount", "line; expected a number from 0 to 1")
     return Preamble(
         agents,
@@ -122,11 +124,7 @@ def _start(lines: _Lines, states: Axis) -> Reals:
     named = bool(part.words) and not is_number(part.words[0])
     if not (listed or named) and (len(part.words) != 1 or many == 1):
         return _scaled(part, part.probabilities(many))
-    chosen = np.zeros(many, bool)
-    for number, word in enumerate(part.words or [""]):
-        if word == ANY:
-            raise part.fault(number, "got '*', expected a state")
-        chosen[states.picked(part.slice(number, number + 1))] = True
+    chosen = states.marked(part)
     chosen ^= listed == ["exclude"]
     if not chosen.any():
         raise part.fault(0, "got every state, expected one at least that is left")

@@ -10,6 +10,7 @@ from dmplay.files.words import Part, Text, is_number
 
 BEGINS = re.compile(r"(?<!\S)([TOR])\s*:")
 FIELDS, SINGLE = 3, 6  # that T: and O: lines name, and words of one that tells one number
+PAIR = 2  # numbers of a row that look like a number and its name
 WORDS = {"T": ("uniform", "identity", "reset"), "O": ("uniform", "reset"), "R": ()}
 
 
@@ -21,16 +22,20 @@ class Form:
         self.fields = fields
         self.team = team  # a colon stands before the numbers
         self.words = WORDS[kind]
-        self.least = 2 if kind == "R" else 1  # fields that are named
+        self.least = 2 if kind == "R" and len(fields[-1]) > 1 else 1  # fields that are named
         sizes = [float(len(field)) for field in fields]
         counts = [prod(sizes[named:]) for named in range(len(fields) + 1)]
         self.counts = [inf] * self.least + counts[self.least :]
-        plain = len(fields) == FIELDS and len(fields[-1]) > 2 and not team  # else a row is alike
+        plain = len(fields) == FIELDS and not team
         self._known = [field.known for field in fields] if plain else []
+        self._pair = len(fields[-1]) == PAIR
 
-    def single(self, words: Sequence[str]) -> list[Places]:
+    def single(self, part: Part) -> list[Places]:
         """The three places that the commonest line names: `a : s : x 0.5`; none of any other."""
-        if not self._known or not words[1] == words[3] == ":" or not is_number(words[5]):
+        words = part.words
+        if not self._known or len(words) != SINGLE or not words[1] == words[3] == ":":
+            return []
+        if not is_number(words[5]) or (self._pair and part.slice(SINGLE - PAIR).begins_line):
             return []
         of_action, of_state, of_last = self._known
         action, state = of_action.get(words[0]), of_state.get(words[2])
@@ -76,7 +81,7 @@ def statements(text: Text, forms: Mapping[str, Form]) -> Iterator[Statement]:
 def _statement(form: Form, at: int, part: Part) -> Statement:
     """One line, read: its last field stands before a colon, or before the numbers."""
     words, first = part.words, 0
-    if len(words) == SINGLE and (one := form.single(words)):
+    if one := form.single(part):
         return Statement(form, at, one, part.slice(SINGLE - 1))
     places: list[Places] = []
     for field in form.fields:

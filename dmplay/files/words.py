@@ -15,6 +15,7 @@ COMMENT = re.compile("#[^\n]*")
 MOST = 1e100  # so that sums and squares of numbers are some too
 NUMBER = f"a number, at most {MOST:g}"
 ROUNDED = 1e-9  # more than 1 that a probability may be
+SIGN = re.compile(r"(?<!\S)[+-]\s+(?=[\d.])")  # apart from its number
 WORD = re.compile(r"[^\s:]+|:")
 
 
@@ -32,7 +33,8 @@ class Text:
         content = raw.decode("utf-8-sig", "replace")
         first = takewhile(lambda line: line.startswith("#"), content.splitlines())
         about = "\n".join(line.lstrip("#").strip() for line in first).strip()
-        return cls(path, COMMENT.sub(lambda found: " " * len(found[0]), content), about)
+        content = COMMENT.sub(lambda found: " " * len(found[0]), content)
+        return cls(path, SIGN.sub(lambda found: found[0][1:] + found[0][0], content), about)
 
     def fault(self, at: int, what: object) -> BadFile:
         """The error that stands at a place of the content."""
@@ -77,8 +79,8 @@ class Part(NamedTuple):
     @property
     def begins_line(self) -> bool:
         """Whether the first word is the first of its line."""
-        row = self.text.content[: self.place(0)].rpartition("\n")[2]
-        return not row.strip()
+        content, at = self.text.content, self.place(0)
+        return not content[content.rfind("\n", 0, at) + 1 : at].strip()
 
     def lines(self) -> list["Part"]:
         """The words of each line that has any."""

@@ -33,9 +33,10 @@ def written(problem: Problem, suffix: str, about: str) -> Iterator[str]:
     if suffix == ".nfg":
         return _normal_form(problem, about)
     team = suffix == ".dpomdp"
-    if len(problem.agents) > 1 and not team:
-        agents = len(problem.agents)
-        raise BadParameter(f"{suffix} is for one agent, and here are {agents}: write a .dpomdp")
+    agents, one_state = len(problem.agents), problem.states == 1 and not problem.hidden
+    if agents > 1 and not team:
+        fit = ".nfg" if one_state else ".dpomdp, if all are paid alike"
+        raise BadParameter(f"{suffix} is for one agent, and here are {agents}: write a {fit}")
     if suffix == ".mdp" and problem.hidden:
         raise BadParameter(".mdp is for states that are seen, and here they are not: a .pomdp")
     return _markov(problem, about, team=team)
@@ -60,10 +61,11 @@ class _Line(NamedTuple):
 def _markov(problem: Problem, about: str, *, team: bool) -> Iterator[str]:
     """The lines of a file of Cassandra's format, or of MADP's."""
     tables = _tables(problem)
-    rewards = tables.rewards
+    rewards, names = tables.rewards, [problem.notation(s) for s in problem.enumerated()]
     if (rewards != rewards[:, :1]).any():
-        raise BadParameter("its agents are paid differently, and a .dpomdp has one reward for all")
-    states = allowed([problem.notation(s) for s in problem.enumerated()], "state")
+        fit = "write a .nfg" if len(names) == 1 else "a file of several states holds no such game"
+        raise BadParameter(f"its agents are paid differently, and a .dpomdp pays all alike: {fit}")
+    states = allowed(names, "state")
     actions = [allowed(plainly(known.labels, "action"), "action") for known in problem.actions]
     seen = [allowed(known, "observation") for known in _labels(problem)]
     if team and not problem.hidden:

@@ -7,13 +7,16 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache, cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from dmplay import disk
 from dmplay.core import WAIT, Labels, Problem, Texts
 from dmplay.dice import spread
 from dmplay.errors import BadParameter, UnknownName
+from dmplay.files.tree import told
 from dmplay.guests.extras import RAISED, first_line, library
 from dmplay.guests.history import LARGEST_SEED, Guest, Known, World
 from dmplay.laws.sound import COMMANDS
@@ -24,6 +27,7 @@ TOLD_WHOLE = 30  # turns of a game of which a player is told all it knows; of a 
 CHANCES = 16  # draws of one turn, at first
 TRIES, ASKED = 6, 4000  # games played, and names asked for, to learn what actions are called
 LONGEST = 1000  # turns of such a game
+FILE = re.compile(r"efg_game\(filename=(.*)\)")
 BETWEEN = re.compile(r"[\s_,;:]+")
 PLAYER = re.compile(r"^\[P\d+\]|^Pl\d+: ")
 
@@ -48,9 +52,11 @@ def _game(name: str) -> Any:
     short = text.partition("(")[0]
     if short not in pyspiel.registered_names():  # which would print
         raise UnknownName("game", short, pyspiel.registered_names(), where=EXTRA)
+    file = FILE.fullmatch(text)
+    tree = told(file[1], disk.content(Path(file[1]))) if file else ""
     try:
         with _hushed():
-            return pyspiel.load_game(text)
+            return pyspiel.load_efg_game(tree) if tree else pyspiel.load_game(text)
     except RAISED as error:
         raise BadParameter(f"{name}: {first_line(error)}") from None
 

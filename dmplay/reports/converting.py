@@ -5,7 +5,7 @@ from pathlib import Path
 
 from dmplay.describe import one_line
 from dmplay.disk import write
-from dmplay.errors import BadParameter
+from dmplay.errors import BadParameter, TooMuch
 from dmplay.files.writing import SUFFIXES, written
 from dmplay.finding import problems
 
@@ -18,7 +18,7 @@ def converted(name: str, wanted: Mapping[str, object], path: Path, *, force: boo
     loaded = problems.resolve(name, wanted)
     try:
         lines = [*written(loaded.problem, suffix, problems.docs(loaded.problem))]
-    except BadParameter as error:
+    except (BadParameter, TooMuch) as error:
         raise BadParameter(f"{loaded.name}: {error}") from None
     write(path, lines, force=force)
     return one_line(f"{path}: {loaded.name}, a {loaded.problem.kind}")

@@ -30,6 +30,8 @@ def test_names_are_as_they_are_typed() -> None:
     assert game.story() == 'Ballet or "the" fight\n\nBoth want to meet.'
     assert game.payoffs[0, 0].tolist() == [3, 2]
     assert game.kind == "simple game"
+    game = ballet(("the fight", "a#b,c"), ('"ballet"', '"Undo"'))
+    assert game.actions == (("strategy-undo", "a-b-c"),) * 2
 
 
 def test_the_outcome_of_number_0_pays_nothing_and_three_may_play() -> None:

@@ -1,11 +1,14 @@
 """Cassandra's format: every rule of its grammar says what the same arrays say."""
 
+from typing import SupportsIndex
+
 import numpy as np
 import pytest
 
 from dmplay.errors import BadFile
 from dmplay.files import markov
 from dmplay.files.problem import FromFile
+from dmplay.files.words import Part, Text
 from dmplay.solvers import alpha_vectors
 from dmplay.tabular import tabulate
 from tests.files.sources import TIGER, tiger
@@ -40,6 +43,8 @@ SAME = [  # changes that say the same
     [(LEFT, "R: open-left : tiger-left : *\n-100 -100\n")],
     [(LEFT, "R: 1 : 0 : tiger-left : * : -100\nR: 1 : 0 : 1 : 0 -100\nR: 1 : 0 : 1 : 1 -100\n")],
     [(LEFT, "R: open-left : tiger-left : * : * : -1e2\n")],
+    [(LEFT, "R: open-left : tiger-left : * : * - 100 # apart\n"), (": * 10", ": * + 10.")],
+    [(STATES, STATES + "\nE: tiger-left 1")],
     [("values: reward\n", "")],
     [("values: reward", "values: rewards")],
     [("discount: 0.95\nvalues: reward\n", ""), (COUNTS[:13] + " hear-left hear-right\n",
@@ -152,9 +157,45 @@ def test_a_file_without_observations_is_of_states_that_are_seen() -> None:
     assert not tiger().terminal(np.arange(2)).any()
 
 
+def test_rewards_of_seen_states_may_be_a_matrix_of_an_action() -> None:
+    text = (
+        "discount: 0.9\nvalues: reward\nstates: 2\nactions: 2\nT: *\nuniform\n"
+        "R: 0\n1 2\n3 4\nR: 1 : 0\n5 6\nR: 1 : 1 : 0 7\n"
+    )
+    problem = markov.read("matrix.mdp", text.encode())
+    assert tabulate(problem).rewards[:, :, 0].tolist() == [[1.5, 5.5], [3.5, 3.5]]
+
+
 def test_rounded_probabilities_are_scaled() -> None:
-    problem = tiger((LISTENS, "T: listen : * : 0 0.3333\nT: listen : * : 1 0.6663\n"))
-    np.testing.assert_allclose(tabulate(problem).transition[:, 0].sum(axis=1), 1, atol=1e-15)
+    for rounded in ("T: listen : * : 0 0.3333\nT: listen : * : 1 0.6663\n",
+                    "T: listen : * : 0 0.333\nT: listen : * : 1 0.666\n"):  # fmt: skip
+        problem = tiger((LISTENS, rounded))
+        np.testing.assert_allclose(tabulate(problem).transition[:, 0].sum(axis=1), 1, atol=1e-15)
+
+
+def test_actions_that_are_commands_of_a_game_say_what_they_are() -> None:
+    problem = tiger(("listen", "Look"), ("open-left", "quit"))
+    assert problem.actions[0] == ("action-look", "action-quit", "open-right")
+    problem = tiger(("open-left", "look"), ("open-right", "action-look"))
+    assert problem.actions[0] == ("listen", "action-look", "action-look-2")
+
+
+class Counted(str):
+    """A text that counts the characters that are copied out of it."""
+
+    copied = 0
+
+    def __getitem__(self, key: SupportsIndex | slice) -> str:
+        found = super().__getitem__(key)
+        self.copied += len(found)
+        return found
+
+
+def test_where_a_line_begins_costs_no_more_far_down() -> None:
+    content = Counted("0 : 1\n" * 1000)
+    part = Part(Text("long.pomdp", content), len(content) - 6, ["0", ":", "1"])
+    assert [part.slice(n).begins_line for n in range(3)] == [True, False, False]
+    assert content.copied == len("0 ") + len("0 : ")
 
 
 FAULTS = [  # a change, and where and what the error is
@@ -172,6 +213,8 @@ FAULTS = [  # a change, and where and what the error is
     ((STATES, "states: 0"), "4:9: expected how many states, or their names"),
     ((STATES, STATES + "\nstart: 0.5 0.4"), "5:8: got probabilities that sum to 0.9, not 1"),
     ((STATES, STATES + "\nstart: tiger"), "5:8: unknown state 'tiger'"),
+    ((STATES, STATES + "\nE: tiger"), "5:4: unknown state 'tiger'"),
+    ((STATES, STATES + "\nE: *"), "5:4: got '*', expected a state"),
     ((STATES, STATES + "\nstart exclude: 0 1"), "5:16: got every state, expected one at least"),
     (("0.85 0.15", "0.85 0.25"), "15:1: O: action listen, state tiger-left: got probabilities "),
     (("0.15 0.85", "0.15"), "17:5: got 3 numbers, expected 4"),

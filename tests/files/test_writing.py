@@ -86,6 +86,9 @@ def test_names_are_such_as_the_formats_allow() -> None:
     assert allowed(["0", "1"], "state") == ["0", "1"]
 
 
+TEAM = "collaborative-predator-prey"
+
+
 @pytest.mark.parametrize(
     ("name", "file", "told"),
     [
@@ -93,7 +96,10 @@ def test_names_are_such_as_the_formats_allow() -> None:
         ("2048", "x.mdp", "2048: a file lists states and actions"),
         ("crying-baby", "x.mdp", r"\.mdp is for states that are seen"),
         ("predator-prey", "x.pomdp", r"\.pomdp is for one agent, and here are 2: write a \.dpomdp"),
-        ("predator-prey", "x.dpomdp", "its agents are paid differently"),
+        ("predator-prey", "x.dpomdp", r"paid differently, .*: a file of several states holds no"),
+        ("rock-paper-scissors", "x.pomdp", r"for one agent, and here are 2: write a \.nfg"),
+        ("rock-paper-scissors", "x.dpomdp", r"paid differently, .* all alike: write a \.nfg"),
+        (TEAM, "x.dpomdp", f"{TEAM}: tables: 824 MB, more than 512"),
         ("hexworld", "x.nfg", r"a \.nfg is a game of one state"),
         ("hexworld", "x.txt", r"-o: got .*x\.txt, expected a name in \.pomdp, \.mdp, \.dpomdp"),
     ],

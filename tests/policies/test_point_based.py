@@ -12,7 +12,7 @@ from dmplay.solvers.point_based import Bounds
 from tests.support.brought import Vault
 from tests.support.hidden import hallway
 
-ROOMS = [(0, 0), (1, 0), (2, 0), (1, 1)]
+ROOMS = (" + ", "***")
 
 
 @pytest.mark.parametrize(
@@ -32,7 +32,7 @@ def test_bounds_are_told_outwards_in_as_many_digits_as_differ(
 
 
 def test_who_is_in_a_hurry_has_less_and_who_is_not_the_whole() -> None:
-    agent = PointBased(hallway(ROOMS, (1, 1)), 0, gap=0.2)
+    agent = PointBased(hallway(ROOMS), 0, gap=0.2)
     with within(4e7):
         hurried = agent.bounds
         assert agent.bounds is hurried
@@ -54,7 +54,7 @@ class Listing(FromFile):
 
 
 def test_what_cannot_be_told_from_others_is_solved_each_time() -> None:
-    listing = Listing(0.5, model=hallway(ROOMS, (1, 1)).model)
+    listing = Listing(0.5, model=hallway(ROOMS).model)
     agent = PointBased(listing, 0, gap=0.5)
     assert agent.bounds is not agent.bounds
     assert listing not in [asked.problem for asked in point_based._kept]
@@ -68,7 +68,7 @@ def test_only_what_is_legal_is_chosen() -> None:
 
 
 def test_some_turns_are_planned_to_their_end_whatever_comes_of_it() -> None:
-    problem = hallway(ROOMS, (1, 1))
+    problem = hallway(ROOMS)
     short, long = (PointBased(problem, 0).in_game(turns, []).turns for turns in (10, 60))
     assert problem.discount**60 < point_based.UNSEEN
     assert (short, long) == (10, None)

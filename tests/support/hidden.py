@@ -20,6 +20,14 @@ Parts = tuple[int, ...]  # how worn each is
 Pose = tuple[Cell, int]  # and the way it looks
 Rover = tuple[Cell, tuple[bool, ...]] | None  # and which rocks are good, unless gone
 NORTH, EAST, SOUTH, WEST = WAYS = ((0, 1), (1, 0), (0, -1), (-1, 0))
+TURNS = {  # how likely a quarter, a half, three quarters of a turn to the right
+    "stay": (1.0, 0.0, 0.0, 0.0),
+    "right": (0.1, 0.7, 0.1, 0.1),
+    "around": (0.1, 0.15, 0.6, 0.15),
+    "left": (0.1, 0.1, 0.1, 0.7),
+}
+# Where a step goes and where it looks then, as turns to the right, and how likely.
+SLIPS = ((0, 0, 0.8), (1, 1, 0.05), (3, 3, 0.05), (2, 0, 0.025), (2, 2, 0.025))
 
 
 def made(  # noqa: PLR0913, PLR0917 - the six parts of a definition
@@ -117,8 +125,11 @@ def tag() -> FromFile:
     return made(0.95, start, [*ways, "tag"], move, seen, sense)
 
 
-def rock_sample(size: int, rocks: Sequence[Cell], start: Cell) -> FromFile:
-    """Rock sample: take the good rocks and leave by the east (Smith and Simmons, 2004)."""
+def rock_sample(size: int, rocks: Sequence[Cell], start: Cell, half: float = 20.0) -> FromFile:
+    """Rock sample: take the good rocks and leave by the east (Smith and Simmons, 2004).
+
+    A check is half as sure where the rock is so far away.
+    """
     cells = [(x, y) for x in range(size) for y in range(size)]
     ways = dict(zip(("north", "east", "south", "west"), WAYS, strict=True))
     checks = {f"check{number}": number for number in range(len(rocks))}
@@ -127,12 +138,13 @@ def rock_sample(size: int, rocks: Sequence[Cell], start: Cell) -> FromFile:
         if state is None:
             return 0.0, {None: 1.0}
         cell, good = state
-        if action in ways:
-            if cell[0] == size - 1 and action == "east":
-                return 10.0, {None: 1.0}
-            return 0.0, {(_stepped(cells, cell, ways[action]), good): 1.0}
         if action in checks:
             return 0.0, {state: 1.0}
+        if action in ways:
+            there = _stepped(cells, cell, ways[action])
+            out = there == cell
+            east = out and action == "east"
+            return -100.0 * out + 110.0 * east, {None if out else (there, good): 1.0}
         if cell not in rocks:
             return -100.0, {None: 1.0}
         rock = rocks.index(cell)
@@ -145,7 +157,7 @@ def rock_sample(size: int, rocks: Sequence[Cell], start: Cell) -> FromFile:
         cell, good = state
         rock = rocks[checks[action]]
         far = float(np.hypot(cell[0] - rock[0], cell[1] - rock[1]))
-        right = (1 + 2 ** (-far / 20)) / 2
+        right = (1 + 2 ** (-far / half)) / 2
         told = "good" if good[checks[action]] else "bad"
         return {told: right, {"good": "bad", "bad": "good"}[told]: 1 - right}
 
@@ -205,32 +217,41 @@ def cheese() -> FromFile:
     return made(0.95, uniform(inner), [*ways], move, seen, sense)
 
 
-def hallway(cells: Sequence[Cell], goal: Cell) -> FromFile:
-    """A robot that slips and sees walls badly, in the manner of the hallways (Littman, 1995)."""
-    turns = {"stay": 0, "right": 1, "around": 2, "left": 3}
-    inner = [(cell, way) for cell in cells if cell != goal for way in range(4)]
+def hallway(
+    maze: Sequence[str], *, signs: Sequence[Pose] = (), start: Sequence[Pose] = ()
+) -> FromFile:
+    """A robot that slips and sees walls badly (Littman, Cassandra and Kaelbling, 1995).
+
+    The rows of a maze have a `*` where a cell is, `+` where a goal is and `-` a trap. A sign is
+    seen by who stands and looks so; games begin anywhere unless it is said where.
+    """
+    marks = {(x, -y): mark for y, row in enumerate(maze) for x, mark in enumerate(row)}
+    cells = [cell for cell, mark in marks.items() if mark != " "]
+    starts = uniform(
+        start or [(cell, way) for cell in cells for way in range(4) if marks[cell] != "+"]
+    )
+    worth = {"*": 0.0, "+": 1.0, "-": -1.0}
 
     def shift(pose: Pose, action: str) -> Iterator[tuple[Pose, float]]:
         cell, way = pose
-        if action == "stay":
-            yield pose, 1.0
-        elif action == "forward":
-            yield pose, 0.1
-            for by, p in ((0, 0.8), (1, 0.05), (3, 0.05)):
-                yield (_stepped(cells, cell, WAYS[(way + by) % 4]), way), p
-        else:
-            for turn in range(4):
-                yield (cell, (way + turn) % 4), 0.7 if turn == turns[action] else 0.1
+        for turn, p in enumerate(TURNS.get(action, ())):
+            yield (cell, (way + turn) % 4), p
+        if action == "forward":
+            yield pose, 0.05
+            for side, turn, p in SLIPS:
+                there = _stepped(cells, cell, WAYS[(way + side) % 4])
+                yield ((there, (way + turn) % 4) if there != cell else pose), p
 
     def move(pose: Pose, action: str) -> tuple[float, Shares[Pose]]:
-        if pose[0] == goal:
-            return 1.0, uniform(inner)
-        return 0.0, _summed(shift(pose, action))
+        after = starts if marks[pose[0]] == "+" else _summed(shift(pose, action))
+        return sum(p * worth[marks[cell]] for (cell, _), p in after.items()), after
 
     def sense(action: str, pose: Pose) -> Shares[str]:
         cell, way = pose
-        if cell == goal:
+        if marks[cell] == "+":
             return {"goal": 1.0}
+        if pose in signs:
+            return {f"sign{signs.index(pose)}": 1.0}
         likely = [
             0.9 if _stepped(cells, cell, WAYS[(way + turn) % 4]) == cell else 0.05
             for turn in range(4)
@@ -243,8 +264,8 @@ def hallway(cells: Sequence[Cell], goal: Cell) -> FromFile:
         }
 
     seen = ["".join(map(str, walls)) for walls in product((0, 1), repeat=4)]
-    actions = ["stay", "forward", "right", "around", "left"]
-    return made(0.95, uniform(inner), actions, move, [*seen, "goal"], sense)
+    seen += ["goal", *(f"sign{number}" for number in range(len(signs)))]
+    return made(0.95, starts, [*TURNS, "forward"], move, seen, sense)
 
 
 def machine() -> FromFile:

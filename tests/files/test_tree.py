@@ -1,0 +1,64 @@
+"""Gambit's extensive form: what a file leaves out is told."""
+
+import pytest
+
+from dmplay.errors import BadFile
+from dmplay.files import tree
+
+GAME = r"""EFG 2 D "A \"small\" game" { "ann" "b\\c" "eve" }
+"Of three,
+with chance."
+c "root" 7 "" { "up" 1/4, "down" .75 } 0
+p "left" 1 5 "first" { "a" "b" } 2 "on the way" { 1, -1 0 }
+t "" 9 "nine" { 1/2 0 2e0 }
+t "end" 2
+p "" 3 4 { "a" "b
+c" } 0
+p "" 1 5 9
+t "" 0
+t "" 2
+p "" 1 2 "" { "x" } 0
+t "" 9 "nine"
+"""
+TOLD = """EFG 2 R "A 'small' game" { "ann" "b/c" "eve" }
+""
+
+c "" 1 "" { "up" 0.25 "down" 0.75 } 0
+p "" 1 1 "" { "a" "b" } 0
+t "" 1 "" { 1.5, -1.0, 2.0 }
+t "" 2 "" { 2.0, -2.0, 0.0 }
+p "" 3 1 "" { "a" "b c" } 0
+p "" 1 1 "" { "a" "b" } 0
+t "" 3 "" { 0.5, 0.0, 2.0 }
+t "" 4 "" { 1.5, -1.0, 2.0 }
+p "" 1 2 "" { "x" } 0
+t "" 5 "" { 0.5, 0.0, 2.0 }
+"""
+FAULTS = [
+    ("EFG 2", "EFG 1", "1:5: got '1', expected 2"),
+    ('c "root"', 'd "root"', "4:1: got 'd', expected c or p or t"),
+    ("3 4 {", "4 4 {", "8:6: got '4', expected a player, 1 to 3"),
+    ("3 4 {", "3 0 {", "8:8: got '0', expected the number of an information set, 1 or more"),
+    ('1 2 "" { "x" }', '1 2 ""', "13:13: got '0', expected the actions in braces: the set is new"),
+    ('1 5 9\n', '1 5 { "a" } 9\n', "10:10: got '{', expected 2 actions, as the set had before"),
+    ("1/4", "1/3", "4:17: got '\"up\"', expected probabilities that sum to 1"),
+    ("2e0 }", "2e0 1 }", "6:27: got '1', expected }"),
+    ('t "" 0', 't "" 3', "11:6: got '3', expected an outcome whose payoffs are told"),
+    ('t "" 9 "nine"\n', "", "got the end of the file, expected c or p or t"),
+    ('"nine"\n', '"nine"\nt "" 0', "15:1: got 't', expected the end: every node has been told"),
+    ('c "root"', 't "" 0 c', "4:1: got 't', expected a node in which somebody acts"),
+]  # fmt: skip
+
+
+def test_every_node_is_told_whole_and_who_is_paid_on_the_way_is_paid_at_the_end() -> None:
+    assert tree.told("small.efg", GAME.encode()) == TOLD
+    assert tree.told("small.efg", TOLD.encode()) == TOLD
+
+
+def test_faults_are_told_with_line_and_column() -> None:
+    for before, after, told in FAULTS:
+        assert GAME.count(before) == 1, before
+        with pytest.raises(BadFile) as error:
+            tree.told("small.efg", GAME.replace(before, after).encode())
+        assert str(error.value).startswith("small.efg:")
+        assert told in str(error.value), str(error.value)
