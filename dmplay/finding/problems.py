@@ -68,8 +68,9 @@ def found(
     if not (way.safe or trusted):
         raise UnknownName("built-in problem", name, problem_names())
     found = way.find(name)
-    problem = configured(found.problem, given)
-    usual = parameters(found.problem)
+    if not given:
+        return Loaded(found.name, found.problem, {}, found.origin)
+    problem, usual = configured(found.problem, given), parameters(found.problem)
     changed = {key: one for key, one in parameters(problem).items() if one != usual[key]}
     return Loaded(found.name, problem, changed, found.origin)
 

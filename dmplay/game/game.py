@@ -71,6 +71,7 @@ class Game:
         self.account = Account(session, self.people, reveal=self.reveal)
         self._advisers: dict[int, Adviser] = {}
         self._seen: tuple[tuple[object, ...], View[Problem]] | None = None
+        self._drawn: tuple[View[Problem], Look, Text] | None = None
 
     @property
     def problem(self) -> Problem:
@@ -159,12 +160,18 @@ class Game:
         return self._seen[1]
 
     def draw(self, look: Look) -> Text:
-        """The board in the room there is; the state too where it is revealed."""
+        """The board in the room there is; the state too where it is revealed.
+
+        It is drawn anew only for another view or look; nobody writes into it.
+        """
         look = look._replace(state=self._told)
         if self.ghost and self.ghost.early:
             look = look._replace(ghost=self.ghost.session.state)
         look = look._replace(names={**self.keyboard.names(self.watcher), **look.names})
-        return fit(self.style, self.view(), look)
+        view = self.view()
+        if not (self._drawn and self._drawn[0] is view and self._drawn[1].alike(look)):
+            self._drawn = view, look, fit(self.style, view, look)
+        return self._drawn[2]
 
     def price(self, action: float) -> str:
         """What an action costs, behind a blank; '' where its view does not say."""

@@ -62,8 +62,9 @@ def undominated(payoffs: Reals) -> tuple[list[int], list[int]]:
     while True:
         budget.spend((len(rows) + len(columns)) * (ROUND + 4 * len(rows) * len(columns)))
         left = payoffs[np.ix_(rows, columns)]
-        keep_rows = _surviving(left[:, :, 0])
-        keep_columns = _surviving(left[:, :, 1].T)
+        mine, theirs = left[:, :, 0], left[:, :, 1].T
+        keep_rows = _surviving(mine)
+        keep_columns = keep_rows if np.array_equal(mine, theirs) else _surviving(theirs)
         if len(keep_rows) == len(rows) and len(keep_columns) == len(columns):
             return rows, columns
         rows = [rows[i] for i in keep_rows]

@@ -5,6 +5,7 @@ import importlib.util
 from collections.abc import Callable, Iterator, Mapping
 from typing import NamedTuple, Protocol, cast
 
+import numpy as np
 from rich.text import Text
 
 from dmplay.chance import Array, Reals
@@ -55,10 +56,24 @@ class Look(NamedTuple):
     ghost: Array | None = None  # the state of an agent that plays beside, to be drawn faintly
     panel: int = PANEL + 2  # columns of the width that the side panel needs
 
+    def alike(self, other: "Look") -> bool:
+        """Whether another asks for the same drawing."""
+        return _alike(tuple(self), tuple(other))
+
     @property
     def beside(self) -> int:
         """The columns that a drawing may have with the side panel beside it; none without one."""
         return max(self.width - self.panel, 0) if self.large else 0
+
+
+def _alike(one: object, other: object) -> bool:
+    if one is other:
+        return True
+    if isinstance(one, tuple) and isinstance(other, tuple):
+        return len(one) == len(other) and all(map(_alike, one, other))
+    if isinstance(one, np.ndarray) and isinstance(other, np.ndarray):
+        return np.array_equal(one, other)
+    return type(one) is type(other) and one == other
 
 
 class Lesson(NamedTuple):

@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from dmplay.cli.errands import understood
@@ -13,9 +14,10 @@ from dmplay.game.request import Request, Resumption
 from dmplay.game.start import new
 from dmplay.game.table import Table, following
 from dmplay.transcript.reading import read
+from dmplay.views.style import Look
 from dmplay.words.commands import typed
 from tests.support.programs import run
-from tests.support.screens import play
+from tests.support.screens import game, play
 from tests.support.terminals import Terminal
 
 
@@ -313,3 +315,18 @@ def test_without_a_state_folder_the_shell_plays_on_and_remembers_no_lines(tmp_pa
         terminal.press("\x1b[A", lambda: terminal.text.count("]> new") == 2).press("\x15\x04")
         assert terminal.ended() == 0
         assert terminal.printed.count("warning: ") == 1
+
+
+def test_a_board_is_drawn_anew_only_for_another_view_or_look() -> None:
+    played, look = game("2048"), Look(80, 24)
+    drawn = played.draw(look._replace(regret=np.arange(4.0)))
+    assert played.draw(look._replace(regret=np.arange(4.0))) is drawn
+    assert played.draw(look._replace(regret=np.arange(4.0) / 2)) is not drawn
+    before = played.draw(look)
+    assert before is not drawn
+    assert played.draw(look) is before
+    played.choose(0)
+    after = played.draw(look)
+    assert after.plain != before.plain
+    played.undo()
+    assert played.draw(look).plain == before.plain

@@ -21,11 +21,12 @@ pytestmark = pytest.mark.usefixtures("coarse")
 def final_states(name: str) -> Array:
     """States at the end of long games: of random play or, where none ends, of the other agents."""
     problem = load(name)
+    ends = type(problem).terminal is not Problem.terminal
     found = []
     for policies in (random_play(problem), *(policies for _, policies in seated(name))):
-        played = rollout(problem, policies, episodes=30, turns=300, seed=SEED)
+        played = rollout(problem, policies, episodes=30, turns=300 if ends else 30, seed=SEED)
         found.append(played.state)
-        if played.over.any() or type(problem).terminal is Problem.terminal:
+        if played.over.any() or not ends:
             break
     return np.concatenate(found)
 

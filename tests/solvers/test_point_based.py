@@ -51,7 +51,7 @@ def test_what_is_claimed_is_the_best_of_all_histories_and_is_earned() -> None:
 
 
 def test_both_bounds_hold_at_every_belief_and_only_get_closer() -> None:
-    for problem in (tiger(), drawn(5, 0.7)):
+    for problem in (tiger(0.75), drawn(5, 0.7)):
         exact = alpha_vectors.infinite(tabulate(problem), problem.discount)
         search, apart = searched(problem), np.inf
         for _ in range(5):

@@ -9,7 +9,7 @@ from dmplay.finding import agents
 from dmplay.policies.script import Script
 from tests.support.cases import random_play, small
 
-BRIEF = {"search": "search:simulations=6,depth=3"}  # agents that take their time, for the laws
+BRIEF = {"search": "search:simulations=3,depth=2"}  # agents that take their time, for the laws
 FOREIGN = {"axelrod"}  # a package that takes long to load: it has tests of its own
 
 

@@ -1,6 +1,7 @@
 """What a person sees, board by board, and that it fits and can be read by everyone."""
 
 import re
+from functools import cache
 
 import numpy as np
 import pytest
@@ -37,8 +38,9 @@ EVERYTHING = [
 ]
 
 
+@cache
 def played(problem: Problem, turns: int) -> Session:
-    """A game of random agents."""
+    """A game of random agents, which nobody plays on with."""
     agents = [dmplay.agent(problem, seat, "random") for seat in range(len(problem.agents))]
     game = Session(problem, Dice(5), agents)
     while len(game.turns) < turns and not game.over:
