@@ -198,7 +198,7 @@ class Screen(Scene):
     def quicken(self, times: float) -> None:
         """Lets agents play so many times as fast."""
         self.speed = min(max(self.speed * times, SLOWEST), FASTEST)
-        self.message = f"{self.speed:.3g} turns a second"
+        self.message = f"{self.speed:.3g} turn{'s' * (self.speed != 1)} a second"
 
     def leave(self) -> None:
         """Leaves the game; where it is not kept, only when asked twice."""
