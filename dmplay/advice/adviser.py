@@ -26,14 +26,17 @@ FINE = 1e-4  # the share of an interval to which an action is told
 
 
 def decimals(values: Sequence[float]) -> int:
-    """The decimals that tell these values from one another, or from nothing: two to six, or none
-    of whole numbers and where they are hundreds apart.
-    """
+    """The decimals, two to six, that tell these values from one another, or from nothing."""
     known = [value for value in values if isfinite(value)] or [0.0]
     apart = max(known) - min(known) or abs(known[0])
-    if apart >= FAR or all(abs(value - round(value)) < ALIKE for value in known):
-        return 0
     return min(max(1 - floor(log10(apart)), LEAST), FINEST) if apart else LEAST
+
+
+def fewest(values: Sequence[float]) -> int:
+    """As many decimals; none of whole numbers, nor where they are hundreds apart."""
+    whole = all(abs(value - round(value)) < ALIKE for value in values if isfinite(value))
+    far = max(values, default=0.0) - min(values, default=0.0) >= FAR
+    return 0 if whole or far else decimals(values)
 
 
 def fixed(value: float, places: int) -> str:
@@ -102,7 +105,7 @@ class Advice(NamedTuple):
             return []
         order = best[:MOST] if ordered or len(best) > MOST else sorted(best)
         known = [(self.labels[action], float(self.values[action])) for action in order]
-        places = decimals([value for _, value in known])
+        places = (fewest if ordered else decimals)([value for _, value in known])
         return [(label, fixed(value, places)) for label, value in known]
 
 

@@ -6,7 +6,6 @@ import numpy as np
 
 from dmplay.budget import Budget
 from dmplay.core import Policy, Problem
-from dmplay.describe import brief
 from dmplay.dice import NATURE, Dice
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.finding import agents
@@ -84,7 +83,7 @@ class Ghost:
     def compared(self) -> str:
         """What each of both came to."""
         yours = float(self.beside.returns()[self.seat])
-        return f"{self.name} on the same dice: {brief(self.score)}; you {brief(yours)}"
+        return f"{self.name} on the same dice: {self.score:.6g}; you {yours:.6g}"
 
 
 def beside(session: Session, who: Sequence[int], name: str) -> Ghost:

@@ -14,6 +14,8 @@ class Log:
         self.game = game
         self._rows: defaultdict[int, list[str]] = defaultdict(list)
         self._logged = self._now
+        if game.session.turns:  # gone on with
+            self._tell(0)
 
     @property
     def rows(self) -> list[str]:
@@ -37,7 +39,12 @@ class Log:
         if told and turns >= before and not game.private:
             self.rows.extend(told)
             return True
+        self._tell(before)
+        return True
+
+    def _tell(self, before: int) -> None:
+        """Adds the last turn, or how far back the game is, since there were so many turns."""
+        game = self.game
         for seat in game.people if game.private else [game.watcher]:
             row = game.account.change(game.view(seat), before)
             self._rows[seat if game.private else 0].append(row)
-        return True

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from rich.text import Text
 
-from dmplay.advice.adviser import Advice, decimals, fixed
+from dmplay.advice.adviser import Advice, fewest, fixed
 from dmplay.game.game import Game
 from dmplay.keys.keymap import SHOWN
 from dmplay.screen.shown import NOTHING, Room, Shown, fitted
@@ -93,7 +93,7 @@ def _ranked(actions: Sequence[Key], advice: Advice | None) -> Iterator[list[Key]
     both = advice.ranked if advice else []
     if not both or advice is None:
         return
-    most, places = both[-1][1], decimals([loss for _, loss in both])
+    most, places = both[-1][1], fewest([loss for _, loss in both])
     for numbers, names in product((True, False), repeat=2):
         ranked = []
         for number, loss in both:

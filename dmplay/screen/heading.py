@@ -35,7 +35,8 @@ def title(game: Game, room: Room) -> Text:
 def _headed(game: Game, first: Text, gap: str, facts: Sequence[str]) -> Text:
     row = first.append(gap[1:] + gap.join(facts), style="not bold")
     if game.session.over:
-        row.append(f"{gap}{ended(game.session.ending)}", style="bold")
+        why = ended(game.session.ending)
+        row.append(f"{gap}{'over' if why == 'terminal' else why}", style="bold")
     return row
 
 

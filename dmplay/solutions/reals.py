@@ -4,6 +4,7 @@ import numpy as np
 
 from dmplay.chance import Array, Reals
 from dmplay.core import Problem
+from dmplay.describe import counted
 from dmplay.policies.cart_pole import Regulate
 from dmplay.policies.mountain_car import GRID, swept
 from dmplay.problems.cart_pole import CartPole
@@ -43,7 +44,7 @@ def regulator(problem: SimpleRegulator) -> Solution:
     rows: list[Row] = [
         {"state": s, "value": value.at(s), "best": 0.0 - s} for s in (-1.0, -0.3, 0.0, 0.3, 1.0)
     ]
-    span = "without end" if problem.discount < 1.0 else f"{turns} turns"
+    span = "without end" if problem.discount < 1.0 else counted(turns, "turn")
     told = f"U(s) = -({value.curvature:.6g} s^2 + {value.constant:.6g}), a = -s"
     return Solution(f"closed form, {span}", told, rows)
 

@@ -7,6 +7,7 @@ import numpy as np
 from dmplay.budget import ROUND, Budget, between
 from dmplay.chance import Ints, Reals
 from dmplay.core import Problem, exact_start
+from dmplay.describe import counted
 from dmplay.errors import TooMuch
 from dmplay.policies import seeing
 from dmplay.solutions.played import planning
@@ -37,7 +38,7 @@ def alone(problem: Problem) -> Solution:
         return found
     within = seeing.solved(problem, horizon)
     value = worth(problem, within.graph, within.values_of(horizon))
-    return found._replace(result=f"{found.result}; {value} of {horizon} turns")
+    return found._replace(result=f"{found.result}; {value} of {counted(horizon, 'turn')}")
 
 
 def sweeps(problem: Problem) -> Solution:
@@ -110,7 +111,7 @@ def turns(problem: Problem) -> Solution:
     own = q[np.arange(len(q)), found.mover[found.graph.owner]]
     known = _Known(found.graph, found.values_of(horizon), found.mover, own)
     far = f"at most {found.gap:.1g} from that of longer games" if found.gap else "exact"
-    span = "without end" if horizon is None else f"{horizon} turns"
+    span = "without end" if horizon is None else counted(horizon, "turn")
     method = f"backward induction over {len(before)} states, {span}"
     return Solution(
         method, f"{worth(problem, known.graph, known.values)}, {far}", _rows(problem, known)

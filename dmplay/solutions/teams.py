@@ -9,6 +9,7 @@ from dmplay import belief
 from dmplay.budget import Budget, between, part
 from dmplay.chance import Reals
 from dmplay.core import Labels, Problem
+from dmplay.describe import counted
 from dmplay.finding import agents
 from dmplay.policies.collaborative_predator_prey import HuntPlan
 from dmplay.policies.team import planned
@@ -83,7 +84,7 @@ def plans(problem: Problem) -> Solution:
     """The best joint plan that is found of as many turns as wished, beside what none exceeds."""
     many = planning(problem.horizon) or TURNS
     found = planned(problem, many)
-    value = f"value {found.value:.6g} of {many} turns at the start"
+    value = f"value {found.value:.6g} of {counted(many, 'turn')} at the start"
     bound = "the optimum" if found.exact else f"at most {found.bound:.6g}"
     told = f"{value}, {bound}; one planner who sees what all see has at most {found.pooled:.6g}"
     rows = [
@@ -151,4 +152,4 @@ def _pair(problem: CollaborativePredatorPrey) -> Iterator[Team]:
     with part(2, 3):
         plans = HuntPlan(problem, 0, nodes=FEW).plans
     earned = plan_graphs.worth(hunting, plans, budget)
-    yield Team(f"joint-plan:nodes={FEW}", earned, f"exact, of {len(plans[0])} turns")
+    yield Team(f"joint-plan:nodes={FEW}", earned, f"exact, of {counted(len(plans[0]), 'turn')}")

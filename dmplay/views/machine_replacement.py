@@ -174,8 +174,8 @@ def goal(view: View[MachineReplacement]) -> list[str]:
     worse = " or ".join(f"{pays[0]:.3g}" for pays in failed)
     others = [f"{label} pays {pay:.3g}" for label, pay in zip(labels, sound, strict=True)]
     return [
-        "keep the machine producing",
-        f"{others[0]}, with failed parts {worse}",
+        f"keep the machine producing: {sound[0]:.3g} a turn",
+        f"with failed parts {worse}",
         "parts fail unseen",
         *others[:0:-1],
     ]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.advice.adviser import MOST, Advice, decimals, fixed
+from dmplay.advice.adviser import MOST, Advice, decimals, fewest, fixed
 from dmplay.advice.review import Move, moves
 from dmplay.chance import Reals
 from dmplay.core import Policy
@@ -154,13 +154,27 @@ def test_a_hint_answers_who_sits_there_if_it_can(rival: str, hint: str) -> None:
         ([0.00001, 0.00002], ["0.000010", "0.000020"]),
         ([-0.0146], ["-0.015"]),
         ([-0.001, 0.5], ["0.00", "0.50"]),
-        ([0.0, 0.0], ["0", "0"]),
-        ([3.0, -1.0], ["3", "-1"]),
-        ([2500.5, 2000.0, -np.inf], ["2500", "2000", "-inf"]),
+        ([0.0, 0.0], ["0.00", "0.00"]),
+        ([2500.5, -np.inf], ["2500.50", "-inf"]),
     ],
 )
 def test_values_are_told_apart_by_their_decimals(values: list[float], shown: list[str]) -> None:
     assert [fixed(value, decimals(values)) for value in values] == shown
+
+
+@pytest.mark.parametrize(
+    ("values", "shown"),
+    [
+        ([0.0, 0.0], ["0", "0"]),
+        ([3.0, -1.0], ["3", "-1"]),
+        ([2500.5, 2000.25], ["2500", "2000"]),
+        ([6.2701, 5.0], ["6.27", "5.00"]),
+    ],
+)
+def test_a_screen_has_no_decimals_where_there_are_enough_digits(
+    values: list[float], shown: list[str]
+) -> None:
+    assert [fixed(value, fewest(values)) for value in values] == shown
 
 
 @every_seat

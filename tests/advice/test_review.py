@@ -28,7 +28,7 @@ def test_no_bar_is_longer_than_the_others_and_what_all_actions_are_is_any() -> N
 def test_several_people_are_named() -> None:
     told = table([move(1, "agent1", "up", 0.0), move(1, "agent2", "down", 1.0)])
     assert told[0] == "turn  seat    yours  best        regret"
-    assert told[1] == "1     agent2  down   left or up  1 ####################"
+    assert told[1] == "1     agent2  down   left or up  1.00 ####################"
 
 
 def test_where_nothing_is_known_there_are_no_columns() -> None:

@@ -17,9 +17,9 @@ from dmplay.dice import Dice
 from dmplay.finding.names import problem_names
 from dmplay.game.checking import check
 from dmplay.game.game import Game
-from dmplay.game.request import Request
+from dmplay.game.request import Request, Resumption
 from dmplay.game.seats import HUMAN
-from dmplay.game.start import new
+from dmplay.game.start import begin, new
 from dmplay.game.table import Table
 from dmplay.screen.footer import keys
 from dmplay.screen.frame import compose
@@ -392,6 +392,16 @@ def test_a_hidden_entry_shows_nothing_of_its_length_its_letters_or_what_is_wrong
     assert frames[0] == frames[1]
     wrong = [play(game("travelers-dilemma"), *keys, "enter").last for keys in ("1", "999")]
     assert wrong[0] == wrong[1]
+
+
+def test_a_game_that_is_gone_on_with_tells_its_last_turn(tmp_path: Path) -> None:
+    path = tmp_path / "game.dmt"
+    begun = new(Request("hexworld", seed=7, record=path))
+    begun.choose(3)
+    begun.finish("interrupted")
+    shown = play(begin(Resumption(path))).last
+    assert " turn 1. at (6,2). chose W, moved W. reward 0. score 0." in shown
+    assert "undone" not in shown
 
 
 @pytest.mark.parametrize("keys", ["6 0", "right right left", "4 backspace 6 0"])

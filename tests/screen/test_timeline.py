@@ -124,7 +124,7 @@ hungry  ▎··················· 0.011
 history of hungry ▅▁▁▁▁▁··············
 truly sated
 
- optimal on the same dice: -15; you -19.42
+ optimal on the same dice: -15; you -19.423
  over: turn limit after 5 turns. agent score
    (discounted) -19.423, total -21.
  rows 24-26 of 26: PgUp PgDn Home End
@@ -190,7 +190,7 @@ truly sated
 
    [0.989, 0.01099].
  review: 2 of 5 moves the best, regret 3.35 in all, most in turn 4
- optimal on the same dice: -15; you -19.42
+ optimal on the same dice: -15; you -19.423
  over: turn limit after 5 turns. agent score (discounted) -19.423, total -21.
  rows 16-19 of 19: PgUp PgDn Home End
 
