@@ -9,6 +9,7 @@ from rich.text import Text
 
 from dmplay import records
 from dmplay.budget import Stopped
+from dmplay.describe import counted
 from dmplay.errors import DmplayError
 from dmplay.game.answer import Page, Told
 from dmplay.game.game import Game
@@ -326,7 +327,7 @@ class Screen:
     def quicken(self, times: float) -> None:
         """Lets agents play so many times as fast."""
         self.speed = min(max(self.speed * times, SLOWEST), FASTEST)
-        self.message = f"{self.speed:.3g} turns a second"
+        self.message = f"{counted(self.speed, 'turn', '.3g')} a second"
 
     def leave(self) -> None:
         """Leaves the game; where it is not kept, only when asked twice."""

@@ -4,6 +4,7 @@ import numpy as np
 
 from dmplay.chance import Array, Reals
 from dmplay.core import Problem
+from dmplay.describe import counted
 from dmplay.policies.cart_pole import Regulate
 from dmplay.policies.mountain_car import GRID, swept
 from dmplay.problems.cart_pole import CartPole
@@ -43,7 +44,7 @@ def regulator(problem: SimpleRegulator) -> Solution:
     rows: list[Row] = [
         {"state": s, "value": value.at(s), "best": 0.0 - s} for s in (-1.0, -0.3, 0.0, 0.3, 1.0)
     ]
-    span = "without end" if problem.discount < 1.0 else f"{turns} turns"
+    span = "without end" if problem.discount < 1.0 else counted(turns, "turn")
     told = f"U(s) = -({value.curvature:.6g} s^2 + {value.constant:.6g}), a = -s"
     return Solution(f"closed form, {span}", told, rows)
 
@@ -56,8 +57,9 @@ def balance(problem: CartPole) -> Solution:
         for name, weight in zip(("x", "v", "theta", "omega"), found.gain, strict=True)
     ]
     told = (
-        f"residual {found.residual:.1g} after {found.sweeps} sweeps; a turn leaves at most "
-        f"{found.radius:.4g} of a deviation in the end; right where the weighted sum is below 0"
+        f"residual {found.residual:.1g} after {counted(found.sweeps, 'sweep')}; a turn leaves "
+        f"at most {found.radius:.4g} of a deviation in the end; right where the weighted sum "
+        "is below 0"
     )
     return Solution("Riccati equation of the cart and pole linearised at rest", told, rows)
 
@@ -78,7 +80,7 @@ def drive(problem: Problem) -> Solution:
     ]
     told = (
         f"{GRID.points[0]} x {GRID.points[1]} points; change {found.change:.1g} after "
-        f"{found.sweeps} sweeps"
+        f"{counted(found.sweeps, 'sweep')}"
     )
     return Solution("value iteration on an interpolated grid", told, rows)
 

@@ -9,6 +9,7 @@ from dmplay import belief
 from dmplay.budget import Budget, between, part
 from dmplay.chance import Reals
 from dmplay.core import Labels, Problem
+from dmplay.describe import counted
 from dmplay.finding import agents
 from dmplay.policies.collaborative_predator_prey import HuntPlan
 from dmplay.policies.team import planned
@@ -83,7 +84,7 @@ def plans(problem: Problem) -> Solution:
     """The best joint plan that is found of as many turns as wished, beside what none exceeds."""
     many = planning(problem.horizon) or TURNS
     found = planned(problem, many)
-    value = f"value {found.value:.6g} of {many} turns at the start"
+    value = f"value {found.value:.6g} of {counted(many, 'turn')} at the start"
     bound = "the optimum" if found.exact else f"at most {found.bound:.6g}"
     told = f"{value}, {bound}; one planner who sees what all see has at most {found.pooled:.6g}"
     rows = [
@@ -131,9 +132,8 @@ def hunt(problem: Problem) -> Solution:
         error = sample.std(ddof=1) / np.sqrt(len(sample))
         teams.append(Team(name, float(sample.mean()), f"{len(sample)} games, +- {error:.2g}"))
     rows = [one._asdict() for one in sorted(teams, key=lambda one: -one.value)]
-    told = (
-        f"mean {q.max(axis=1).mean():.6g} over {len(q)} states: no team that does not see has more"
-    )
+    told = f"mean {q.max(axis=1).mean():.6g} over {counted(len(q), 'state')}"
+    told += ": no team that does not see has more"
     return Solution("policy iteration of one planner who sees all, an upper bound", told, rows)
 
 

@@ -68,7 +68,7 @@ class Dilemma(Pair):
 def test_all_defect_and_are_told_that_nobody_gains() -> None:
     dilemma = Dilemma(ends=False)
     told = solution(dilemma)
-    assert told.method == "best replies over 5 states, 1 rounds"
+    assert told.method == "best replies over 5 states, 1 round"
     worth = "value 10 to one, 10 to two at the start; to be gained by another policy: "
     assert told.result.startswith(worth)
     assert {row["one"] for row in told.rows} == {"a"}
