@@ -247,16 +247,9 @@ def _compared(  # noqa: PLR0913, PLR0917
         for (one, other), difference in result.differences.items()
     ]
     if form == "json":
-        return json_of(
-            {
-                "problem": match.problem,
-                "seed": match.seed,
-                "games": len(result.returns),
-                "decided": result.decided,
-                "agents": _earned(entrants, result.earned),
-                "pairs": rows,
-            }
-        )
+        facts = {"problem": match.problem, "seed": match.seed, "games": len(result.returns)}
+        agents = _earned(entrants, result.earned)
+        return json_of(facts | {"decided": result.decided, "agents": agents, "pairs": rows})
     if form == "csv":
         return csv_of(rows)
     played = counted(len(result.returns), "game", ",")
