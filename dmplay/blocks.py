@@ -21,8 +21,8 @@ from concurrent.futures import (
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import lru_cache
-from multiprocessing import get_all_start_methods, get_context, parent_process
-from multiprocessing.process import BaseProcess
+from multiprocessing import get_all_start_methods, get_context
+from multiprocessing.connection import Connection
 from threading import Thread
 from typing import Any, Generic, Literal, NamedTuple, TypeVar
 
@@ -145,10 +145,15 @@ class _Crew(Generic[R]):
         finally:
             for future in self.running:
                 future.cancel()
-            if self.given is None and _staying.get() is None:
-                self.executor.shutdown(wait=False, cancel_futures=True)
+            if isinstance(self.executor, _Processes):
+                self._leave(self.executor)
         if self.lost:
             raise LostGames([(games.start, games.stop) for games, _ in self.lost], self.lost[0][1])
+
+    def _leave(self, processes: "_Processes") -> None:
+        """Ends processes that are not to stay, or that do what nobody waits for any more."""
+        if self.running or _staying.get() is None:
+            processes.end(at_once=bool(self.running))
 
     def _send(self, blocks: _Blocks) -> bool:
         """Gives the workers what they have room for; whether any has work.
@@ -178,48 +183,59 @@ class _Crew(Generic[R]):
             return None
 
 
-_staying: ContextVar[dict[int, ProcessPoolExecutor] | None] = ContextVar("staying", default=None)
+_staying: ContextVar[dict[int, "_Processes"] | None] = ContextVar("staying", default=None)
 
 
 @contextmanager
 def staying() -> Iterator[None]:
     """Has processes that are started meanwhile stay for whatever games come next, to the end."""
-    pools: dict[int, ProcessPoolExecutor] = {}
+    pools: dict[int, _Processes] = {}
     before = _staying.set(pools)
     try:
         yield
     finally:
         _staying.reset(before)
         for pool in pools.values():
-            pool.shutdown(wait=False, cancel_futures=True)
+            pool.end()
 
 
-def _started(workers: int, *, anew: bool = False) -> ProcessPoolExecutor:
+def _started(workers: int, *, anew: bool = False) -> "_Processes":
     """Processes that are there, or new ones."""
     pools = _staying.get()
     if pools is None:
-        return _processes(workers)
-    if anew or workers not in pools:
-        pools[workers] = _processes(workers)
+        return _Processes(workers)
+    if anew or workers not in pools or pools[workers].ended:
+        pools[workers] = _Processes(workers)
     return pools[workers]
 
 
-def _processes(workers: int) -> ProcessPoolExecutor:
-    """Processes of this machine that begin with nothing of this one."""
-    method = "forkserver" if "forkserver" in get_all_start_methods() else "spawn"
-    return ProcessPoolExecutor(workers, get_context(method), initializer=_begun)
+class _Processes(ProcessPoolExecutor):
+    """Processes of this machine that begin with nothing of this one, and do not outlive it."""
+
+    def __init__(self, workers: int) -> None:
+        method = "forkserver" if "forkserver" in get_all_start_methods() else "spawn"
+        context = get_context(method)
+        held, self._leash = context.Pipe(duplex=False)
+        super().__init__(workers, context, initializer=_begun, initargs=(held,))
+        self.ended = False
+
+    def end(self, *, at_once: bool = False) -> None:
+        """Lets the processes go once they are idle; or at once, whatever they do."""
+        self.ended = True
+        self.shutdown(wait=False, cancel_futures=True)
+        if at_once:
+            self._leash.close()
 
 
-def _begun() -> None:
-    """Leaves Ctrl-C to the process that waits, and does not outlive it."""
+def _begun(leash: Connection) -> None:
+    """Leaves Ctrl-C to the process that waits, and ends when that lets go."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    Thread(target=_end_with, args=[parent_process()], daemon=True).start()
+    Thread(target=_end_with, args=[leash], daemon=True).start()
 
 
-def _end_with(parent: BaseProcess | None) -> None:
-    if parent:
-        parent.join()
-        os._exit(1)
+def _end_with(leash: Connection) -> None:
+    leash.poll(None)
+    os._exit(1)
 
 
 def _answer(work: bytes, block: range) -> _Answer[Any]:

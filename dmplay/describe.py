@@ -77,6 +77,6 @@ def ended(reason: str | None) -> str:
     return "turn limit" if reason == "horizon" else reason or "unfinished"
 
 
-def counted(number: int, noun: str) -> str:
-    """A number of things: 1 turn, 2 turns."""
-    return f"{number} {noun}{'s' * (number != 1)}"
+def counted(number: float, noun: str, form: str = "") -> str:
+    """A number of things, written in a form: 1 turn, 2 turns."""
+    return f"{number:{form}} {noun}{'s' * (number != 1)}"

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dmplay.bots.end import dismissed
 from dmplay.bots.protocol import Facts, choices, learnt, sight
 from dmplay.core import Policy, Problem
+from dmplay.describe import counted
 from dmplay.dice import Dice, fresh
 from dmplay.displayed import Displayed
 from dmplay.errors import BadPolicy
@@ -48,7 +49,7 @@ class Hand(Displayed):
         if len(actions) != len(self._seats):
             names = ", ".join(self.session.problem.agents[seat] for seat in self._seats)
             expected = f"expected one for each of {names}" if names else "agents play every seat"
-            raise BadPolicy(f"got {len(actions)} actions, {expected}")
+            raise BadPolicy(f"got {counted(len(actions), 'action')}, {expected}")
         done: list[float | None] = [None] * len(self.session.followers)
         for seat, action in zip(self._seats, actions, strict=True):
             done[seat] = self.session.problem.action(seat, str(action))
@@ -87,7 +88,9 @@ def play(
     rules = problems.load(problem) if isinstance(problem, str) else problem
     sitting = list(agents) or [None] * len(rules.agents)
     if len(sitting) != len(rules.agents):
-        raise BadPolicy(f"got {len(sitting)} agents, expected one for each of {rules.agents}")
+        raise BadPolicy(
+            f"got {counted(len(sitting), 'agent')}, expected one for each of {rules.agents}"
+        )
     policies = [
         known.agent(rules, seat, who) if isinstance(who, str) else who
         for seat, who in enumerate(sitting)

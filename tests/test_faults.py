@@ -53,7 +53,7 @@ FAULTS = [
      "actions: got go-on, go_on, which are typed alike"),
     ("walk", 'Labels(("left", "right"))', '("left", "right")', "actions =", "expected Labels"),
     ("walk", "actions =", 'agents = ("a", "b")\n    actions =', "actions =",
-     "actions: got 1 action sets for 2 agents, expected one each"),
+     "actions: got 1 action set for 2 agents, expected one each"),
     ("walk", "states, horizon = 5, 20", "states, horizon = 5, 0", "horizon", "horizon: got 0"),
     ("walk", "states, horizon = 5, 20", "states, horizon = 2.5, 20", "states,", "states: got 2.5"),
     ("walk", "states, horizon = 5, 20", "horizon = 20", "class Walk",

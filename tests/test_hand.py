@@ -44,12 +44,12 @@ def test_numbers_are_played_as_numbers() -> None:
 
 
 def test_seats_are_said_to_be_too_many_or_too_few() -> None:
-    with pytest.raises(BadPolicy, match="got 1 agents, expected one for each of"):
+    with pytest.raises(BadPolicy, match="got 1 agent, expected one for each of"):
         dmplay.play("prisoners-dilemma", [None])
     game = dmplay.play("prisoners-dilemma", [None, None])
-    with pytest.raises(BadPolicy, match="got 1 actions, expected one for each of agent1, agent2"):
+    with pytest.raises(BadPolicy, match="got 1 action, expected one for each of agent1, agent2"):
         game.act("defect")
     with pytest.raises(UnknownName, match="unknown action 'defcet'; did you mean defect"):
         game.act("defcet", "defect")
-    with pytest.raises(BadPolicy, match="got 1 actions, agents play every seat"):
+    with pytest.raises(BadPolicy, match="got 1 action, agents play every seat"):
         dmplay.play("hexworld", ["random"]).act("e")

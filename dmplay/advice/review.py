@@ -9,6 +9,7 @@ import numpy as np
 from dmplay.advice.adviser import decimals, fixed
 from dmplay.budget import Budget, part
 from dmplay.chance import Reals
+from dmplay.describe import counted
 from dmplay.finding import agents
 from dmplay.session import Follower, Session
 from dmplay.solvers.value_iteration import best
@@ -80,7 +81,7 @@ def summary(made: list[Move]) -> str:
     lost = sum(move.regret for move in made)
     worst = max(made, key=lambda move: move.regret)
     total = fixed(lost, decimals([lost]))
-    told = f"review: {right} of {len(made)} moves the best, regret {total} in all"
+    told = f"review: {right} of {counted(len(made), 'move')} the best, regret {total} in all"
     return told if right == len(made) else f"{told}, most in turn {worst.turn}"
 
 

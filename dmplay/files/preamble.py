@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.chance import Reals
+from dmplay.describe import counted
 from dmplay.errors import UnknownName
 from dmplay.files.names import Axis, Joint
 from dmplay.files.words import Part, Text, is_number, whole
@@ -103,9 +104,8 @@ def _each(what: str, part: Part, agents: int) -> Joint:
     """The sets of all agents, a line each where there are several."""
     lines = [part] if agents == 1 else part.lines()
     if len(lines) != agents:
-        raise part.fault(
-            0, f"got {len(lines)} lines of {what}s, expected one for each agent: {agents}"
-        )
+        told = f"got {counted(len(lines), 'line')} of {what}s"
+        raise part.fault(0, f"{told}, expected one for each agent: {agents}")
     return Joint([Axis.told(what, line) for line in lines])
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from dmplay.chance import Array, Categorical, Chance, Normal, Pick, Span, sample
 from dmplay.core import Continuous, Interval, Labels, Numbers, Outcome, Problem, Texts
+from dmplay.describe import counted
 from dmplay.errors import BadParameter
 from dmplay.laws import arrays
 from dmplay.laws.breach import Fact, Facts, breach, reals, shaped
@@ -46,8 +47,8 @@ def _actions(problem: Problem) -> Facts:
     agents, actions = problem.agents, problem.actions
     holds = isinstance(actions, tuple)
     yield Fact(holds, "actions", f"actions: got {actions!r}, expected (Labels(...),)")
-    told = f"actions: got {len(actions)} action sets for {len(agents)} agents, expected one each"
-    yield Fact(len(actions) == len(agents), "actions", told)
+    told = f"got {counted(len(actions), 'action set')} for {counted(len(agents), 'agent')}"
+    yield Fact(len(actions) == len(agents), "actions", f"actions: {told}, expected one each")
     for known in actions:
         told = f"actions: got {known!r}, expected Labels of names, each another, or an Interval"
         yield Fact(isinstance(known, Interval) or _labels(known), "actions", told)

@@ -17,7 +17,7 @@ from dmplay.measure.luck import luck
 from dmplay.measure.some import some
 from dmplay.rollouts import Games, Rollout
 
-FEW = 50  # games before a decision is looked for: the interval holds for many
+FEW = 100  # games before a decision is looked for: the interval holds for many
 
 
 class Difference(NamedTuple):

@@ -6,6 +6,7 @@ import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Percept
+from dmplay.describe import counted
 from dmplay.errors import DmplayError
 from dmplay.policies.kinds import Seated
 
@@ -36,5 +37,5 @@ class Script(Seated):
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """The action at this place."""
         if memory[0].max(initial=-1) >= len(self.actions):
-            raise EndOfScript(f"the script of {len(self.actions)} actions is over")
+            raise EndOfScript(f"the script of {counted(len(self.actions), 'action')} is over")
         return self._at(memory[0])

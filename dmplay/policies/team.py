@@ -11,6 +11,7 @@ import numpy as np
 from dmplay.budget import Budget
 from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import Labels, Memory, Percept, Problem, parameter
+from dmplay.describe import counted
 from dmplay.errors import BadParameter, BadPolicy, TooMuch
 from dmplay.policies.kinds import Seated
 from dmplay.policies.roster import Roster
@@ -101,7 +102,9 @@ class OptimalPlan(JointPlan):
         """Those of all seats, which no others exceed."""
         found = planned(self.problem, self.turns)
         if not found.exact:
-            told = f"the best plan found for {self.turns} turns is worth {found.value:.6g}"
+            told = (
+                f"the best plan found for {counted(self.turns, 'turn')} is worth {found.value:.6g}"
+            )
             raise BadPolicy(f"optimal: {told}, at most {found.bound:.6g}; joint-plan plays it")
         return found.plans
 

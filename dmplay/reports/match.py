@@ -68,11 +68,11 @@ def policy(problem: Problem, seat: int, name: str, match: Match) -> Policy:
     return found
 
 
-def counted(match: Match, parameters: Mapping[str, object]) -> Match:
+def bounded(match: Match, parameters: Mapping[str, object]) -> Match:
     """The same, no longer than turns count where somebody's hidden problem has no end."""
     problem = problems.resolve(match.problem, parameters).problem
-    bounded = match.turns or problem.horizon or problem.discount == 1.0 or problems.stem(problem)
-    if bounded or not problem.hidden:
+    ends = match.turns or problem.horizon or problem.discount == 1.0 or problems.stem(problem)
+    if ends or not problem.hidden:
         return match
     turns = log(UNCOUNTED) / log(problem.discount) if problem.discount else 1
     return match._replace(turns=min(ceil(turns), MOST_TURNS))

@@ -8,6 +8,7 @@ import numpy as np
 
 from dmplay.chance import Reals
 from dmplay.core import Policy
+from dmplay.describe import counted
 from dmplay.errors import BadParameter
 from dmplay.game.errand import Printout
 from dmplay.game.request import pairs
@@ -17,7 +18,7 @@ from dmplay.measure.estimate import Estimate
 from dmplay.measure.running import Run, run
 from dmplay.policies.point_based import PointBased
 from dmplay.policies.point_based import told as between
-from dmplay.reports.match import Match, counted, seated, settings, told
+from dmplay.reports.match import Match, bounded, seated, settings, told
 from dmplay.reports.progress import Bar
 from dmplay.reports.recorded import NONE, Keeping, recorded
 from dmplay.reports.tables import csv_of, json_of, table
@@ -61,7 +62,7 @@ def ran(  # noqa: PLR0913 - each is the caller's to choose
         engine(match.engine, match.workers) as (workers, executor),
     ):
         for place, parameters in enumerate(sweep):
-            game = counted(match, parameters)
+            game = bounded(match, parameters)
             who = seated(game, parameters)
             try:
                 result = run(
@@ -158,15 +159,16 @@ _WORDED = {
 def _summary(match: Match, result: Run) -> str:
     speed = result.episodes / max(result.seconds, 1e-9)
     return (
-        f"{match.problem}: {result.episodes:,} games of seed {match.seed}, "
-        f"{result.turns:.4g} turns each, {100 * result.ended:.3g} % of them to an end; "
-        f"{speed:,.0f} games a second"
+        f"{match.problem}: {counted(result.episodes, 'game', ',')} of seed {match.seed}, "
+        f"{counted(result.turns, 'turn', '.4g')} each, {100 * result.ended:.3g} % of them to an "
+        f"end; {counted(speed, 'game', ',.0f')} a second"
     )
 
 
 def _sweep(match: Match, found: Sequence[Setting]) -> str:
     many = sum(one.run.episodes for one in found)
-    return f"{match.problem}: {len(found)} settings, {many:,} games of seed {match.seed}"
+    games = counted(many, "game", ",")
+    return f"{match.problem}: {len(found)} settings, {games} of seed {match.seed}"
 
 
 def _plot(found: Sequence[Setting]) -> str:
@@ -245,19 +247,13 @@ def _compared(  # noqa: PLR0913, PLR0917
         for (one, other), difference in result.differences.items()
     ]
     if form == "json":
-        return json_of(
-            {
-                "problem": match.problem,
-                "seed": match.seed,
-                "games": len(result.returns),
-                "decided": result.decided,
-                "agents": _earned(entrants, result.earned),
-                "pairs": rows,
-            }
-        )
+        facts = {"problem": match.problem, "seed": match.seed, "games": len(result.returns)}
+        agents = _earned(entrants, result.earned)
+        return json_of(facts | {"decided": result.decided, "agents": agents, "pairs": rows})
     if form == "csv":
         return csv_of(rows)
-    head = f"{match.problem}: {len(result.returns):,} games of seed {match.seed}, on the same dice"
+    played = counted(len(result.returns), "game", ",")
+    head = f"{match.problem}: {played} of seed {match.seed}, on the same dice"
     tables = [table(_earned(entrants, result.earned)), table([_pair_for_people(r) for r in rows])]
     return "\n\n".join([f"{head}; {seconds:.3g} s", *tables, *_verdict(entrants, result, decide)])
 
@@ -298,6 +294,6 @@ def _verdict(entrants: Sequence[str], result: Comparison, decide: float | None) 
     if decide is None:
         return []
     if not result.decided:
-        return [f"undecided after {len(result.returns):,} games"]
+        return [f"undecided after {counted(len(result.returns), 'game', ',')}"]
     better = entrants[0] if result.differences[0, 1].more.mean > 0 else entrants[1]
     return [f"decided: {better} earns more (wrong in at most {100 * decide:g} % of comparisons)"]

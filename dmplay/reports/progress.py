@@ -4,6 +4,7 @@ import sys
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
+from typing import Any
 
 from rich.console import Console
 from rich.progress import (
@@ -32,6 +33,12 @@ class Bar(ExitStack):
         self.able = not quiet and sys.stderr.isatty()
         self.motion = motion
         self.drawn: Progress | None = None
+
+    def __exit__(self, *fault: Any) -> None:
+        """Says that nothing came of the work where it was interrupted."""
+        super().__exit__(*fault)
+        if isinstance(fault[1], KeyboardInterrupt):
+            print(f"interrupted: {self.what}; nothing was found by then", file=sys.stderr)
 
     def __call__(self, share: float) -> None:
         """Tells that this share of the work, from 0 to 1, is done."""

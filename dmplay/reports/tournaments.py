@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from dmplay.core import Policy, Problem
+from dmplay.describe import counted
 from dmplay.errors import BadParameter
 from dmplay.finding import agents, problems
 from dmplay.game.errand import Printout
@@ -58,7 +59,8 @@ def met(  # noqa: PLR0913 - each is the caller's to choose
     if form == "csv":
         return told(csv_of(_standings(found)), found.short)
     many = len(seatings(len(entrants), len(seats), orders))
-    head = f"{match.problem}: {many} seatings of {episodes:,} games of seed {match.seed}"
+    games = counted(episodes, "game", ",")
+    head = f"{match.problem}: {many} seatings of {games} of seed {match.seed}"
     parts = [head, *([table(_cross(found))] if len(seats) == 2 else [])]
     parts.append(table([_standing(row) for row in _standings(found)]))
     if found.exact:

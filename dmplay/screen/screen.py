@@ -4,6 +4,7 @@ from collections.abc import Callable
 from math import inf
 from typing import NamedTuple
 
+from dmplay.describe import counted
 from dmplay.game.game import Game
 from dmplay.screen import frame
 from dmplay.screen.modes import Event, Mode
@@ -198,7 +199,7 @@ class Screen(Scene):
     def quicken(self, times: float) -> None:
         """Lets agents play so many times as fast."""
         self.speed = min(max(self.speed * times, SLOWEST), FASTEST)
-        self.message = f"{self.speed:.3g} turn{'s' * (self.speed != 1)} a second"
+        self.message = f"{counted(self.speed, 'turn', '.3g')} a second"
 
     def leave(self) -> None:
         """Leaves the game; where it is not kept, only when asked twice."""

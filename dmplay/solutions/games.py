@@ -43,9 +43,8 @@ def several(problem: Problem) -> Solution:
     found = regret_matching.equilibrium(payoffs)
     each = enumerate(found.mixes)
     pay = [float(mix @ regret_matching.replies(payoffs, found.mixes, at)) for at, mix in each]
-    method = (
-        f"regret matching, {counted(found.rounds, 'round')}" if found.rounds else "pure actions"
-    )
+    rounds = counted(found.rounds, "round")
+    method = f"regret matching, {rounds}" if found.rounds else "pure actions"
     told = f"one round; by another action nobody gains {_small(float(found.gains.max()))}"
     return Solution(method, told, [_played(problem, found.mixes, pay)])
 
@@ -76,9 +75,10 @@ def hunt(problem: PredatorPrey) -> Solution:
             row[agent] = mixed(problem, seat, found.play[seat][place])
         rows.append(row)
     gaps = " and ".join(f"{gap:.1g}" for gap in found.gaps)
+    rounds = counted(len(found.changes), "round")
     told = (
-        f"change {found.changes[-1]:.1g} after {counted(len(found.changes), 'round')}; "
-        f"by any other policy predator and prey gain at most {gaps}"
+        f"change {found.changes[-1]:.1g} after {rounds}; by any other policy "
+        f"predator and prey gain at most {gaps}"
     )
     return Solution("equilibrium, by policy iteration over matrix games", told, rows)
 
@@ -104,7 +104,7 @@ def opposed(problem: Problem) -> Solution:
     values = np.stack([first, -found.share * first + 0.0], axis=1)
     span = "without end" if horizon is None else counted(horizon, "turn")
     far = f"at most {found.gap:.1g} from the value of the game" if found.gap else "exact"
-    method = f"Shapley's iteration over {len(first)} states, {span}"
+    method = f"Shapley's iteration over {counted(len(first), 'state')}, {span}"
     return Solution(method, f"{worth(problem, found.graph, values)}, {far}", rows)
 
 
@@ -122,5 +122,5 @@ def replied(problem: Problem) -> Solution:
     each = zip(found.gains, problem.agents, strict=True)
     gains = ", ".join(f"{gain:.2g} by {agent}" for gain, agent in each)
     told = f"{worth(problem, found.graph, found.values)}; to be gained by another policy: {gains}"
-    method = f"best replies over {len(found.values)} states, {counted(found.rounds, 'round')}"
-    return Solution(method, told, rows)
+    states, rounds = counted(len(found.values), "state"), counted(found.rounds, "round")
+    return Solution(f"best replies over {states}, {rounds}", told, rows)

@@ -57,8 +57,9 @@ def balance(problem: CartPole) -> Solution:
         for name, weight in zip(("x", "v", "theta", "omega"), found.gain, strict=True)
     ]
     told = (
-        f"residual {found.residual:.1g} after {found.sweeps} sweeps; a turn leaves at most "
-        f"{found.radius:.4g} of a deviation in the end; right where the weighted sum is below 0"
+        f"residual {found.residual:.1g} after {counted(found.sweeps, 'sweep')}; a turn leaves "
+        f"at most {found.radius:.4g} of a deviation in the end; right where the weighted sum "
+        "is below 0"
     )
     return Solution("Riccati equation of the cart and pole linearised at rest", told, rows)
 
@@ -79,7 +80,7 @@ def drive(problem: Problem) -> Solution:
     ]
     told = (
         f"{GRID.points[0]} x {GRID.points[1]} points; change {found.change:.1g} after "
-        f"{found.sweeps} sweeps"
+        f"{counted(found.sweeps, 'sweep')}"
     )
     return Solution("value iteration on an interpolated grid", told, rows)
 

@@ -71,7 +71,7 @@ def sweeps(problem: Problem) -> Solution:
         for s, row in zip(states, q, strict=True)
     ]
     last = f"below {STILL:g}" if change < STILL else f"{change:.3g}"
-    told = f"change {last} after {done} sweeps"
+    told = f"change {last} after {counted(done, 'sweep')}"
     if problem.discount < 1.0:
         told += f"; {off:.1g} from policy iteration"
     return Solution("value iteration", told, rows)
@@ -97,9 +97,9 @@ def endless(problem: Problem) -> Solution:
     known = _Known(found, swept.values[:, None], nobody, swept.q)
     far = "at most {:.1g} from the optimum" if problem.discount < 1.0 else "the last change {:.1g}"
     value = worth(problem, found, known.values)
-    told = f"{value}, {far.format(swept.gap)}, {swept.sweeps} sweeps"
-    method = f"value iteration over {len(found.states)} states, backwards from where games end"
-    return Solution(method, told, _rows(problem, known))
+    told = f"{value}, {far.format(swept.gap)}, {counted(swept.sweeps, 'sweep')}"
+    method = f"value iteration over {counted(len(found.states), 'state')}"
+    return Solution(f"{method}, backwards from where games end", told, _rows(problem, known))
 
 
 def turns(problem: Problem) -> Solution:
@@ -112,7 +112,7 @@ def turns(problem: Problem) -> Solution:
     known = _Known(found.graph, found.values_of(horizon), found.mover, own)
     far = f"at most {found.gap:.1g} from that of longer games" if found.gap else "exact"
     span = "without end" if horizon is None else counted(horizon, "turn")
-    method = f"backward induction over {len(before)} states, {span}"
+    method = f"backward induction over {counted(len(before), 'state')}, {span}"
     return Solution(
         method, f"{worth(problem, known.graph, known.values)}, {far}", _rows(problem, known)
     )

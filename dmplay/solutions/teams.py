@@ -132,9 +132,8 @@ def hunt(problem: Problem) -> Solution:
         error = sample.std(ddof=1) / np.sqrt(len(sample))
         teams.append(Team(name, float(sample.mean()), f"{len(sample)} games, +- {error:.2g}"))
     rows = [one._asdict() for one in sorted(teams, key=lambda one: -one.value)]
-    told = (
-        f"mean {q.max(axis=1).mean():.6g} over {len(q)} states: no team that does not see has more"
-    )
+    told = f"mean {q.max(axis=1).mean():.6g} over {counted(len(q), 'state')}"
+    told += ": no team that does not see has more"
     return Solution("policy iteration of one planner who sees all, an upper bound", told, rows)
 
 

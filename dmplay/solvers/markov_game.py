@@ -12,6 +12,7 @@ import numpy as np
 from dmplay.budget import ROUND, Budget, between
 from dmplay.chance import Reals
 from dmplay.core import Problem
+from dmplay.describe import counted
 from dmplay.errors import BadParameter
 from dmplay.solvers import best_response, sparse, value_iteration, zero_sum
 from dmplay.tabular import Tables, tabulate
@@ -95,7 +96,9 @@ def _weighed(problem: Problem, play: tuple[Reals, Reals], seat: int) -> tuple[Re
 def _opposed(problem: Problem) -> Tables:
     """The arrays of a game of two in which one gains what the other loses, to scale."""
     if len(problem.agents) != 2 or problem.hidden:
-        raise BadParameter(f"got {len(problem.agents)} agents, expected two who see the state")
+        raise BadParameter(
+            f"got {counted(len(problem.agents), 'agent')}, expected two who see the state"
+        )
     if problem.discount >= 1.0:
         raise BadParameter("a game without end needs a discount below 1")
     if not isinstance(problem.states, int) or problem.states > LARGEST:

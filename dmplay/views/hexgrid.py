@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from rich.text import Text
 
+from dmplay.describe import counted
 from dmplay.hexes import DIRECTIONS, Hex, distance, neighbours, notation_of
 from dmplay.solvers.value_iteration import best
 from dmplay.views._advice import bar, foreseen, known, lost
@@ -211,8 +212,7 @@ def ways(hexes: Sequence[Hex], here: Hex, kind: Callable[[Hex], str]) -> list[st
 
 def steps(one: Hex, other: Hex) -> str:
     """How far one hex is from another on the plane: `4 steps`."""
-    count = distance(one, other)
-    return f"{count} step{'s' * (count != 1)}"
+    return counted(distance(one, other), "step")
 
 
 def walked(before: Hex, after: Hex, chosen: int) -> Walk:

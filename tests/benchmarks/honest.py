@@ -13,15 +13,18 @@ import numpy as np
 
 import dmplay
 from dmplay.belief import prior
+from dmplay.chance import Reals
 from dmplay.core import Policy, Problem
-from dmplay.measure.comparing import compare
+from dmplay.measure.comparing import FEW, compare
 from dmplay.measure.estimate import always
-from dmplay.rollouts import rollout
+from dmplay.measure.luck import luck
+from dmplay.rollouts import Games, rollout, rollouts
 from dmplay.tabular import tabulate
 from tests.benchmarks.known import best_known
 
 EPISODES, LOOKS = 400, 2000  # games of a run; of a comparison that is looked at again and again
 ENDLESS = 120  # turns after which what is left of a discount of 0.9 is nothing
+RARE, MANY = ("hexworld", "optimal", "search:simulations=50"), 20_000  # differences that are rare
 
 
 class Case(NamedTuple):
@@ -97,14 +100,30 @@ def errs(case: Case, runs: int, share: float = 0.05) -> float:
             case.problem, case.seated(case.agent), episodes=LOOKS, turns=case.turns, seed=seed,
             keep=["returns"],
         ).returns[:, 0]  # fmt: skip
-        many = 50
-        while many <= LOOKS:
-            found = always(returns[:many] - case.exact, share)
-            if not found.low <= 0.0 <= found.high:
-                wrong += 1
-                break
-            many += max(50, many // 4)
+        wrong += _decided(returns - case.exact, share)
     return wrong / runs
+
+
+def errs_by_merit(runs: int, share: float = 0.05) -> float:
+    """The same where luck is told, of differences that are rare and large: search, sampled."""
+    problem, judge = dmplay.load(RARE[0]), luck(dmplay.load(RARE[0]))
+    entrants = [[policy(RARE[0], name)] for name in RARE[1:]]
+    games = Games(range(MANY), keep=("returns", "luck"), luck=judge)
+    one, other = rollouts(problem, entrants, games)
+    more = (one.returns - one.luck - other.returns + other.luck)[:, 0]
+    samples = np.random.default_rng(1).choice(more - more.mean(), (runs, LOOKS))
+    return float(np.mean([_decided(sample, share) for sample in samples]))
+
+
+def _decided(sample: Reals, share: float) -> bool:
+    """Whether a sample of mean 0 is ever found to be of another."""
+    many = FEW
+    while many <= len(sample):
+        found = always(sample[:many], share)
+        if not found.low <= 0.0 <= found.high:
+            return True
+        many += max(FEW, many // 4)
+    return False
 
 
 def report(runs: int) -> None:
@@ -116,3 +135,4 @@ def report(runs: int) -> None:
             f"decided wrongly {errs(case, runs):6.1%}",
             flush=True,
         )
+    print(f"{' against '.join(RARE[1:])}, by merit: decided wrongly {errs_by_merit(runs):6.1%}")

@@ -74,7 +74,7 @@ def test_agents_may_have_names_and_sets_of_their_own() -> None:
 
 FAULTS = [
     (("agents: 2\n", ""), "no agents: line; a .dpomdp names its agents, or how many"),
-    (("observations:\nhear-left hear-right\n", "observations:\n"), "got 1 lines of observations"),
+    (("observations:\nhear-left hear-right\n", "observations:\n"), "got 1 line of observations"),
     (("T: listen listen", "T: listen lissen"), "15:11: unknown action 'lissen'; did you mean li"),
     (("T: listen listen", "T: listen"), "15:4: got 'listen', expected 2 actions, or *"),
     (("T: listen listen", "T: 9"), "15:4: got '9', expected 2 actions, or *"),

@@ -247,4 +247,4 @@ def test_each_agent_needs_actions_of_its_own(tmp_path: Path) -> None:
     )
     done = run(tmp_path, f"{tmp_path}/pair.py:Tiger")
     assert done.returncode == 2
-    assert ":10 actions: got 1 action sets for 2 agents, expected one each" in done.stderr
+    assert ":10 actions: got 1 action set for 2 agents, expected one each" in done.stderr

@@ -47,7 +47,7 @@ def test_a_discount_is_a_share() -> None:
     ("name", "value", "what"),
     [
         ("agents", ("a", "a"), "agents: got ('a', 'a'), expected names, each another"),
-        ("agents", ("a", "b"), "got 1 action sets for 2 agents, expected one each"),
+        ("agents", ("a", "b"), "got 1 action set for 2 agents, expected one each"),
         ("actions", 7, "actions: got 7, expected (Labels(...),)"),
         ("actions", (Labels(("a", "a")),), "actions: got ('a', 'a'), expected Labels of names"),
         ("actions", (Labels(("a", "\x1b[2J")),), r"actions: got ('a', '\x1b[2J')"),

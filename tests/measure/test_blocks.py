@@ -1,6 +1,7 @@
 """Many games in blocks: the same bits whoever plays them, and what is lost is done again."""
 
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -146,6 +147,37 @@ def test_workers_do_not_outlive_who_sent_them(tmp_path: Path) -> None:
     sender.wait()
     while any(_lives(worker.name) for worker in workers):
         pass
+
+
+ASLEEP = """
+import time
+from functools import partial
+from pathlib import Path
+from dmplay.blocks import done
+def sleep(games):
+    Path(f"asleep-{games.start}").touch()
+    time.sleep(600 * (games.start > 0))
+if __name__ == "__main__":
+    for block, _ in done(sleep, range(100_000), size=1, workers=2):
+        print("woke", flush=True)
+"""
+
+
+@pytest.mark.slow
+def test_workers_that_nobody_waits_for_any_more_end_at_once(tmp_path: Path) -> None:
+    (tmp_path / "asleep.py").write_text(ASLEEP)
+    world = {**os.environ, "PYTHONPATH": str(Path.cwd())}
+    sender = subprocess.Popen(
+        [sys.executable, "asleep.py"], cwd=tmp_path, env=world, stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+    assert sender.stdout
+    assert sender.stdout.readline() == b"woke\n"
+    while len([*tmp_path.glob("asleep-*")]) < 3:
+        assert sender.poll() is None
+    sender.send_signal(signal.SIGINT)
+    assert sender.wait(timeout=60) != 0
+    sender.stdout.close()
 
 
 def _lives(pid: str) -> bool:

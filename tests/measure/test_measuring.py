@@ -83,7 +83,7 @@ def test_agents_are_compared_on_the_same_dice() -> None:
 
 def test_a_comparison_ends_when_it_is_decided() -> None:
     told = ran("compare", "hexworld", "optimal", "random", "--decide", "0.05", "--seed", "2")
-    assert told.splitlines()[0].startswith("hexworld: 50 games of seed 2, on the same dice")
+    assert told.splitlines()[0].startswith("hexworld: 100 games of seed 2, on the same dice")
     assert told.endswith("decided: optimal earns more (wrong in at most 5 % of comparisons)")
 
 

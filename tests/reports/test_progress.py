@@ -51,3 +51,10 @@ def test_what_is_no_terminal_gets_none(capsys: pytest.CaptureFixture[str]) -> No
         bar.since -= 10.0
         bar(0.5)
     assert capsys.readouterr().err == ""
+
+
+def test_an_interruption_that_leaves_nothing_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(KeyboardInterrupt), Bar("solving a problem"):
+        raise KeyboardInterrupt
+    told = "interrupted: solving a problem; nothing was found by then\n"
+    assert capsys.readouterr().err == told
