@@ -60,7 +60,7 @@ def play(
         asks=here(wishes).asks,
     )  # fmt: skip
     if assignment:
-        from dmplay.game.assignment import read
+        from dmplay.measure.assignment import read
 
         request = read(assignment).request(request, trusted=trust)
     elif not problem:

@@ -38,8 +38,8 @@ def assign(
       dmplay assign prisoners-dilemma --vs grim --turns 20 --games 2 -o dilemma
     """
     from dmplay.dice import fresh
-    from dmplay.game.assignment import assigned
     from dmplay.game.request import Request
+    from dmplay.measure.assignment import assigned
 
     if seeds and not all(one.strip().isdecimal() for one in seeds.split(",")):
         raise BadParameter(f"--seeds: got {seeds!r}, expected whole numbers, such as 7,8")

@@ -15,10 +15,10 @@ from dmplay.budget import within
 from dmplay.core import Policy
 from dmplay.errors import DmplayError
 from dmplay.finding import agents
-from dmplay.game.assignment import Assignment
 from dmplay.game.checking import check, loaded
 from dmplay.game.game import AGAIN
 from dmplay.game.seats import HUMAN, people
+from dmplay.measure.assignment import Assignment
 from dmplay.session import Follower, Session
 from dmplay.transcript.reading import Transcript, read
 from dmplay.transcript.replay import replay

@@ -7,8 +7,8 @@ from textwrap import fill
 
 from dmplay.describe import counted, one_line
 from dmplay.game import checking
-from dmplay.game.assignment import read
 from dmplay.game.errand import Printout
+from dmplay.measure.assignment import read
 from dmplay.measure.grading import PROVES, Grade, Graded
 from dmplay.measure.grading import graded as grades
 from dmplay.reports.progress import Bar

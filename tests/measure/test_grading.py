@@ -10,10 +10,10 @@ import pytest
 
 from dmplay.cli.errands import understood
 from dmplay.game import checking
-from dmplay.game.assignment import read
 from dmplay.game.request import Branching, Request
 from dmplay.game.start import begin, new
 from dmplay.game.table import Table
+from dmplay.measure.assignment import read
 from dmplay.measure.grading import PROVES, Grade, Graded, graded
 from dmplay.reports.grading import written
 from dmplay.words.commands import typed

@@ -6,11 +6,11 @@ import pytest
 
 from dmplay.cli.errands import understood
 from dmplay.errors import BadFile, BadParameter, UnknownName
-from dmplay.game.assignment import read
 from dmplay.game.checking import check
 from dmplay.game.errand import Sitting
 from dmplay.game.request import Request
 from dmplay.game.start import new
+from dmplay.measure.assignment import read
 from dmplay.transcript.reading import read as transcript
 
 WALKS = """dmplay: 1
