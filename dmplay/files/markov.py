@@ -21,7 +21,7 @@ NOTHING = Axis("observation", ["0"])  # what is observed where states are seen
 def read(path: str, raw: bytes, *, team: bool = False) -> FromFile:
     """The problem that a file of this content holds; of several agents if a team's."""
     text = Text.of(path, raw)
-    end = beginning(text)
+    end = beginning(text, team=team)
     told = preamble(text, end, team=team)
     actions, states = told.actions, told.states
     fields: dict[str, Sequence[Field]] = {"T": (actions, states, states)}

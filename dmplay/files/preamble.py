@@ -11,7 +11,8 @@ from dmplay.errors import UnknownName
 from dmplay.files.names import Axis, Joint
 from dmplay.files.words import Part, Text, is_number, whole
 
-KEYS = ("agents", "discount", "values", "states", "actions", "observations", "start", "E")
+KEYS = ("agents", "discount", "values", "states", "actions", "observations", "start")
+ENDS = "E"  # of zmdp's files: states that end a game, which their T: lines say too
 LISTS = ("include", "exclude")
 VALUES = ("reward", "cost", "rewards", "costs")
 SUMS = 1e-3 + 1e-9  # how far from 1 probabilities may sum, as 0.333 0.333 0.333 do
@@ -60,8 +61,8 @@ def preamble(text: Text, end: int, *, team: bool) -> Preamble:
     if team and seen is None:
         lines.part("observations", "line; a .dpomdp names what each agent observes")
     observations = _each("observation", seen, len(agents)) if seen else None
-    if "E" in lines.parts:  # states that end a game, which their T: lines say too
-        states.marked(lines.parts["E"])
+    if ENDS in lines.parts:
+        states.marked(lines.parts[ENDS])
     discount = lines.part("discount", "line; expected a number from 0 to 1")
     return Preamble(
         agents,
@@ -84,7 +85,7 @@ def _parts(text: Text, end: int) -> Iterator[tuple[str, Part]]:
         raise part.fault(0, UnknownName("word", words[0], KEYS))
     known: set[str] = set()
     for first, colon, last in zip(keys, colons, [*keys[1:], len(words)], strict=True):
-        if words[first] not in KEYS or (colon - first > 1 and words[first] != "start"):
+        if words[first] not in (*KEYS, ENDS) or (colon - first > 1 and words[first] != "start"):
             raise part.fault(first, UnknownName("word", words[first], KEYS))
         if words[first] in known:
             raise part.fault(first, f"{words[first]}: stands here twice")

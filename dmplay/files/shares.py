@@ -9,7 +9,7 @@ from dmplay.chance import Ints, Reals
 from dmplay.errors import BadFile
 from dmplay.files.names import budget, every
 from dmplay.files.preamble import EXACT, SUMS
-from dmplay.files.statements import Form, Statement
+from dmplay.files.statements import FIELDS, Form, Statement
 from dmplay.files.words import Text
 from dmplay.rows import Rows
 
@@ -74,15 +74,18 @@ class Shares:
         action, state, column = (*said.places, None, None)[:3]
         actions, states = every(action, self._actions), every(state, self._states)
         columns = states if said.word == "identity" else every(column, self._columns)
-        each = 1 if said.word == "identity" else len(columns)
+        blank = len(said.places) == FIELDS and column is None and not said.values.probability()
+        each = 1 if said.word == "identity" else len(columns) * (not blank)
         budget().hold(BYTES * (self._many + float(len(actions)) * len(states) * each))
         self._flush()
         rows = self._number(actions[:, None], states).reshape(-1)
         self._at[rows] = said.at
-        if len(said.places) < 3:
+        if column is None:
             if len(rows) == self._size:
                 self._told, self._many = [], 0
             self._anew[rows] = self._many
+        if blank:
+            return
         s, column, values = self._said(said, states, columns)
         row = self._number(actions[:, None], s).reshape(-1)
         self._add(_Told(row, np.tile(column, len(actions)), np.tile(values, len(actions))))

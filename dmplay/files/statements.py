@@ -9,6 +9,7 @@ from dmplay.files.names import Field, Places
 from dmplay.files.words import Part, Text, is_number
 
 BEGINS = re.compile(r"(?<!\S)([TOR])\s*:")
+BEGINS_LINE = re.compile(r"^[ \t]*([TOR])[ \t]*:", re.MULTILINE)  # in a team's, where R is a name
 FIELDS, SINGLE = 3, 6  # that T: and O: lines name, and words of one that tells one number
 PAIR = 2  # numbers of a row that look like a number and its name
 WORDS = {"T": ("uniform", "identity", "reset"), "O": ("uniform", "reset"), "R": ()}
@@ -60,22 +61,23 @@ class Statement(NamedTuple):
         return words[0] if len(words) == 1 and words[0] in self.form.words else ""
 
 
-def beginning(text: Text) -> int:
+def beginning(text: Text, *, team: bool) -> int:
     """Where the first of these lines begins."""
-    found = BEGINS.search(text.content)
+    found = (BEGINS_LINE if team else BEGINS).search(text.content)
     if found is None:
         raise text.fault(len(text.content.rstrip()), "expected T: lines, which say what happens")
-    return found.start()
+    return found.start(1)
 
 
 def statements(text: Text, forms: Mapping[str, Form]) -> Iterator[Statement]:
     """Every one of these lines, in order."""
-    found = [*BEGINS.finditer(text.content)]
+    begins = BEGINS_LINE if forms["T"].team else BEGINS
+    found = [*begins.finditer(text.content)]
     ends = [one.start() for one in found[1:]] + [len(text.content)]
     for one, end in zip(found, ends, strict=True):
         if one[1] not in forms:
-            raise text.fault(one.start(), f"got {one[1]}:, but the file names no observations")
-        yield _statement(forms[one[1]], one.start(), Part.between(text, one.end(), end))
+            raise text.fault(one.start(1), f"got {one[1]}:, but the file names no observations")
+        yield _statement(forms[one[1]], one.start(1), Part.between(text, one.end(), end))
 
 
 def _statement(form: Form, at: int, part: Part) -> Statement:

@@ -89,7 +89,7 @@ def legal(game: Game, argument: str) -> str:
     if game.keyboard.types_numbers(seat):
         return f"legal: a number from {actions.labels[0]} to {actions.labels[-1]}."
     able = [
-        f"{label} ({key})" if _typed(game, key) == label else label
+        f"{label} ({key})" if key and _typed(game, key) == label else label
         for key, label, able in game.keyboard.legal(game.view())
         if able
     ]

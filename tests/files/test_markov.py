@@ -24,6 +24,7 @@ SAME = [  # changes that say the same
     [(LISTENS, "T: listen\n1.0 0.0\n0.0 1.0\n")],
     [(LISTENS, "T: 0 : 0 : 0 1\nT:listen:tiger-right:1 1.0\n")],
     [(LISTENS, "T: listen : * : * 0\nT: 0 : 0 : 0 1\nT: 0 : 1 : 1 1\n")],
+    [(LISTENS, "T: listen : 0 : 1 1\nT: listen : 0 : * 0\nT: listen : 0 : 0 1\nT: 0 : 1 : 1 1\n")],
     [(LISTENS, "T: listen : tiger-left : tiger-left : 1\nT: 0 : 1 : 1 : 1.0\n")],
     [(LISTENS, "T: listen :\n1 0 0 1\n")],
     [(LISTENS, "T: listen : 0 : 1.0 0.0\nT: listen : 1 :\n0 1\n")],
@@ -171,6 +172,18 @@ def test_rounded_probabilities_are_scaled() -> None:
                     "T: listen : * : 0 0.333\nT: listen : * : 1 0.666\n"):  # fmt: skip
         problem = tiger((LISTENS, rounded))
         np.testing.assert_allclose(tabulate(problem).transition[:, 0].sum(axis=1), 1, atol=1e-15)
+
+
+def test_many_states_that_nothing_leads_to_cost_nothing() -> None:
+    text = (
+        "discount: 0.9\nvalues: reward\nstates: 20000\nactions: 2\nobservations: 9\n"
+        "T: * : * : * 0.0\nT: * identity\nT: 0 : * : * 0.0\nT: 0 : * : 5 1.0\n"
+        "O: * : * : * 0\nO: * : * : 3 1\nR: * : * : * : * 0.0\n"
+    )
+    flow, _, seen = markov.read("wide.pomdp", text.encode()).tables
+    assert flow.columns.tolist() == [after for s in range(20000) for after in (5, s)]
+    assert seen
+    assert set(seen.columns.tolist()) == {3}
 
 
 def test_actions_that_are_commands_of_a_game_say_what_they_are() -> None:

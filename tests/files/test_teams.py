@@ -41,6 +41,12 @@ def test_every_way_to_say_the_same_is_read_as_the_same() -> None:
         assert arrays(team(*changes)) == wanted, changes
 
 
+def test_letters_that_begin_lines_are_names_too() -> None:
+    problem = team(("listen", "O"), ("open-left", "T"), ("open-right", "R"))
+    assert problem.actions[0] == ("o", "t", "r")
+    assert [one.tolist() for one in tabulate(problem)[:2]] == arrays(team())[4:6]
+
+
 def test_joint_names_are_row_major_and_all_are_paid_the_same() -> None:
     problem = team()
     transition, rewards, observation = tabulate(problem)

@@ -84,6 +84,7 @@ def test_names_are_such_as_the_formats_allow() -> None:
     assert found == ["s1--2", "a-b", "a_b", "state-T", "s7", "a-b-2", "s-", "state"]
     assert allowed(found, "state") == found
     assert allowed(["0", "1"], "state") == ["0", "1"]
+    assert allowed([*"NESWT"], "state") == ["N", "E", "S", "W", "state-T"]
 
 
 TEAM = "collaborative-predator-prey"

@@ -16,6 +16,7 @@ from dmplay.game.table import Table, following
 from dmplay.transcript.reading import read
 from dmplay.views.style import Look
 from dmplay.words.commands import typed
+from tests.files.sources import kept
 from tests.support.programs import run
 from tests.support.screens import game, play
 from tests.support.terminals import Terminal
@@ -34,6 +35,15 @@ def ending(path: Path) -> tuple[object, object]:
     assert end is not None
     facts = json.loads(json.dumps(end["end"]))
     return facts["reason"], facts["turns"]
+
+
+def test_who_has_more_actions_than_keys_is_told_their_names(tmp_path: Path) -> None:
+    assert typed(table(tmp_path), "legal").startswith("legal: e (l), ne (u), ")
+    many = " ".join(f"a{n}" for n in range(1, 14))
+    lines = f"discount: 0.9\nstates: 1\nactions: {many}\nT: *\nuniform\n"
+    wide = kept(tmp_path, "wide.mdp", lines)
+    seat = table(tmp_path, problem=wide, record=tmp_path / "wide.dmt")
+    assert typed(seat, "legal") == f"legal: {many.replace(' ', ', ')}."
 
 
 @pytest.mark.parametrize("command", ["new", "restart", "seed 8", "set slip 0.1", "agent optimal"])
