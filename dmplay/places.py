@@ -11,7 +11,8 @@ from pathlib import Path
 
 OWN = str(Path(__file__).parent)
 STANDARD = sysconfig.get_path("stdlib")
-INSTALLED = (OWN, STANDARD, *map(sysconfig.get_path, ("purelib", "platlib")))
+INSTALLED = (OWN, STANDARD, *map(sysconfig.get_path, ("purelib", "platlib")), "<")
+LIBRARIES = {"site-packages", "dist-packages"}  # folders, of other environments too
 
 
 def blamed(error: BaseException) -> str:
@@ -19,11 +20,16 @@ def blamed(error: BaseException) -> str:
     '' where there is none.
     """
     frames = traceback.extract_tb(error.__traceback__)
-    own = [frame for frame in frames if not frame.filename.startswith((*INSTALLED, "<"))]
+    own = [frame for frame in frames if not _installed(frame.filename)]
     if not own:
         return ""
     what = f"{type(error).__name__}: {error}".partition("\n")[0].removesuffix(": ")
     return f"{named(own[-1].filename, own[-1].lineno)}: {what}"
+
+
+def _installed(file: str) -> bool:
+    """Whether a file is dmplay's, Python's or a package's."""
+    return file.startswith(INSTALLED) or not LIBRARIES.isdisjoint(Path(file).parts)
 
 
 def place(kind: type, name: str = "", argument: str = "", order: Sequence[str] = ()) -> str:

@@ -4,7 +4,7 @@ An agent is `NAME`, `NAME:PARAMETER=VALUE,...`, `MODULE:ATTRIBUTE`, `./FILE.py:A
 program, `bot:COMMAND` or `bot:PARAMETER=VALUE,...,COMMAND`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import Field, fields, replace
 from functools import partial
 from importlib import import_module
@@ -14,15 +14,16 @@ from typing import Any
 from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter, BadPolicy, UnknownName
 from dmplay.finding import modules
-from dmplay.finding.names import name_of
+from dmplay.finding.names import name_of, problem_names
 from dmplay.finding.outside import attribute, is_outside
-from dmplay.finding.problems import stem
+from dmplay.finding.problems import load, stem
 from dmplay.finding.typed import typed
 from dmplay.finding.ways import is_program
 from dmplay.policies.kinds import Seated
 from dmplay.policies.roster import ADVISER, PARTNER, Roster
 
 GIVEN = ("problem", "seat", "company")  # fields that are no parameters
+SHOWN = 4  # problems of an agent that does not fit
 
 
 def roster(problem: Problem, seat: int = 0) -> Roster:
@@ -43,7 +44,11 @@ def agent(problem: Problem, seat: int, name: str) -> Policy:
         return _of_roster(problem, seat, name)
     place, _, rest = name.partition(":")
     wanted, _, given = rest.partition(":")
-    make = attribute(f"{place}:{wanted}")
+    try:
+        make = attribute(f"{place}:{wanted}")
+    except BadParameter:  # no such module
+        _check_fits(problem, seat, place)
+        raise
     chosen = _settings(make, given, name) if given else {}
     try:
         made: Policy = make(problem, seat, **chosen)
@@ -126,9 +131,32 @@ def _of_roster(problem: Problem, seat: int, name: str) -> Seated:
     base, _, given = name.partition(":")
     known = roster(problem, seat).agents
     if base not in known:
-        raise UnknownName("agent", base, ["human", *known, "script", "replay", "bot"])
+        _check_fits(problem, seat, base)
+        raise UnknownName("agent", base, _names(problem, seat))
     make = known[base]
     return make(problem, seat, **_settings(make, given, base)).among(partial(_other, problem))
+
+
+def _names(problem: Problem, seat: int) -> list[str]:
+    """Who can be named for a seat."""
+    return ["human", *roster(problem, seat).agents, "script", "replay", "bot"]
+
+
+def _check_fits(problem: Problem, seat: int, name: str) -> None:
+    """Raises BadPolicy for an agent of other problems, with theirs."""
+    built_in = [(one, load(one)) for one in problem_names()]
+    where = {one: its for one, its in built_in for at in (0, -1) if name in _known(its, at)}
+    if not where:
+        return
+    kinds = {its.kind for its in where.values()}
+    told = ", ".join([*where][:SHOWN]) + " and others" * (len(where) > SHOWN)
+    others = ", ".join(_names(problem, seat))
+    why = "" if problem.kind in kinds else f" ({' or '.join(sorted(kinds))}, not {problem.kind})"
+    raise BadPolicy(f"agent {name} is for {told}{why}; expected one of {others}")
+
+
+def _known(problem: Problem, seat: int) -> Mapping[str, type[Seated]]:
+    return roster(problem, seat % len(problem.agents)).agents
 
 
 def _other(problem: Problem, seat: int, name: str) -> Policy | None:

@@ -1,4 +1,7 @@
-"""Where games without a file of their own are kept: the last twenty, in the state folder."""
+"""Where games without a file of their own are kept: the last twenty, in the state folder.
+
+And the last twenty of language models.
+"""
 
 import contextlib
 import errno
@@ -74,7 +77,9 @@ def cleared() -> int:
     old = sorted(place.glob("*.dmt"), key=_age)
     empty = [path for path in old if not _has_turns(path)]
     real = [path for path in old if path not in empty]
-    for path in [*empty, *real[: -(KEPT - 1)]]:
+    models = [path for path in real if _is_models(path)]
+    people = [path for path in real if path not in models]
+    for path in [*empty, *people[: -(KEPT - 1)], *models[: -(KEPT - 1)]]:
         with contextlib.suppress(OSError):
             told = path.stat()
             begins = not told.st_size and time.time() - told.st_mtime < NEW
@@ -87,11 +92,21 @@ def cleared() -> int:
 
 def _has_turns(path: Path) -> bool:
     """Whether a turn was played in a kept game, though it may have been taken back."""
+    return bool(_line(path, b"turn: 1\n"))
+
+
+def _is_models(path: Path) -> bool:
+    """Whether a language model sits in a kept game."""
+    return f'"{MODEL}"'.encode() in _line(path, b"seats: ")
+
+
+def _line(path: Path, beginning: bytes) -> bytes:
+    """The first line of a kept game that begins so; none where there is none."""
     try:
         with path.open("rb") as file:
-            return b"turn: 1\n" in file
+            return next((line for line in file if line.startswith(beginning)), b"")
     except OSError:
-        return False
+        return b""
 
 
 @cache  # one warning

@@ -123,6 +123,17 @@ def test_a_wrong_agent_is_one_clear_line(name: str, message: str) -> None:
     assert str(caught.value).startswith(message)
 
 
+def test_an_agent_of_other_problems_is_told_as_such() -> None:
+    hexworld, others = dmplay.load("hexworld"), "random, search, script, replay, bot"
+    for name in ("plan", "plan:horizon=3"):
+        with pytest.raises(BadPolicy) as caught:
+            dmplay.agent(hexworld, 0, name)
+        told = "agent plan is for crying-baby (POMDP, not MDP); expected one of human, optimal"
+        assert str(caught.value) == f"{told}, {others}"
+    with pytest.raises(BadPolicy, match=r"optimal is for .* and others; expected one of human"):
+        dmplay.agent(dmplay.load("2048"), 0, "optimal")
+
+
 @pytest.mark.parametrize("name", ["os:path", "os:getcwd", "os:sep"])
 def test_what_makes_no_policy_is_told_as_such(name: str) -> None:
     with pytest.raises(

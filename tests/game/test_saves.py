@@ -48,6 +48,15 @@ def test_a_game_in_play_is_not_removed_however_many_come_after_it(kept: Path) ->
     other.finish()
 
 
+def test_games_of_language_models_push_out_none_of_people(kept: Path) -> None:
+    """Nor do those of people push out theirs."""
+    for age, player in enumerate(("mcp", "human", "mcp"), 1):
+        fill(kept, f'dmplay: 1\nseats: {{"agent": "{player}"}}\n\nturn: 1\n', age)
+    new(Request("hexworld")).finish()
+    left = [path.name.partition("-")[0] for path in kept.iterdir()]
+    assert (left.count("1"), left.count("2"), left.count("3")) == (0, 19, 19)
+
+
 def test_games_of_no_turns_push_none_out_and_are_removed(kept: Path) -> None:
     real = fill(kept, PLAYED, 1)[: saves.KEPT - 1]
     for path in {*kept.iterdir()} - {*real}:

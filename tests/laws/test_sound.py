@@ -151,3 +151,12 @@ def test_an_error_is_blamed_on_code_that_is_not_ours() -> None:
     assert told.startswith("./tests/laws/test_sound.py:")
     assert told.endswith(": IndexError: index 7 is out of bounds for axis 0 with size 1")
     assert blamed(ValueError()) == ""
+
+
+def test_a_package_of_another_environment_is_not_blamed(tmp_path: Path) -> None:
+    library = tmp_path / "site-packages" / "big.py"
+    with pytest.raises(MemoryError) as caught:
+        exec(compile("raise MemoryError('of 32 TiB')", library, "exec"))
+    told = blamed(caught.value)
+    assert told.startswith("./tests/laws/test_sound.py:")
+    assert told.endswith(": MemoryError: of 32 TiB")
