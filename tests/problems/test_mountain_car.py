@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.errors import BadParameter
 from dmplay.problems._trigonometry import cosine_of_triple
 from tests.truth_kinds.course import course, courses
 
@@ -116,11 +115,6 @@ def test_a_game_starts_anywhere_and_gymnasiums_in_the_valley() -> None:
 def test_actions_have_the_names_of_a_driver_too() -> None:
     named = [PROBLEM.action(0, word) for word in ("reverse", "-", "forward", "Left", "coast")]
     assert named == [LEFT, COAST, RIGHT, LEFT, COAST]
-
-
-def test_pump_refuses_a_word_that_is_no_action() -> None:
-    with pytest.raises(BadParameter, match="still: got 'brake'"):
-        dmplay.agent(PROBLEM, 0, "pump:still=brake")
 
 
 def test_a_state_is_read_back_to_the_last_bit() -> None:
