@@ -15,7 +15,7 @@ from dmplay.keys.keymap import AS_DRAWN, hands
 from dmplay.laws import play
 from dmplay.laws.breach import Breach, Fact, Facts
 from dmplay.laws.choices import choosing
-from dmplay.laws.samples import SEED, Turns, final, parts, turns
+from dmplay.laws.samples import SEED, Turns, final, frozen, parts, turns
 from dmplay.laws.sound import STAGES
 from dmplay.policies.general import Random
 from dmplay.session import Session
@@ -65,8 +65,9 @@ def _dynamics(problem: Problem) -> Iterator[Breach]:
     def whole() -> tuple[Array, ...]:
         return play.everything(problem, found())
 
+    @cache
     def ends() -> Array:
-        return np.concatenate([found().s, final(problem, GAMES, TURNS)])
+        return frozen(np.concatenate([found().s, final(problem, GAMES, TURNS)]))[0]
 
     def apart(rows: slice) -> Facts:
         return play.alone(problem, Turns(*parts(found(), rows)), parts(whole(), rows))

@@ -65,6 +65,12 @@ def test_a_parameter_out_of_its_bounds_is_refused(
     assert str(caught.value) == told
 
 
+def test_a_word_that_a_parameter_cannot_be_is_refused() -> None:
+    told = "^still: got 'brake', expected one of left, coast, right$"
+    with pytest.raises(BadParameter, match=told):
+        dmplay.agent(dmplay.load("mountain-car"), 0, "pump:still=brake")
+
+
 def test_a_seat_is_known_by_its_name() -> None:
     hunt = dmplay.load("predator-prey")
     assert hunt.seat("prey") == 1

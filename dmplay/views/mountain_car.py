@@ -8,6 +8,7 @@
 
 import math
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import NamedTuple
 
 from rich.text import Text
@@ -110,12 +111,17 @@ def _hill(canvas: Canvas, scale: Scale, size: Size, blocks: str) -> None:
     """The wall on the left, and the hill in eighths of a row."""
     for y in range(size.sky + size.hill):
         canvas.put(0, y, "│", "dim")
-    ground = range(scale.left, scale.right + 1)
-    heights = [_eighths(scale.value(column), size.hill) for column in ground]
-    for y in range(size.hill):
-        here = [min(max(high - 8 * y, 0), 8) for high in heights]  # in this row
-        row = "".join("█" if eighths == 8 else blocks[eighths] for eighths in here)
+    for y, row in enumerate(_ground(scale, size.hill, blocks)):
         canvas.put(scale.left, size.sky + size.hill - 1 - y, row, "green")
+
+
+@lru_cache(16)
+def _ground(scale: Scale, hill: int, blocks: str) -> tuple[str, ...]:
+    """The rows of a hill of so many, the lowest first, which are those of every turn."""
+    columns = range(scale.left, scale.right + 1)
+    heights = [_eighths(scale.value(column), hill) for column in columns]
+    rows = ([min(max(high - 8 * y, 0), 8) for high in heights] for y in range(hill))
+    return tuple("".join(f"{blocks}█"[eighths] for eighths in row) for row in rows)
 
 
 def _things(canvas: Canvas, view: View[MountainCar], scale: Scale, size: Size, look: Look) -> None:

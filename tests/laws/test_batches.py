@@ -11,7 +11,7 @@ from dmplay.chance import Array
 from dmplay.laws import play
 from dmplay.laws.samples import WALK, Turns, parts
 from tests.support.cases import ROWS, every_problem, frozen, load, same
-from tests.support.pools import broken, keeps, pool
+from tests.support.pools import broken, pool
 
 SIZES = (1, 2, 3, 4, 5, 7, 8, 9, 15, 16, 17, 31, 33, 64, 100, 257, 1000, 4099, ROWS)
 few_examples = settings(max_examples=15)
@@ -58,13 +58,3 @@ def test_the_same_draws_give_the_same_outcome(name: str) -> None:
     assert not broken(problem, lambda: play.repeated(problem, found, whole(name)))
     assert same(found, pool(name))  # and nothing was written into
     assert not broken(problem, lambda: play.repeated(replace(problem), found, whole(name)))
-
-
-@every_problem
-def test_a_step_is_the_move_of_the_sampled_events(name: str) -> None:
-    keeps(name, play.sampled)
-
-
-@every_problem
-def test_outcomes_have_the_shapes_and_ranges_that_the_problem_states(name: str) -> None:
-    keeps(name, play.shaped)

@@ -8,10 +8,9 @@ import pytest
 
 from dmplay.chance import Array, Chance, Normal, Reals, Span
 from dmplay.core import exact, exact_start
-from dmplay.laws.play import extreme
 from dmplay.laws.samples import WALK, finite
 from tests.support.cases import draws, every_problem, load
-from tests.support.pools import keeps, pool
+from tests.support.pools import pool
 
 MANY = 5003  # turns from one state, to count what comes of them
 
@@ -111,8 +110,3 @@ def test_outcomes_come_up_as_often_as_they_should(name: str, row: int) -> None:
         listed.probabilities[0],
         keys(*(part[0] for part in listed.outcome)),
     )
-
-
-@every_problem
-def test_the_least_and_the_greatest_draw_give_outcomes_that_can_happen(name: str) -> None:
-    keeps(name, extreme)

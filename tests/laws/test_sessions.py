@@ -78,13 +78,12 @@ def test_undo_then_the_same_actions_give_the_same_turns(name: str) -> None:
 def test_a_session_is_a_row_of_the_rollout(name: str) -> None:
     problem = small(name)
     for _, policies in seated(name):
-        many = rollout(problem, policies, episodes=4, turns=SOME, seed=SEED, first=2)
-        for row in (0, 3):
-            session = Session(problem, Dice(SEED, 2 + row), policies, limit=SOME)
-            while not session.over:
-                session.advance()
-            assert same(session.state, np.asarray(many.state[row]))
-            assert same(session.returns(), many.returns[row])
-            assert same(session.totals(), many.totals[row])
-            assert len(session.turns) == many.turns[row]
-            assert (session.ending == "terminal") == many.over[row]
+        many = rollout(problem, policies, episodes=3, turns=SOME, seed=SEED, first=2)
+        session = Session(problem, Dice(SEED, 4), policies, limit=SOME)
+        while not session.over:
+            session.advance()
+        assert same(session.state, np.asarray(many.state[2]))
+        assert same(session.returns(), many.returns[2])
+        assert same(session.totals(), many.totals[2])
+        assert len(session.turns) == many.turns[2]
+        assert (session.ending == "terminal") == many.over[2]

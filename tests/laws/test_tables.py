@@ -1,4 +1,4 @@
-"""What is listed sums to one, and is what tables and beliefs say."""
+"""Tables where actions are forbidden, and that nobody writes into them."""
 
 from functools import partial
 
@@ -10,18 +10,8 @@ from dmplay.core import Problem
 from dmplay.laws import play
 from dmplay.tabular import Tables, Tabular, tabulate
 from tests.support.brought import Heap, Key
-from tests.support.cases import every_problem, load
-from tests.support.pools import broken, keeps
-
-
-@every_problem
-def test_probabilities_sum_to_one(name: str) -> None:
-    keeps(name, play.summed)
-
-
-@every_problem
-def test_the_tables_are_what_the_outcomes_amount_to(name: str) -> None:
-    keeps(name, play.tabulated)
+from tests.support.cases import load
+from tests.support.pools import broken
 
 
 @pytest.mark.parametrize("problem", [Key(), Heap()])
@@ -49,11 +39,6 @@ def allowed(problem: Problem) -> Bools:
     legal = problem.legal(problem.enumerated())
     assert legal is not None
     return legal
-
-
-@every_problem
-def test_a_belief_is_carried_as_the_listed_outcomes_say(name: str) -> None:
-    keeps(name, play.carried)
 
 
 def test_nobody_writes_into_the_tables_of_a_game() -> None:

@@ -37,7 +37,7 @@ def test_an_interval_holds_the_true_mean_as_often_as_it_says() -> None:
 
 
 def test_who_looks_after_every_hundred_games_is_seldom_wrong() -> None:
-    samples = np.random.default_rng(2).normal(0.0, 1.0, (400, 2000))
+    samples = np.random.default_rng(2).normal(0.0, 1.0, (200, 2000))
     wrong = 0
     for sample in samples:
         looks = (always(sample[:many], 0.05) for many in range(100, 2001, 100))

@@ -22,7 +22,7 @@ def broken(problem: Problem, law: Callable[[], Facts]) -> list[Breach]:
     return [*play.held(type(problem), law)]
 
 
-def keeps(name: str, law: Callable[[Problem, Turns], Facts]) -> None:
+def keeps(name: str, law: Callable[[Problem, Turns], Facts], said: str = "") -> None:
     """A built-in problem keeps a law in the turns of its pool."""
     problem = load(name)
-    assert not broken(problem, lambda: law(problem, pool(name)))
+    assert not broken(problem, lambda: law(problem, pool(name))), said

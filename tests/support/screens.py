@@ -1,6 +1,7 @@
 """The play screen without a terminal: keys from a pipe, frames into an emulator, one at a time."""
 
 import io
+import signal
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from typing import Any, NamedTuple
@@ -29,6 +30,7 @@ from dmplay.words.commands import Leave
 from tests.support.terminals import shown
 
 vars(application)["load_key_bindings"] = cache(load_key_bindings)  # alike for every screen
+vars(signal)["valid_signals"] = cache(signal.valid_signals)  # which asyncio asks for at each
 SEQUENCES = {
     "left": "\x1b[D", "right": "\x1b[C", "up": "\x1b[A", "down": "\x1b[B",
     "home": "\x1b[H", "end": "\x1b[F", "pageup": "\x1b[5~", "pagedown": "\x1b[6~",
