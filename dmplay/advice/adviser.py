@@ -58,6 +58,11 @@ class Advice(NamedTuple):
         return ". ".join(filter(None, (self.short, self.told)))
 
     @property
+    def named(self) -> str:
+        """What is best, without who says so."""
+        return self.best.rpartition(": ")[2]
+
+    @property
     def short(self) -> str:
         """The same without its values, for who sees them marked."""
         return f"hint {self.best}"
