@@ -27,16 +27,21 @@ FINE = 1e-4  # the share of an interval to which an action is told
 
 def decimals(values: Sequence[float]) -> int:
     """The decimals, two to six, that tell these values from one another, or from nothing."""
-    known = [value for value in values if isfinite(value)] or [0.0]
-    apart = max(known) - min(known) or abs(known[0])
+    apart = _apart(values)
     return min(max(1 - floor(log10(apart)), LEAST), FINEST) if apart else LEAST
 
 
 def fewest(values: Sequence[float]) -> int:
     """As many decimals; none of whole numbers, nor where they are hundreds apart."""
     whole = all(abs(value - round(value)) < ALIKE for value in values if isfinite(value))
-    far = max(values, default=0.0) - min(values, default=0.0) >= FAR
-    return 0 if whole or far else decimals(values)
+    return 0 if whole or _apart(values) >= FAR else decimals(values)
+
+
+def _apart(values: Sequence[float]) -> float:
+    """How far these values are from one another; where they are the same, from nothing."""
+    known = [value for value in values if isfinite(value)] or [0.0]
+    spread = max(known) - min(known)
+    return spread if spread > ALIKE else abs(known[0])
 
 
 def fixed(value: float, places: int) -> str:
@@ -56,6 +61,11 @@ class Advice(NamedTuple):
     def __str__(self) -> str:
         """In a line."""
         return ". ".join(filter(None, (self.short, self.told)))
+
+    @property
+    def named(self) -> str:
+        """What is best, without who says so."""
+        return self.best.rpartition(": ")[2]
 
     @property
     def short(self) -> str:

@@ -16,7 +16,7 @@ from dmplay.solvers import riccati
 
 LEFT, RIGHT = 0, 1
 TINY = 1e-3  # a limit below this counts as this
-STOOD = 100  # turns after which a pole that stands is one that stays
+STOOD = 50  # turns after which a pole that stands is one that stays
 
 
 @dataclass(frozen=True)

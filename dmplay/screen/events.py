@@ -26,7 +26,7 @@ def log_rows(  # noqa: PLR0913 - what is told, where, and from which row on
     if back or game.session.over:
         every = worded([*events(game, log), *map(clean, long)], room)
         if len(every) > room.height > (1 if back else LOG + 1):
-            return _window(every, room.height, back)
+            return _window(every, room, back)
     lines = [*log[-room.height or len(log) :], *map(clean, long)]
     if game.session.over:
         lines = [*events(game, log), *map(clean, long)]
@@ -52,12 +52,14 @@ def _column(log: Sequence[str], room: Room) -> list[Text]:
     return next((told for told in parts if len(told) <= room.height), [])
 
 
-def _window(every: list[str], rows: int, back: int) -> list[Text]:
+def _window(every: list[str], room: Room, back: int) -> list[Text]:
     """The last rows, or those so many before them, and which they are."""
-    end = max(len(every) - back, rows - 1)
-    begin = end - rows + 1
-    told = f" rows {begin + 1}-{end} of {len(every)}: PgUp PgDn Home End"
-    return [*map(Text, every[begin:end]), Text(told, style="dim")]
+    end = max(len(every) - back, room.height - 1)
+    begin = end - room.height + 1
+    told = f" rows {begin + 1}-{end} of {len(every)}: PgUp"
+    keys = (" PgDn Home End", " PgDn")
+    more = next((some for some in keys if len(told + some) <= room.width), "")
+    return [*map(Text, every[begin:end]), Text(told + more, style="dim")]
 
 
 def _cut(lines: list[Text], rows: int, room: Room) -> list[Text]:

@@ -63,8 +63,9 @@ def _forms(game: Game, advice: Advice | None) -> Iterator[Text]:
         yield Text("")
     elif game.keyboard.types_numbers(game.watcher):
         nudges = " ".join(SHOWN.get(key, key) for key in game.keyboard.nudges)
-        yield Text(f" type a number, Enter plays it  {nudges} nudge it ")
-        yield Text(" a number, Enter ")
+        best = f" {advice.named} {BEST} " if advice else ""
+        yield Text(f"{best} type a number, Enter plays it  {nudges} nudge it ")
+        yield Text(f"{best} a number, Enter ")
     else:
         legal = [Key(*one) for one in game.keyboard.legal(game.view())]
         yield from (_row(ranked) for ranked in _ranked(legal, advice))

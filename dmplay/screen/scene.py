@@ -13,13 +13,13 @@ from dmplay.errors import DmplayError
 from dmplay.game.answer import Page, Told
 from dmplay.game.game import Game
 from dmplay.game.log import Log
-from dmplay.game.number import Number
 from dmplay.game.table import Table
 from dmplay.painting.painter import Painter
 from dmplay.screen import frame
 from dmplay.screen.clock import STARTS, Clock
 from dmplay.screen.modes import Event, Mode, Modes
 from dmplay.screen.motion import Motion
+from dmplay.screen.number import Number
 from dmplay.screen.shown import KEYS_SHOWN, Room, Shown, player
 from dmplay.terminal import Terminal
 from dmplay.thought import About, think

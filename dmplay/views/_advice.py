@@ -52,12 +52,13 @@ def ranked(look: Look, many: int) -> list[int]:
 
 def lost(look: Look, action: int, width: int = 6) -> str:
     """`best`, or what is lost: `-0.31`; nothing where it is not known."""
-    loss = known(look).get(action)
-    if loss is None:
+    losses = known(look)
+    if action not in losses:
         return ""
-    if loss >= ALIKE:
-        return fewest(-loss, width)
-    equal = look.advised not in {None, action} and len(EQUAL) <= width
+    if losses[action]:
+        return fewest(-losses[action], width)
+    advised = any(not loss and one == look.advised for one, loss in losses.items())
+    equal = advised and action != look.advised and len(EQUAL) <= width
     return EQUAL if equal else BEST[:width]
 
 

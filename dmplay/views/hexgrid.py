@@ -65,7 +65,7 @@ class Walk(NamedTuple):
         return f"{'slipped, ' * self.slipped}moved {self.way}" if self.way else "bumped, stayed"
 
 
-LARGE = Size(18, 4, 4), Size(14, 4, 3), Size(10, 3, 2), Size(10, 2, 2)
+LARGE = Size(18, 4, 4), Size(14, 4, 3), Size(10, 3, 2), Size(10, 2, 2), Size(8, 3, 2), Size(8, 2, 2)
 NORMAL, COMPACT, DOTS, FINE = Size(6, 2), Size(4, 1), Size(4, 0), Size(2, 0)
 
 
@@ -134,7 +134,8 @@ def _frame(canvas: Canvas, x: int, y: int, size: Size) -> None:
     """The six sides of a hex."""
     width, bottom = size.width, y + size.slopes + size.lines
     for row in range(size.slopes):
-        above, below = 1 + 2 * (size.slopes - 1 - row), (2 if size.lines > 1 else 1) + 2 * row
+        above = 1 + 2 * (size.slopes - 1 - row)
+        below = width // 2 - above  # as the slopes of the hexes there
         canvas.put(x + above, y + row, "╱", EDGE)
         canvas.put(x + width - above, y + row, "╲", EDGE)
         canvas.put(x + below, bottom + row, "╲", EDGE)

@@ -177,4 +177,4 @@ def test_the_regulator_knows_for_how_long_a_pole_stands_after_each_push() -> Non
     starts = np.array([*leans, [3.0, 0, 0, 0]])
     values = regulate.values(regulate.begin(starts))
     assert values is not None
-    assert values.tolist() == [[100, 100], [3, 100], [3, 5], [0, 0]]
+    assert values.tolist() == [[50, 50], [3, 50], [3, 5], [0, 0]]

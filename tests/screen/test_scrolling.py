@@ -105,7 +105,7 @@ def test_a_page_goes_back_as_well_as_on() -> None:
 
 
 def test_the_log_stands_at_the_right_from_a_hundred_columns_on() -> None:
-    for width, column in ((99, 1), (100, 63), (120, 63)):
+    for width, column in ((99, 1), (100, 63), (120, 83)):
         shown = play(game("hexworld"), "l", size=(width, 30)).last.split("\n")
         (row,) = (row for row in shown if "turn 1. " in row)
         assert row.index("turn 1. ") == column
@@ -117,6 +117,11 @@ def test_a_board_with_the_log_at_the_right_is_no_smaller() -> None:
         both = (play(game(name), size=size).last.split("\n")[:-1] for size in ((80, 30), (100, 30)))
         below, right = (max(row.find(end) for row in rows) for rows in both)
         assert right >= below, name
+
+
+def test_which_rows_are_shown_is_told_whole_in_a_narrow_column() -> None:
+    shown = play(game("mountain-car"), *["l"] * 60, "pageup", size=(100, 30)).last
+    assert re.search(r" rows \d+-\d+ of \d+: PgUp( PgDn( Home End)?)?$", shown, re.MULTILINE)
 
 
 def test_a_log_below_the_board_has_eight_rows() -> None:

@@ -7,6 +7,7 @@ import pytest
 
 import dmplay
 from dmplay.views import generic as module
+from dmplay.views._advice import lost
 from dmplay.views.style import Look, Outlook, Style, fit, style_of
 from tests.support.games import after
 
@@ -289,3 +290,19 @@ def test_where_not_even_a_word_of_advice_has_room_there_is_only_what_would_be_ne
     view = after("crying-baby")
     drawn = fit(style_of(view.problem), view, Look(width, 1, large=True, regret=LOST))
     assert len(drawn.plain) <= width
+
+
+@pytest.mark.parametrize(
+    ("advised", "told"),
+    [
+        (None, ["best", "best", "-2"]),
+        (1, ["as good", "best", "-2"]),
+        (2, ["best", "best", "-2"]),  # what is written, and not the best
+    ],
+)
+def test_of_equal_actions_the_advised_one_is_the_best(
+    advised: float | None, told: list[str]
+) -> None:
+    look = LARGE._replace(regret=np.array([1e-12, 0.0, 2.0]), advised=advised)
+    assert [lost(look, action, 12) for action in range(3)] == told
+    assert lost(look, 0) == "best"  # no room for more
