@@ -56,7 +56,7 @@ def solved(problem: Problem, horizon: int | None, gap: float, work: float = WORK
     It ends where they are apart by no more than this share of the value, or where the work is done.
     Raises TooMuch where there are no bounds before that.
     """
-    budget = Budget("a plan for what is believed", "try fewer states, or search", work)
+    budget = Budget("a plan for what is believed", "try fewer states or turns, or search", work)
     search = PointBased(listed(problem, budget), horizon, budget)
     while search.apart > search.aim(gap) and search.tried(gap):
         pass
