@@ -17,6 +17,7 @@ WITHIN = 1.0 - 1e-9  # of a point's mass where a belief has some
 MARKS = 3  # of a point's likeliest states
 TINY = 1e-300  # in place of 0
 BLOCK = 2**18  # numbers of points that are compared in one go
+ALONE = 2**18  # products of numbers that BLAS does not share out between threads, which costs more
 
 
 class Columns:
@@ -82,6 +83,13 @@ class Layer:
         if number in self._last:  # the lower replaces it
             self._drops.all[0, self._last[number]] = 0.0
         self._last[number] = place
+
+    def followed(self, some: Beliefs, plans: Ints) -> Reals:
+        """What these plans are worth `[K, N]`."""
+        step = max(ALONE // some.likely.size, 1)
+        parts = (plans[n : n + step] for n in range(0, len(plans), step))
+        rows = some.states[:, None]
+        return np.hstack([some.likely @ self.plans.all[rows, part] for part in parts])
 
     def informed(self, some: Beliefs) -> Reals:
         """What each action is worth at the most `[K, A]`, in sight of the state from then on."""

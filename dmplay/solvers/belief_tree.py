@@ -133,9 +133,11 @@ class BeliefTree:
             return
         branch.plans = layer.plans.count
         fresh = layer.compared[np.searchsorted(layer.compared, first) :]
-        states, likely = branch.after.states, branch.after.likely
-        self.spend(2 * ROUND + len(fresh) * len(states) * (4.0 + len(likely) / 2))
-        worth = likely @ layer.plans.all[states[:, None], fresh]
+        if not len(fresh):
+            return
+        here = len(branch.after.states) * (4.0 + len(branch.seen) / 2)
+        self.spend(2 * ROUND + here * len(fresh))
+        worth = layer.followed(branch.after, fresh)
         best = worth.argmax(axis=1)
         value = worth[np.arange(len(best)), best]
         better = value > self.low[branch.nodes]

@@ -56,7 +56,7 @@ def test_both_bounds_hold_at_every_belief_and_only_get_closer() -> None:
     for problem in (tiger(0.75), drawn(5, 0.7)):
         exact = alpha_vectors.infinite(tabulate(problem), problem.discount)
         search, apart = searched(problem), np.inf
-        for _ in range(5):
+        for _ in range(12):
             assert search.apart <= apart + 1e-9
             apart = search.apart
             search.tried(0.0)
@@ -135,4 +135,4 @@ def test_what_is_seen_at_the_start_counts() -> None:
 @pytest.mark.slow
 def test_the_hallway_is_worth_what_the_literature_earns_with_little_work() -> None:
     found = point_based.solved(hallway(HALLWAY, signs=SIGNS), None, 0.0, 5e9)
-    assert 0.97 <= found.at_least <= 1.02 <= found.at_most <= 1.23
+    assert 0.95 <= found.at_least <= 1.02 <= found.at_most <= 1.23
