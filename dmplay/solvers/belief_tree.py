@@ -17,7 +17,8 @@ from dmplay.solvers.hidden_rows import HiddenRows
 
 ALIKE = 12  # decimals: beliefs that agree so far are one
 TOLD = 1e6  # operations, of which there are thousands a second
-BYTES = 20.0  # of a number of a belief in the tree, with all that is known of it
+BYTES = 16.0  # of a number that is held, with the room that is kept for more
+EACH = 30  # numbers that a belief in the tree takes beside its own
 
 
 @dataclass(eq=False)
@@ -57,6 +58,11 @@ class BeliefTree:
         if self._owed >= TOLD:
             owed, self._owed = self._owed, 0.0
             self._budget.spend(owed)
+
+    def hold(self, numbers: int) -> None:
+        """Refuses so many numbers more, before they are held."""
+        self._size += numbers
+        self._budget.hold(BYTES * self._size)
 
     def layer(self, left: int) -> Layer:
         """The bounds with so many turns to go."""
@@ -100,8 +106,7 @@ class BeliefTree:
         states = np.flatnonzero(joint.any(axis=0))
         likely = joint.sum(axis=1)
         beliefs = joint[:, states] / likely[:, None]
-        self._size += beliefs.size + 4 * len(beliefs)
-        self._budget.hold(BYTES * self._size)
+        self.hold(beliefs.size + EACH * (1 + len(beliefs)))
         self.spend(len(beliefs) * ROUND)
         after = Beliefs(states, beliefs)
         nodes = np.array([self._node(after, row, left) for row in range(len(seen))])

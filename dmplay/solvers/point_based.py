@@ -72,10 +72,9 @@ class PointBased:
         self.turns = horizon or 0
         self.tree = BeliefTree(model, _layers(model, horizon, budget), budget)
         self._pruned = 10
-        left = len(self.tree.layers) - 1
-        self.tree.raised(self.tree.root, left)
+        self.tree.raised(self.tree.root, self.turns)
         for one in chain.from_iterable(map(self.tree.expanded, self.tree.root.nodes.tolist())):
-            self.tree.raised(one, left - 1)
+            self.tree.raised(one, self.turns - 1)
         self._played = self._tried = 0.0
         self._random = generator(0)
 
@@ -141,8 +140,8 @@ class PointBased:
         path: list[int] = []
         while weight > UNSEEN and len(path) < LONGEST and (left or not self.turns):
             observed, mood, any_one = self._random.random(3)
-            seen = np.searchsorted(branch.likely.cumsum(), observed * branch.likely.sum())
-            node = int(branch.nodes[seen])
+            below = branch.likely.cumsum()
+            node = int(branch.nodes[np.searchsorted(below[:-1], observed * below[-1], "right")])
             if path and tree.high[node] - tree.low[node] <= FAINT * self.apart:
                 break
             branches = tree.expanded(node)
@@ -191,6 +190,7 @@ class PointBased:
         tree.spend(2 * ROUND)
         highest = tree.at_most(branches[self._promising(branches, left - 1)])
         if highest < tree.high[node] - FAINT * self.apart:
+            tree.hold(self.model.states)
             tree.layer(left).point(node, tree.whole(node), highest)
         tree.high[node] = min(tree.high[node], highest)
 
@@ -201,6 +201,7 @@ class PointBased:
         states, likely = tree.belief(node)
         value = float(likely @ vector[states])
         if value > tree.low[node]:
+            tree.hold(self.model.states)
             tree.low[node] = value
             tree.plan[node] = tree.layer(left).plan(vector, action)
 
@@ -232,6 +233,9 @@ class PointBased:
         lower, upper = np.zeros((2, len(self.model.rewards)))
         for node, likely in zip(tree.root.nodes.tolist(), tree.root.likely, strict=True):
             branches = tree.expanded(node)
+            with suppress(TooMuch):
+                for one in branches:
+                    tree.raised(one, tree.left[node] - 1)
             lower += [likely * tree.at_least(one) for one in branches]
             upper += [likely * tree.at_most(one) for one in branches]
         plans = tuple(self._best(left) for left in range(len(tree.layers)))
@@ -254,6 +258,7 @@ class PointBased:
         ]
         with suppress(TooMuch):
             for node, a in product(witnesses, range(many)):
+                tree.raised(tree.branches[node][a], left - 1)
                 vector = self._plan(tree.branches[node][a], a, left)
                 states, likely = tree.belief(node)
                 if likely @ vector[states] > (plans[a][:, states] @ likely).max() + LEAST:
