@@ -1,15 +1,18 @@
 """Solutions of problems of one agent whose finite state is hidden."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from dmplay import belief
 from dmplay.budget import within
+from dmplay.chance import Ints
 from dmplay.core import Problem
 from dmplay.describe import counted
 from dmplay.errors import BadParameter, BadPolicy, TooMuch
 from dmplay.finding import agents
 from dmplay.policies.point_based import PointBased, told
-from dmplay.policies.valued import Planner
+from dmplay.policies.valued import LONGEST, Planner
 from dmplay.solutions.played import planning, simulation
 from dmplay.solutions.solution import Row, Solution, names
 from dmplay.solvers import alpha_vectors
@@ -19,14 +22,19 @@ from dmplay.tabular import tabulate
 
 DRAWN = 3  # states whose every vector is worth listing
 LISTED = 4e9  # operations that listing them may take
+LONG = 100  # turns of a game: of longer ones a thousand are not searched
 TURNS = 20  # played by default where a problem has no end of its own
 
 
 def vectors(problem: Problem) -> Solution:
     """The alpha vectors of a game without end or, where that has no value, of some turns.
 
-    Where there are too many, the bounds that are known without listing them.
+    Where there are too many, the bounds that are known without listing them. So where states have
+    actions of their own: a vector does not tell which of them it is for.
     """
+    legal = problem.legal(problem.enumerated())
+    if legal is not None and not legal.all():
+        return first(problem)
     try:
         with within(LISTED):
             return _vectors(problem)
@@ -69,33 +77,48 @@ def first(problem: Problem) -> Solution:
     name, agent = found
     try:
         if isinstance(agent, PointBased):
-            return _bounded(agent)
+            return _bounded(agent, turns)
         q = agent.values(agent.begin(np.full(1, -1)))
     except (BadPolicy, TooMuch):  # more plans than can be listed
+        if turns is not None and turns > LONG:
+            raise
         return simulation(problem, ["search"])
     if q is None:
         return simulation(problem)
+    may = _legal(problem)
     rows: list[Row] = [
         {"first": problem.action_name(0, a), "value": float(value), "best": "*" if able else ""}
-        for a, (value, able) in enumerate(zip(q[0], best(q[0]), strict=True))
+        for a, value, able in zip(may.tolist(), q[0, may], best(q[0, may]), strict=True)
     ]
     ahead = f", {counted(agent.horizon, 'turn')} to go" if isinstance(agent, Planner) else ""
-    told = f"value {q.max():.6g} at the start{ahead}"
+    told = f"value {q[0, may].max():.6g} at the start{ahead}"
     return Solution(f"the agent {name}", told, rows)
 
 
-def _bounded(agent: PointBased) -> Solution:
+def _legal(problem: Problem) -> Ints:
+    """The actions that a state in which games start allows; all where each is over."""
+    legal = problem.legal(problem.enumerated()[belief.prior(problem) > 0])
+    some = np.ones(problem.action_counts[0], bool) if legal is None else legal[:, 0].any(axis=0)
+    return np.flatnonzero(some if some.any() else ~some)
+
+
+def _bounded(agent: PointBased, turns: int | None) -> Solution:
     """Two bounds of the value of each first action."""
-    found, problem = agent.bounds, agent.problem
-    able = best(found.lower)
+    if agent.turns is None and agent.problem.discount >= 1.0:  # a long game is all there is
+        if turns is not None and turns > LONGEST:
+            needed = f"got {turns}, expected at most {LONGEST} where nothing is discounted"
+            raise BadParameter(f"--turns: {needed}")
+        agent = replace(agent, horizon=turns or 0)
+    found, problem, may = agent.bounds, agent.problem, _legal(agent.problem)
+    each = zip(may.tolist(), found.lower[may], found.upper[may], strict=True)
     rows: list[Row] = [
         {
             "first": problem.action_name(0, a),
             "lower bound": float(low),
             "upper bound": float(high),
-            "best": "*" if able[a] else "",
+            "best": "*" if able else "",
         }
-        for a, (low, high) in enumerate(zip(found.lower, found.upper, strict=True))
+        for (a, low, high), able in zip(each, best(found.lower[may]), strict=True)
     ]
     span = counted(agent.turns, "turn") if agent.turns else "without end"
     return Solution(

@@ -1,5 +1,6 @@
 """Solutions of problems in which a finite state is seen and one agent at a time decides."""
 
+from math import ceil, log
 from typing import NamedTuple
 
 import numpy as np
@@ -34,11 +35,21 @@ def alone(problem: Problem) -> Solution:
         return turns(problem)
     few = isinstance(problem.states, int) and problem.states <= SHOWN
     found = sweeps(problem) if few else endless(problem)
-    if horizon is None or len(problem.enumerated()) * horizon > MOST:
+    if horizon is None:
         return found
-    within = seeing.solved(problem, horizon)
-    value = worth(problem, within.graph, within.values_of(horizon))
-    return found._replace(result=f"{found.result}; {value} of {counted(horizon, 'turn')}")
+    span = counted(horizon, "turn")
+    ahead = min(horizon, _counting(problem.discount))
+    if len(problem.enumerated()) * ahead > MOST:
+        told = f"what {span} are worth takes too much to tell; try fewer"
+    else:
+        within = seeing.solved(problem, ahead)
+        told = f"{worth(problem, within.graph, within.values_of(ahead))} of {span}"
+    return found._replace(result=f"{found.result}; {told}")
+
+
+def _counting(discount: float) -> int:
+    """The turns that count where later ones are discounted so; `discount` below 1."""
+    return ceil(log(STILL) / log(discount)) if discount else 1
 
 
 def sweeps(problem: Problem) -> Solution:

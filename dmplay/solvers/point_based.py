@@ -1,14 +1,16 @@
 """Values of a hidden problem of one agent between two bounds, at the beliefs that matter.
 
-Trials go from the start by the action whose upper bound is the greatest and the observation after
-which most is open, as deep as it weighs; on the way back both bounds are backed up. Now and
-then one goes by the plans that are known instead, as these lead elsewhere. It can be stopped at any
-time. Source: Smith and Simmons, Point-based POMDP algorithms: improved analysis and
-implementation (HSVI2, 2005); Kurniawati, Hsu and Lee, SARSOP (2008), for the tree that is kept.
+Trials bring the upper bound down: from the start by the action whose upper bound is the greatest
+and the observation after which most is open, as deep as it weighs. Games bring the lower bound up:
+by the plans that are known, with another action now and then, and what is observed drawn by its
+chance, so that plans are made for the beliefs to which good play leads. On the way back bounds are
+backed up. It can be stopped at any time. Source: Smith and Simmons, Point-based POMDP algorithms:
+improved analysis and implementation (HSVI2, 2005); Kurniawati, Hsu and Lee, SARSOP (2008), for the
+tree that is kept; Spaan and Vlassis, Perseus (2005), for the beliefs of games.
 """
 
 from contextlib import suppress
-from itertools import product
+from itertools import chain, product
 from typing import NamedTuple
 
 import numpy as np
@@ -16,19 +18,22 @@ import numpy as np
 from dmplay.budget import ROUND, Budget
 from dmplay.chance import Reals
 from dmplay.core import Problem
+from dmplay.dice import generator
 from dmplay.errors import TooMuch
-from dmplay.solvers.belief_tree import BeliefTree, Branch, Layer
+from dmplay.solvers.belief_bounds import Layer
+from dmplay.solvers.belief_tree import BeliefTree, Branch
 from dmplay.solvers.hidden_rows import HiddenRows, listed
 
-WORK = 2e10  # operations
+WORK = 1e10  # operations
 LEAST = 1e-6  # values so close are close enough, whatever share of them that is
 DEEP = 0.9  # of what is open at the start: a trial ends where less is
 FAINT = 1e-3  # of what is open: what moves a bound by less is no new plan or point
-SWEPT = 2.0  # times as many beliefs expanded: then all are backed up once more
 LONGEST = 500  # turns of a trial
-GAMES = 4  # trials, after which one more is a game by the plans that are known
-UNSEEN = 0.1  # what the end of such a game counts for
-WITNESSES = 200  # beliefs at which each action is given a plan
+TRIALS = 2.0  # times as much work goes to them as to games
+UNSEEN = 0.02  # what the end of a game counts for
+STRAYS, HOPES = 0.1, 0.1  # chances of any action, and of that which promises most, in a game
+PRUNED = 1.3  # times as many beliefs looked ahead from: then plans are compared anew
+WITNESSES = 30  # beliefs at which each action is given a plan
 
 Plans = tuple[Reals, ...]  # of each first action, vectors [N, S]
 
@@ -51,7 +56,7 @@ def solved(problem: Problem, horizon: int | None, gap: float, work: float = WORK
     It ends where they are apart by no more than this share of the value, or where the work is done.
     Raises TooMuch where there are no bounds before that.
     """
-    budget = Budget("a plan for what is believed", "try fewer states, or search", work)
+    budget = Budget("a plan for what is believed", "try fewer states or turns, or search", work)
     search = PointBased(listed(problem, budget), horizon, budget)
     while search.apart > search.aim(gap) and search.tried(gap):
         pass
@@ -66,9 +71,12 @@ class PointBased:
         self.model, self.budget = model, budget
         self.turns = horizon or 0
         self.tree = BeliefTree(model, _layers(model, horizon, budget), budget)
-        self._swept = 10
-        self._trials = 0
-        self._passed: dict[int, int] = {}  # how often a game came by a belief
+        self._pruned = 10
+        self.tree.raised(self.tree.root, self.turns)
+        for one in chain.from_iterable(map(self.tree.expanded, self.tree.root.nodes.tolist())):
+            self.tree.raised(one, self.turns - 1)
+        self._played = self._tried = 0.0
+        self._random = generator(0)
 
     @property
     def at_least(self) -> float:
@@ -90,20 +98,21 @@ class PointBased:
         return max(LEAST, gap * max(abs(self.at_least), abs(self.at_most)))
 
     def tried(self, gap: float) -> bool:
-        """One more trial, and a sweep now and then; whether there was work left for it."""
-        tree = self.tree
+        """One more trial or game; whether there was work left for it."""
+        tree, before = self.tree, self.tree.work
         try:
             self.budget.expect(self._reserved)
-            self._trial(max(self.aim(gap), DEEP * self.apart))
-            self._trials += 1
-            if self._trials % GAMES == 0:
+            if TRIALS * self._played <= self._tried:
                 self._game()
-            if len(tree.branches) > SWEPT * self._swept:
-                self._swept = len(tree.branches)
-                for node in [*tree.branches][::-1]:
-                    self._backup(node)
+                self._played += tree.work - before
+            else:
+                self._trial(max(self.aim(gap), DEEP * self.apart))
+                self._tried += tree.work - before
         except TooMuch:
             return False
+        if len(tree.branches) > PRUNED * self._pruned:
+            self._pruned = len(tree.branches)
+            tree.pruned()
         return True
 
     def _trial(self, aim: float) -> None:
@@ -122,25 +131,30 @@ class PointBased:
             branch = branches[self._promising(branches, left)]
             tree.raised(branch, left)
         for node in path[::-1]:
-            self._backup(node)
+            self._raise(node)
+            self._lower(node)
 
     def _game(self) -> None:
-        """The way of a game by the plans that are known, where it was gone the least."""
+        """A game by the plans that are known, from whose end on better ones are made."""
         tree, branch, left, weight = self.tree, self.tree.root, self.turns, 1.0
         path: list[int] = []
         while weight > UNSEEN and len(path) < LONGEST and (left or not self.turns):
-            wide = tree.high[branch.nodes] - tree.low[branch.nodes]
-            passed = np.array([self._passed.get(one, 0) for one in branch.nodes.tolist()])
-            node = int(branch.nodes[(branch.likely * wide / (1 + passed)).argmax()])
-            self._passed[node] = self._passed.get(node, 0) + 1
+            observed, mood, any_one = self._random.random(3)
+            below = branch.likely.cumsum()
+            node = int(branch.nodes[np.searchsorted(below[:-1], observed * below[-1], "right")])
+            if path and tree.high[node] - tree.low[node] <= FAINT * self.apart:
+                break
             branches = tree.expanded(node)
             path.append(node)
             left, weight = left - 1, weight * self.model.discount
-            for one in branches:
-                tree.raised(one, left)
-            branch = branches[int(np.argmax([tree.at_least(one) for one in branches]))]
+            if mood < STRAYS:
+                branch = branches[int(any_one * len(branches))]
+            elif mood < STRAYS + HOPES:
+                branch = branches[int(np.argmax([tree.at_most(one) for one in branches]))]
+            else:
+                branch = branches[self._best_known(branches, left)]
         for node in path[::-1]:
-            self._backup(node)
+            self._raise(node)
 
     def _promising(self, branches: list[Branch], left: int) -> int:
         """The action of the greatest upper bound, brought up to date."""
@@ -149,19 +163,35 @@ class PointBased:
             if not self.tree.lowered(branches[best], left):
                 return best
 
-    def _backup(self, node: int) -> None:
-        """Both bounds of a belief, by those of the beliefs that follow."""
-        tree, faint = self.tree, FAINT * self.apart
-        branches, left = tree.branches[node], tree.left[node]
-        for one in branches:
-            tree.raised(one, left - 1)
-        worth = [tree.at_least(one) for one in branches]
-        best = int(np.argmax(worth))
-        if worth[best] > tree.low[node] + faint:
+    def _best_known(self, branches: list[Branch], left: int) -> int:
+        """The action of the greatest lower bound, of those that may be better than it."""
+        best, worth = 0, -np.inf
+        most = [self.tree.at_most(one) for one in branches]
+        for action in np.argsort(most)[::-1].tolist():
+            if most[action] <= worth:
+                break
+            self.tree.raised(branches[action], left)
+            least = self.tree.at_least(branches[action])
+            if least > worth:
+                best, worth = action, least
+        return best
+
+    def _raise(self, node: int) -> None:
+        """The lower bound of a belief, by those of the beliefs that follow."""
+        tree, branches = self.tree, self.tree.branches[node]
+        tree.spend(2 * ROUND)
+        best = self._best_known(branches, tree.left[node] - 1)
+        if tree.at_least(branches[best]) > tree.low[node] + FAINT * self.apart:
             self._planned(node, best)
+
+    def _lower(self, node: int) -> None:
+        """The upper bound of a belief, by those of the beliefs that follow."""
+        tree, branches, left = self.tree, self.tree.branches[node], self.tree.left[node]
+        tree.spend(2 * ROUND)
         highest = tree.at_most(branches[self._promising(branches, left - 1)])
-        if highest < tree.high[node] - faint:
-            tree.layer(left).point(tree.whole(node), highest)
+        if highest < tree.high[node] - FAINT * self.apart:
+            tree.hold(self.model.states)
+            tree.layer(left).point(node, tree.whole(node), highest)
         tree.high[node] = min(tree.high[node], highest)
 
     def _planned(self, node: int, action: int) -> None:
@@ -171,6 +201,7 @@ class PointBased:
         states, likely = tree.belief(node)
         value = float(likely @ vector[states])
         if value > tree.low[node]:
+            tree.hold(self.model.states)
             tree.low[node] = value
             tree.plan[node] = tree.layer(left).plan(vector, action)
 
@@ -179,11 +210,13 @@ class PointBased:
 
         After what cannot be observed from here it is the plan for all that may follow together.
         """
-        plans, here = self.tree.layer(left - 1).plans.all, self.model.of_action(action)
+        layer, here = self.tree.layer(left - 1), self.model.of_action(action)
         numbers = here.stop - here.start
-        self.tree.spend(4 * ROUND + 12.0 * numbers + plans.shape[1] * len(branch.states))
-        together = branch.likely @ branch.beliefs @ plans[branch.states]
-        chosen = np.full(self.model.kinds, int(together.argmax()))
+        states, plans = branch.after.states, layer.plans.all
+        self.tree.spend(4 * ROUND + 12.0 * numbers + 4.0 * len(layer.compared) * len(states))
+        mixed = branch.likely @ branch.after.likely
+        together = mixed @ plans[states[:, None], layer.compared]
+        chosen = np.full(self.model.kinds, int(layer.compared[together.argmax()]))
         chosen[branch.seen] = self.tree.plan[branch.nodes]
         after, seen = self.model.after[here], self.model.seen[here]
         return self.model.follow(action, plans[after, chosen[seen]])
@@ -200,6 +233,9 @@ class PointBased:
         lower, upper = np.zeros((2, len(self.model.rewards)))
         for node, likely in zip(tree.root.nodes.tolist(), tree.root.likely, strict=True):
             branches = tree.expanded(node)
+            with suppress(TooMuch):
+                for one in branches:
+                    tree.raised(one, tree.left[node] - 1)
             lower += [likely * tree.at_least(one) for one in branches]
             upper += [likely * tree.at_most(one) for one in branches]
         plans = tuple(self._best(left) for left in range(len(tree.layers)))
@@ -213,7 +249,7 @@ class PointBased:
         here = np.array(tree.left) == left if self.turns else slice(len(tree.left))
         used = np.union1d(np.arange(many), tree.plan[: len(tree.left)][here])
         found = layer.plans.all.T[used]
-        actions = np.array(layer.actions)[used]
+        actions = layer.actions.all[0, used]
         plans = [found[actions == a] for a in range(many)]
         witnesses = [
             node
@@ -222,6 +258,7 @@ class PointBased:
         ]
         with suppress(TooMuch):
             for node, a in product(witnesses, range(many)):
+                tree.raised(tree.branches[node][a], left - 1)
                 vector = self._plan(tree.branches[node][a], a, left)
                 states, likely = tree.belief(node)
                 if likely @ vector[states] > (plans[a][:, states] @ likely).max() + LEAST:

@@ -9,9 +9,10 @@ import pytest
 import dmplay
 from dmplay import Interval, Labels, Outcome, Tables, Tabular
 from dmplay.advice import adviser as advising
-from dmplay.chance import Array, Categorical, Chance
+from dmplay.budget import within
+from dmplay.chance import Array, Bools, Categorical, Chance
 from dmplay.dice import Dice
-from dmplay.errors import BadPolicy, TooMuch
+from dmplay.errors import BadParameter, BadPolicy, TooMuch
 from dmplay.finding.agents import for_turns, roster
 from dmplay.game.game import Game
 from dmplay.game.seats import HUMAN
@@ -19,9 +20,11 @@ from dmplay.policies import point_based
 from dmplay.policies.point_based import Optimal
 from dmplay.session import Session
 from dmplay.solutions import every
+from dmplay.solutions.played import Wish, wished
 from dmplay.solvers import alpha_vectors
 from tests.support.blocks import TIGER
-from tests.support.brought import Counted, Key
+from tests.support.brought import Counted, Key, Vault
+from tests.support.hidden import four_by_three
 from tests.support.programs import run
 from tests.support.quick import quickly
 from tests.support.screens import seated
@@ -132,6 +135,55 @@ def test_what_is_not_legal_is_neither_valued_nor_best() -> None:
     assert game(Key()).adviser.hint() == "hint (optimal): take. values: take 8.00, wait 7.20"
     played = dmplay.rollout(Key(), [dmplay.agent(Key(), 0, "optimal")], episodes=1)
     assert played.returns[0, 0] == pytest.approx(8.0)
+
+
+@dataclass(frozen=True)
+class Shut(Tabular):
+    """Doors that a key opens which nobody has."""
+
+    discount: float = 0.9
+    actions = (Labels(("listen", "open")),)
+    observations = (Labels(("left", "right")),)
+    names, start_belief = ("left", "right", "open"), np.array([0.5, 0.5, 0.0])
+    tables = Tables(
+        np.stack([np.eye(3)] * 2, axis=1),
+        np.array([[-1.0, -1.0], [-1.0, -1.0], [0.0, 0.0]])[:, :, None],
+        np.full((2, 3, 2), 0.5),
+    )
+
+    def legal(self, s: Array) -> Bools:
+        return np.stack([np.ones(len(s), bool), s == 2], axis=1)[:, None]
+
+
+def test_what_is_not_legal_at_the_start_is_not_named_where_states_are_hidden(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(point_based, "EXACT", 1e7)
+    for problem, first in ((Vault(), ["listen", "take"]), (Shut(), ["listen"])):
+        with within(1e8):
+            found = every.solution(problem)
+        assert found.method.startswith("point-based, ")
+        assert [row["first"] for row in found.rows] == first
+        assert found.rows[0]["best"] == "*"
+
+
+def test_a_long_game_without_a_discount_is_bounded() -> None:
+    with wished(Wish(turns=150)), within(3e8):
+        found = every.solution(four_by_three(1.0))
+    assert found.method == "point-based, 150 turns"
+    assert found.result.startswith("value ")
+    with (
+        wished(Wish(turns=2000)),
+        pytest.raises(BadParameter, match=r"^--turns: got 2000, expected"),
+    ):
+        every.solution(four_by_three(1.0))
+
+
+def test_more_turns_than_count_are_worth_what_a_game_without_end_is() -> None:
+    with wished(Wish(turns=10**8)):
+        assert every.solution(Lamp()).result.endswith("; value 0.5 at the start of 100000000 turns")
+        told = every.solution(Lamp(discount=0.999999)).result
+    assert told.endswith("; what 100000000 turns are worth takes too much to tell; try fewer")
 
 
 def test_what_is_seen_of_the_state_before_is_planned_for_too() -> None:

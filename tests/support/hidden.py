@@ -166,7 +166,7 @@ def rock_sample(size: int, rocks: Sequence[Cell], start: Cell, half: float = 20.
     return made(0.95, starts, [*ways, "sample", *checks], move, ["none", "good", "bad"], sense)
 
 
-def four_by_three() -> FromFile:
+def four_by_three(discount: float = 0.95) -> FromFile:
     """The world of four by three (Russell and Norvig; Parr and Russell, 1995), begun anew."""
     cells = [(x, y) for y in range(3) for x in range(4) if (x, y) != (1, 1)]
     ends = {(3, 2): 1.0, (3, 1): -1.0}
@@ -191,7 +191,7 @@ def four_by_three() -> FromFile:
         }
 
     seen = ["left", "right", "neither", "both", "good", "bad"]
-    return made(0.95, uniform(inner), [*ways], move, seen, sense)
+    return made(discount, uniform(inner), [*ways], move, seen, sense)
 
 
 def cheese() -> FromFile:

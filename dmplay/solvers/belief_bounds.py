@@ -1,0 +1,134 @@
+"""What bounds the values of beliefs: vectors of plans from below, single beliefs from above.
+
+What a belief is worth is convex, and grows with the belief when this is scaled. So a belief that
+holds a share of a point and something else is worth no more than that share of the point's value
+and the bound of the rest (a sawtooth, whose teeth stand on the fast informed bound instead of on
+its corners). Of the many points that might lower a bound, a few of each point's likeliest states
+tell which cannot.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dmplay.chance import Array, Ints, Reals
+
+WITHIN = 1.0 - 1e-9  # of a point's mass where a belief has some
+MARKS = 3  # of a point's likeliest states
+TINY = 1e-300  # in place of 0
+BLOCK = 2**18  # numbers of points that are compared in one go
+ALONE = 2**18  # products of numbers that BLAS does not share out between threads, which costs more
+
+
+class Columns:
+    """Rows of numbers that grow to the right, `[rows, N]`."""
+
+    def __init__(self, rows: int, kind: type = float) -> None:
+        self.count = 0
+        self._room: Array = np.zeros((rows, 16), kind)
+
+    @property
+    def all(self) -> Array:
+        """Those that there are."""
+        return self._room[:, : self.count]
+
+    def add(self, column: Array) -> int:
+        """Takes one more; its place."""
+        if self.count == self._room.shape[1]:
+            self._room = np.hstack([self._room, np.zeros_like(self._room)])
+        self._room[:, self.count] = column
+        self.count += 1
+        return self.count - 1
+
+
+@dataclass(frozen=True, eq=False)
+class Beliefs:
+    """Some beliefs, by the states that any of them holds possible."""
+
+    states: Ints  # [U]
+    likely: Reals  # [K, U]
+
+
+class Layer:
+    """What bounds the values of beliefs, with as many turns to go."""
+
+    def __init__(self, lowest: Reals, highest: Reals) -> None:
+        """Begins with vectors `[A, S]` from below and from above."""
+        many, states = lowest.shape
+        self.highest = highest
+        self.plans, self.actions = Columns(states), Columns(1, int)
+        self.compared = np.arange(many)  # plans, with the beliefs to come
+        self.points, self._marks = Columns(states), Columns(MARKS, int)
+        self._worth, self._drops = Columns(1 + many), Columns(1)
+        self._last: dict[int, int] = {}  # point of each belief that is one
+        for action, vector in enumerate(lowest):
+            self.plan(vector, action)
+
+    def plan(self, vector: Reals, action: int) -> int:
+        """Takes a plan; its place."""
+        self.actions.add(np.array(action))
+        place = self.plans.add(vector)
+        if place >= len(self.highest):
+            self.compared = np.append(self.compared, place)
+        return place
+
+    def point(self, number: int, belief: Reals, value: float) -> None:
+        """Takes the belief `[S]` of this number, which is worth no more."""
+        q = self.highest @ belief
+        place = self.points.add(belief)
+        likeliest = np.argsort(-belief, kind="stable")[: np.count_nonzero(belief)]
+        self._marks.add(np.resize(likeliest[:MARKS], MARKS))
+        self._worth.add(np.append(value, q))
+        self._drops.add(q.max() - value)
+        if number in self._last:  # the lower replaces it
+            self._drops.all[0, self._last[number]] = 0.0
+        self._last[number] = place
+
+    def followed(self, some: Beliefs, plans: Ints) -> Reals:
+        """What these plans are worth `[K, N]`."""
+        step = max(ALONE // some.likely.size, 1)
+        parts = (plans[n : n + step] for n in range(0, len(plans), step))
+        rows = some.states[:, None]
+        return np.hstack([some.likely @ self.plans.all[rows, part] for part in parts])
+
+    def informed(self, some: Beliefs) -> Reals:
+        """What each action is worth at the most `[K, A]`, in sight of the state from then on."""
+        return np.asarray(some.likely @ self.highest[:, some.states].T)
+
+    def lowered(self, some: Beliefs, high: Reals, first: int) -> Reals:
+        """Upper bounds `[K]` of beliefs, by points from this place on, where they lower `high`."""
+        place = np.full(self.points.all.shape[0], -1)
+        place[some.states] = np.arange(len(some.states))
+        at = place[self._marks.all[:, first:]]
+        fresh = np.flatnonzero((at >= 0).all(axis=0) & (self._drops.all[0, first:] > 0))
+        if not len(fresh):
+            return high
+        at, fresh = at[:, fresh], fresh + first
+        base = self.informed(some)
+        each = self.points.all[self._marks.all[:, fresh], fresh]
+        share = np.min([some.likely[:, at[i]] / each[i] for i in range(MARKS)], axis=0)
+        hoped = base.max(axis=1)[:, None] - share * self._drops.all[0, fresh]
+        least = hoped.argmin(axis=1)
+        rows = np.arange(len(high))
+        found = high.copy()
+        hope = hoped[rows, least] < found
+        self._compare(some, base, rows[hope], fresh[least[hope]], found)
+        hoped[rows, least] = np.inf
+        rows, which = np.nonzero(hoped < found[:, None])
+        step = max(BLOCK // len(some.states), 1)
+        for block in range(0, len(rows), step):
+            part = slice(block, block + step)
+            self._compare(some, base, rows[part], fresh[which[part]], found)
+        return found
+
+    def _compare(self, some: Beliefs, base: Reals, rows: Ints, points: Ints, found: Reals) -> None:
+        """Lowers bounds by pairs of a belief and a point."""
+        if not len(rows):
+            return
+        parts = self.points.all[some.states[:, None], points]
+        inside = parts.sum(axis=0) >= WITHIN
+        most = (parts / np.maximum(some.likely[rows].T, TINY)).max(axis=0)
+        share = inside / most
+        value, *q = self._worth.all[:, points]
+        rest = (base[rows].T - share * q).max(axis=0)
+        np.minimum.at(found, rows, share * value + rest)

@@ -1,0 +1,46 @@
+import numpy as np
+import pytest
+
+from dmplay.solvers.belief_bounds import Beliefs, Columns, Layer
+
+STATES, ACTIONS = 6, 3
+
+
+def test_columns_are_kept_however_many_there_are() -> None:
+    columns = Columns(2)
+    assert [columns.add(np.array([n, -n])) for n in range(40)] == [*range(40)]
+    assert columns.all.tolist() == [[*range(40)], [-n for n in range(40)]]
+
+
+def test_a_bound_is_that_of_the_point_which_lowers_it_most() -> None:
+    random = np.random.default_rng(3)
+    highest = random.normal(size=(ACTIONS, STATES))
+    layer = Layer(highest - 9.0, highest)
+    points = random.dirichlet(np.full(STATES, 0.3), 40) * (random.random((40, STATES)) < 0.6)
+    points = points[points.any(axis=1)]
+    points /= points.sum(axis=1, keepdims=True)
+    values = (points @ highest.T).max(axis=1) - random.random(len(points))
+    for number, (point, value) in enumerate(zip(points, values, strict=True)):
+        layer.point(number, point, value + 0.5)
+        layer.point(number, point, value)  # which replaces it
+    likely = random.dirichlet(np.full(STATES - 1, 0.5), 8)
+    some = Beliefs(np.arange(1, STATES), likely)
+    high = layer.informed(some).max(axis=1)
+    expected = high.copy()
+    for k, belief in enumerate(np.pad(likely, ((0, 0), (1, 0)))):
+        for point, value in zip(points, values, strict=True):
+            share = (belief[point > 0] / point[point > 0]).min()
+            rest = (highest @ (belief - share * point)).max()
+            expected[k] = min(expected[k], share * value + rest)
+    assert (expected < high - 0.01).any()
+    assert layer.lowered(some, high, 0) == pytest.approx(expected)
+    late = layer.lowered(some, high, layer.points.count - 2)
+    assert (late >= expected - 1e-9).all()
+    assert layer.lowered(some, expected, 0) == pytest.approx(expected)
+
+
+def test_new_plans_are_compared_and_old_ones_as_they_are_wanted() -> None:
+    layer = Layer(np.zeros((2, 3)), np.ones((2, 3)))
+    assert layer.plan(np.full(3, 0.5), 1) == 2
+    assert layer.compared.tolist() == [0, 1, 2]
+    assert layer.actions.all.tolist() == [[0, 1, 1]]
