@@ -162,7 +162,9 @@ def _known(problem: Problem, seat: int) -> Mapping[str, type[Seated]]:
 def _other(problem: Problem, seat: int, name: str) -> Policy | None:
     """The agent of a name or a part, as a search has it play; None for random play."""
     seated = roster(problem, seat)
-    if name == ADVISER:
+    if name in {ADVISER, PARTNER} and seated.simulated:
+        name = seated.simulated
+    elif name == ADVISER:
         found = None if seated.quick else adviser(problem, seat)
         name = found[0] if found else "random"
     elif name == PARTNER:

@@ -212,4 +212,5 @@ def roster(problem: CollaborativePredatorPrey, seat: int) -> Roster:
     }  # fmt: skip
     if not problem.sighted:
         agents["joint-plan"] = HuntPlan
-    return Roster(agents, adviser=_adviser(problem), partner="sweep")
+    planned = "joint-plan" if problem.predators == 2 and not problem.sighted else None
+    return Roster(agents, adviser=_adviser(problem), partner="sweep", simulated=planned)

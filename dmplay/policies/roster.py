@@ -20,3 +20,4 @@ class Roster:
     adviser: str | None = None  # its values and choices serve as hints
     partner: str = "random"  # sits where nobody was named, beside a person
     quick: str | None = None  # plays many games at once where the adviser takes long
+    simulated: str | None = None  # plays wherever a search simulates; else adviser and partner do

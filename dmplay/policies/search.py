@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import pairwise
+from itertools import chain
 from typing import Self
 
 import numpy as np
@@ -13,11 +13,13 @@ from dmplay.core import Memory, Percept, Policy, exact, parameter
 from dmplay.dice import spread
 from dmplay.errors import BadParameter, BadPolicy, TooMuch
 from dmplay.policies._believing import Believing
+from dmplay.policies._guessing import GUESSES, Guessing, drawn
 from dmplay.policies.kinds import Company
 from dmplay.policies.roster import ADVISER, PARTNER
 from dmplay.solvers import rewards_ahead, uct
+from dmplay.solvers.cast import Actors, Cast, some
 from dmplay.solvers.rewards_ahead import RewardsAhead
-from dmplay.solvers.search_tree import Asked, Cast, Tree, Worth
+from dmplay.solvers.search_tree import Asked, Tree, Worth
 from dmplay.solvers.value_iteration import best
 
 FEW_HIDDEN = 30  # states that random play comes to soon: there it tells more than seeing them all
@@ -42,10 +44,11 @@ class Advised:
 class Search(Believing):
     """Simulates many games ahead and does what went best (UCT).
 
-    Where all is seen it takes the others to act as their usual partners do, else at random. Where
-    states are hidden it starts its games in states drawn from its belief, never in the true one.
-    What lies beyond its tree is worth what a few sweeps over a small problem say, else what the
-    adviser says or earns, else what random play earns.
+    It takes the others to act as their usual partners do, a team to follow its plan, else at
+    random. Where states are hidden it starts its games in states drawn from its belief, never in
+    the true one, and guesses what its partners saw and remember. What lies beyond its tree is worth
+    what a few sweeps over a small problem say, else what the adviser says or earns, else what
+    random play earns.
     """
 
     simulations: int = parameter(400, "games simulated before a choice", 1, 1e6)
@@ -71,8 +74,6 @@ class Search(Believing):
         for part, name in (("others", self.others), ("rollout", self.rollout)):
             if name.partition(":")[0] == "search":
                 raise BadParameter(f"{part}: got {name!r}, expected an agent that does not search")
-        if self.others not in (USUAL, "random") and self.problem.hidden:
-            raise BadParameter("others: where states are hidden they are taken to act at random")
 
     def among(self, company: Company) -> Self:
         """The same, who finds other agents there."""
@@ -84,25 +85,35 @@ class Search(Believing):
     @cached_property
     def _tree(self) -> Tree:
         parts = self.simulations, self.depth, self.exploration
-        return Tree(self.problem, self.seat, *parts, self._cast, self._worth)
+        return Tree(self.problem, self.seat, *parts, self._cast.actors, self._worth)
 
     @cached_property
     def _ahead(self) -> RewardsAhead | None:
         problem = self.problem
         many = isinstance(problem.states, int) and problem.states > FEW_HIDDEN
-        asked = many if problem.hidden else len(problem.agents) == 1
+        asked = many and not any(self._others) if problem.hidden else len(problem.agents) == 1
         return rewards_ahead.found(problem, self.seat) if asked and self.rollout == USUAL else None
 
     @cached_property
-    def _cast(self) -> Cast:
-        """Who acts in each seat, the own one beyond the tree."""
-        return tuple(map(self._actor, range(len(self.problem.agents))))
+    def _others(self) -> Actors:
+        """Who acts in the other seats; nobody in the own one."""
+        seats = range(len(self.problem.agents))
+        return tuple(
+            None if seat == self.seat else self._found(seat, self.others, PARTNER) for seat in seats
+        )
 
-    def _actor(self, seat: int) -> Policy | None:
-        if seat == self.seat:
-            unasked = self._ahead is not None or self.problem.hidden or self.problem.states == 1
-            return self._found(seat, self.rollout, "random" if unasked else ADVISER)
-        return None if self.problem.hidden else self._found(seat, self.others, PARTNER)
+    @cached_property
+    def _own(self) -> Policy | None:
+        """Who plays on in the own seat beyond the tree."""
+        alone = self.problem.hidden and not any(self._others)
+        unasked = self._ahead is not None or alone or self.problem.states == 1
+        return self._found(self.seat, self.rollout, "random" if unasked else ADVISER)
+
+    @cached_property
+    def _cast(self) -> Cast:
+        """Who acts in each seat."""
+        before, after = self._others[: self.seat], self._others[self.seat + 1 :]
+        return Cast(self.problem, self.seat, (*before, self._own, *after))
 
     def _found(self, seat: int, name: str, usual: str) -> Policy | None:
         """Who acts in a seat; None for any action, each as likely."""
@@ -111,43 +122,59 @@ class Search(Believing):
 
     @property
     def _worth(self) -> Worth | None:
-        """What a state beyond the tree is worth; None where the simulation plays on."""
-        ahead, actor = self._ahead, self._cast[self.seat]
-        if ahead or actor is None or self.rollout != USUAL or len(self.problem.agents) > 1:
-            return ahead
-        sight = self.problem.first_sight(self._start, self.seat)
-        return None if actor.values(actor.begin(sight)) is None else Advised(actor)
+        """What a state beyond the tree is worth; None where the simulation plays on.
 
-    @property
-    def _start(self) -> Array:
-        """Some state, `[1, ...]`."""
-        return self.problem.start(np.zeros((1, self.problem.draws.start)))
+        A plan is worth what it is as long as all of a team follow it: here it is played.
+        """
+        ahead, actor = self._ahead, self._own
+        planned = self.problem.shared_reward and any(self._others)
+        if ahead or actor is None or planned or (self.rollout, self.others) != (USUAL, USUAL):
+            return ahead
+        first = self._cast.begun(some(self.problem))[self.seat]
+        return None if actor.values(first) is None else Advised(actor)
 
     @cached_property
-    def _parts(self) -> list[slice]:
-        """Where the memory of each of the cast is."""
-        sights = [self.problem.first_sight(self._start, i) for i in range(len(self._cast))]
-        each = [len(one.begin(o)) if one else 0 for one, o in zip(self._cast, sights, strict=True)]
-        ends = np.cumsum([2, *each]).tolist()
-        return [slice(a, b) for a, b in pairwise(ends)]
+    def _guessing(self) -> Guessing | None:
+        """What partners remember who see something else; None where they act at random."""
+        cast = Cast(self.problem, self.seat, self._others)
+        return Guessing(cast) if self.problem.hidden and any(self._others) else None
 
     def begin(self, observation: Array) -> Memory:
-        """The state, or the belief where it is hidden; no turn done; what the cast remembers."""
-        known = super().begin(observation) if self.problem.hidden else (observation,)
-        cast = [part for one in self._cast if one for part in one.begin(observation)]
-        return (*known, np.zeros(len(observation), np.int64), *cast)
+        """The state, or the belief where it is hidden; no turn done; what the cast remembers.
+
+        Where states are hidden that is what the own part of it does, and guesses of the rest.
+        """
+        done = np.zeros(len(observation), np.int64)
+        if not self.problem.hidden:
+            return (observation, done, *chain(*self._cast.begun(observation)))
+        (beliefs,) = super().begin(observation)
+        own = self._own.begin(observation) if self._own else ()
+        guesses = self._guessing.begin(beliefs) if self._guessing else ()
+        return (beliefs, done, *own, *guesses)
 
     def update(self, memory: Memory, percept: Percept) -> Memory:
         """The same after one more turn."""
-        hidden = self.problem.hidden
-        known = super().update(memory[:1], percept) if hidden else (percept.observation,)
-        cast = [
-            part
-            for seat, (one, kept) in enumerate(zip(self._cast, self._parts, strict=True))
-            if one
-            for part in one.update(memory[kept], self._told(seat, percept))
-        ]
-        return (*known, memory[1] + 1, *cast)
+        known, done, *rest = memory
+        if not self.problem.hidden:
+            cast = zip(self._cast.actors, self._cast.split(tuple(rest)), strict=True)
+            told = (
+                one.update(kept, self._told(seat, percept))
+                for seat, (one, kept) in enumerate(cast)
+                if one
+            )
+            return (percept.observation, done + 1, *chain(*told))
+        (beliefs,) = super().update((known,), percept)
+        own, guesses = self._parted(tuple(rest))
+        own = self._own.update(own, percept) if self._own else ()
+        if self._guessing:
+            guesses = self._guessing.update(guesses, percept, done, beliefs)
+        return (beliefs, done + 1, *own, *guesses)
+
+    def _parted(self, rest: Memory) -> tuple[Memory, Memory]:
+        """What the own part of the cast remembers, and the guesses."""
+        part = self._cast.parts[self.seat]
+        many = part.stop - part.start
+        return rest[:many], rest[many:]
 
     def _told(self, seat: int, percept: Percept) -> Percept:
         """What a turn taught another seat, as far as this one knows."""
@@ -173,27 +200,36 @@ class Search(Believing):
         """The actions `[B]` for some rows that are searched together."""
         self._tree.budget(len(u))  # refuses too much before it is drawn for
         told = spread(u, self.simulations + self._tree.draws)
-        known, done = memory[:2]
-        if self.problem.hidden:
-            roots = self._drawn(known, told[:, : self.simulations])
-        else:
-            roots = np.repeat(known[:, None], self.simulations, axis=1)
+        roots, cast = self._started(memory, told[:, : self.simulations])
         horizon = self.problem.horizon
-        left = np.full(len(u), FAR) if horizon is None else horizon - done % horizon
-        cast = tuple(memory[part] for part in self._parts)
+        left = np.full(len(u), FAR) if horizon is None else horizon - memory[1] % horizon
         found = uct.search(self._tree, Asked(roots, left, cast, legal), told[:, self.simulations :])
         able = best(found.means)
-        actor = self._cast[self.seat]
-        if actor:
-            usual = actor.choose(cast[self.seat], legal, told[:, : actor.draws])
+        if self._own:
+            mine = tuple(part[:, 0] for part in cast[self.seat])
+            usual = self._own.choose(mine, legal, told[:, : self._own.draws])
             able = found.kept(able, usual)
         return np.asarray(found.actions[np.arange(len(u)), among(able, u)])
 
-    def _drawn(self, beliefs: Reals, u: Reals) -> Array:
-        """States `[B, N, ...]` by uniforms `[B, N]`."""
-        places = np.empty(u.shape, np.int64)
-        for row, likely in enumerate(beliefs):
-            possible = np.flatnonzero(likely)
-            edges = np.cumsum(likely[possible])[:-1]
-            places[row] = possible[np.searchsorted(edges, u[row], side="right")]
-        return np.asarray(self.problem.enumerated()[places])
+    def _started(self, memory: Memory, u: Reals) -> tuple[Array, tuple[Memory, ...]]:
+        """States `[B, N, ...]` in which simulations start, and what the cast remembers there."""
+        known, _, *rest = memory
+        each = range(len(self.problem.agents))
+        if not self.problem.hidden:
+            copies = (_copies(part, u.shape[1]) for part in rest)
+            return _copies(known, u.shape[1]), self._cast.split(tuple(copies))
+        own, guesses = self._parted(tuple(rest))
+        mine = tuple(_copies(part, u.shape[1]) for part in own)
+        if not self._guessing:
+            return drawn(self.problem, known, u), tuple(
+                mine if seat == self.seat else () for seat in each
+            )
+        row, place = np.arange(len(u))[:, None], (u * GUESSES).astype(np.int64)
+        s, *parts = (part[row, place] for part in guesses)
+        others = self._guessing.cast.split(tuple(parts))
+        return s, tuple(mine if seat == self.seat else others[seat] for seat in each)
+
+
+def _copies(part: Array, many: int) -> Array:
+    """The same in each of so many simulations `[B, N, ...]`."""
+    return np.broadcast_to(part[:, None], (len(part), many, *part.shape[1:]))

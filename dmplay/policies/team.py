@@ -111,7 +111,7 @@ class OptimalPlan(JointPlan):
 
 def _turns(done: Ints) -> Iterator[tuple[int, Bools]]:
     """Each number of turns done, and the rows in which it is."""
-    return ((turn, done == turn) for turn in np.unique(done).tolist())
+    return ((turn, done == turn) for turn in np.flatnonzero(np.bincount(done)).tolist())
 
 
 @lru_cache(maxsize=KEPT)

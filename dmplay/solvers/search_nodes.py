@@ -108,37 +108,44 @@ class Nodes:
         visits = self.visits[here].sum(axis=1) + lanes
         wanted = np.minimum(np.ceil(np.sqrt(visits)).astype(np.int64), self.tree.slots)
         while True:
-            short = np.flatnonzero(self.offers[here] < wanted)
+            more = wanted - self.offers[here]
+            if self.tree.choices:
+                more = np.minimum(more, self.tree.choices - self.steps[here])
+            short = np.flatnonzero(more > 0)
             if not len(short):
                 return
-            at = here[short]
-            action, new = self._next(at, None if legal is None else legal[short])
-            self.steps[at] += 1
-            if self.tree.choices:
-                wanted[short[self.steps[at] > self.tree.choices]] = 0  # all were offered
-            at, action = at[new], action[new]
-            self.offered[at, self.offers[at]] = action
-            self.offers[at] += 1
+            self._try(here[short], more[short], None if legal is None else legal[short])
 
-    def _next(self, at: Ints, legal: Bools | None) -> tuple[Array, Bools]:
-        """An action for each of these nodes, and whether it may be tried and was not yet."""
-        if not self.tree.choices:
-            return self._near(at), np.ones(len(at), bool)
-        action = self.tree.suggested(self.steps[at])
-        new = (self.offered[at, 0] != action) | (self.offers[at] == 0)
-        return action, new if legal is None else new & legal[np.arange(len(at)), action]
+    def _try(self, at: Ints, many: Ints, legal: Bools | None) -> None:
+        """Tries the next so many actions `[H]` of nodes: offers those that are new and allowed."""
+        nth = np.arange(many.max())
+        place = self.steps[at][:, None] + nth
+        new = nth < many[:, None]
+        if self.tree.choices:
+            action = self.tree.suggested(place)
+            new &= (self.offered[at, :1] != action) | (self.offers[at, None] == 0)
+            if legal is not None:
+                new &= np.take_along_axis(legal, action, axis=1)
+        else:
+            action = self._near(at, place)
+        slot = self.offers[at][:, None] + np.cumsum(new, axis=1) - 1
+        node, which = np.nonzero(new)
+        self.offered[at[node], slot[node, which]] = action[node, which]
+        self.offers[at] += new.sum(axis=1)
+        self.steps[at] += many
 
-    def _near(self, at: Ints) -> Array:
+    def _near(self, at: Ints, place: Ints) -> Array:
         """The next numbers to try: evenly spread ones, and between them some near the best."""
-        tree, place = self.tree, self.steps[at]
+        tree = self.tree
         own = tree.problem.actions[tree.seat]
         assert isinstance(own, Interval)
         visits = self.visits[at]
         mean = np.where(visits > 0, self.sums[at] / np.maximum(visits, 1), -np.inf)
-        best = self.offered[at, np.argmax(mean, axis=1)]
+        best = self.offered[at, np.argmax(mean, axis=1)][:, None]
         far = (own.high - own.low) * 0.5 ** (1 + place / HALVED)
         near = own.nearest(best + far * (2 * (place * GOLDEN % 1.0) - 1))
-        return np.where((place % 2 == 1) & (visits > 0).any(axis=1), near, tree.suggested(place))
+        visited = visits.any(axis=1, keepdims=True)
+        return np.where((place % 2 == 1) & visited, near, tree.suggested(place))
 
     def child(self, node: Ints, edge: Ints) -> tuple[Ints, Bools]:
         """The node that each lane comes to, and whether it was there before this turn."""

@@ -3,17 +3,16 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import pairwise
 from math import ceil, gcd, sqrt
 from typing import NamedTuple
 
-import numpy as np
-
 from dmplay.budget import ROUND, Budget
 from dmplay.chance import Array, Bools, Ints, Reals
-from dmplay.core import Interval, Memory, Policy, Problem
+from dmplay.core import Interval, Memory, Problem
+from dmplay.solvers.cast import Actors, Cast
 
-FIRST, WIDEST = 50, 1024  # simulations of the first wave, and at most; each doubles what was done
+FIRST, WIDEST = 25, 1024  # simulations of the first wave, as it knows nothing, and at most;
+GROWS = 2  # times what was done are in each other
 FEW_SEEN = 64  # things to see that nodes tell apart from the start;
 SOME_SEEN = 16  # of more, so many
 FEW_ACTIONS = 32  # actions that a node tries from the start; of more, the root of its visits
@@ -21,7 +20,6 @@ GOLDEN = (sqrt(5) - 1) / 2  # whose multiples fill an interval evenly
 WORK = 1e10
 ENTRIES = 4_000_000  # of the table of children, which bounds the rows searched together
 
-Cast = tuple[Policy | None, ...]  # who acts in a seat; None for any action, each as likely
 Worth = Callable[[Array, Memory, Ints], Reals]  # of states, by the own memory and the turns left
 
 
@@ -29,7 +27,7 @@ Worth = Callable[[Array, Memory, Ints], Reals]  # of states, by the own memory a
 class Tree:
     """A search for one seat.
 
-    `cast` plays the others, and what is simulated beyond the tree; its own entry is not asked
+    `actors` play the others, and what is simulated beyond the tree; its own one is not asked
     where `worth` knows what a state is worth.
     """
 
@@ -38,13 +36,13 @@ class Tree:
     simulations: int
     depth: int
     exploration: float
-    cast: Cast = ()
+    actors: Actors = ()
     worth: Worth | None = field(default=None, compare=False)
 
     @cached_property
-    def played(self) -> Cast:
+    def cast(self) -> Cast:
         """Who acts in each seat."""
-        return self.cast or (None,) * len(self.problem.agents)
+        return Cast(self.problem, self.seat, self.actors)
 
     @cached_property
     def choices(self) -> int:
@@ -81,25 +79,17 @@ class Tree:
         """How many rows can be searched together."""
         return max(1, ENTRIES // ((self.simulations + 1) * self.slots * self.kinds))
 
-    @cached_property
-    def places(self) -> tuple[slice, ...]:
-        """Which uniforms of a turn are whose: those of each seat, then nature's."""
-        each = [1 if one is None else one.draws for one in self.played]
-        each[self.seat] = max(each[self.seat], 1)  # within the tree they are the tree's own
-        ends = np.cumsum([0, *each, self.problem.draws.step]).tolist()
-        return tuple(slice(a, b) for a, b in pairwise(ends))
-
     @property
     def draws(self) -> int:
         """How many uniforms one row consumes."""
-        return self.simulations * self.depth * int(self.places[-1].stop)
+        return self.simulations * self.depth * self.cast.draws
 
     @cached_property
     def waves(self) -> list[range]:
         """The simulations of each wave: few at first, as they know little."""
         found, done = [], 0
         while done < self.simulations:
-            end = min(done + min(max(FIRST, done), WIDEST), self.simulations)
+            end = min(done + min(max(FIRST, GROWS * done), WIDEST), self.simulations)
             found.append(range(done, end))
             done = end
         return found
@@ -136,5 +126,5 @@ class Asked(NamedTuple):
 
     roots: Array  # [B, simulations, ...], the states that simulations start from
     left: Ints  # [B], turns to come
-    memories: tuple[Memory, ...]  # of each of the cast
+    memories: tuple[Memory, ...]  # [B, simulations, ...], of each of the cast
     legal: Bools | None = None  # [B, A]

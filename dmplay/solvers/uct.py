@@ -16,10 +16,11 @@ import numpy as np
 from dmplay.budget import Budget
 from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import Memory, Outcome, Problem
+from dmplay.solvers.cast import Cast
 from dmplay.solvers.search_nodes import Nodes
 from dmplay.solvers.search_tree import Asked, Tree
 
-SURE = 2.0  # standard errors by which another action is better than the usual one
+SURE = 3.0  # standard errors by which another action is better than the usual one
 
 
 class Found(NamedTuple):
@@ -108,10 +109,11 @@ class _Search:
         row = np.repeat(np.arange(len(asked.left)), many)
         node = row * nodes.nodes
         legal = None if asked.legal is None else asked.legal[row]
-        memories = tuple(tuple(part[row] for part in memory) for memory in asked.memories)
         if tree.widens:
-            self._opened(node, memories, legal, told[row, 0, 0])
+            begun = tuple(tuple(part[row, 0] for part in memory) for memory in asked.memories)
+            self._opened(node, begun, legal, told[row, 0, 0])
         slot, nth = nodes.selected(node, legal)
+        memories = tuple(tuple(part[row, nth] for part in memory) for memory in asked.memories)
         u = told[row, nth]  # the n-th of each action has the n-th dice
         start = np.zeros(len(row), np.int64)
         lanes = _Lanes(np.arange(len(row)), asked.roots[row, nth], memories, start, asked.left[row])
@@ -142,7 +144,7 @@ class _Search:
     ) -> None:
         """Offers in nodes that are come to first what the seat's part of the cast would do."""
         tree = self.tree
-        actor, place = tree.played[tree.seat], tree.places[tree.seat]
+        actor, place = tree.cast.actors[tree.seat], tree.cast.places[tree.seat]
         new = self.nodes.fresh(node)
         if actor is None or not len(new):
             return
@@ -150,65 +152,26 @@ class _Search:
         able = None if legal is None else legal[new]
         self.nodes.offer(node[new], actor.choose(memory, able, u[new][:, place][:, : actor.draws]))
 
-    def _acted(self, lanes: _Lanes, own: Array | None, u: Reals) -> Array:
-        """Joint actions `[N, n]`: the seat's where they are given, else as the cast acts."""
-        tree, problem = self.tree, self.tree.problem
-        legal = problem.legal(lanes.state)
-        columns: list[Array] = []
-        for seat, actor in enumerate(tree.played):
-            able = None if legal is None else legal[:, seat]
-            now = u[:, tree.places[seat]]
-            if seat == tree.seat and own is not None:
-                column = own
-                if able is not None and tree.choices:  # where unlike states share a node
-                    fits = able[np.arange(len(own)), own]
-                    column = np.where(fits, own, problem.actions[seat].draw(now[:, 0], able))
-            elif actor is None:
-                column = problem.actions[seat].draw(now[:, 0], able)
-            else:
-                column = actor.choose(lanes.memories[seat], able, now[:, : actor.draws])
-            columns.append(column)
-        joint = np.stack(columns, axis=1)
-        if legal is not None and any(tree.played):
-            for seat, waits in enumerate(problem.waiting(lanes.state).T):
-                if waits.any():
-                    joint[waits, seat] = problem.waits(seat)
-        return joint
-
-    def _stepped(self, lanes: _Lanes, joint: Array, u: Reals) -> Outcome:
-        return self.tree.problem.step(lanes.state, joint, u[:, self.tree.places[-1]])
-
-    def _after(self, lanes: _Lanes, joint: Array, outcome: Outcome) -> _Lanes:
-        """The lanes once a turn is done."""
-        problem = self.tree.problem
-        memories = tuple(
-            () if actor is None else actor.update(memory, problem.percept(seat, joint, outcome))
-            for seat, (actor, memory) in enumerate(
-                zip(self.tree.played, lanes.memories, strict=True)
-            )
-        )
-        return lanes._replace(state=outcome.state, memories=memories, turn=lanes.turn + 1)
-
     def _followed(
         self, lanes: _Lanes, node: Ints, slot: Ints, u: Reals
     ) -> tuple[_Lanes, Ints, Bools, Reals]:
         """The lanes after a turn, the nodes they come to, which are known, and what it paid."""
         tree = self.tree
-        joint = self._acted(lanes, self.nodes.offered[node, slot] if tree.widens else slot, u)
-        outcome = self._stepped(lanes, joint, u)
+        own = self.nodes.offered[node, slot] if tree.widens else slot
+        joint = tree.cast.acted(lanes.state, lanes.memories, own, u)
+        outcome = tree.cast.stepped(lanes.state, joint, u)
         sights = outcome.observations[:, tree.seat] if tree.problem.hidden else outcome.state
         if tree.seen:
             sight = sights if tree.problem.hidden else tree.problem.index(outcome.state)
             child, known = self.nodes.child(node, slot * tree.kinds + sight)
         else:
-            child, known = self.nodes.one_of_some(
-                node, slot, _key(tree.problem, sights), u[:, tree.places[tree.seat].start], outcome
-            )
+            key, luck = _key(tree.problem, sights), u[:, tree.cast.places[tree.seat].start]
+            child, known = self.nodes.one_of_some(node, slot, key, luck, outcome)
             if not tree.problem.hidden:
                 state, rewards = self.nodes.kept[child], outcome.rewards.copy()
                 rewards[:, tree.seat] = self.nodes.paid[child]
                 outcome = Outcome(state, rewards, state)
-        return self._after(lanes, joint, outcome), child, known, outcome.rewards[:, tree.seat]
+        return _after(tree.cast, lanes, joint, outcome), child, known, outcome.rewards[:, tree.seat]
 
     def _beyond(self, lanes: _Lanes, u: Reals, cost: float) -> Reals:
         """What simulations `[N]` of a wave earn after they left the tree."""
@@ -218,17 +181,18 @@ class _Search:
             own = lanes.memories[tree.seat]
             gain[lanes.lane] = tree.worth(lanes.state, own, lanes.left - lanes.turn)
             return gain
-        while True:
-            lanes = lanes.those(lanes.turn < np.minimum(lanes.left, tree.depth))
-            if not len(lanes.lane):
-                return gain
+        lanes = lanes._replace(left=np.minimum(lanes.left, tree.depth))
+        lanes = lanes.those(lanes.turn < lanes.left)
+        while len(lanes.lane):
             self.budget.spend(cost)
             now = u[lanes.lane, lanes.turn]
-            joint = self._acted(lanes, None, now)
-            outcome = self._stepped(lanes, joint, now)
+            joint = tree.cast.acted(lanes.state, lanes.memories, None, now)
+            outcome = tree.cast.stepped(lanes.state, joint, now)
             gain[lanes.lane] += weight * outcome.rewards[:, tree.seat]
             weight *= problem.discount
-            lanes = self._after(lanes, joint, outcome).those(~problem.terminal(outcome.state))
+            lanes = _after(tree.cast, lanes, joint, outcome)
+            lanes = lanes.those((lanes.turn < lanes.left) & ~problem.terminal(lanes.state))
+        return gain
 
     def _learn(self, row: Ints, path: list[tuple[Ints, Ints, Ints, Reals]], gain: Reals) -> None:
         """Adds the returns from each node on to what is known of it."""
@@ -236,6 +200,12 @@ class _Search:
             gain[lane] = paid + self.tree.problem.discount * gain[lane]
             self.nodes.learn(node, slot, gain[lane])
         np.add.at(self.squares, (row, path[0][2]), gain**2)
+
+
+def _after(cast: Cast, lanes: _Lanes, joint: Array, outcome: Outcome) -> _Lanes:
+    """The lanes once a turn is done."""
+    memories = cast.told(lanes.memories, joint, outcome)
+    return lanes._replace(state=outcome.state, memories=memories, turn=lanes.turn + 1)
 
 
 def _key(problem: Problem, sights: Array) -> Ints:

@@ -60,7 +60,13 @@ from tests.support.teams import dectiger, read
 from tests.support.turns import Nim
 
 TABLES = {"boards_2048", "worth_2048"}  # found once, of a size that no parameter changes
-PARTS = {"occupancy", "team", "search_nodes", "search_tree"}  # of another's work, which spends
+PARTS = {
+    "cast",
+    "occupancy",
+    "team",
+    "search_nodes",
+    "search_tree",
+}  # of another's work, which spends
 TRIANGLE = "predator-prey:triangle"
 HANDS = np.array([[0.0, -1.0, 2.0], [1.0, 0.0, -1.0], [-1.0, 1.0, 0.0]])
 PAYOFFS = np.random.default_rng(1).normal(size=(4, 4, 2))

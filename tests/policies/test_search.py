@@ -8,12 +8,15 @@ import pytest
 
 import dmplay
 from dmplay.chance import Array, Chance, Normal, Pick, Reals, Span
-from dmplay.core import Continuous, Labels, Outcome, Problem
+from dmplay.core import Continuous, Labels, Memory, Outcome, Percept, Policy, Problem
 from dmplay.dice import spread
 from dmplay.errors import BadParameter, BadPolicy, DmplayError
+from dmplay.finding.agents import roster
 from dmplay.problems._reals import RealState
+from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
 from dmplay.solvers.uct import Found
 from tests.support.brought import Counted
+from tests.support.teams import dectiger, read
 
 
 @dataclass(frozen=True)
@@ -155,7 +158,7 @@ def test_search_comes_near_the_best_of_many_actions() -> None:
 
 def test_search_tells_numbers_apart_that_nature_draws() -> None:
     """Blind to the number to come, to stay would be worth a half."""
-    assert 2 not in first_choices(Tide(), 0, "search", 4)
+    assert 2 not in first_choices(Tide(), 0, "search:simulations=800", 8)
 
 
 def test_search_keeps_to_the_adviser_unless_another_action_is_surely_better() -> None:
@@ -195,7 +198,6 @@ def test_a_search_that_has_chosen_can_be_sent_to_another_process() -> None:
 REFUSED = {  # a problem, whom a search is to have beside it, and what is told
     "prisoners-dilemma others=search": "others: got 'search'",
     "hexworld rollout=search:depth=2": "rollout: got 'search:depth=2'",
-    "crying-baby others=optimal": "others: where states are hidden",
     "hexworld rollout=optimol": "did you mean optimal",
     "2048 rollout=expectimax:milliseconds=5": "depend on the clock",
     "prisoners-dilemma others=tit-for-tut": "did you mean tit-for-tat",
@@ -250,3 +252,65 @@ def test_a_choice_is_no_more_work_than_its_simulations(
     monkeypatch.setattr(kind, "step", counted)
     search.choose(memory, None, np.array([[0.5]]))
     assert 0 < sum(turns) <= 50 * 7
+
+
+CARE = "multicaregiver-crying-baby"
+CRYING, IGNORE = 0, 2
+
+
+def cared(agent: str, seat: int, turns: list[tuple[int, int]]) -> tuple[Policy, Memory]:
+    """What a caregiver remembers who did and heard this."""
+    policy = dmplay.agent(dmplay.load(CARE), seat, agent)
+    memory = policy.begin(np.full(1, -1))
+    for did, heard in turns:
+        told = Percept(np.full(1, did), np.full(1, heard), None, None)
+        memory = policy.update(memory, told)
+    return policy, memory
+
+
+def test_search_believes_what_its_partners_make_of_what_they_hear() -> None:
+    """As exactly as 500 guesses can: the same as Bayes' rule beside the usual partner."""
+    quiet = 1
+    for turns in ([(IGNORE, quiet)] * 2, [(IGNORE, CRYING), (IGNORE, quiet)]):
+        _, guesses = cared("search", 1, turns)
+        _, (exact,) = cared("best-response", 1, turns)
+        hungry = float(exact[0, 3:].sum())
+        assert abs(float((guesses[-2] == 1).mean()) - hungry) < 0.05
+        assert (guesses[-1] == quiet).all()  # what the partner heard, too
+
+
+def test_search_follows_its_belief_where_partners_do_what_nobody_guessed() -> None:
+    """The partner feeds a baby that cries, and then it cannot cry: here it did not feed."""
+    _, guesses = cared("search", 0, [(IGNORE, CRYING)] * 2)
+    assert (guesses[-2] == 1).all()
+
+
+def test_guesses_are_the_same_alone_and_beside_others() -> None:
+    problem, rows = dmplay.load(CARE), 5
+    search = dmplay.agent(problem, 0, "search:simulations=60,depth=4")
+    turns = [Percept(np.full(rows, IGNORE), np.arange(rows) % 2, None, None)] * 2
+    together = search.begin(np.full(rows, -1))
+    alone = [tuple(part[[row]] for part in together) for row in range(rows)]
+    for turn in turns:
+        together = search.update(together, turn)
+        for row in range(rows):
+            one = Percept(turn.action[[row]], turn.observation[[row]], None, None)
+            alone[row] = search.update(alone[row], one)
+    for each, *parts in zip(together, *alone, strict=True):
+        np.testing.assert_array_equal(each, np.concatenate(parts))
+
+
+def test_search_in_a_team_does_as_well_as_its_plan() -> None:
+    problem = read(dectiger())
+    earned = []
+    for agent in ("joint-plan", "search:simulations=60"):
+        team = [dmplay.agent(problem, seat, agent) for seat in range(2)]
+        found = dmplay.rollout(problem, team, episodes=12, turns=4, seed=1)
+        earned.append(found.returns[:, 0].mean())
+    assert earned[1] >= earned[0] > 0
+
+
+def test_two_who_search_hunt_by_the_plan_that_all_can_follow() -> None:
+    assert roster(CollaborativePredatorPrey()).simulated == "joint-plan"
+    for hunt in (CollaborativePredatorPrey(sighted=True), CollaborativePredatorPrey(predators=1)):
+        assert roster(hunt).simulated is None
