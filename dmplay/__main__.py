@@ -7,6 +7,7 @@ import sys
 from types import TracebackType
 
 RUNTIME_CODE, GONE_CODE, INTERRUPT_CODE, PIPE_CODE = 1, 129, 130, 141
+ALONE = "OPENBLAS_DEFAULT_NUM_THREADS"  # of which more wait for one another, and cost as they wait
 SELDOM = 20_000, 20, 20  # a game keeps what it makes: to look for garbage finds none
 
 
@@ -28,6 +29,7 @@ def _ran() -> int:
     try:
         _open_streams()
         gc.set_threshold(*SELDOM)
+        os.environ.setdefault(ALONE, "1")
         code = _run()
         sys.stdout.flush()
     except BrokenPipeError:

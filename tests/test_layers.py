@@ -2,6 +2,8 @@
 
 import ast
 import re
+import subprocess
+import sys
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -146,6 +148,16 @@ def test_start_up_loads_no_more_than_it_needs(words: list[str], never: set[str])
         "try:\n    main()\nexcept SystemExit as end:\n    assert not end.code, end.code\n"
     )
     assert not loaded(code, never)
+
+
+def test_threads_of_arithmetic_that_wait_for_one_another_are_not_started() -> None:
+    code = (
+        "import os, sys\nfrom dmplay.__main__ import main\nsys.argv[1:] = ['--version']\n"
+        "try:\n    main()\nexcept SystemExit:\n"
+        "    print(os.environ['OPENBLAS_DEFAULT_NUM_THREADS'])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "1"
 
 
 def test_a_first_frame_is_drawn_without_the_toolkit_and_without_agents() -> None:

@@ -19,7 +19,7 @@ GRACE = 0.5  # seconds to end by itself; of a late answer, to be told from none
 PIECE = 65_536  # bytes that are read at a time
 LOG = 65_536  # bytes that are kept of what it says on the standard error, the last
 WORDS = 100  # characters of them that are quoted
-MINE = "DMPLAY_"  # what settings of the environment begin with, which may tell the seed
+MINE = "DMPLAY_", "OPENBLAS_DEFAULT_"  # settings of the environment, which may tell the seed
 
 
 class Program:
