@@ -19,6 +19,7 @@ from dmplay.solvers import (
     backward_induction,
     backward_sweeps,
     belief_grid,
+    belief_bounds,
     belief_tree,
     best_replies,
     best_response,
@@ -61,6 +62,7 @@ from tests.support.turns import Nim
 
 TABLES = {"boards_2048", "worth_2048"}  # found once, of a size that no parameter changes
 PARTS = {
+    "belief_bounds",
     "cast",
     "occupancy",
     "team",
@@ -144,7 +146,7 @@ def hunted() -> None:
 def grown() -> None:
     budget = Budget("a tree", "try less")
     rows = hidden_rows.listed(load("crying-baby"), budget)
-    layer = belief_tree.Layer(rows.lowest(budget), rows.highest(budget))
+    layer = belief_bounds.Layer(rows.lowest(budget), rows.highest(budget))
     belief_tree.BeliefTree(rows, [layer], budget).expanded(0)
 
 
