@@ -18,6 +18,7 @@ from dmplay.solvers import (
     alpha_vectors,
     backward_induction,
     backward_sweeps,
+    belief_bounds,
     belief_grid,
     belief_tree,
     best_replies,
@@ -144,7 +145,7 @@ def hunted() -> None:
 def grown() -> None:
     budget = Budget("a tree", "try less")
     rows = hidden_rows.listed(load("crying-baby"), budget)
-    layer = belief_tree.Layer(rows.lowest(budget), rows.highest(budget))
+    layer = belief_bounds.Layer(rows.lowest(budget), rows.highest(budget))
     belief_tree.BeliefTree(rows, [layer], budget).expanded(0)
 
 
