@@ -65,7 +65,7 @@ class Walk(NamedTuple):
         return f"{'slipped, ' * self.slipped}moved {self.way}" if self.way else "bumped, stayed"
 
 
-LARGE = Size(18, 4, 4), Size(14, 4, 3), Size(10, 3, 2), Size(10, 2, 2), Size(8, 3, 2), Size(8, 2, 2)
+LARGE = Size(18, 4, 4), Size(14, 4, 3), Size(10, 3, 2), Size(8, 3, 2)
 NORMAL, COMPACT, DOTS, FINE = Size(6, 2), Size(4, 1), Size(4, 0), Size(2, 0)
 
 
