@@ -21,10 +21,13 @@ class Posterior(NamedTuple):
 def bayes(joint: Reals) -> Posterior:
     """Bayes' rule: joint probabilities `[..., S]` of what was seen and each state, to 1 in sum.
 
-    Where the likelihood is 0 there is no belief, and zeros are left. Summed by `cumsum`: a row has
-    the same bits in any batch.
+    Where the likelihood is 0 there is no belief, and zeros are left. Summed state by state: a row
+    has the same bits in any batch.
     """
-    likelihood = joint.cumsum(axis=-1)[..., -1]
+    if joint.ndim == 2 and len(joint) > joint.shape[1]:  # many rows are summed side by side
+        likelihood = sum(joint.T[1:], start=joint.T[0])
+    else:
+        likelihood = joint.cumsum(axis=-1)[..., -1]
     return Posterior(joint / np.where(likelihood > 0.0, likelihood, 1.0)[..., None], likelihood)
 
 

@@ -144,12 +144,17 @@ def mean(weights: Reals, each: Array) -> Reals:
 
     Term by term: a row has the same bits in any batch, which a product of matrices has not.
     """
+    return np.ascontiguousarray(summed(weights, each).T)
+
+
+def summed(weights: Reals, each: Array) -> Reals:
+    """As `mean`, one `[K, B]` below the other."""
     shares = np.ascontiguousarray(weights.T)
     terms = each[:, :, None] if each.ndim == 2 else each.transpose(1, 2, 0)
-    total = shares[0] * terms[0]
+    total: Reals = shares[0] * terms[0]
     for s in range(1, len(shares)):
         total += shares[s] * terms[s]
-    return np.ascontiguousarray(total.T)
+    return total
 
 
 def anyone(many: int, u: Reals, able: Bools | None) -> Ints:

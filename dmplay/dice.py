@@ -44,7 +44,10 @@ def uniforms(  # noqa: PLR0913 - the address of a draw has this many parts
 
 
 def _cut(raw: Seed) -> Reals:
-    cut: Reals = np.floor((raw >> np.uint64(11)) * 2.0**-53 * 1e9) / 1e9
+    cut = np.asarray((raw >> np.uint64(11)) * 2.0**-53, float)
+    cut *= 1e9
+    np.floor(cut, out=cut)
+    cut /= 1e9
     return cut
 
 

@@ -223,8 +223,8 @@ def _block(  # noqa: PLR0913, PLR0917
 
     state = problem.start(draw(NATURE, 0, problem.draws.start))
     returns, totals, lucky = (np.zeros((len(games), len(policies))) for _ in range(3))
-    length, over = np.zeros(len(games), np.int64), row < 0
-    played = Rollout(*map(np.copy, (returns, totals, length, over, state, lucky)))
+    length = np.zeros(len(games), np.int64)
+    ended = list[Memory]()  # games, and what came of them
     weight = 1.0
     memories = [
         asked("turn 1", one.begin, problem.first_sight(state, seat))
@@ -235,10 +235,11 @@ def _block(  # noqa: PLR0913, PLR0917
         budget.spend(0, share)
         over = problem.terminal(state)
         if over.any():  # these games are kept, and the others go on
-            live = returns, totals, length, over, state, lucky
-            _keep(played, row[over], _rows(live, over))
-            row, (returns, totals, length, _, state, lucky) = row[~over], _rows(live, ~over)
-            memories = [_rows(memory, ~over) for memory in memories]
+            live = row, returns, totals, length, over, state, lucky
+            ended.append(_rows(live, np.flatnonzero(over)))
+            on = np.flatnonzero(~over)
+            row, returns, totals, length, _, state, lucky = _rows(live, on)
+            memories = [_rows(memory, on) for memory in memories]
         if not len(row):
             break
         drawn = [draw(1 + seat, turn, policy.draws) for seat, policy in enumerate(policies)]
@@ -259,20 +260,15 @@ def _block(  # noqa: PLR0913, PLR0917
         totals += outcome.rewards
         length += 1
         weight *= problem.discount
-    if len(row):
-        _keep(played, row, (returns, totals, length, problem.terminal(state), state, lucky))
+    ended.append((row, returns, totals, length, problem.terminal(state), state, lucky))
+    row, *parts = map(np.concatenate, zip(*ended, strict=True))
+    played = Rollout(*_rows(tuple(parts), np.argsort(row)))
     unkept = {*Rollout._fields} - {*keep}
     return played._replace(**{name: getattr(played, name)[:0] for name in unkept})
 
 
-def _rows(arrays: Memory, which: Bools) -> Memory:
-    return tuple(part[which] for part in arrays)
-
-
-def _keep(played: Rollout, rows: Ints, ended: Memory) -> None:
-    """Writes what came of games that are over into these rows."""
-    for whole, some in zip(played, ended, strict=True):
-        whole[rows] = some
+def _rows(arrays: Memory, which: Ints) -> Memory:
+    return tuple(part.take(which, axis=0) for part in arrays)
 
 
 def _chosen(

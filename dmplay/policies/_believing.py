@@ -50,7 +50,7 @@ class Believing(Seated, ABC):
         after = np.empty_like(before)
         for turn in np.flatnonzero(np.bincount(turns)).tolist():
             rows = np.flatnonzero(turns == turn)
-            after[rows] = self._posterior(before[rows], *divmod(turn, kinds))
+            after[rows] = self._posterior(before.take(rows, axis=0), *divmod(turn, kinds))
         return (after,)
 
     def _posterior(self, before: Reals, action: int, observation: int) -> Reals:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.budget import ROUND, Budget
-from dmplay.chance import Bools, Ints, Reals, mean
+from dmplay.chance import Bools, Ints, Reals, summed
 from dmplay.solvers.double_description import SLACK
 from dmplay.solvers.envelope import envelope
 from dmplay.solvers.value_iteration import SLACK as EQUAL
@@ -82,7 +82,7 @@ def action_values(stage: Stage, b: Reals) -> Reals:
 
 def values(vectors: Reals, b: Reals) -> Reals:
     """The greatest value `[B]` of these vectors `[N, S]` at beliefs `[B, S]`."""
-    return np.asarray(mean(b, vectors.T).max(axis=1))
+    return np.asarray(summed(b, vectors.T).max(axis=0))
 
 
 def _budget() -> Budget:

@@ -1,0 +1,26 @@
+"""Choices by value, and beliefs: of many rows they are what each row alone comes to."""
+
+import numpy as np
+
+from dmplay.belief import bayes
+from dmplay.solvers.value_iteration import best, greedy
+
+
+def test_the_first_of_the_best_is_the_same_beside_other_rows() -> None:
+    values = np.random.default_rng(5).integers(0, 3, (40, 4)).astype(float)
+    values[3], values[4, :2] = -np.inf, (2.0 - 1e-10, 2.0)
+    found = greedy(values)
+    assert found.tolist() == [int(greedy(row)) for row in values]
+    assert found.tolist() == np.argmax(best(values), axis=1).tolist()
+    assert found.tolist() == [row.index(True) for row in best(values).tolist()]
+
+
+def test_a_belief_has_the_same_bits_beside_other_rows() -> None:
+    joint = np.random.default_rng(5).random((40, 7))
+    joint[3] = 0.0
+    beside = bayes(joint)
+    for row, one in enumerate(joint):
+        alone = bayes(one)
+        assert alone.belief.tobytes() == beside.belief[row].tobytes()
+        assert alone.likelihood == beside.likelihood[row]
+    assert not beside.belief[3].any()
