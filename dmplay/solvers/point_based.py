@@ -29,7 +29,6 @@ LEAST = 1e-6  # values so close are close enough, whatever share of them that is
 DEEP = 0.9  # of what is open at the start: a trial ends where less is
 FAINT = 1e-3  # of what is open: what moves a bound by less is no new plan or point
 LONGEST = 500  # turns of a trial
-TRIALS = 2.0  # times as much work goes to them as to games
 UNSEEN = 0.02  # what the end of a game counts for
 STRAYS, HOPES = 0.1, 0.1  # chances of any action, and of that which promises most, in a game
 PRUNED = 1.3  # times as many beliefs looked ahead from: then plans are compared anew
@@ -98,11 +97,11 @@ class PointBased:
         return max(LEAST, gap * max(abs(self.at_least), abs(self.at_most)))
 
     def tried(self, gap: float) -> bool:
-        """One more trial or game; whether there was work left for it."""
+        """One more trial or game, to each as much work; whether there was work left for it."""
         tree, before = self.tree, self.tree.work
         try:
             self.budget.expect(self._reserved)
-            if TRIALS * self._played <= self._tried:
+            if self._played <= self._tried:
                 self._game()
                 self._played += tree.work - before
             else:
