@@ -281,7 +281,7 @@ def _pair_for_people(row: Row) -> Row:
         "agent": row["agent"],
         "against": row["against"],
         "earns more": f"{row['difference']:+.4g} ± {row['standard error']:.2g}",
-        "by luck": f"{row['luck']:+.2g}",
+        "by luck": f"{row['luck']:+.2g}" if row["luck"] else "-",
         "interval": f"{row['low']:+.4g} to {row['high']:+.4g}",
         "ahead": f"{100 * float(str(row['ahead'])):.3g} %",
         "behind": f"{100 * float(str(row['behind'])):.3g} %",

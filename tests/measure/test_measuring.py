@@ -87,6 +87,12 @@ def test_a_comparison_ends_when_it_is_decided() -> None:
     assert told.endswith("decided: optimal earns more (wrong in at most 5 % of comparisons)")
 
 
+def test_luck_that_nobody_can_tell_is_left_open() -> None:
+    words = ("compare", "mountain-car", "pump", "random", "--episodes", "2", "--turns", "3")
+    told = ran(*words).splitlines()
+    assert told[-1][told[-2].index("by luck")] == "-"
+
+
 def test_an_agent_is_never_decided_to_be_better_than_itself() -> None:
     optimal = [dmplay.agent(HEX, 0, "optimal")]
     found = compare(HEX, [optimal, optimal], episodes=500, decide=0.05)
