@@ -5,10 +5,10 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from operator import add
 from threading import Lock
-from typing import Generic, NamedTuple, Protocol, TypeVar, overload
+from typing import Any, Generic, NamedTuple, Protocol, TypeVar, overload
 
 import numpy as np
 
@@ -36,6 +36,7 @@ MOST_TURNS = 10_000  # where nothing else ends a game
 LARGEST_BELIEF = 4096  # states that a view shows a belief over, where it is quick to have
 LARGEST_ROWS = 2**16  # of them where what can happen is listed
 PART = 256  # turns of a part of what a seat was told
+MOST_SHARED = 4096  # arrays of which one is told again where another is the same
 WORKING = Lock()  # had by who works out beliefs: a view may be drawn beside a thought
 LONGEST_LIST = 64  # states; a longer belief, written as a list, is no use to a reader
 
@@ -58,6 +59,18 @@ class Turn(NamedTuple):
     state: Array  # [...]
     observations: Array  # [n], or the state
     rewards: Reals  # [n]
+
+
+def lasting(array: Array) -> Array:
+    """A copy into which nobody ever can write; where its like was told before, that one."""
+    return (
+        own(array) if array.dtype.hasobject else _bytes(array.tobytes(), array.dtype, array.shape)
+    )
+
+
+@lru_cache(MOST_SHARED)
+def _bytes(raw: bytes, dtype: "np.dtype[Any]", shape: tuple[int, ...]) -> Array:
+    return np.ndarray(shape, dtype, raw)
 
 
 class Telling(Generic[T]):
@@ -222,7 +235,7 @@ class _Known(NamedTuple):
     state: Array | None
     legal: Bools | None  # [n, A]
     waiting: Bools  # [n], who only waits
-    terminal: bool
+    ending: str | None  # that the game has come to by itself
 
 
 class Session(Displayed):
@@ -248,7 +261,7 @@ class Session(Displayed):
         self.help: Counter[str] = Counter()  # agent -> how often whoever plays it was given advice
         self._ended: str | None = None
         self._nobody = locked(np.zeros(len(problem.agents), bool))
-        self._known = _Known(None, None, self._nobody, terminal=False)
+        self._known = _Known(None, None, self._nobody, None)
         self._sums: list[tuple[float, ...]] = []  # the next weight, returns [n], totals [n]
         self._told: dict[int, _Told] = {}  # by seat, for its views
         self.followers = [
@@ -264,25 +277,27 @@ class Session(Displayed):
     @property
     def ending(self) -> str | None:
         """Why the game is over: terminal, horizon, turn limit, or what `end` was told; or None."""
-        if self._ended:
-            return self._ended
-        if self._now().terminal:
-            return "terminal"
-        if self.limit is not None and len(self.turns) >= self.limit:
-            return "horizon" if self.limit == self.problem.horizon else "turn limit"
-        return None
+        return self._ended or self._now().ending
 
     def _now(self) -> _Known:
         """What is known of the present state, asked once a state."""
         state, problem = self.state, self.problem
         if self._known.state is not state:
             row = state[None]
-            legal, terminal = problem.legal(row), bool(problem.terminal(row)[0])
+            legal, ending = problem.legal(row), self._natural(row)
             if legal is None:
-                self._known = _Known(state, None, self._nobody, terminal)
+                self._known = _Known(state, None, self._nobody, ending)
             else:
-                self._known = _Known(state, legal[0], problem.waiting(row)[0], terminal)
+                self._known = _Known(state, legal[0], problem.waiting(row)[0], ending)
         return self._known
+
+    def _natural(self, row: Array) -> str | None:
+        """The end that the game has come to by itself in the present state, as a row."""
+        if self.problem.terminal(row)[0]:
+            return "terminal"
+        if self.limit is not None and len(self.turns) >= self.limit:
+            return "horizon" if self.limit == self.problem.horizon else "turn limit"
+        return None
 
     @property
     def over(self) -> bool:
@@ -467,30 +482,30 @@ class Session(Displayed):
         seats = range(len(self.followers))
         return np.array([Beliefs(self.problem, seat, self._told_to(seat))[-1] for seat in seats])
 
-    def _told_to(self, seat: int) -> _Told:
+    def _told_to(self, seat: int, *, paid: bool = False) -> _Told:
         """What a seat was told, up to the last turn; rewards only where they may be known."""
         if seat not in self._told:
             self._told[seat] = _Told(*(Telling() for _ in _Told._fields))
-            self._told[seat].observations.append(own(self.observation(seat, 0)))
+            self._told[seat].observations.append(lasting(self.observation(seat, 0)))
         told = self._told[seat]
         hidden = self.problem.hidden
         for number, turn in enumerate(self.turns[told.actions.many :], told.actions.many):
             called = self.problem.called(self.turns[number - 1].state if number else self.first)
             if called:
                 told.said.append(called[seat][int(turn.actions[seat])])
-            told.observations.append(own(self._seen(seat, turn)))
+            told.observations.append(lasting(self._seen(seat, turn)))
             told.actions.append(float(turn.actions[seat]))
             if not hidden:
-                told.joint.append(own(turn.actions))
-        if self.problem.rewards_observed or self.over:
-            for turn in self.turns[told.rewards.many :]:
-                told.rewards.append(float(turn.rewards[seat]))
+                told.joint.append(lasting(turn.actions))
+        for turn in self.turns[told.rewards.many :] if paid else ():
+            told.rewards.append(float(turn.rewards[seat]))
         return told
 
-    def view(self, seat: int) -> View[Problem]:
-        """What this seat may know."""
-        problem, told = self.problem, self._told_to(seat)
-        paid = problem.rewards_observed or self.over
+    def view(self, seat: int, *, paid: bool = False) -> View[Problem]:
+        """What this seat may know; its rewards, though they are not observed, where it is paid."""
+        ending = self.ending
+        paid = paid or self.problem.rewards_observed or ending is not None
+        problem, told = self.problem, self._told_to(seat, paid=paid)
         return View(
             problem=problem,
             seat=seat,
@@ -500,7 +515,7 @@ class Session(Displayed):
             rewards=Past(told.rewards) if paid else None,
             legal=self.legal(seat),
             beliefs=Beliefs(problem, seat, told) if self.believes else None,
-            ending=self.ending,
+            ending=ending,
             limit=self.limit,
             called=self.labels(seat) if problem.called(self.state) else None,
             said=Past(told.said),
@@ -509,6 +524,10 @@ class Session(Displayed):
     def returns(self) -> Reals:
         """The discounted sum of rewards of each agent `[n]`."""
         return np.array(self._summed()[1 : 1 + len(self.followers)])
+
+    def returned(self, seat: int) -> float:
+        """The discounted sum of rewards of one agent."""
+        return self._summed()[1 + seat]
 
     def totals(self) -> Reals:
         """The plain sum of rewards of each agent `[n]`."""
