@@ -58,7 +58,7 @@ def toolbar(shell: Shell) -> str:
     if shell.game:
         view = shell.game.view()
         if view.rewards is not None:
-            facts.append(f"score {shell.game.account.returned(view):.2f}")
+            facts.append(f"score {shell.game.account.returned(shell.game.moment()):.2f}")
         if not view.problem.hidden and view.problem.states != 1:
             at = view.problem.notation(view.observation)
             facts += [f"at {at}"] if len(at) <= SHORT else []

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import replace
 from math import ceil
 
 import numpy as np
@@ -12,10 +11,9 @@ from dmplay.advice.adviser import Advice, Adviser, decimals, fixed
 from dmplay.advice.ghost import same_dice
 from dmplay.advice.review import Move
 from dmplay.budget import Stopped
-from dmplay.core import Problem
 from dmplay.errors import DmplayError
 from dmplay.game.game import Game
-from dmplay.session import Session, Turn, View
+from dmplay.session import Session, Turn
 from dmplay.views.canvas import BARS
 
 WORST = 3  # moves that are named
@@ -24,6 +22,8 @@ AROUND = 16  # columns of the row of regret beside its bars, at least
 
 class Past(Game):
     """A game that is over as it stood before one of its turns; nothing in it is hidden."""
+
+    paid = True
 
     def __init__(self, game: Game, made: Sequence[Move] = ()) -> None:
         self.whole = game
@@ -50,12 +50,6 @@ class Past(Game):
     def unaided(self) -> bool:
         """There is no hint to ask for; what the moves were worth is shown where it is known."""
         return self.advice is None
-
-    def view(self, seat: int | None = None) -> View[Problem]:
-        """What the watcher, or another seat, may know now; rewards too."""
-        view = super().view(seat)
-        rewards = [float(turn.rewards[view.seat]) for turn in self.session.turns]
-        return replace(view, rewards=rewards)
 
     @property
     def adviser(self) -> Adviser:
@@ -89,7 +83,7 @@ class Past(Game):
 
     def _before(self) -> list[str]:
         """The last turn."""
-        return [self.account.said(self.view())] if self.turn else []
+        return [self.account.said(self.moment())] if self.turn else []
 
     def _next(self) -> str:
         """Where this is, and the choice that was made, with the better one."""

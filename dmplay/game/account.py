@@ -3,12 +3,12 @@
 from collections.abc import Mapping, Sequence
 
 from dmplay.advice.ghost import Ghost
-from dmplay.core import Problem
 from dmplay.describe import counted, ended, score
 from dmplay.game import facts
-from dmplay.session import Session, View
+from dmplay.session import Session
 from dmplay.transcript.format import end_facts, number, turn_facts
 from dmplay.transcript.seal import LEFT
+from dmplay.views.kept import Kept, Moment
 from dmplay.views.style import Look, fit, style_of, whole
 
 NOTHING: Mapping[str, object] = {}
@@ -33,41 +33,42 @@ class Account:
         self.dice = True  # whether draws may be told
         self.ghost: Ghost | None = None
         self.forfeit = ""  # the last there was: whose, and why
-        self._style = style_of(session.problem)
+        self.kept = Kept(session.problem)
         self._hidden: tuple[object, list[dict[str, object]]] = (None, [])
 
-    def said(self, view: View[Problem]) -> str:
+    def said(self, now: Moment) -> str:
         """The last turn in one line: number, what happened, reward and score where seen."""
-        rerolled = ", under other dice" if view.turn in self.session.rerolls else ""
-        parts = [f"turn {view.turn}{rerolled}.", self._style.told(view)]
-        if view.rewards is not None:
-            parts.append(f"reward {view.rewards[-1]:.6g}. score {self.returned(view):.6g}.")
+        rerolled = ", under other dice" if now.turn in self.session.rerolls else ""
+        parts = [f"turn {now.turn}{rerolled}.", self.kept.told(now)]
+        if now.paid and now.last:
+            reward = now.last.rewards[now.seat]
+            parts.append(f"reward {reward:.6g}. score {self.returned(now):.6g}.")
         if self.ghost and self.ghost.early:
             parts.append(f"ghost {self.ghost.score:.6g}, lead {self.ghost.lead:+.6g}.")
         return " ".join(parts)
 
-    def change(self, view: View[Problem], before: int) -> str:
+    def change(self, now: Moment, before: int) -> str:
         """What happened since there were so many turns: how far back the game is, or a turn."""
-        return f"undone. turn {view.turn}." if view.turn < before else self.said(view)
+        return f"undone. turn {now.turn}." if now.turn < before else self.said(now)
 
-    def returned(self, view: View[Problem]) -> float:
-        """The discounted sum of the rewards of a view's seat so far."""
-        return float(self.session.returns()[view.seat])
+    def returned(self, now: Moment) -> float:
+        """The discounted sum of the rewards of the seat so far."""
+        return self.session.returned(now.seat)
 
-    def situation(self, view: View[Problem]) -> str:
+    def situation(self, now: Moment) -> str:
         """Where the game stands, in sentences."""
-        words = self._style.situation(view)
-        if self.reveal and view.problem.hidden:
-            words += f" truly {view.problem.notation(self.session.state)}."
+        words = self.kept.situation(now)
+        if self.reveal and self.session.problem.hidden:
+            words += f" truly {self.session.problem.notation(self.session.state)}."
         return words
 
-    def public(self, view: View[Problem]) -> dict[str, object]:
+    def public(self, now: Moment) -> dict[str, object]:
         """The last turn as data: all of it if no person plays or all is revealed, else what the
         seat of the view may know.
         """
         if not self.people or self.reveal:
             return self.turn()
-        return facts.public(self.session, view)
+        return facts.public(self.session, now)
 
     def turn(self) -> dict[str, object]:
         """All of the last turn, but for its draws where nobody may know the dice."""

@@ -2,22 +2,22 @@
 
 from collections.abc import Mapping
 
-from dmplay.core import Problem
-from dmplay.session import Session, View
+from dmplay.session import Session
 from dmplay.transcript.format import turn_facts
+from dmplay.views.kept import Moment
 
 OPEN = ("turn", "actions", "state", "observations", "rewards", "belief")  # which a seat may know
 
 
-def public(session: Session, view: View[Problem]) -> dict[str, object]:
-    """What the seat of a view may know of the last turn."""
+def public(session: Session, now: Moment) -> dict[str, object]:
+    """What the seat may know of the last turn."""
     hidden = session.problem.hidden
-    agent = session.problem.agents[view.seat]
+    agent = session.problem.agents[now.seat]
     known: dict[str, object] = {}
     for key, value in turn_facts(session).items():
         if key not in OPEN or (key == "state" and hidden):
             continue
-        if key == "rewards" and view.rewards is None:
+        if key == "rewards" and not now.paid:
             continue
         if hidden and isinstance(value, dict):
             value = {who: told for who, told in value.items() if who == agent}  # noqa: PLW2901

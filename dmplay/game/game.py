@@ -26,7 +26,8 @@ from dmplay.terminal import clean
 from dmplay.thought import About, think
 from dmplay.transcript.recorder import Recorder
 from dmplay.transcript.seal import LEFT, secret
-from dmplay.views.style import Look, fit, pictured, style_of
+from dmplay.views.kept import Moment
+from dmplay.views.style import Look, pictured, style_of
 
 NOTHING: Mapping[int, float] = {}
 AGAIN = "# again: under dice that were played before"
@@ -34,6 +35,8 @@ AGAIN = "# again: under dice that were played before"
 
 class Game:
     """What is played and recorded; its account tells of it, its keyboard says which keys act."""
+
+    paid = False  # whether rewards are told that the game does not show
 
     def __init__(  # noqa: PLR0913, PLR0917 - what is played, who sits there, and where it is kept
         self,
@@ -70,8 +73,8 @@ class Game:
         self.session = session
         self.account = Account(session, self.people, reveal=self.reveal)
         self._advisers: dict[int, Adviser] = {}
-        self._seen: tuple[tuple[object, ...], View[Problem]] | None = None
-        self._drawn: tuple[View[Problem], Look, Text] | None = None
+        self._now: Moment | None = None
+        self._drawn: tuple[Moment, Look, Text] | None = None
 
     @property
     def problem(self) -> Problem:
@@ -134,6 +137,8 @@ class Game:
     @property
     def waiting(self) -> int | None:
         """The person who chooses next."""
+        if not self.people:
+            return None
         left = [seat for seat in self.session.asked(self.people) if seat not in self._chosen]
         return left[0] if left and not self.session.over else None
 
@@ -145,32 +150,32 @@ class Game:
             self._advisers[seat] = Adviser(self.session, seat, self.seats)
         return self._advisers[seat]
 
-    def view(self, seat: int | None = None) -> View[Problem]:
-        """What the watcher, or another seat, may know.
+    def moment(self, seat: int | None = None) -> Moment:
+        """What the watcher, or another seat, may know now.
 
         The watcher's is made anew only when a turn, the seat or the end is new.
         """
-        session = self.session
         if seat is not None:
-            return session.view(seat)
-        last = session.turns[-1] if session.turns else None
-        now = (self.watcher, last, session.ending)
-        if self._seen is None or any(a is not b for a, b in zip(self._seen[0], now, strict=True)):
-            self._seen = now, session.view(self.watcher)
-        return self._seen[1]
+            return Moment(self.session, seat, paid=self.paid)
+        if self._now is None or not self._now.lasts(self.watcher):
+            self._now = Moment(self.session, self.watcher, paid=self.paid)
+        return self._now
 
-    def draw(self, look: Look) -> Text:
+    def view(self, seat: int | None = None) -> View[Problem]:
+        """The same as policies and drawings are given it."""
+        return self.moment(seat).view
+
+    def draw(self, look: Look, now: Moment | None = None) -> Text:
         """The board in the room there is; the state too where it is revealed.
 
-        It is drawn anew only for another view or look; nobody writes into it.
+        It is drawn anew only for another moment or look; nobody writes into it.
         """
-        look = look._replace(state=self._told)
-        if self.ghost and self.ghost.early:
-            look = look._replace(ghost=self.ghost.session.state)
-        look = look._replace(names={**self.keyboard.names(self.watcher), **look.names})
-        view = self.view()
-        if not (self._drawn and self._drawn[0] is view and self._drawn[1].alike(look)):
-            self._drawn = view, look, fit(self.style, view, look)
+        now = now or self.moment()
+        ghost = self.ghost.session.state if self.ghost and self.ghost.early else look.ghost
+        names = {**self.keyboard.names(self.watcher), **look.names}
+        look = look._replace(state=self._told, ghost=ghost, names=names)
+        if not (self._drawn and self._drawn[0] is now and self._drawn[1].alike(look)):
+            self._drawn = now, look, self.account.kept.fit(now, look)
         return self._drawn[2]
 
     def price(self, action: float) -> str:

@@ -46,5 +46,5 @@ class Log:
         """Adds the last turn, or how far back the game is, since there were so many turns."""
         game = self.game
         for seat in game.people if game.private else [game.watcher]:
-            row = game.account.change(game.view(seat), before)
+            row = game.account.change(game.moment(seat), before)
             self._rows[seat if game.private else 0].append(row)

@@ -23,6 +23,7 @@ class Keyboard:
         self.problem = problem
         self.people = people
         self.hands = keymap.hands(problem, wanted)
+        self._names: dict[int, Mapping[str, str]] = {}  # by seat
         own: Mapping[str, float] | None = getattr(style_of(problem), "NUDGES", None)
         self.nudges = _nudges(problem.actions[0]) if own is None else own
 
@@ -51,7 +52,9 @@ class Keyboard:
 
     def names(self, seat: int) -> Mapping[str, str]:
         """The key of each action of a seat, as a board shows it; none for reals."""
-        return keymap.names(self.of(seat), self.problem.actions[seat].labels)
+        if seat not in self._names:
+            self._names[seat] = keymap.names(self.of(seat), self.problem.actions[seat].labels)
+        return self._names[seat]
 
     def types_numbers(self, seat: int) -> bool:
         """Whether actions are typed as numbers, not pressed as keys."""

@@ -196,7 +196,7 @@ class Games:
             "turns": [_turn(found, number) for number in news],
             "seen": sight(game.problem, place, session.observation(place, found.told)),
             "legal": choices(game.problem, place, legal, session.labels(place)),
-            "words": game.account.situation(game.view(place)) if tells else "",
+            "words": game.account.situation(game.moment(place)) if tells else "",
             "ending": game.account.result() if session.over else "",
         }
 

@@ -42,11 +42,11 @@ def _headed(game: Game, first: Text, gap: str, facts: Sequence[str]) -> Text:
 
 def _facts(game: Game, called: str) -> list[str]:
     """Turn, score, who you are, and who the others are."""
-    view = game.view()
-    limit = f"/{view.limit}" if view.limit not in (None, MOST_TURNS) else ""
-    facts = [f"turn {view.turn}{limit}"]
-    if view.rewards is not None:
-        facts.append(f"{called} {brief(game.account.returned(view))}")
+    now = game.moment()
+    limit = f"/{game.session.limit}" if game.session.limit not in (None, MOST_TURNS) else ""
+    facts = [f"turn {now.turn}{limit}"]
+    if now.paid:
+        facts.append(f"{called} {brief(game.account.returned(now))}")
     if game.people:
         facts.append(f"you: {game.problem.agents[game.watcher]}")
     seats = enumerate(zip(game.problem.agents, game.seats, strict=True))
@@ -79,7 +79,7 @@ def _fits(clauses: Sequence[str], within: Room) -> bool:
 
 
 def _clauses(game: Game) -> list[str]:
-    return [clean(clause) for clause in game.style.goal(game.view())]
+    return [clean(clause) for clause in game.account.kept.goal(game.moment())]
 
 
 def _joined(clauses: Sequence[str]) -> str:

@@ -28,7 +28,7 @@ def boards(view: View[HexWorld], look: Look) -> Iterator[Text]:
     """The map, the largest first."""
     problem = view.problem
     # Once over, the exit taken is still where you stand.
-    here = _here(view) or (_here(view, -2) if view.turn else None)
+    here = _here(view) or (_here(view, -2) if view.actions else None)
     exits = dict(problem.rewards)
     around = neighbours(here) if here else []
     ghost = None if look.ghost is None else dict(enumerate(problem.hexes)).get(int(look.ghost))
@@ -78,7 +78,7 @@ def _caption(view: View[HexWorld], look: Look) -> str:
         return ""
     here, exits = _here(view), dict(view.problem.rewards)
     if here is None:
-        return _came(view)[1] if view.turn else "over"
+        return _came(view)[1] if view.actions else "over"
     if here in exits and not view.ending:
         return f"any key {'collects' if exits[here] > 0 else 'takes'} {signed(exits[here])}"
     if look.outlook:
@@ -134,7 +134,7 @@ def lesson(view: View[HexWorld]) -> Lesson:
 def panel(view: View[HexWorld]) -> list[tuple[str, str]]:
     """The last move and the odds of the next."""
     problem = view.problem
-    moved = _came(view)[0] if view.turn else "-"
+    moved = _came(view)[0] if view.actions else "-"
     reward = f"{view.rewards[-1]:.2f}" if view.rewards else "-"
     return [
         ("last", view.last.upper() or "-"),

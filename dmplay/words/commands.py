@@ -96,7 +96,7 @@ def _played(table: Table, argument: str) -> str:
         names = known if near else [*known, *(command.name for command in COMMANDS)]
         raise UnknownName("action", word, names) from None
     if game.choose(action):
-        return game.account.said(game.view())
+        return game.account.said(game.moment())
     if game.session.over:
         return ""
     assert game.waiting is not None

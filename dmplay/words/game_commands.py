@@ -36,7 +36,7 @@ def undo(game: Game, argument: str) -> str:
     now = len(game.session.turns)
     if now == before:
         return "your choice is taken back."
-    return game.account.change(game.view(), before)
+    return game.account.change(game.moment(), before)
 
 
 def redo(game: Game, argument: str) -> str:
@@ -44,14 +44,14 @@ def redo(game: Game, argument: str) -> str:
     told = []
     for _ in range(count(argument, "redo")):
         game.redo()
-        told.append(game.account.said(game.view()))
+        told.append(game.account.said(game.moment()))
     return Told("\n".join(told)) if len(told) > 1 else told[0]
 
 
 def reroll(game: Game, argument: str) -> str:
     """Throws the last turn's dice anew."""
     game.reroll()
-    return game.account.said(game.view())
+    return game.account.said(game.moment())
 
 
 def step(game: Game, argument: str) -> str:
@@ -69,7 +69,7 @@ def _played(game: Game, command: str, turns: int) -> str:
     if game.people:
         raise BadParameter(f"{command}: people play here; agent SEAT NAME seats an agent")
     run = islice(game.run(), turns or None)
-    told = [game.account.change(game.view(), before) for before in run]
+    told = [game.account.change(game.moment(), before) for before in run]
     if len(told) > 1:
         return Told("\n".join(told))
     return told[0] if told else f"the game is over ({ended(game.session.ending)})"
@@ -77,7 +77,7 @@ def _played(game: Game, command: str, turns: int) -> str:
 
 def look(game: Game, argument: str) -> str:
     """The situation in sentences, below the picture where the problem brings one."""
-    return answer([*game.pictured(), game.account.situation(game.view())])
+    return answer([*game.pictured(), game.account.situation(game.moment())])
 
 
 def legal(game: Game, argument: str) -> str:
@@ -181,4 +181,4 @@ def transcript(game: Game, argument: str) -> str:
     if game.recorder is None:
         return "transcript: none is written; --record FILE writes one"
     path = f"transcript: {counted(len(game.session.turns), 'turn')} in {game.recorder.path}"
-    return answer([path, "", *lines(game.account.public(game.view()))])
+    return answer([path, "", *lines(game.account.public(game.moment()))])

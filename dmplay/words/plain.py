@@ -62,15 +62,15 @@ class Sentences(Reporter):
             return
         help_ = "type help, look, legal, or an action."
         print(f"plain mode (from {self._terminal.why}). {clean(game.name)}{seed}. {help_}")
-        print(*game.pictured(), game.account.situation(game.view()), sep="\n", flush=True)
+        print(*game.pictured(), game.account.situation(game.moment()), sep="\n", flush=True)
 
     def turn(self, game: Game) -> None:
         """One line; one for each of several people who see different things, if none looks on."""
         if not game.private:
-            print(game.account.said(game.view()), flush=True)
+            print(game.account.said(game.moment()), flush=True)
         elif not self._terminal.typed:
             for seat in game.people:
-                said = game.account.said(game.view(seat))
+                said = game.account.said(game.moment(seat))
                 print(f"{game.problem.agents[seat]} {said}", flush=True)
 
     def words(self, text: str) -> None:
@@ -99,12 +99,12 @@ class Objects(Reporter):
         facts: dict[str, object] = {"problem": game.name, "seats": seats}
         if game.shows_seed:
             facts["seed"] = game.seed
-        self._print("start", facts | game.account.public(game.view()))
+        self._print("start", facts | game.account.public(game.moment()))
 
     def turn(self, game: Game) -> None:
         """What the seat may know of the turn; everything where no person sits."""
         for seat in game.people if game.private else [game.watcher]:
-            self._print("turn", game.account.public(game.view(seat)))
+            self._print("turn", game.account.public(game.moment(seat)))
 
     def words(self, text: str) -> None:
         """What a command answers, under `words`."""
@@ -114,7 +114,7 @@ class Objects(Reporter):
         """Turns that were taken back, a hint, or words."""
         turns, advice = len(game.session.turns), game.adviser.given
         if turns < before:
-            self._print("undo", {"turns": before - turns} | game.account.public(game.view()))
+            self._print("undo", {"turns": before - turns} | game.account.public(game.moment()))
         elif advice and text.startswith("hint"):
             seat = game.problem.agents[game.watcher]
             self._print("hint", {"seat": seat} | advice.facts)
@@ -182,7 +182,7 @@ def _watch(game: Game, reporter: Reporter) -> None:
     """Plays a game without people to its end."""
     for before in game.run():
         if len(game.session.turns) < before:
-            reporter.answer(game, game.account.change(game.view(), before), before)
+            reporter.answer(game, game.account.change(game.moment(), before), before)
         else:
             reporter.turn(game)
 
@@ -210,8 +210,8 @@ def handed_over(table: Table) -> str:
     with contextlib.suppress(EOFError):
         getpass.getpass(f"{name} is next: nobody else should look now. Enter goes on.")
     table.change_places()
-    view = game.view()
-    return game.account.said(view) if view.turn else game.account.situation(view)
+    now = game.moment()
+    return game.account.said(now) if now.turn else game.account.situation(now)
 
 
 def _lines(

@@ -92,7 +92,7 @@ class Shell:
         """Tells a turn that another follows."""
         game = self.table.game
         if not game.private:
-            self._say(game.account.said(game.view()))
+            self._say(game.account.said(game.moment()))
 
     def _turns(self) -> int:
         return len(self.game.session.turns) if self.game else 0
@@ -108,7 +108,7 @@ class Shell:
             drawn = game.draw(room._replace(keys=game.waiting is not None, names=short))
             print(ansi(drawn, self.terminal.theme))
         elif fresh:
-            print(game.account.situation(game.view()))
+            print(game.account.situation(game.moment()))
         if game.session.over and game is not self._over:
             self._over = game
             for row in game.account.closing():

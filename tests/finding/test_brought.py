@@ -261,7 +261,7 @@ def test_the_tiger_is_listened_to_until_a_door_is_worth_it() -> None:
     assert played.adviser.hint() == (
         "hint (optimal): listen. values: listen 9.44, open-left -36.25, open-right -36.25"
     )
-    assert played.account.situation(played.view()) == (
+    assert played.account.situation(played.moment()) == (
         "nothing yet. belief: left 0.500, right 0.500. actions: listen, open-left, open-right."
     )
 

@@ -166,7 +166,7 @@ def test_a_look_of_a_module_is_drawn_and_the_rest_is_the_generic_one() -> None:
     played = game("./doors.py")
     assert told(played) == "a door to the left, a door to the right"
     assert played.style.goal(played.view()) == ["live"]
-    assert played.account.situation(played.view()).startswith("nothing yet.")
+    assert played.account.situation(played.moment()).startswith("nothing yet.")
     assert played.keyboard.pressed(0, "g") == (0, 0)
 
 

@@ -61,7 +61,7 @@ def test_where_something_is_secret_the_ghost_is_silent_up_to_the_end(
     game = haunted(tmp_path, name, "random", turns=2)
     game.choose(0)
     assert "ghost" not in shown(game)
-    assert "ghost" not in game.account.said(game.view())
+    assert "ghost" not in game.account.said(game.moment())
     assert game.ghost
     assert game.ghost.session.turns == []
     game.choose(0)

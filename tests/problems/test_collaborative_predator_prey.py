@@ -183,7 +183,7 @@ def test_a_long_belief_is_shown_but_not_recorded() -> None:
     assert told == pytest.approx(
         belief.update(PROBLEM, belief.prior(PROBLEM), [E, None], [NOTHING, None]).belief
     )
-    assert "belief" not in game.account.public(game.view())
+    assert "belief" not in game.account.public(game.moment())
     words = typed(Table(game), "belief")
     assert words.count("(") == 8 * 3
     assert "1720 other states" in words

@@ -353,7 +353,7 @@ def test_the_smallest_screens_tell_what_is_most_urgent(problem: str, rows: int) 
     assert {len(frame.split("\n")) for frame in shown.frames} == {rows}
     begun = " ".join(shown.frames[0].split())
     assert ("need " in begun and "; playing in text" in begun) or rows > 3
-    assert played.account.situation(played.view())[:20] in " ".join(shown.frames[1].split())
+    assert played.account.situation(played.moment())[:20] in " ".join(shown.frames[1].split())
     assert " You " in shown.frames[2]
 
 
@@ -562,7 +562,7 @@ def situations(problem: str) -> tuple[tuple[Game, Shown, tuple[str, ...]], ...]:
         for _ in range(3):
             while not played.choose(next(a for a in range(4) if legal(played, a))):
                 pass
-            log.append(played.account.said(played.view()))
+            log.append(played.account.said(played.moment()))
     over.finish("quit")
     long = Shown(typed(Table(game(problem)), "keys"), "values")
     return (
@@ -684,8 +684,8 @@ def test_the_screen_of_a_person_is_the_same_bytes_whatever_the_hidden_state(
                 states,
                 seen,
                 shown,
-                played.account.public(played.view()),
-                played.account.situation(played.view()),
+                played.account.public(played.moment()),
+                played.account.situation(played.moment()),
             )
         )
     sated, hungry = told

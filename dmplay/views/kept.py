@@ -1,0 +1,205 @@
+"""What a view makes of a game, kept by what it looked at: a game comes to few places, often."""
+
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from operator import attrgetter
+from types import ModuleType
+from typing import Any, NamedTuple, TypeVar, cast, overload
+
+import numpy as np
+from rich.text import Text
+
+from dmplay.core import Problem
+from dmplay.finding.problems import stem
+from dmplay.session import Session, View
+from dmplay.views.style import Look, fit, style_of
+
+MOST = 512  # answers that are kept to one question
+STANDS, FAR = "stands", "far"  # what every answer goes by; what is more than the last turn
+PLAIN = (
+    "width", "height", "ascii", "keys", "advised", "around", "large", "passed", "panel",
+)  # fmt: skip
+ARRAYS = ("state", "ghost", "regret", "overlay", "outlook")
+plain, arrays = attrgetter(*PLAIN), attrgetter(*ARRAYS)
+
+T = TypeVar("T")
+
+
+class Moment:
+    """What a seat may know now: the last turn at hand; a view is made where more is looked at."""
+
+    def __init__(self, session: Session, seat: int, *, paid: bool = False) -> None:
+        self.session, self.seat, self.turn = session, seat, len(session.turns)
+        self.last = session.turns[-1] if session.turns else None
+        self.ending = session.ending
+        self.paid = paid or self.ending is not None or session.problem.rewards_observed
+        self._facts: dict[str, Hashable] = {}
+
+    def lasts(self, seat: int) -> bool:
+        """Whether it is still what that seat may know."""
+        turns, ending = self.session.turns, self.session.ending
+        same = seat == self.seat and ending == self.ending
+        return same and (turns[-1] if turns else None) is self.last
+
+    @cached_property
+    def view(self) -> View[Problem]:
+        """All that the seat may know."""
+        return self.session.view(self.seat, paid=self.paid)
+
+    def fact(self, name: str) -> Hashable:
+        """One of FACTS."""
+        facts = self._facts
+        if name not in facts:
+            facts[name] = FACTS[name](self)
+        return facts[name]
+
+
+class Noting(Moment):
+    """A moment that notes which facts of it are looked at."""
+
+    def __init__(self, now: Moment, looked: set[str]) -> None:
+        super().__init__(now.session, now.seat, paid=now.paid)
+        self._now, self._looked = now, looked
+
+    @cached_property
+    def view(self) -> View[Problem]:
+        """All that the seat may know."""
+        view, looked = self._now.view, self._looked
+        return replace(
+            view,
+            observations=Near(view.observations, looked, "seen", "before"),
+            actions=Near(view.actions, looked, "action"),
+            joint=view.joint and Near(view.joint, looked, "joint"),
+            rewards=view.rewards and Near(view.rewards, looked, "reward"),
+            beliefs=view.beliefs and Near(view.beliefs, looked, "belief"),
+        )
+
+    def fact(self, name: str) -> Hashable:
+        """One of FACTS."""
+        self._looked.add(name)
+        return self._now.fact(name)
+
+
+class Near(Sequence[T]):
+    """What a seat was told, noting by which names the last of it was looked at."""
+
+    def __init__(self, told: Sequence[T], looked: set[str], *names: str) -> None:
+        self._told, self._looked, self._names = told, looked, names
+
+    def __bool__(self) -> bool:
+        return bool(self._told)
+
+    def __len__(self) -> int:
+        self._looked.add(FAR)
+        return len(self._told)
+
+    @overload
+    def __getitem__(self, place: int) -> T: ...
+    @overload
+    def __getitem__(self, place: slice) -> Sequence[T]: ...
+    def __getitem__(self, place: int | slice) -> T | Sequence[T]:
+        known = isinstance(place, int) and -len(self._names) <= place < 0
+        self._looked.add(self._names[-1 - place] if known else FAR)  # type: ignore[operator]
+        return self._told[place]
+
+
+def _stands(now: Moment) -> Hashable:
+    """What is no list of what was told turn by turn, and whether there was a turn."""
+    legal = now.session.legal(now.seat)
+    able = None if legal is None else legal.tobytes()
+    return now.seat, now.ending, now.session.limit, able, now.turn > 0, now.paid
+
+
+FACTS: Mapping[str, Callable[[Moment], Hashable]] = {  # of the last turn
+    STANDS: _stands,
+    "seen": lambda now: now.session.observation(now.seat, now.turn).tobytes(),
+    "before": lambda now: now.turn and now.session.observation(now.seat, now.turn - 1).tobytes(),
+    "action": lambda now: now.last and now.last.actions[now.seat].tobytes(),
+    "joint": lambda now: now.last and now.last.actions.tobytes(),
+    "reward": lambda now: now.last and now.last.rewards[now.seat].tobytes(),
+    "belief": lambda now: now.view.belief.tobytes(),
+}
+
+
+class Question(NamedTuple):
+    """The facts that were looked at so far to answer it, and the answers by these."""
+
+    looked: tuple[str, ...]
+    answers: dict[tuple[Hashable, ...], object]
+
+
+NOTHING_YET = Question((STANDS,), {})
+
+
+class Kept:
+    """The view of one problem, asked once for each place of a game that differs.
+
+    Views are pure functions of what they are shown. One that looks at the last turn alone answers
+    as it did wherever all that it looked at is the same; one that looks further back is asked anew.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self._style = style_of(problem)
+        own = isinstance(self._style, ModuleType) and bool(stem(problem))
+        self._pure = own and type(problem).called is Problem.called
+        self._asked: dict[str, Question] = {}
+
+    def fit(self, now: Moment, look: Look) -> Text:
+        """The largest drawing that the room holds; nobody writes into it, as it comes again."""
+        wanted = (*plain(look), *look.names.items(), *map(_hashable, arrays(look)))
+        return self.answer("boards", now, lambda now: fit(self._style, now.view, look), wanted)
+
+    def goal(self, now: Moment) -> list[str]:
+        """What to aim for and what it costs."""
+        return self.answer("goal", now, lambda now: self._style.goal(now.view))
+
+    def panel(self, now: Moment) -> list[tuple[str, str]]:
+        """Facts for the side panel."""
+        return self.answer("panel", now, lambda now: self._style.panel(now.view))
+
+    def told(self, now: Moment) -> str:
+        """What the last turn did."""
+        return self.answer("told", now, lambda now: self._style.told(now.view))
+
+    def situation(self, now: Moment) -> str:
+        """Where the game stands."""
+        return self.answer("situation", now, lambda now: self._style.situation(now.view))
+
+    def answer(
+        self,
+        what: str,
+        now: Moment,
+        ask: Callable[[Moment], T],
+        wanted: tuple[Hashable, ...] = (),
+    ) -> T:
+        """The answer to a question about a moment, and to what more is wanted of it."""
+        known = self._asked.get(what, NOTHING_YET)
+        if not self._pure or FAR in known.looked:
+            return ask(now)
+        found = known.answers.get((*wanted, *map(now.fact, known.looked)))
+        return self._new(what, now, ask, wanted) if found is None else cast(T, found)
+
+    def _new(
+        self,
+        what: str,
+        now: Moment,
+        ask: Callable[[Moment], T],
+        wanted: tuple[Hashable, ...],
+    ) -> T:
+        """An answer that was not given before; older ones are no use where it took a new look."""
+        looked, known = set[str](), self._asked.get(what, NOTHING_YET)
+        answer = ask(Noting(now, looked))
+        if known is NOTHING_YET or not looked <= {*known.looked} or len(known.answers) == MOST:
+            known = Question((*known.looked, *looked.difference(known.looked)), {})
+            self._asked[what] = known
+        if FAR not in known.looked:
+            known.answers[*wanted, *map(now.fact, known.looked)] = answer
+        return answer
+
+
+def _hashable(one: Any) -> Hashable:
+    """What a look wants, as what can be compared."""
+    if isinstance(one, np.ndarray):
+        return one.tobytes()
+    return tuple(map(_hashable, one)) if isinstance(one, tuple) else cast(Hashable, one)
