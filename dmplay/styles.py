@@ -81,6 +81,8 @@ def _style(words: frozenset[str], theme: str) -> str:
 
 def ansi(text: Text, theme: str) -> str:
     """The text with escape sequences."""
+    if not text.spans and not text.style:
+        return text.plain
     return "\n".join(
         "".join(f"\x1b[{codes}m{piece}\x1b[0m" if codes else piece for piece, codes in row)
         for row in rows(text, theme)

@@ -54,15 +54,16 @@ class Drawn:
 
     def rows(self, game: Game, log: list[str]) -> list[str]:
         """The rows of a screen."""
-        return [self._row(row) for row in composed(game, self._room, Shown(), log)]
+        known = self._known.get
+        rows = composed(game, self._room, Shown(), log)
+        return [(known(id(row)) or self._new(row))[1] for row in rows]
 
-    def _row(self, row: Text) -> str:
-        known = self._known.get(id(row))
-        if known is None:
-            if len(self._known) == MOST_ROWS:
-                self._known.clear()
-            self._known[id(row)] = known = row, self._draw(fitted(row, self._room))
-        return known[1]
+    def _new(self, row: Text) -> tuple[Text, str]:
+        """A row that was not drawn before, and what it is drawn as."""
+        if len(self._known) == MOST_ROWS:
+            self._known.clear()
+        self._known[id(row)] = drawn = row, self._draw(fitted(row, self._room))
+        return drawn
 
 
 def screens(game: Playback, room: Room) -> Iterator[Text]:
@@ -75,7 +76,7 @@ def _told(game: Playback) -> Iterator[list[str]]:
     log: list[str] = []
     yield log
     for before in game.run():
-        log.append(game.account.change(game.view(), before))
+        log.append(game.account.change(game.moment(), before))
         yield log
 
 
@@ -123,7 +124,7 @@ def film(game: Playback, wanted: Wanted) -> Iterator[str]:
 
 def html(game: Playback, wanted: Wanted) -> Iterator[str]:
     """A page of its own with every turn, open at one."""
-    yield page(game, wanted.turn, Look(*wanted.room, large=True))
+    return page(game, wanted.turn, Look(*wanted.room, large=True))
 
 
 def cast(game: Playback, wanted: Wanted) -> Iterator[str]:
@@ -131,7 +132,7 @@ def cast(game: Playback, wanted: Wanted) -> Iterator[str]:
     size = {"width": wanted.room.width, "height": wanted.room.height}
     yield _line({"version": 2, **size, "title": f"dmplay {game.name}"})
     for second, shown in enumerate(_written(game, wanted.room)):
-        yield _line([float(second), "o", shown])
+        yield f'[{float(second)}, "o", "{shown}"]\n'
 
 
 def cast3(game: Playback, wanted: Wanted) -> Iterator[str]:
@@ -139,13 +140,19 @@ def cast3(game: Playback, wanted: Wanted) -> Iterator[str]:
     term = {"cols": wanted.room.width, "rows": wanted.room.height}
     yield _line({"version": 3, "term": term, "title": f"dmplay {game.name}"})
     for number, shown in enumerate(_written(game, wanted.room)):
-        yield _line([float(number > 0), "o", shown])
+        yield f'[{float(number > 0)}, "o", "{shown}"]\n'
 
 
 def _written(game: Playback, room: Room) -> Iterator[str]:
-    """The screens as a terminal in raw mode is sent them."""
-    drawn = Drawn(room, lambda row: ansi(row, "default"))
-    return (CLEAR + "\r\n".join(drawn.rows(game, log)) for log in _told(game))
+    """The screens as a terminal in raw mode is sent them, as they stand in JSON."""
+    drawn = Drawn(room, lambda row: _quoted(ansi(row, "default")))
+    clear, end = _quoted(CLEAR), _quoted("\r\n")
+    return (clear + end.join(drawn.rows(game, log)) for log in _told(game))
+
+
+def _quoted(told: str) -> str:
+    """A text as it stands between the quotes of JSON."""
+    return json.dumps(told)[1:-1]
 
 
 def _line(value: object) -> str:

@@ -11,16 +11,18 @@ from dmplay.game.game import Game
 from dmplay.screen import heading
 from dmplay.screen.events import LOG, events, log_rows
 from dmplay.screen.footer import keys
-from dmplay.screen.shown import Room, Shown, fitted
+from dmplay.screen.shown import NOTHING, Room, Shown, fitted
 from dmplay.screen.wrapping import panel_rows, worded, wrapped
 from dmplay.terminal import clean
 from dmplay.views.canvas import size
+from dmplay.views.kept import Moment
 from dmplay.views.style import PANEL, Look, Needed
 
 SMALL, ROOMY = 4, 20  # rows from which on there is a board, and the goal is always told
 HIGH = 8  # rows of the log below the board at most
 WIDE = 100  # columns from which on the log is beside the board
 COLUMN = 36  # columns that it then has at least
+Facts = tuple[tuple[str, str], ...]  # of the side panel, with their names
 EMPTY, BLANK = Text(""), Text(" ")
 
 
@@ -48,7 +50,7 @@ def _beside(game: Game, room: Room, shown: Shown, log: list[str]) -> str:
     if shown.page:
         many = len(pages(room, shown))
         return f"part {min(shown.part, many - 1) + 1} of {many}. Space goes on"
-    return log[-1] if log else game.account.situation(game.view())
+    return log[-1] if log else game.account.situation(game.moment())
 
 
 def _urgent(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
@@ -61,12 +63,12 @@ def _urgent(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
         return Text(f" {clean(shown.message or log[-1])}")
     board = game.draw(Look(room.width, 1, room.ascii, around=LOG + SMALL))
     needed = [board.plain] if isinstance(board, Needed) else []
-    return Text(" " + ". ".join([*needed, game.account.situation(game.view())]))
+    return Text(" " + ". ".join([*needed, game.account.situation(game.moment())]))
 
 
 def message(room: Room, shown: Shown) -> Text:
     """The row that answers the last key; empty where the log has room for a long answer."""
-    told = "" if too_long(shown, room) else clean(shown.message)
+    told = "" if not shown.message or too_long(shown, room) else clean(shown.message)
     return fitted(Text(f" {told}"), room) if told else BLANK
 
 
@@ -155,18 +157,33 @@ class _Laid(NamedTuple):
 
 
 def _laid(game: Game, room: Room, shown: Shown, body: int) -> _Laid | Needed:
+    """The board and what is around it; of a game that is only looked at that comes again."""
+    now = game.moment()
+    if game.people or game.ghost or shown != NOTHING:
+        return _laid_out(game, now, room, shown, body)
+    wanted = (room, body, game.reveal and game.session.state.tobytes())
+    return game.account.kept.answer(
+        "laid", now, lambda now: _laid_out(game, now, room, shown, body), wanted
+    )
+
+
+def _laid_out(game: Game, now: Moment, room: Room, shown: Shown, body: int) -> _Laid | Needed:
     """From so many columns on the log is beside the board, else below; what the board needs."""
+    known = _known(game, now, shown)
     if room.width >= WIDE:
-        board = _board(game, room, shown, Room(room.width - COLUMN, body, room.ascii))
+        board = _board(game, now, room, shown, Room(room.width - COLUMN, body, room.ascii))
         if not isinstance(board, Needed):
-            laid = _beside_board(game, room, shown, board, body)
+            laid = _beside_board(known, board, room, body)
             if laid.log.height >= LOG:
                 return laid
-    board = _board(game, room, shown, Room(room.width, max(body - LOG - 1, 1), room.ascii))
-    return board if isinstance(board, Needed) else _below_board(game, room, shown, board, body)
+    within = Room(room.width, max(body - LOG - 1, 1), room.ascii)
+    board = _board(game, now, room, shown, within)
+    if isinstance(board, Needed):
+        return board
+    return _below_board(known, board, room, body, over=now.ending is not None)
 
 
-def _board(game: Game, room: Room, shown: Shown, within: Room) -> Text:
+def _board(game: Game, now: Moment, room: Room, shown: Shown, within: Room) -> Text:
     """The drawing in a part of the room."""
     advised = shown.advice.action if shown.advice and shown.written is None else shown.written
     look = Look(
@@ -174,7 +191,7 @@ def _board(game: Game, room: Room, shown: Shown, within: Room) -> Text:
         within.height,
         room.ascii,
         game.adviser.overlay(shown.overlay),
-        keys=game.waiting is not None and game.view().turn < shown.keys_until,
+        keys=game.waiting is not None and now.turn < shown.keys_until,
         around=room.height - _height(room) + LOG + 1,
         large=True,
         regret=shown.advice and shown.advice.regret,
@@ -183,12 +200,12 @@ def _board(game: Game, room: Room, shown: Shown, within: Room) -> Text:
         passed=shown.passed,
         panel=max(PANEL + 2 - (room.width - within.width), 0),
     )
-    return game.draw(look)
+    return game.draw(look, now)
 
 
-def _beside_board(game: Game, room: Room, shown: Shown, board: Text, body: int) -> _Laid:
+def _beside_board(known: Facts, board: Text, room: Room, body: int) -> _Laid:
     """The panel at the right of the board, the log under it."""
-    known, width = _known(game, shown), room.width - size(board)[0] - 2
+    width = room.width - size(board)[0] - 2
     facts = panel_rows(known, width)
     rows = [row.copy() for row in _joined(board.plain, tuple(board.spans), known, width, body)]
     first = size(board)[0] + 1
@@ -197,27 +214,27 @@ def _beside_board(game: Game, room: Room, shown: Shown, board: Text, body: int) 
     return _Laid(rows, Room(room.width - first, body - len(facts) - 1, room.ascii), beside=True)
 
 
-def _below_board(game: Game, room: Room, shown: Shown, board: Text, body: int) -> _Laid:
+def _below_board(known: Facts, board: Text, room: Room, body: int, *, over: bool) -> _Laid:
     """The panel at the right where it has room; the log below, not high while the game goes on."""
     width = room.width - size(board)[0] - 2
-    known = _known(game, shown) if width >= PANEL else ()
-    rows = _joined(board.plain, tuple(board.spans), known, width, max(body - LOG - 1, 0))
+    facts = known if width >= PANEL else ()
+    rows = _joined(board.plain, tuple(board.spans), facts, width, max(body - LOG - 1, 0))
     left = max(body - len(rows) - 1, 0)
-    high = left if game.session.over else min(left, HIGH)
+    high = left if over else min(left, HIGH)
     return _Laid([*rows, EMPTY], Room(room.width, high, room.ascii), beside=False)
 
 
-def _known(game: Game, shown: Shown) -> tuple[tuple[str, str], ...]:
+def _known(game: Game, now: Moment, shown: Shown) -> Facts:
     """The facts of the side panel."""
     advised = not game.session.over and game.people and not game.unaided
     best = [("best", shown.best)] if shown.best else []
-    facts = [*game.style.panel(game.view()), *best, *_ghost(game)]
+    facts = [*game.account.kept.panel(now), *best, *_ghost(game)]
     return (*facts, *(_hint(shown.advice) if advised else []))
 
 
 @lru_cache(1024)
 def _joined(
-    plain: str, spans: tuple[Span, ...], known: tuple[tuple[str, str], ...], width: int, most: int
+    plain: str, spans: tuple[Span, ...], known: Facts, width: int, most: int
 ) -> tuple[Text, ...]:
     """The rows of a drawing with facts beside them; a game shows few that differ, often."""
     board, facts = Text(plain, spans=[*spans]), panel_rows(known, width)
@@ -239,15 +256,15 @@ def _body(game: Game, room: Room, shown: Shown, log: list[str], body: int) -> li
     if isinstance(laid, Needed):
         if log or long:
             return [laid, *log_rows(game, left, long, log, shown.back)]
-        return [laid, *wrapped([game.account.situation(game.view()), *aim], room)[: left.height]]
+        return [laid, *wrapped([game.account.situation(game.moment()), *aim], room)[: left.height]]
     told = log_rows(game, laid.log, long, log or aim, shown.back, column=laid.beside)
     if not laid.beside:
         return [*laid.rows, *told]
     rows = [*laid.rows]
     width, first = room.width - laid.log.width, body - laid.log.height
-    rows += [Text(" " * width) for _ in range(len(rows), first + len(told))]
-    for row, words in zip(rows[first:], told, strict=False):
-        row.append_text(words)
+    rows += [Text(" " * width)] * (first + len(told) - len(rows))
+    for place, words in enumerate(told, first):
+        rows[place] = rows[place].copy().append_text(words)
     return rows
 
 

@@ -44,7 +44,8 @@ NOTHING = Shown()
 
 def fitted(row: Text, room: Room) -> Text:
     """A row no wider than the room; nothing is cut silently."""
-    if room.ascii or row.cell_len > room.width:
+    width = len(row.plain) if row.plain.isascii() else row.cell_len
+    if room.ascii or width > room.width:
         row = row.copy()
         row.truncate(room.width, overflow="ellipsis")
         row.plain = row.plain.translate(ASCII) if room.ascii else row.plain

@@ -27,6 +27,8 @@ def _shown(line: str, width: int) -> tuple[Text, ...]:
 
 
 def _rows_of(line: str, width: int) -> list[str]:
+    if len(line) <= width - 4:
+        return [f" {line} "]
     rows, words = [], " "
     for word in _pieces(line, max(width - 4, 1)):  # blanks stand around it
         if len(words) + len(word) + 1 > width and words.strip():
