@@ -7,7 +7,7 @@ from dmplay.describe import score
 from dmplay.finding import problems
 from dmplay.finding.names import name_of
 from dmplay.game.playback import Playback
-from dmplay.reports.markup import DARK, LIGHT, WORDS, escaped, palette, rows
+from dmplay.painting.markup import DARK, LIGHT, WORDS, escaped, palette, rows
 from dmplay.session import Session, View
 from dmplay.terminal import clean
 from dmplay.views.style import Look, fit, style_of

@@ -1,22 +1,26 @@
 """A recorded game as a page of its own: the board, the log, a timeline and plots, no network."""
 
 import json
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Sequence
 from importlib.resources import files
 from string import Template
 from typing import NamedTuple
+
+from rich.text import Text
 
 from dmplay.core import Problem
 from dmplay.describe import counted, score
 from dmplay.errors import BadParameter
 from dmplay.game.playback import Playback
-from dmplay.reports.markup import DARK, LIGHT, WORDS, escaped, palette, rows
-from dmplay.session import View
+from dmplay.painting.markup import DARK, LIGHT, WORDS, escaped, palette, rows
+from dmplay.session import believed
 from dmplay.terminal import clean
 from dmplay.views.style import Look
 
 LEFT, WIDTH, HEIGHT, ROOM = 44, 640, 120, 10  # of a plot, in its own units
 COLORS = ("blue", "yellow", "green", "magenta", "red", "cyan")
+MOST_DRAWN = 512  # drawings that are remembered as HTML
 MOST_STATES = 6  # whose beliefs are plotted
 
 
@@ -36,66 +40,82 @@ class Line(NamedTuple):
     values: list[float]
 
 
-def page(game: Playback, turn: int | None, look: Look) -> str:
+def page(game: Playback, turn: int | None, look: Look) -> Iterator[str]:
     """The page, open at a turn, or at the last; raises BadParameter where there is none."""
     steps, returns, beliefs = _steps(game, look)
     at = _place(steps, turn)
     table = list(dict.fromkeys(row for step in steps for row in step.board))
-    place = {row: number for number, row in enumerate(table)}
-    data = {
-        "rows": table,
-        "steps": [one._asdict() | {"board": [place[row] for row in one.board]} for one in steps],
-        "left": LEFT,
-        "width": WIDTH,
-    }
     shown = steps[at]
     plots = [_plot(f"{score(game.problem)} so far", returns), _plot("belief", beliefs)]
-    template = Template(files("dmplay.reports").joinpath("page.html").read_text(encoding="utf-8"))
-    return template.substitute(
-        title=escaped(f"dmplay {game.name}"),
-        goal=escaped("; ".join(game.style.goal(game.view(0)))),
-        light=LIGHT,
-        dark=DARK,
-        words=WORDS,
-        palette=palette(table),
-        board="\n".join(shown.board),
-        said=escaped(shown.said),
-        panel="".join(
-            f"<dt>{escaped(label)}</dt><dd>{escaped(value)}</dd>" for label, value in shown.panel
-        ),
-        plots="\n".join(filter(None, plots)),
-        log="\n".join(f"<li>{escaped(step.said)}</li>" for step in steps),
-        result=escaped(f"over: {game.account.result()}"),
-        data=json.dumps(data, ensure_ascii=False).replace("<", "\\u003c"),
-        last=len(steps) - 1,
-        at=at,
-    )
+    panel = (f"<dt>{escaped(label)}</dt><dd>{escaped(told)}</dd>" for label, told in shown.panel)
+    words = {
+        "title": escaped(f"dmplay {game.name}"),
+        "goal": escaped("; ".join(game.account.kept.goal(game.moment(0)))),
+        "light": LIGHT,
+        "dark": DARK,
+        "words": WORDS,
+        "palette": palette(table),
+        "board": "\n".join(shown.board),
+        "said": escaped(shown.said),
+        "panel": "".join(panel),
+        "plots": "\n".join(filter(None, plots)),
+        "result": escaped(f"over: {game.account.result()}"),
+        "last": len(steps) - 1,
+        "at": at,
+    }
+    told = {"log": _log(steps), "data": _data(steps, table)}  # which are long
+    template = files("dmplay.reports").joinpath("page.html").read_text(encoding="utf-8")
+    for part in re.split(r"\$(log|data)\b", template):
+        yield from told.get(part) or [Template(part).substitute(words)]
+
+
+def _log(steps: Sequence[Step]) -> Iterator[str]:
+    for number, step in enumerate(steps):
+        yield "\n" * (number > 0) + f"<li>{escaped(step.said)}</li>"
+
+
+def _data(steps: Sequence[Step], table: Sequence[str]) -> Iterator[str]:
+    """All that the page's script shows, as JSON that can stand in a page."""
+    place = {row: number for number, row in enumerate(table)}
+    yield f'{{"rows": {_quoted(table)}, "steps": ['
+    for number, step in enumerate(steps):
+        told = step._asdict() | {"board": [place[row] for row in step.board]}
+        yield ", " * (number > 0) + _quoted(told)
+    yield f'], "left": {LEFT}, "width": {WIDTH}}}'
+
+
+def _quoted(told: object) -> str:
+    return json.dumps(told, ensure_ascii=False).replace("<", "\\u003c")
 
 
 def _steps(game: Playback, look: Look) -> tuple[list[Step], list[Line], list[Line]]:
     """Every step, the return of each seat after it, and its belief in each state."""
-    steps = [_step(game, look, game.account.situation(game.view(0)))]
-    sums, seen = [[*game.session.returns()]], [_belief(game.view(0))]
+    drawn: dict[int, tuple[Text, list[str]]] = {}  # rows as HTML, by the drawing itself
+    steps = [_step(game, look, game.account.situation(game.moment()), drawn)]
+    sums, seen = [game.session.returns().tolist()], [_belief(game)]
     for before in game.run():
-        steps.append(_step(game, look, game.account.change(game.view(0), before)))
-        sums.append([*game.session.returns()])
-        seen.append(_belief(game.view(0)))
+        steps.append(_step(game, look, game.account.change(game.moment(), before), drawn))
+        sums.append(game.session.returns().tolist())
+        seen.append(_belief(game))
     agents = game.problem.agents
-    returns = [Line(who, [float(row[seat]) for row in sums]) for seat, who in enumerate(agents)]
+    returns = [Line(who, [row[seat] for row in sums]) for seat, who in enumerate(agents)]
     return steps, returns, _believed(game.problem, seen)
 
 
-def _step(game: Playback, look: Look, said: str) -> Step:
-    view = game.view(0)
-    facts = [(clean(label), clean(value)) for label, value in game.style.panel(view)]
-    return Step(view.turn, rows(game.draw(look)), facts, clean(said))
+def _step(game: Playback, look: Look, said: str, drawn: dict[int, tuple[Text, list[str]]]) -> Step:
+    board, facts = game.draw(look), game.account.kept.panel(game.moment())
+    if id(board) not in drawn:
+        if len(drawn) == MOST_DRAWN:
+            drawn.clear()
+        drawn[id(board)] = board, rows(board)
+    panel = [(clean(label), clean(value)) for label, value in facts]
+    return Step(game.moment().turn, drawn[id(board)][1], panel, clean(said))
 
 
-def _belief(view: View[Problem]) -> list[float]:
+def _belief(game: Playback) -> list[float]:
     """What the first seat believes, where that is little enough to plot."""
-    if view.beliefs is None or len(view.belief) > MOST_STATES:
-        return []
-    return [float(share) for share in view.belief]
+    few = game.session.believes and believed(game.problem) <= MOST_STATES
+    return game.view().belief.tolist() if few else []
 
 
 def _believed(problem: Problem, seen: Sequence[Sequence[float]]) -> list[Line]:
