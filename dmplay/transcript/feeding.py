@@ -120,8 +120,9 @@ class Ahead:
         state, rewards, observations = problem.step(s, a, u)
         follow = (state[:-1] == s[1:]).reshape(many - 1, -1).all(axis=1)
         many = 1 + _leading(follow)
-        seen = own(observations[:many] if problem.hidden else state[:many])
-        turns = Turn(a[:many], u[:many], own(state[:many]), seen, locked(rewards[:many] + 0.0))
+        after = own(state[:many])
+        seen = own(observations[:many]) if problem.hidden else after
+        turns = Turn(a[:many], u[:many], after, seen, locked(rewards[:many] + 0.0))
         return turns if {len(part) for part in turns} == {many} else None
 
     def _able(self, s: Array, a: Array) -> Bools:
@@ -153,5 +154,8 @@ def _leading(holds: Bools) -> int:
 
 
 def rows(turns: Turn) -> list[Turn]:
-    """Turns `[T, ...]` one by one."""
-    return [*map(Turn._make, zip(*turns, strict=True))]
+    """Turns `[T, ...]` one by one; where states are seen, each is held once."""
+    states = [*turns.state]
+    seen = states if turns.observations is turns.state else turns.observations
+    each = zip(turns.actions, turns.draws, states, seen, turns.rewards, strict=True)
+    return [*map(Turn._make, each)]
