@@ -149,9 +149,9 @@ def test_a_pager_that_is_left_early_is_no_fault(
 @pytest.mark.slow
 def test_less_shows_a_topic_in_colour_and_ctrl_c_is_its_own(tmp_path: Path) -> None:
     with Tty("guide", "problems", folder=tmp_path) as tty:
-        tty.until("A dozen lines").until(lambda: tty.text.endswith(":"))
-        shown = len(tty.raw)
         prompted = b":\x1b[K"  # as less draws it, and anew once it has heard the Ctrl-C
+        tty.until("A dozen lines").until(lambda: tty.raw.endswith(prompted))
+        shown = len(tty.raw)
         tty.press("\x03", lambda: tty.raw[shown:].endswith(prompted))
         tty.press("/", lambda: "/" in tty.text.splitlines()[-1])
         tty.press("An installed\r", "An installed problem")

@@ -178,7 +178,7 @@ def test_a_review_values_every_move_and_is_kept_as_notes(file: Path) -> None:
 
 
 def test_a_review_without_values_says_so(tmp_path: Path) -> None:
-    run(tmp_path, "cart-pole", "--seed", "7", "-o", "g.dmt", stdin="left\nright\n")
+    run(tmp_path, "simple-regulator", "--seed", "7", "-o", "g.dmt", stdin="0\n1\n")
     told = run(tmp_path, "review", "g.dmt").stdout
     assert told == "review: no agent here knows the values of these moves\n"
 

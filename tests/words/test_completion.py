@@ -34,7 +34,7 @@ def bash(line: str, folder: Path) -> list[str]:
 
 def zsh(line: str, folder: Path) -> list[str]:
     told = asked(folder, _DMPLAY_COMPLETE="complete_zsh", _TYPER_COMPLETE_ARGS=line)
-    return [re.findall(r'"([^"]*)"', one)[0] for one in told]
+    return [re.findall(r'"([^"]*)"', one)[0].replace(r"\\:", ":") for one in told]
 
 
 def fish(line: str, folder: Path) -> list[str]:
