@@ -25,7 +25,8 @@ class Estimate(NamedTuple):
 def estimate(sample: Reals, level: float = LEVEL) -> Estimate:
     """Student's interval for the mean of a sample `[E]`; of one game it is without bounds."""
     many, mean = len(sample), float(sample.mean())
-    error = float(sample.std(ddof=1)) / math.sqrt(many) if many > 1 else math.inf
+    # Around the first: of games that all are equal the error is 0, however the mean is rounded.
+    error = float((sample - sample[:1]).std(ddof=1)) / math.sqrt(many) if many > 1 else math.inf
     width = student(many - 1, level) * error if many > 1 else math.inf
     return Estimate(mean, error, mean - width, mean + width)
 

@@ -30,6 +30,10 @@ def test_one_game_tells_no_bounds() -> None:
     assert estimate(np.array([3.0]))[1:] == (math.inf, -math.inf, math.inf)
 
 
+def test_games_that_all_are_equal_leave_no_doubt() -> None:
+    assert estimate(np.full(3, 0.1)).error == 0.0
+
+
 def test_an_interval_holds_the_true_mean_as_often_as_it_says() -> None:
     samples = np.random.default_rng(1).exponential(1.0, (2000, 200))
     found = [estimate(sample) for sample in samples]
