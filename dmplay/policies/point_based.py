@@ -13,7 +13,7 @@ from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Problem, parameter
 from dmplay.errors import BadParameter, BadPolicy, TooMuch
 from dmplay.policies._believing import Counting
-from dmplay.policies.valued import LONGEST
+from dmplay.policies.valued import LIGHT, LONGEST
 from dmplay.solvers import alpha_vectors, hidden_rows, point_based
 from dmplay.solvers.point_based import Bounds, Plans
 from dmplay.solvers.value_iteration import greedy
@@ -49,8 +49,9 @@ class PointBased(Counting):
 
     @property
     def turns(self) -> int | None:
-        """The turns that it plans; None without end."""
-        return self.horizon or self.problem.horizon
+        """The turns that it plans; None without end, or where the end weighs nothing."""
+        turns = self.horizon or self.problem.horizon
+        return None if turns and self.problem.discount**turns < LIGHT else turns
 
     @property
     def bounds(self) -> Bounds:

@@ -13,6 +13,7 @@ from dmplay.policies._believing import Believing, Counting
 from dmplay.policies.kinds import Maximising
 
 LONGEST = 1000  # turns that are planned
+LIGHT = 1e-12  # weight of a turn from which on a game is worth what it is without end
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from dmplay.describe import counted
 from dmplay.errors import BadParameter, BadPolicy, TooMuch
 from dmplay.finding import agents
 from dmplay.policies.point_based import PointBased, told
-from dmplay.policies.valued import LONGEST, Planner
+from dmplay.policies.valued import LIGHT, LONGEST, Planner
 from dmplay.solutions.played import planning, simulation
 from dmplay.solutions.solution import Row, Solution, names
 from dmplay.solvers import alpha_vectors
@@ -24,7 +24,6 @@ DRAWN = 3  # states whose every vector is worth listing
 LISTED = 4e9  # operations that listing them may take
 LONG = 100  # turns of a game: of longer ones a thousand are not searched
 TURNS = 20  # played by default where a problem has no end of its own
-UNSEEN = 1e-12  # weight of a turn from which on a game is worth what it is without end
 
 
 def vectors(problem: Problem) -> Solution:
@@ -50,7 +49,7 @@ def _vectors(problem: Problem) -> Solution:
     found = agents.adviser(problem, 0, turns)
     counts = found is not None and found[1].whole_game  # a game of so many turns
     usual = turns == TURNS == problem.horizon and not counts
-    far = turns is not None and problem.discount**turns < UNSEEN
+    far = turns is not None and problem.discount**turns < LIGHT
     if problem.discount < 1.0 and (turns is None or usual or far):
         stage: Stage = alpha_vectors.infinite(tables, problem.discount)
         method = "alpha vectors, without end"

@@ -74,3 +74,8 @@ def test_some_turns_are_planned_to_their_end_whatever_comes_of_it() -> None:
     assert (short, long) == (10, None)
     hasty = FromFile(0.1, model=problem.model)
     assert PointBased(hasty, 0).in_game(4, []).turns == 4
+
+
+def test_turns_after_which_nothing_weighs_are_planned_as_if_there_were_no_end() -> None:
+    baby = dmplay.load("crying-baby")
+    assert [PointBased(baby, 0, horizon=turns).turns for turns in (200, 300)] == [200, None]
