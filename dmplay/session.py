@@ -281,15 +281,16 @@ class Session(Displayed):
 
     def _now(self) -> _Known:
         """What is known of the present state, asked once a state."""
-        state, problem = self.state, self.problem
-        if self._known.state is not state:
-            row = state[None]
+        state, known = self.state, self._known
+        if known.state is not state:
+            problem, row = self.problem, state[None]
             legal, ending = problem.legal(row), self._natural(row)
             if legal is None:
-                self._known = _Known(state, None, self._nobody, ending)
+                known = _Known(state, None, self._nobody, ending)
             else:
-                self._known = _Known(state, legal[0], problem.waiting(row)[0], ending)
-        return self._known
+                known = _Known(state, legal[0], problem.waiting(row)[0], ending)
+            self._known = known
+        return known
 
     def _natural(self, row: Array) -> str | None:
         """The end that the game has come to by itself in the present state, as a row."""

@@ -171,6 +171,8 @@ def line(prompt: str, stdin: TextIO) -> str:
 
 def clean(text: str) -> str:
     """An outside string made safe to show: what does not print is written as an escape."""
+    if text.isprintable():  # as most is
+        return text
     rows = text.split("\n")
     return "\n".join(row if row.isprintable() else "".join(map(_escaped, row)) for row in rows)
 

@@ -23,7 +23,7 @@ from dmplay.keys.keymap import AS_DRAWN
 from dmplay.reports.drawing import film as pictures
 from dmplay.reports.drawing import kept, picture
 from dmplay.reports.page import page
-from dmplay.screen.frame import compose, composed
+from dmplay.screen.frame import Part, compose, composed
 from dmplay.screen.shown import Room, Shown, fitted
 from dmplay.styles import ansi
 from dmplay.transcript.format import end_facts
@@ -32,7 +32,7 @@ from dmplay.views.style import Look, whole
 
 COLUMNS = 80  # of a screen
 AROUND = 8  # rows of title, goal, log, message and keys
-MOST_ROWS = 2**13  # that are remembered as they were drawn
+MOST_PARTS, MOST_ROWS = 2**10, 2**8  # that are remembered as they were drawn
 DICE = ("seed", "episode")
 CLEAR = "\x1b[H\x1b[2J"
 
@@ -46,24 +46,36 @@ class Wanted(NamedTuple):
 
 
 class Drawn:
-    """Rows of screens in another form, of which most come again."""
+    """Screens in another form, of which most parts and rows come again."""
 
-    def __init__(self, room: Room, draw: Callable[[Text], str]) -> None:
-        self._room, self._draw = room, draw
-        self._known: dict[int, tuple[Text, str]] = {}  # by the row itself
+    def __init__(self, room: Room, draw: Callable[[Text], str], end: str) -> None:
+        self._room, self._draw, self._end = room, draw, end
+        self._parts: dict[int, tuple[Part, str]] = {}  # by the part itself
+        self._rows: dict[int, tuple[Text, str]] = {}  # of other parts, by the row itself
 
-    def rows(self, game: Game, log: list[str]) -> list[str]:
-        """The rows of a screen."""
-        known = self._known.get
-        rows = composed(game, self._room, Shown(), log)
-        return [(known(id(row)) or self._new(row))[1] for row in rows]
+    def screen(self, game: Game, log: list[str]) -> str:
+        """The rows of a screen, with the end of a row between them."""
+        parts = composed(game, self._room, Shown(), log)
+        return self._end.join([self._part(part) for part in parts if part])
 
-    def _new(self, row: Text) -> tuple[Text, str]:
-        """A row that was not drawn before, and what it is drawn as."""
-        if len(self._known) == MOST_ROWS:
-            self._known.clear()
-        self._known[id(row)] = drawn = row, self._draw(fitted(row, self._room))
-        return drawn
+    def _part(self, part: Part) -> str:
+        if not isinstance(part, tuple):
+            return self._end.join([self._row(row) for row in part])
+        found = self._parts.get(id(part))
+        if found is None:
+            if len(self._parts) == MOST_PARTS:
+                self._parts.clear()
+            rows = [self._draw(fitted(row, self._room)) for row in part]
+            self._parts[id(part)] = found = part, self._end.join(rows)
+        return found[1]
+
+    def _row(self, row: Text) -> str:
+        found = self._rows.get(id(row))
+        if found is None:
+            if len(self._rows) == MOST_ROWS:
+                self._rows.clear()
+            self._rows[id(row)] = found = row, self._draw(fitted(row, self._room))
+        return found[1]
 
 
 def screens(game: Playback, room: Room) -> Iterator[Text]:
@@ -145,9 +157,9 @@ def cast3(game: Playback, wanted: Wanted) -> Iterator[str]:
 
 def _written(game: Playback, room: Room) -> Iterator[str]:
     """The screens as a terminal in raw mode is sent them, as they stand in JSON."""
-    drawn = Drawn(room, lambda row: _quoted(ansi(row, "default")))
-    clear, end = _quoted(CLEAR), _quoted("\r\n")
-    return (clear + end.join(drawn.rows(game, log)) for log in _told(game))
+    drawn = Drawn(room, lambda row: _quoted(ansi(row, "default")), _quoted("\r\n"))
+    clear = _quoted(CLEAR)
+    return (clear + drawn.screen(game, log) for log in _told(game))
 
 
 def _quoted(told: str) -> str:
@@ -161,9 +173,9 @@ def _line(value: object) -> str:
 
 def text(game: Playback, wanted: Wanted) -> Iterator[str]:
     """Every turn in words, with the board under it."""
-    drawn = Drawn(wanted.room, lambda row: row.plain.rstrip())
+    drawn = Drawn(wanted.room, lambda row: row.plain.rstrip(), "\n")
     for log in _told(game):
-        yield "\n".join(drawn.rows(game, log)).rstrip() + "\n\n"
+        yield drawn.screen(game, log).rstrip() + "\n\n"
 
 
 def rows_of_turns(game: Playback, wanted: Wanted) -> Iterator[str]:

@@ -23,12 +23,13 @@ def log_rows(  # noqa: PLR0913 - what is told, where, and from which row on
     game: Game, room: Room, long: list[str], log: list[str], back: int, *, column: bool = False
 ) -> list[Text]:
     """The last events, wrapped, or those before them; a message too long for its row."""
-    if back or game.session.over:
+    over, least = game.session.over, 1 if back else LOG + 1
+    if room.height > least and (back or over):
         every = worded([*events(game, log), *map(clean, long)], room)
-        if len(every) > room.height > (1 if back else LOG + 1):
+        if len(every) > room.height:
             return _window(every, room, back)
     lines = [*log[-room.height or len(log) :], *map(clean, long)]
-    if game.session.over:
+    if over:
         lines = [*events(game, log), *map(clean, long)]
     elif column and not long:
         told = _column(log, room)
@@ -38,7 +39,7 @@ def log_rows(  # noqa: PLR0913 - what is told, where, and from which row on
     for line in reversed(lines[-room.height :] if room.height else []):
         told = wrapped([line], room)
         if len(shown) + len(told) <= room.height:
-            shown = [*told, *shown]
+            shown[:0] = told
         else:  # a line is told whole, unless there is no room for the last one
             return shown or _cut(told, room.height, room)
     return shown

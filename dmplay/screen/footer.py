@@ -1,7 +1,7 @@
 """The last row of the screen: the keys that count now."""
 
 from collections.abc import Iterator, Sequence
-from functools import cache
+from functools import cache, lru_cache
 from itertools import product
 from typing import NamedTuple
 
@@ -47,8 +47,20 @@ def keys(game: Game, room: Room, shown: Shown = NOTHING) -> Text:
     if shown.curtain:
         return fitted(Text(" Enter shows the board  q quit"), room)
     tails = _tails(game, shown)
+    if game.waiting is None:
+        return _alone(tails, room)
+    return _fitted([*_forms(game, shown.advice)], tails, room)
+
+
+@lru_cache(16)
+def _alone(tails: Sequence[str], room: Room) -> Text:
+    """The shell's keys alone; nobody writes into the row."""
+    return _fitted([Text("")], tails, room)
+
+
+def _fitted(forms: Sequence[Text], tails: Sequence[str], room: Room) -> Text:
+    """The first form that there is room for, and as many of the shell's keys."""
     left = room.width - len(tails[-1]) - 1
-    forms = [*_forms(game, shown.advice)]
     row = next((form for form in forms if len(form.plain) <= left), forms[-1])
     if len(row.plain) > left > 1:
         row.truncate(left - 1, overflow="ellipsis")
@@ -59,9 +71,7 @@ def keys(game: Game, room: Room, shown: Shown = NOTHING) -> Text:
 
 def _forms(game: Game, advice: Advice | None) -> Iterator[Text]:
     """The keys that play, in words and in fewer."""
-    if game.waiting is None:
-        yield Text("")
-    elif game.keyboard.types_numbers(game.watcher):
+    if game.keyboard.types_numbers(game.watcher):
         nudges = " ".join(SHOWN.get(key, key) for key in game.keyboard.nudges)
         best = f" {advice.named} {BEST} " if advice else ""
         yield Text(f"{best} type a number, Enter plays it  {nudges} nudge it ")
@@ -108,28 +118,32 @@ def _ranked(actions: Sequence[Key], advice: Advice | None) -> Iterator[list[Key]
         yield ranked
 
 
-def _tails(game: Game, shown: Shown) -> list[str]:
+def _tails(game: Game, shown: Shown) -> tuple[str, ...]:
     """The shell's keys, most of them first."""
     over = shown.past or _ended(game)
-    first = _moving(game, shown)
     names = OVER_KEYS if over else ROW_KEYS[3 if game.unaided else game.waiting is None :]
+    return _named(_moving(game, shown), names)
+
+
+@lru_cache(16)
+def _named(first: Sequence[str], names: Sequence[Sequence[str]]) -> tuple[str, ...]:
     tails = ["  ".join([*first, *map(_shown, some), COLON]) for some in names]
     tails += ["  ".join([*first, *map(_shown, names[-1])])]
-    return [*tails, "  ".join(map(_shown, names[-1]))]
+    return (*tails, "  ".join(map(_shown, names[-1])))
 
 
-def _moving(game: Game, shown: Shown) -> list[str]:
+def _moving(game: Game, shown: Shown) -> tuple[str, ...]:
     """The keys that lead through a game nobody plays, or that is over."""
     if shown.past:
-        return ["← → turns", "Enter plays on"]
+        return "← → turns", "Enter plays on"
     if game.people:
-        return ["Enter looks back"] * bool(game.session.over and game.session.turns)
-    return [] if _ended(game) else ["Space step", "P play"]
+        return ("Enter looks back",) * bool(game.session.over and game.session.turns)
+    return () if _ended(game) else ("Space step", "P play")
 
 
 def _ended(game: Game) -> bool:
     """Whether it is over, and no recording, in which one goes back."""
-    return game.session.over and game.asked is not None
+    return game.asked is not None and game.session.over
 
 
 @cache

@@ -1,6 +1,8 @@
 """The play screen as text: title, board and side panel, log, message and keys, to the column."""
 
+from collections.abc import Sequence
 from functools import lru_cache
+from itertools import chain
 from typing import NamedTuple
 
 from rich.text import Span, Text
@@ -23,6 +25,7 @@ HIGH = 8  # rows of the log below the board at most
 WIDE = 100  # columns from which on the log is beside the board
 COLUMN = 36  # columns that it then has at least
 Facts = tuple[tuple[str, str], ...]  # of the side panel, with their names
+Part = Sequence[Text]  # rows of the screen; a tuple where they come again
 EMPTY, BLANK = Text(""), Text(" ")
 
 
@@ -31,18 +34,18 @@ def compose(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
     return _rows(composed(game, room, shown, log), room)
 
 
-def composed(game: Game, room: Room, shown: Shown, log: list[str]) -> list[Text]:
-    """The rows of the whole screen before they are fitted; most that come again are the same text.
+def composed(game: Game, room: Room, shown: Shown, log: list[str]) -> list[Part]:
+    """The whole screen before its rows are fitted; most that comes again is the same object.
 
     Under four rows: what is most urgent in one, below it the keys, above it the title.
     """
     below = keys(game, room, shown)
     if room.height < SMALL:
         rows = [_urgent(game, room, shown, log), below][: room.height]
-        return [heading.title(game, room), *rows][-room.height :]
+        return [[heading.title(game, room), *rows][-room.height :]]
     if room.height == SMALL and not (shown.message or shown.curtain):
         shown = shown._replace(message=_beside(game, room, shown, log))
-    return [*_upper(game, room, shown, log), message(room, shown), below]
+    return [*_upper(game, room, shown, log), [message(room, shown), below]]
 
 
 def _beside(game: Game, room: Room, shown: Shown, log: list[str]) -> str:
@@ -83,7 +86,7 @@ def upper(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
     return _rows(_upper(game, room, shown, log), room)
 
 
-def _upper(game: Game, room: Room, shown: Shown, log: list[str]) -> list[Text]:
+def _upper(game: Game, room: Room, shown: Shown, log: list[str]) -> list[Part]:
     """Exactly `height - 2` rows.
 
     Fit order: the side panel goes first, then the log shrinks to two rows, then the board to its
@@ -91,15 +94,14 @@ def _upper(game: Game, room: Room, shown: Shown, log: list[str]) -> list[Text]:
     """
     body = _height(room)
     if shown.curtain:
-        title, parts = heading.name(game), _curtain(shown.curtain, room)
+        parts: list[Part] = [[heading.name(game)], _curtain(shown.curtain, room)]
     elif shown.page:
-        title, parts = heading.title(game, room), _part(room, shown)
+        parts = [[heading.title(game, room)], _part(room, shown)]
     else:
         aim = [heading.goal(game, room)] if aimed(room) else []
-        title, parts = heading.title(game, room), [*aim, *_body(game, room, shown, log, body)]
-    body = room.height - 3
-    parts += [EMPTY] * (body - len(parts))
-    return [title, *parts][: room.height - 2]
+        parts = [[heading.title(game, room), *aim], *_body(game, room, shown, log, body)]
+    left = room.height - 2 - sum(map(len, parts))
+    return [*parts, [EMPTY] * left] if left >= 0 else [[*chain(*parts)][: room.height - 2]]
 
 
 def _height(room: Room) -> int:
@@ -144,14 +146,14 @@ def _curtain(agent: str, room: Room) -> list[Text]:
     return [Text(""), *rows] if len(rows) < room.height - 3 else rows
 
 
-def _rows(rows: list[Text], room: Room) -> Text:
-    return Text("\n", no_wrap=True).join([fitted(row, room) for row in rows])
+def _rows(parts: Sequence[Part], room: Room) -> Text:
+    return Text("\n", no_wrap=True).join([fitted(row, room) for row in chain(*parts)])
 
 
 class _Laid(NamedTuple):
     """The board with the panel beside it, and where the log has its place."""
 
-    rows: list[Text]
+    rows: tuple[Text, ...]
     log: Room
     beside: bool  # whether the log is at the right, in rows that reach to its first column
 
@@ -211,7 +213,7 @@ def _beside_board(known: Facts, board: Text, room: Room, body: int) -> _Laid:
     first = size(board)[0] + 1
     for row in rows[len(facts) :]:
         row.pad_right(first - len(row.plain))
-    return _Laid(rows, Room(room.width - first, body - len(facts) - 1, room.ascii), beside=True)
+    return _Laid((*rows,), Room(room.width - first, body - len(facts) - 1, room.ascii), beside=True)
 
 
 def _below_board(known: Facts, board: Text, room: Room, body: int, *, over: bool) -> _Laid:
@@ -221,7 +223,7 @@ def _below_board(known: Facts, board: Text, room: Room, body: int, *, over: bool
     rows = _joined(board.plain, tuple(board.spans), facts, width, max(body - LOG - 1, 0))
     left = max(body - len(rows) - 1, 0)
     high = left if over else min(left, HIGH)
-    return _Laid([*rows, EMPTY], Room(room.width, high, room.ascii), beside=False)
+    return _Laid((*rows, EMPTY), Room(room.width, high, room.ascii), beside=False)
 
 
 def _known(game: Game, now: Moment, shown: Shown) -> Facts:
@@ -246,7 +248,7 @@ def _joined(
     return tuple(rows)
 
 
-def _body(game: Game, room: Room, shown: Shown, log: list[str], body: int) -> list[Text]:
+def _body(game: Game, room: Room, shown: Shown, log: list[str], body: int) -> list[Part]:
     """Board, panel and log."""
     laid = _laid(game, room, shown, body)
     long = [shown.message] if too_long(shown, room) else []
@@ -255,17 +257,18 @@ def _body(game: Game, room: Room, shown: Shown, log: list[str], body: int) -> li
     aim = heading.more(game, room if aimed(room) else None, left) if begins else []
     if isinstance(laid, Needed):
         if log or long:
-            return [laid, *log_rows(game, left, long, log, shown.back)]
-        return [laid, *wrapped([game.account.situation(game.moment()), *aim], room)[: left.height]]
+            return [[laid], log_rows(game, left, long, log, shown.back)]
+        told = wrapped([game.account.situation(game.moment()), *aim], room)
+        return [[laid], told[: left.height]]
     told = log_rows(game, laid.log, long, log or aim, shown.back, column=laid.beside)
     if not laid.beside:
-        return [*laid.rows, *told]
+        return [laid.rows, told]
     rows = [*laid.rows]
     width, first = room.width - laid.log.width, body - laid.log.height
     rows += [Text(" " * width)] * (first + len(told) - len(rows))
     for place, words in enumerate(told, first):
         rows[place] = rows[place].copy().append_text(words)
-    return rows
+    return [rows]
 
 
 def most_back(game: Game, room: Room, shown: Shown, log: list[str]) -> int:

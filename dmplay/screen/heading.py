@@ -1,9 +1,9 @@
 """The first rows of the screen: the game and how it stands, what to aim for and what it costs."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 
-from rich.text import Text
+from rich.text import Span, Text
 
 from dmplay.describe import brief, ended, score
 from dmplay.game.game import Game
@@ -15,29 +15,38 @@ from dmplay.terminal import clean
 
 def title(game: Game, room: Room) -> Text:
     """The game and how it stands; closer together and without the seed where there is no room."""
+    first, told, end = _headed(game, room)
+    begin, last = len(first), len(first) + len(told)
+    spans = [Span(begin, last, "not bold"), Span(last, last + len(end), "bold")]
+    return Text(first + told + end, style="bold", spans=spans[: 1 + bool(end)])
+
+
+def _headed(game: Game, room: Room) -> tuple[str, str, str]:
+    """What is played, how it stands, and how it ended, in a form that the room holds."""
+    form = ("", "", "")
+    for first, gap, facts in _forms(game):
+        form = first, gap[1:] + gap.join(facts), _end(game, gap)
+        if sum(map(len, form)) <= room.width:
+            break
+    return form
+
+
+def _forms(game: Game) -> Iterator[tuple[str, str, Sequence[str]]]:
+    """What is played, the blanks between the facts, and these; each form needs less room."""
     seed = [f"seed {game.seed}"] if game.shows_seed else []
     facts = _facts(game, score(game.problem))
-    row = _headed(game, name(game), "   ", [*seed, *facts])
-    if len(row.plain) <= room.width:
-        return row
-    close = Text(f" {clean(game.name)} ", style="bold")
-    row = _headed(game, close.copy(), "  ", facts)
-    if len(row.plain) <= room.width:
-        return row
+    yield _called(game), "   ", [*seed, *facts]
+    close = f" {clean(game.name)} "
+    yield close, "  ", facts
     facts = _facts(game, "score")
-    while True:  # a fact is told whole or not at all
-        row = _headed(game, close.copy(), "  ", facts)
-        if len(row.plain) <= room.width or not facts:
-            return row
-        facts = facts[:-1]
+    for many in range(len(facts), -1, -1):  # a fact is told whole or not at all
+        yield close, "  ", facts[:many]
 
 
-def _headed(game: Game, first: Text, gap: str, facts: Sequence[str]) -> Text:
-    row = first.append(gap[1:] + gap.join(facts), style="not bold")
-    if game.session.over:
-        why = ended(game.session.ending)
-        row.append(f"{gap}{'over' if why == 'terminal' else why}", style="bold")
-    return row
+def _end(game: Game, gap: str) -> str:
+    ending = game.moment().ending
+    why = "over" if ending == "terminal" else ended(ending)
+    return f"{gap}{why}" if ending else ""
 
 
 def _facts(game: Game, called: str) -> list[str]:
@@ -56,20 +65,27 @@ def _facts(game: Game, called: str) -> list[str]:
 
 def name(game: Game) -> Text:
     """What is played."""
-    return Text(f" dmplay {clean(game.name)}  ", style="bold")
+    return Text(_called(game), style="bold")
+
+
+def _called(game: Game) -> str:
+    return f" dmplay {clean(game.name)}  "
 
 
 def goal(game: Game, room: Room) -> Text:
     """What to aim for and what it costs, as many clauses as one row holds; one at least."""
-    return _row(f" {_joined(_clauses(game)[: max(_held(game, room), 1)])}")
+    return _row(tuple(_clauses(game)), room.width)
 
 
-_row = lru_cache(16)(Text)  # which comes again
+@lru_cache(16)  # which comes again
+def _row(clauses: Sequence[str], width: int) -> Text:
+    return Text(f" {_joined(clauses[: max(_held(clauses, width), 1)])}")
 
 
 def more(game: Game, room: Room | None, within: Room) -> list[str]:
     """What of it that row does not hold whole, all where there is none, as far as there is room."""
-    rest = _clauses(game)[_held(game, room) if room else 0 :]
+    clauses = _clauses(game)
+    rest = clauses[_held(clauses, room.width) if room else 0 :]
     held = (n for n in range(len(rest), 1, -1) if _fits(rest[:n], within))
     return [_joined(rest[: next(held, 1)])] if rest else []
 
@@ -86,8 +102,7 @@ def _joined(clauses: Sequence[str]) -> str:
     return "; ".join(clauses)
 
 
-def _held(game: Game, room: Room) -> int:
+def _held(clauses: Sequence[str], width: int) -> int:
     """How many clauses a row holds."""
-    clauses = _clauses(game)
     many = range(len(clauses), 0, -1)
-    return next((n for n in many if len(_joined(clauses[:n])) < room.width), 0)
+    return next((n for n in many if len(_joined(clauses[:n])) < width), 0)
