@@ -28,6 +28,7 @@ from dmplay.screen.shown import Room, Shown, fitted
 from dmplay.styles import ansi
 from dmplay.transcript.format import end_facts
 from dmplay.transcript.header import header_facts
+from dmplay.views.kept import Once
 from dmplay.views.style import Look, whole
 
 COLUMNS = 80  # of a screen
@@ -49,33 +50,22 @@ class Drawn:
     """Screens in another form, of which most parts and rows come again."""
 
     def __init__(self, room: Room, draw: Callable[[Text], str], end: str) -> None:
-        self._room, self._draw, self._end = room, draw, end
-        self._parts: dict[int, tuple[Part, str]] = {}  # by the part itself
-        self._rows: dict[int, tuple[Text, str]] = {}  # of other parts, by the row itself
+        self._room, self._end = room, end
+        self._rows = Once[Text](lambda row: draw(fitted(row, room)), MOST_ROWS)
+        self._parts = Once[Part](self._drawn, MOST_PARTS)
 
     def screen(self, game: Game, log: list[str]) -> str:
         """The rows of a screen, with the end of a row between them."""
-        parts = composed(game, self._room, Shown(), log)
-        return self._end.join([self._part(part) for part in parts if part])
+        parts = filter(None, composed(game, self._room, Shown(), log))
+        return self._end.join(
+            [
+                self._parts.of(part) if isinstance(part, tuple) else self._drawn(part)
+                for part in parts
+            ]
+        )
 
-    def _part(self, part: Part) -> str:
-        if not isinstance(part, tuple):
-            return self._end.join([self._row(row) for row in part])
-        found = self._parts.get(id(part))
-        if found is None:
-            if len(self._parts) == MOST_PARTS:
-                self._parts.clear()
-            rows = [self._draw(fitted(row, self._room)) for row in part]
-            self._parts[id(part)] = found = part, self._end.join(rows)
-        return found[1]
-
-    def _row(self, row: Text) -> str:
-        found = self._rows.get(id(row))
-        if found is None:
-            if len(self._rows) == MOST_ROWS:
-                self._rows.clear()
-            self._rows[id(row)] = found = row, self._draw(fitted(row, self._room))
-        return found[1]
+    def _drawn(self, part: Part) -> str:
+        return self._end.join(map(self._rows.of, part))
 
 
 def screens(game: Playback, room: Room) -> Iterator[Text]:

@@ -5,32 +5,30 @@ import re
 from collections.abc import Iterator, Sequence
 from importlib.resources import files
 from string import Template
-from typing import NamedTuple
+from tempfile import SpooledTemporaryFile
+from typing import IO, NamedTuple
 
-from rich.text import Text
-
-from dmplay.core import Problem
 from dmplay.describe import counted, score
 from dmplay.errors import BadParameter
 from dmplay.game.playback import Playback
 from dmplay.painting.markup import DARK, LIGHT, WORDS, escaped, palette, rows
 from dmplay.session import believed
 from dmplay.terminal import clean
+from dmplay.views.kept import Moment, Once
 from dmplay.views.style import Look
 
 LEFT, WIDTH, HEIGHT, ROOM = 44, 640, 120, 10  # of a plot, in its own units
 COLORS = ("blue", "yellow", "green", "magenta", "red", "cyan")
-MOST_DRAWN = 512  # drawings that are remembered as HTML
+MOST_SEEN = 512  # boards and facts that are remembered as JSON
+MOST_HELD, PART = 2**20, 2**13  # characters of a long file that are in memory, and read at once
 MOST_STATES = 6  # whose beliefs are plotted
 
 
-class Step(NamedTuple):
-    """What the page shows at one step: the opening, a turn, an undo or a reroll."""
+class Seen(NamedTuple):
+    """The board as HTML, row by row, and the facts beside it; both come again."""
 
-    turn: int
-    board: list[str]  # its rows as HTML
+    board: list[str]
     panel: list[tuple[str, str]]
-    said: str
 
 
 class Line(NamedTuple):
@@ -40,47 +38,80 @@ class Line(NamedTuple):
     values: list[float]
 
 
+class Steps:
+    """The opening and every turn, undo or reroll: the one shown, and all of them, in files."""
+
+    def __init__(self, wanted: int | None, log: IO[str], data: IO[str]) -> None:
+        self.wanted, self.log, self.data = wanted, log, data
+        self.many = self.turns = 0
+        self.table: dict[str, int] = {}  # rows of boards, with their numbers
+        self.at, self.shown, self.said = -1, Seen([], []), ""
+        self._told = Once[Seen](self._json, MOST_SEEN)
+
+    def add(self, turn: int, seen: Seen, said: str) -> None:
+        """One more, as an item of the log and as JSON that can stand in a page."""
+        self.log.write("\n" * (self.many > 0) + f"<li>{escaped(said)}</li>")
+        told = f'{{"turn": {turn}, {self._told.of(seen)}, "said": {_quoted(said)}}}'
+        self.data.write(", " * (self.many > 0) + told)
+        if self.wanted in {None, turn}:  # the last of several
+            self.at, self.shown, self.said = self.many, seen, said
+        self.many, self.turns = self.many + 1, max(self.turns, turn)
+
+    def _json(self, seen: Seen) -> str:
+        board = [self.table.setdefault(row, len(self.table)) for row in seen.board]
+        return f'"board": {_quoted(board)}, "panel": {_quoted(seen.panel)}'
+
+
 def page(game: Playback, turn: int | None, look: Look) -> Iterator[str]:
     """The page, open at a turn, or at the last; raises BadParameter where there is none."""
-    steps, returns, beliefs = _steps(game, look)
-    at = _place(steps, turn)
-    table = list(dict.fromkeys(row for step in steps for row in step.board))
-    shown = steps[at]
+    with _file() as log, _file() as data:
+        yield from _page(game, Steps(turn, log, data), look)
+
+
+def _file() -> IO[str]:
+    """What is no longer in memory where it is long."""
+    return SpooledTemporaryFile(MOST_HELD, "w+", encoding="utf-8", newline="")
+
+
+def _page(game: Playback, steps: Steps, look: Look) -> Iterator[str]:
+    returns, beliefs = _played(game, steps, look)
+    if steps.at < 0:
+        raise BadParameter(f"--at: got {steps.wanted}, the game has {counted(steps.turns, 'turn')}")
     plots = [_plot(f"{score(game.problem)} so far", returns), _plot("belief", beliefs)]
-    panel = (f"<dt>{escaped(label)}</dt><dd>{escaped(told)}</dd>" for label, told in shown.panel)
+    facts = steps.shown.panel
+    panel = (f"<dt>{escaped(label)}</dt><dd>{escaped(told)}</dd>" for label, told in facts)
     words = {
         "title": escaped(f"dmplay {game.name}"),
         "goal": escaped("; ".join(game.account.kept.goal(game.moment(0)))),
         "light": LIGHT,
         "dark": DARK,
         "words": WORDS,
-        "palette": palette(table),
-        "board": "\n".join(shown.board),
-        "said": escaped(shown.said),
+        "palette": palette(steps.table),
+        "board": "\n".join(steps.shown.board),
+        "said": escaped(steps.said),
         "panel": "".join(panel),
         "plots": "\n".join(filter(None, plots)),
         "result": escaped(f"over: {game.account.result()}"),
-        "last": len(steps) - 1,
-        "at": at,
+        "last": steps.many - 1,
+        "at": steps.at,
     }
-    told = {"log": _log(steps), "data": _data(steps, table)}  # which are long
+    told = {"log": _whole(steps.log), "data": _data(steps)}  # which are long
     template = files("dmplay.reports").joinpath("page.html").read_text(encoding="utf-8")
     for part in re.split(r"\$(log|data)\b", template):
         yield from told.get(part) or [Template(part).substitute(words)]
 
 
-def _log(steps: Sequence[Step]) -> Iterator[str]:
-    for number, step in enumerate(steps):
-        yield "\n" * (number > 0) + f"<li>{escaped(step.said)}</li>"
+def _whole(file: IO[str]) -> Iterator[str]:
+    """All that a file holds, part by part."""
+    file.seek(0)
+    while part := file.read(PART):
+        yield part
 
 
-def _data(steps: Sequence[Step], table: Sequence[str]) -> Iterator[str]:
+def _data(steps: Steps) -> Iterator[str]:
     """All that the page's script shows, as JSON that can stand in a page."""
-    place = {row: number for number, row in enumerate(table)}
-    yield f'{{"rows": {_quoted(table)}, "steps": ['
-    for number, step in enumerate(steps):
-        told = step._asdict() | {"board": [place[row] for row in step.board]}
-        yield ", " * (number > 0) + _quoted(told)
+    yield f'{{"rows": {_quoted([*steps.table])}, "steps": ['
+    yield from _whole(steps.data)
     yield f'], "left": {LEFT}, "width": {WIDTH}}}'
 
 
@@ -88,52 +119,41 @@ def _quoted(told: object) -> str:
     return json.dumps(told, ensure_ascii=False).replace("<", "\\u003c")
 
 
-def _steps(game: Playback, look: Look) -> tuple[list[Step], list[Line], list[Line]]:
-    """Every step, the return of each seat after it, and its belief in each state."""
-    drawn: dict[int, tuple[Text, list[str]]] = {}  # rows as HTML, by the drawing itself
-    steps = [_step(game, look, game.account.situation(game.moment()), drawn)]
-    sums, seen = [game.session.returns().tolist()], [_belief(game)]
-    for before in game.run():
-        steps.append(_step(game, look, game.account.change(game.moment(), before), drawn))
-        sums.append(game.session.returns().tolist())
-        seen.append(_belief(game))
-    agents = game.problem.agents
-    returns = [Line(who, [row[seat] for row in sums]) for seat, who in enumerate(agents)]
-    return steps, returns, _believed(game.problem, seen)
+def _played(game: Playback, steps: Steps, look: Look) -> tuple[list[Line], list[Line]]:
+    """Adds every step; the return of each seat after it, and the first's belief in each state."""
+    returns, beliefs = [Line(agent, []) for agent in game.problem.agents], _believed(game)
+    said = game.account.situation(game.moment())
+    runs = game.run()
+    while True:
+        now = game.moment()
+        steps.add(now.turn, _seen(game, look), clean(said))
+        for seat, line in enumerate(returns):
+            line.values.append(game.session.returned(seat))
+        for line, value in zip(beliefs, now.view.belief.tolist() if beliefs else (), strict=False):
+            line.values.append(value)
+        before = next(runs, None)
+        if before is None:
+            return returns, beliefs
+        said = game.account.change(game.moment(), before)
 
 
-def _step(game: Playback, look: Look, said: str, drawn: dict[int, tuple[Text, list[str]]]) -> Step:
-    board, facts = game.draw(look), game.account.kept.panel(game.moment())
-    if id(board) not in drawn:
-        if len(drawn) == MOST_DRAWN:
-            drawn.clear()
-        drawn[id(board)] = board, rows(board)
-    panel = [(clean(label), clean(value)) for label, value in facts]
-    return Step(game.moment().turn, drawn[id(board)][1], panel, clean(said))
+def _seen(game: Playback, look: Look) -> Seen:
+    """The board and the facts now, as they were seen wherever the game was so."""
+
+    def seen(now: Moment) -> Seen:
+        facts = game.account.kept.panel(now)
+        panel = [(clean(label), clean(value)) for label, value in facts]
+        return Seen(rows(game.draw(look, now)), panel)
+
+    wanted = (look.width, look.height, look.ascii, game.session.state.tobytes())
+    return game.account.kept.answer("page", game.moment(), seen, wanted)
 
 
-def _belief(game: Playback) -> list[float]:
-    """What the first seat believes, where that is little enough to plot."""
-    few = game.session.believes and believed(game.problem) <= MOST_STATES
-    return game.view().belief.tolist() if few else []
-
-
-def _believed(problem: Problem, seen: Sequence[Sequence[float]]) -> list[Line]:
-    if not seen[0]:
-        return []
-    names = [problem.notation(state) for state in problem.enumerated()]
-    return [Line(name, [row[at] for row in seen]) for at, name in enumerate(names)]
-
-
-def _place(steps: Sequence[Step], turn: int | None) -> int:
-    """The last step at a turn; the last of all if none is named."""
-    if turn is None:
-        return len(steps) - 1
-    found = [number for number, step in enumerate(steps) if step.turn == turn]
-    if not found:
-        turns = counted(max(step.turn for step in steps), "turn")
-        raise BadParameter(f"--at: got {turn}, the game has {turns}")
-    return found[-1]
+def _believed(game: Playback) -> list[Line]:
+    """A line for each state that the first seat believes in, where these are few enough to plot."""
+    problem = game.problem
+    few = game.session.believes and believed(problem) <= MOST_STATES
+    return [Line(problem.notation(state), []) for state in problem.enumerated()] if few else []
 
 
 def _plot(title: str, lines: Sequence[Line]) -> str:

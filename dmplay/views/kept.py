@@ -5,7 +5,7 @@ from dataclasses import replace
 from functools import cached_property
 from operator import attrgetter
 from types import ModuleType
-from typing import Any, NamedTuple, TypeVar, cast, overload
+from typing import Any, Generic, NamedTuple, TypeVar, cast, overload
 
 import numpy as np
 from rich.text import Text
@@ -196,6 +196,23 @@ class Kept:
         if FAR not in known.looked:
             known.answers[*wanted, *map(now.fact, known.looked)] = answer
         return answer
+
+
+class Once(Generic[T]):
+    """What is made of objects that come again, once of each; so many are remembered."""
+
+    def __init__(self, make: Callable[[T], str], most: int) -> None:
+        self._make, self._most = make, most
+        self._known: dict[int, tuple[T, str]] = {}  # by the object itself, which lasts so long
+
+    def of(self, one: T) -> str:
+        """What is made of this object."""
+        found = self._known.get(id(one))
+        if found is None:
+            if len(self._known) == self._most:
+                self._known.clear()
+            self._known[id(one)] = found = one, self._make(one)
+        return found[1]
 
 
 def _hashable(one: Any) -> Hashable:

@@ -86,8 +86,9 @@ def test_what_a_stranger_named_is_no_markup_of_the_page(tmp_path: Path) -> None:
     assert written.count("</script>") == 2
 
 
-def test_a_page_is_written_turn_by_turn() -> None:
-    game = Playback(BABY)
+def test_a_long_page_is_written_in_parts_none_of_which_is_long(tmp_path: Path) -> None:
+    recorded(tmp_path / "g.dmt", "hexworld", "random", turns=300, settings=["rewards=[]"])
+    game = Playback(tmp_path / "g.dmt")
     parts = [*page(game, None, LARGE)]
-    assert len(parts) >= 2 * len(game.session.turns)
-    assert max(map(len, parts[1:])) < len("".join(parts)) / 2
+    assert len(game.session.turns) == 300
+    assert max(map(len, parts)) < len("".join(parts)) / 4
