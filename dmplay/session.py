@@ -541,7 +541,7 @@ class Session(Displayed):
         for turn in self.turns[len(self._sums) - 1 :]:
             weight, *sums = self._sums[-1]
             rewards: list[float] = turn.rewards.tolist()
-            added = [*(weight * reward for reward in rewards), *rewards]
+            added = [weight * reward for reward in rewards] + rewards
             self._sums.append((weight * self.problem.discount, *map(add, sums, added)))
         return self._sums[-1]
 

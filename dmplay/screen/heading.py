@@ -56,11 +56,15 @@ def _facts(game: Game, called: str) -> list[str]:
     facts = [f"turn {now.turn}{limit}"]
     if now.paid:
         facts.append(f"{called} {brief(game.account.returned(now))}")
-    if game.people:
-        facts.append(f"you: {game.problem.agents[game.watcher]}")
-    seats = enumerate(zip(game.problem.agents, game.seats, strict=True))
     you = game.watcher if game.people else None
-    return [*facts, *(f"{agent}: {clean(who)}" for seat, (agent, who) in seats if seat != you)]
+    return [*facts, *_seated(tuple(game.problem.agents), game.seats, you)]
+
+
+@lru_cache(16)  # who changes seldom
+def _seated(agents: Sequence[str], seats: Sequence[str], you: int | None) -> tuple[str, ...]:
+    own = () if you is None else (f"you: {agents[you]}",)
+    others = enumerate(zip(agents, seats, strict=True))
+    return (*own, *(f"{agent}: {clean(who)}" for seat, (agent, who) in others if seat != you))
 
 
 def name(game: Game) -> Text:
