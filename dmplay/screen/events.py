@@ -25,9 +25,10 @@ def log_rows(  # noqa: PLR0913 - what is told, where, and from which row on
     """The last events, wrapped, or those before them; a message too long for its row."""
     over, least = game.session.over, 1 if back else LOG + 1
     if room.height > least and (back or over):
-        every = worded([*events(game, log), *map(clean, long)], room)
-        if len(every) > room.height:
-            return _window(every, room, back)
+        every = [*events(game, log), *map(clean, long)]
+        many = sum(len(worded([line], room)) for line in every)
+        if many > room.height:
+            return _window(worded(every[-room.height - back :], room), many, room, back)
     lines = [*log[-room.height or len(log) :], *map(clean, long)]
     if over:
         lines = [*events(game, log), *map(clean, long)]
@@ -53,14 +54,14 @@ def _column(log: Sequence[str], room: Room) -> list[Text]:
     return next((told for told in parts if len(told) <= room.height), [])
 
 
-def _window(every: list[str], room: Room, back: int) -> list[Text]:
-    """The last rows, or those so many before them, and which they are."""
-    end = max(len(every) - back, room.height - 1)
+def _window(last: list[str], many: int, room: Room, back: int) -> list[Text]:
+    """The last of so many rows, or those so many before them, and which they are."""
+    end, before = max(many - back, room.height - 1), many - len(last)
     begin = end - room.height + 1
-    told = f" rows {begin + 1}-{end} of {len(every)}: PgUp"
+    told = f" rows {begin + 1}-{end} of {many}: PgUp"
     keys = (" PgDn Home End", " PgDn")
     more = next((some for some in keys if len(told + some) <= room.width), "")
-    return [*map(Text, every[begin:end]), Text(told + more, style="dim")]
+    return [*map(Text, last[begin - before : end - before]), Text(told + more, style="dim")]
 
 
 def _cut(lines: list[Text], rows: int, room: Room) -> list[Text]:
