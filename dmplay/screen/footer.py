@@ -1,6 +1,6 @@
 """The last row of the screen: the keys that count now."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cache, lru_cache
 from itertools import product
 from typing import NamedTuple
@@ -49,7 +49,7 @@ def keys(game: Game, room: Room, shown: Shown = NOTHING) -> Text:
     tails = _tails(game, shown)
     if game.waiting is None:
         return _alone(tails, room)
-    return _fitted([*_forms(game, shown.advice)], tails, room)
+    return _fitted(_forms(game, shown.advice), tails, room)
 
 
 @lru_cache(16)
@@ -58,10 +58,12 @@ def _alone(tails: Sequence[str], room: Room) -> Text:
     return _fitted([Text("")], tails, room)
 
 
-def _fitted(forms: Sequence[Text], tails: Sequence[str], room: Room) -> Text:
-    """The first form that there is room for, and as many of the shell's keys."""
-    left = room.width - len(tails[-1]) - 1
-    row = next((form for form in forms if len(form.plain) <= left), forms[-1])
+def _fitted(forms: Iterable[Text], tails: Sequence[str], room: Room) -> Text:
+    """The first form that there is room for, else the last, and as many of the shell's keys."""
+    left, row = room.width - len(tails[-1]) - 1, Text()
+    for row in forms:
+        if len(row.plain) <= left:
+            break
     if len(row.plain) > left > 1:
         row.truncate(left - 1, overflow="ellipsis")
         row.append(" ")
@@ -91,10 +93,7 @@ def _cut(label: str, most: int) -> str:
 
 
 def _row(actions: Sequence[Key]) -> Text:
-    row = Text()
-    for action in actions:
-        row.append(action.words)
-    return row
+    return Text("".join(action.words for action in actions))
 
 
 def _ranked(actions: Sequence[Key], advice: Advice | None) -> Iterator[list[Key]]:

@@ -44,8 +44,9 @@ NOTHING = Shown()
 
 def fitted(row: Text, room: Room) -> Text:
     """A row no wider than the room; nothing is cut silently."""
-    width = len(row.plain) if row.plain.isascii() else row.cell_len
-    if room.ascii or width > room.width:
+    plain = row.plain.isascii()
+    width = len(row.plain) if plain else row.cell_len
+    if width > room.width or (room.ascii and not plain):
         row = row.copy()
         row.truncate(room.width, overflow="ellipsis")
         row.plain = row.plain.translate(ASCII) if room.ascii else row.plain

@@ -6,6 +6,7 @@ loses nothing though another is advised is `as good`.
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import lru_cache
 from itertools import chain
 from textwrap import wrap
 
@@ -38,11 +39,16 @@ def shown(keys: Mapping[str, str], look: Look) -> list[str]:
     return [look.names.get(name, key) for key, name in keys.items()]
 
 
-def known(look: Look) -> dict[int, float]:
+def known(look: Look) -> Mapping[int, float]:
     """What each legal action loses, the best first."""
-    losses = enumerate([] if look.regret is None else look.regret)
-    legal = {a: float(loss) * (loss > ALIKE) for a, loss in losses if not math.isnan(loss)}
-    return dict(sorted(legal.items(), key=lambda pair: (pair[1], pair[0] != look.advised)))
+    return {} if look.regret is None else _known((*look.regret.tolist(),), look.advised)
+
+
+@lru_cache(16)
+def _known(regret: Sequence[float], advised: float | None) -> Mapping[int, float]:
+    """The same, which every row of a drawing asks for; nobody writes into it."""
+    legal = {a: loss * (loss > ALIKE) for a, loss in enumerate(regret) if not math.isnan(loss)}
+    return dict(sorted(legal.items(), key=lambda pair: (pair[1], pair[0] != advised)))
 
 
 def ranked(look: Look, many: int) -> list[int]:
