@@ -1,5 +1,7 @@
 """A grid of characters with styles, drawn as text."""
 
+from itertools import groupby
+
 from rich.style import Style
 from rich.text import Span, Text
 
@@ -56,13 +58,17 @@ def _runs(plain: str, styles: list[str], start: int) -> list[Span]:
     A blank takes its neighbour's style, so that a row has few pieces.
     """
     found: list[Span] = []
-    style, since = "", 0
-    for at, own in enumerate(styles[: len(plain)]):
-        if own == style or (not own and plain[at] == " " and not _lined(style)):
+    style, since, at = "", 0, 0
+    for own, cells in groupby(styles[: len(plain)]):
+        first, at = at, at + len([*cells])
+        if not own and not _lined(style):
+            piece = plain[first:at]
+            first += len(piece) - len(piece.lstrip(" "))
+        if own == style or first == at:
             continue
         if style:
-            found.append(Span(start + since, start + at, style))
-        style, since = own, at
+            found.append(Span(start + since, start + first, style))
+        style, since = own, first
     if style:
         found.append(Span(start + since, start + len(plain), style))
     return found
@@ -113,11 +119,11 @@ def size(text: Text) -> tuple[int, int]:
 
 def plainly(text: Text) -> Text:
     """The same drawing in ASCII, column by column."""
-    drawn = text.copy()
     plain = text.plain
     for arrow, name in DIAGONALS.items():  # always with room at their right
         plain = plain.replace(f"{arrow} ", name)
-    drawn.plain = plain.translate(ASCII)
+    drawn = text.blank_copy(plain.translate(ASCII))
+    drawn.spans = [*text.spans]
     return drawn
 
 
