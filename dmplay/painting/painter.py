@@ -114,9 +114,15 @@ def _cells(row: styles.Row) -> tuple[Cell, ...]:
     """The cells of a row, without the blanks at its end."""
     cells: list[Cell] = []
     for piece, codes in row:
-        own = pen(codes)
-        of_blanks = seen(own)
-        cells += [(glyph, of_blanks if glyph == " " else own) for glyph in piece]
+        cells += _piece(piece, codes)
     while cells and cells[-1] == BLANK:
         cells.pop()
     return tuple(cells)
+
+
+@lru_cache(4000)
+def _piece(piece: str, codes: str) -> tuple[Cell, ...]:
+    """The cells of a piece, which many rows have."""
+    own = pen(codes)
+    of_blanks = seen(own)
+    return tuple((glyph, of_blanks if glyph == " " else own) for glyph in piece)

@@ -3,7 +3,7 @@ as do.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from functools import lru_cache
+from functools import cache, lru_cache
 from itertools import groupby, zip_longest
 from typing import NamedTuple
 
@@ -86,7 +86,8 @@ class Writing:
             for y, row in changed.items()
             for stretch in _stretches(row)
         ]
-        waiting = {run.place: run for run in sorted(runs, key=lambda run: _order(run.stretch))}
+        runs.sort(key=lambda run: _order(run.stretch.ground))
+        waiting = {run.place: run for run in runs}
         while waiting:
             run: Run | None = waiting.pop(next(iter(waiting)))
             while run:
@@ -130,16 +131,22 @@ class Writing:
 
     def _reach(self, place: Place, row: Sequence[Cell]) -> None:
         """Moves on to a cell, or writes what stands before it again where that is shorter."""
-        if self.place and self.place.row == place.row and self.place.column < place.column:
-            between, there = row[self.place.column : place.column], row[place.column :][:1]
-            jump = len((moved(self.place, place) + _written(there, self.pen)[0]).encode())
+        if self.place == place:
+            return
+        codes = moved(self.place, place)
+        column = place.column
+        if self.place and self.place.row == place.row and self.place.column < column:
+            between, there = row[self.place.column : column], row[column : column + 1]
+            jump = len((codes + _written(there, self.pen)[0]).encode())
             if len(between) <= jump:
                 again, pen = _written(between, self.pen)
                 if len((again + _written(there, pen)[0]).encode()) <= jump:
                     self.write(between)
-        self.go(place)
+                    return
+        self.send(codes, place)
 
 
+@lru_cache(4000)
 def moved(old: Place | None, new: Place) -> str:
     """The shortest sequence that moves the cursor."""
     column = f";{new.column + 1}" if new.column else ""
@@ -152,9 +159,10 @@ def moved(old: Place | None, new: Place) -> str:
     return min(forms, key=len)
 
 
-def _order(stretch: Stretch) -> list[str]:
+@cache
+def _order(ground: Pen) -> list[str]:
     """Where among the colours its ground comes."""
-    return sorted(stretch.ground)
+    return sorted(ground)
 
 
 def _steps(many: int, on: tuple[str, str], back: tuple[str, str]) -> str:
@@ -163,6 +171,7 @@ def _steps(many: int, on: tuple[str, str], back: tuple[str, str]) -> str:
     return one if abs(many) == 1 else f"\x1b[{abs(many)}{end}"
 
 
+@lru_cache(4000)
 def _written(cells: Sequence[Cell], now: Pen) -> tuple[str, Pen]:
     """Cells as they are sent, and the pen after them."""
     sent = []
