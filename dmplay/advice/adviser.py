@@ -1,9 +1,10 @@
 """Hints: what a good player would do in a seat, and what that player knows of values."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from math import ceil, floor, isfinite, isnan, log10
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -49,7 +50,8 @@ def fixed(value: float, places: int) -> str:
     return f"{round(value, places) + 0.0:.{places}f}"
 
 
-class Advice(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Advice:
     """What the adviser would do before a turn, and its values, where it knows any."""
 
     best: str
@@ -72,7 +74,7 @@ class Advice(NamedTuple):
         """The same without its values, for who sees them marked."""
         return f"hint {self.best}"
 
-    @property
+    @cached_property
     def told(self) -> str:
         """Its values alone; '' where it knows none."""
         each = ", ".join(f"{label} {number}" for label, number in self._known(ordered=False))
@@ -86,7 +88,7 @@ class Advice(NamedTuple):
         known = {name: one for name, one in zip(self.labels, told, strict=False) if isfinite(one)}
         return {"by": by.strip("()"), "action": self.called, "values": known}
 
-    @property
+    @cached_property
     def regret(self) -> Reals | None:
         """What each action `[A]` loses against the best; nan where not legal, or not known."""
         if self.values is None or not np.isfinite(self.values).any():
@@ -95,7 +97,7 @@ class Advice(NamedTuple):
         lost: Reals = np.nanmax(finite) - finite
         return lost
 
-    @property
+    @cached_property
     def ranked(self) -> list[tuple[int, float]]:
         """The legal actions with what each loses, the best first; of equals the advised one."""
         lost = [] if self.regret is None else self.regret.tolist()
@@ -103,7 +105,7 @@ class Advice(NamedTuple):
         able = [one for one in known if not isnan(one[1])]
         return sorted(able, key=lambda one: (one[1], one[0] != self.action))
 
-    @property
+    @cached_property
     def worth(self) -> list[tuple[str, str]]:
         """The values of the best actions, the best first."""
         return self._known(ordered=True)

@@ -137,10 +137,10 @@ class Game:
     @property
     def waiting(self) -> int | None:
         """The person who chooses next."""
-        if not self.people:
+        if not self.people or self.session.over:
             return None
-        left = [seat for seat in self.session.asked(self.people) if seat not in self._chosen]
-        return left[0] if left and not self.session.over else None
+        left = (seat for seat in self.session.asked(self.people) if seat not in self._chosen)
+        return next(left, None)
 
     @property
     def adviser(self) -> Adviser:

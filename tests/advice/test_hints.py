@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -219,8 +220,8 @@ def test_equals_are_told_behind_the_one_that_is_advised() -> None:
     advice = Advice("(optimal): d", [*"abcde"], values, action=3)
     assert advice.ranked == [(3, 0.0), (2, 0.0), (4, 1.0), (0, 2.0)]
     assert [label for label, _ in advice.worth] == [*"dcea"]
-    assert advice._replace(action=None).ranked[0] == (2, 0.0)
-    assert advice._replace(values=None).ranked == []
+    assert replace(advice, action=None).ranked[0] == (2, 0.0)
+    assert replace(advice, values=None).ranked == []
 
 
 def test_a_number_is_advised_in_as_many_decimals_as_matter_and_told_whole_as_data() -> None:

@@ -30,7 +30,7 @@ WIDEST = ("collaborative-predator-prey", "collaborative-predator-prey:sighted")
 MOST = [name for name in GUARDED if name not in WIDEST]  # whose beliefs take little
 TOGETHER = [each for each in EVERY if len(dmplay.load(str(each.values[0])).agents) > 1]
 FIRST = 70_000  # of the seeds that are looked through
-SEEDS = (150, 600, 2500)  # how many: few at first
+SEEDS = (30, 150, 600, 2500)  # how many: few at first
 SHIFTS = 3  # of what the seat does
 LOOKED_AT = 2  # turns after which both games still look the same
 TURNS = LOOKED_AT + 1  # and the last, which brings out what was hidden
@@ -173,6 +173,7 @@ def _joint(  # noqa: PLR0913, PLR0917 - who acts, when, and by which dice
     return np.stack(chosen, axis=1)
 
 
+@cache
 def _draws(seeds: range, stream: int, turn: int, count: int, reroll: int = 0) -> Array:
     each = [uniforms(seed, stream, turn, reroll=reroll, rows=1, count=count) for seed in seeds]
     return np.concatenate(each)
