@@ -1,6 +1,9 @@
 """The book's figures, drawn from the problems and their solutions."""
 
+from functools import cache
+
 import pytest
+from rich.text import Text
 
 from dmplay.errors import UnknownName
 from dmplay.figures import every
@@ -9,9 +12,15 @@ from dmplay.views.canvas import plainly, size
 from tests.support.glyphs import GLYPHS
 
 
-def drawn(name: str) -> str:
+@cache
+def figure(name: str) -> Text:
+    """A figure, drawn once for all that is true of it; nobody writes into it."""
     _, draw = every.figure(name)
-    return draw().plain
+    return draw()
+
+
+def drawn(name: str) -> str:
+    return figure(name).plain
 
 
 def test_every_figure_of_the_appendix_is_here() -> None:
@@ -37,8 +46,7 @@ def test_blanks_name_no_figure() -> None:
 
 @pytest.mark.parametrize("name", list(every.figures()))
 def test_a_figure_has_allowed_glyphs_an_ascii_form_and_a_picture(name: str) -> None:
-    title, draw = every.figure(name)
-    shown = draw()
+    (title, draw), shown = every.figure(name), figure(name)
     assert {glyph for glyph in shown.plain if not glyph.isascii()} <= GLYPHS
     assert plainly(shown).plain.isascii()
     assert size(shown)[0] <= 110

@@ -77,19 +77,17 @@ def test_all_topics_together_are_not_raw() -> None:
 
 
 @every_topic
-@pytest.mark.parametrize("width", [40, 80])
-def test_a_topic_fits_80_columns_and_fewer_but_for_what_is_typed(name: str, width: int) -> None:
+def test_a_topic_fits_80_columns_and_fewer_but_for_what_is_typed_and_in_ascii_is_ascii(
+    name: str,
+) -> None:
     rows = (row for block in blocks(topic(name)) for row in block.code.split("\n"))
     typed = {f"    {row}".rstrip() for row in rows}
-    for row in guide.page(topic(name), width).plain.split("\n"):
-        assert len(row) <= width or (width < 80 and row in typed)
-        assert "…" not in row
-
-
-@every_topic
-def test_a_topic_in_ascii_is_ascii(name: str) -> None:
     able = PIPE._replace(ascii=True, width=80)
-    assert shown(guide.drawn(name, able), able).isascii()
+    narrow, wide = guide.page(topic(name), 40), guide.drawn(name, able)
+    assert all(len(row) <= 40 or row in typed for row in narrow.plain.split("\n"))
+    assert max(map(len, wide.plain.split("\n"))) <= 80
+    assert "…" not in narrow.plain + wide.plain
+    assert shown(wide, able).isascii()
 
 
 def test_code_is_drawn_as_it_is_typed() -> None:

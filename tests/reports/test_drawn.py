@@ -10,7 +10,7 @@ from dmplay.reports.export import Drawn, screens
 from dmplay.screen.shown import Room
 from tests.support.games import recorded
 
-TURNS = 300
+TURNS = 150
 
 
 def test_a_turn_draws_its_title_and_a_row_of_the_log_and_boards_are_drawn_once(
