@@ -29,6 +29,13 @@ def test_of_equal_vectors_one_is_needed() -> None:
     assert len(envelope(np.vstack([TENT, TENT + 1e-14])).needed) == 2
 
 
+@pytest.mark.parametrize("states", [2, 3])
+def test_of_many_nearly_equal_vectors_one_is_needed(states: int) -> None:
+    middle = np.full(states, -0.3)  # which no rounding raises above the others
+    near = middle + 2e-11 * np.array([[turn, *[-turn] * (states - 1)] for turn in range(-2, 3)])
+    assert len(envelope(np.vstack([-np.eye(states), near])).needed) == states + 1
+
+
 def test_a_vector_best_in_one_corner_alone_is_not_needed() -> None:
     assert envelope(np.array([[1.0, 0.0, 0.0], [1.0, -1.0, -1.0]])).needed.tolist() == [0]
 
