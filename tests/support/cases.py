@@ -19,7 +19,7 @@ from dmplay.session import Past
 
 SEED = samples.SEED
 SOME = 4  # turns of a game that is played on for a while
-ROWS = 20_011  # a prime, so that no vector width divides it
+ROWS = 9_001  # a prime, so that no vector width divides it, and beyond NumPy's buffer of 8,192
 CASES = [
     f"{name}:{variant}" if variant else name
     for name in problem_names()
