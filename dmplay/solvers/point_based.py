@@ -149,7 +149,7 @@ class PointBased:
             if mood < STRAYS:
                 branch = branches[int(any_one * len(branches))]
             elif mood < STRAYS + HOPES:
-                branch = branches[int(np.argmax([tree.at_most(one) for one in branches]))]
+                branch = max(branches, key=tree.at_most)
             else:
                 branch = branches[self._best_known(branches, left)]
         for node in path[::-1]:
@@ -158,7 +158,8 @@ class PointBased:
     def _promising(self, branches: list[Branch], left: int) -> int:
         """The action of the greatest upper bound, brought up to date."""
         while True:
-            best = int(np.argmax([self.tree.at_most(one) for one in branches]))
+            most = [self.tree.at_most(one) for one in branches]
+            best = most.index(max(most))
             if not self.tree.lowered(branches[best], left):
                 return best
 
@@ -166,7 +167,7 @@ class PointBased:
         """The action of the greatest lower bound, of those that may be better than it."""
         best, worth = 0, -np.inf
         most = [self.tree.at_most(one) for one in branches]
-        for action in np.argsort(most)[::-1].tolist():
+        for action in sorted(range(len(most)), key=most.__getitem__)[::-1]:
             if most[action] <= worth:
                 break
             self.tree.raised(branches[action], left)

@@ -51,7 +51,7 @@ def plans(model: Tables, discount: float, horizon: int) -> list[tuple[int, Reals
     ]
 
 
-@pytest.mark.parametrize("seed", range(24))
+@pytest.mark.parametrize("seed", range(12))
 def test_values_are_those_of_the_best_of_all_plans(seed: int) -> None:
     model, discount = tiny(seed), (0.9, 1.0)[seed % 2]
     every = plans(model, discount, 3)  # 2 * 8^2 of them: 128 plans of three turns
@@ -65,10 +65,10 @@ def test_values_are_those_of_the_best_of_all_plans(seed: int) -> None:
     assert stage.actions.any(axis=1).all()
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(8))
 def test_the_unending_game_is_worth_what_many_turns_are(seed: int) -> None:
-    model, discount = tiny(seed), 0.2
-    many = alpha_vectors.stages(model, discount, 15)[-1]  # 0.2^15 is 3e-11
+    model, discount = tiny(seed), 0.1
+    many = alpha_vectors.stages(model, discount, 10)[-1]  # 0.1^10 is 1e-10
     stage = alpha_vectors.infinite(model, discount)
     b = np.random.default_rng(seed).dirichlet(np.ones(len(model.transition)), 300)
     got, wanted = (alpha_vectors.action_values(one, b) for one in (stage, many))
