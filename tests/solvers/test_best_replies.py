@@ -22,14 +22,11 @@ def best(problem: Pair, other: Reals, seat: int) -> float:
     paid = np.einsum("sab,sb->sa", np.moveaxis(rewards, 1 + seat, 1), other)
     going = np.einsum("sabt,sb->sat", np.moveaxis(flow, 1 + seat, 1), other)
     over = problem.terminal(np.arange(5))
-    found = []
-    for choice in product(*(np.flatnonzero(row[seat]) for row in problem.able)):
-        here = np.arange(5), np.array(choice)
-        stays = np.where(over[:, None], 0.0, going[here])
-        found.append(
-            np.linalg.solve(np.eye(5) - problem.discount * stays, np.where(over, 0.0, paid[here]))
-        )
-    return float(np.max(found, axis=0)[0])
+    every = np.array([*product(*(np.flatnonzero(row[seat]) for row in problem.able))])
+    here = np.arange(5), every
+    stays = np.where(over[:, None], 0.0, going[here])
+    earned = np.where(over, 0.0, paid[here])[..., None]
+    return float(np.linalg.solve(np.eye(5) - problem.discount * stays, earned)[:, 0].max())
 
 
 @some_and_ten
