@@ -57,6 +57,10 @@ def solve(
         typer.Option("--turns", metavar="N", min=1, help="of each, or of a plan"),
     ] = None,
     workers: options.Workers = "1",
+    work: Annotated[
+        float | None,
+        typer.Option("--work", metavar="TIMES", min=0.01, max=100, help="as much work, for bounds"),
+    ] = None,
     *,
     wishes: Wishes,
 ) -> object:
@@ -67,13 +71,14 @@ def solve(
       dmplay solve 2048 --episodes 100 --workers 2
       dmplay solve rock-paper-scissors --json
       dmplay solve ./tigers.dpomdp --turns 4
+      dmplay solve ./hallway.pomdp --work 10
     """
     from dmplay.game.request import pairs
     from dmplay.reports import solving
     from dmplay.solutions.played import Wish
 
     name = f"{problem}:{variant}" if variant else problem
-    wish = Wish(episodes, turns, options.many(workers))
+    wish = Wish(episodes, turns, options.many(workers), work)
     wanted = pairs(set_, "--set")
     return solving.solved(name, wanted, wish, json=wishes.json, motion=wishes.motion)
 

@@ -23,6 +23,8 @@ FEW = 4  # states of which alpha vectors are tried first
 EXACT = 7e8  # operations that they may take
 DECIMALS = 9  # of a value: what lies beyond depends on which beliefs are valued together
 NEAR, FARTHEST = 10, 100  # turns of a game that is always planned to its end, or where it counts
+LITTLE, MUCH = 0.01, 100.0  # times the usual work
+MORE = 10.0  # times as much work is advised
 UNSEEN = 0.1  # what the end of a game of many states may count for, and not be planned to
 KEPT = 8  # plans
 
@@ -33,6 +35,7 @@ class Asked(NamedTuple):
     problem: Problem
     horizon: int | None
     gap: float
+    work: float
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,7 @@ class PointBased(Counting):
 
     horizon: int = parameter(0, "turns of a game; 0: as many as the problem has", 0, LONGEST)
     gap: float = parameter(0.01, "share of the value that its bounds may be apart", 0.0, 1.0)
+    work: float = parameter(1.0, "times the usual work, which takes some ten seconds", LITTLE, MUCH)
 
     whole_game = True
 
@@ -58,13 +62,18 @@ class PointBased(Counting):
         """What is known of the problem; the same is kept."""
         if self.turns is None and self.problem.discount >= 1.0:
             raise BadPolicy("a game without end needs a discount below 1; --turns gives it one")
-        return _known(Asked(self.problem, self.turns, self.gap))
+        return _known(Asked(self.problem, self.turns, self.gap, self.work))
 
     @property
     def basis(self) -> str:
         """The bounds of the value at the start, where they are not close."""
         found = self.bounds
         return "" if found.close else f"point-based, {told(found)}"
+
+    def known(self, name: str) -> str:
+        """The same by the name of who knows it, with how to know more."""
+        plain = name.partition(":")[0]
+        return f"{name}: {told(self.bounds)}{closer(self.bounds, self.work, f'{plain}:work=')}"
 
     def values(self, memory: Memory) -> Reals:
         """Q of each action, from below, with the turns that are left; then it starts again."""
@@ -114,6 +123,15 @@ def told(found: Bounds) -> str:
     return f"value {low:.{max(places, 0)}f} to {high:.{max(places, 0)}f} at the start"
 
 
+def closer(found: Bounds, work: float, asked: str) -> str:
+    """How to ask for closer bounds than with so much work, in words that end in a number."""
+    if found.full:
+        return "; they are as close as memory allows"
+    if found.close or work >= MUCH:
+        return ""
+    return f"; more work brings them closer: {asked}{min(MORE * work, MUCH):g}"
+
+
 def _worth(plans: Plans, b: Reals) -> Reals:
     """The value `[B, A]` of the best plan of each action at beliefs `[B, S]`."""
     some = np.flatnonzero(b.any(axis=0))
@@ -141,13 +159,13 @@ def _known(asked: Asked) -> Bounds:
 
 def _found(asked: Asked) -> Bounds:
     """The bounds by alpha vectors where these are few, else by trials."""
-    problem, horizon, gap = asked
+    problem, horizon, gap, work = asked
     if isinstance(problem.states, int) and problem.states <= FEW:
         with suppress(BadParameter, TooMuch), within(EXACT):
             found = _exact(problem, horizon)
             if found.close:
                 return found
-    return point_based.solved(problem, horizon, gap)
+    return point_based.solved(problem, horizon, gap, work * point_based.WORK)
 
 
 def _exact(problem: Problem, horizon: int | None) -> Bounds:

@@ -17,7 +17,6 @@ from dmplay.measure.engines import engine
 from dmplay.measure.estimate import Estimate
 from dmplay.measure.running import Run, run
 from dmplay.policies.point_based import PointBased
-from dmplay.policies.point_based import told as between
 from dmplay.reports.match import Match, bounded, seated, settings, told
 from dmplay.reports.progress import Bar
 from dmplay.reports.recorded import NONE, Keeping, recorded
@@ -108,7 +107,7 @@ def _written(
 def _known(names: Sequence[str], policies: Sequence[Policy]) -> list[str]:
     """What those who plan between two bounds know of the value."""
     each = zip(names, policies, strict=True)
-    return [f"{name}: {between(one.bounds)}" for name, one in each if isinstance(one, PointBased)]
+    return [one.known(name) for name, one in each if isinstance(one, PointBased)]
 
 
 def _rows(parameters: Mapping[str, object], names: Sequence[str], result: Run) -> list[Row]:

@@ -26,7 +26,8 @@ def cached(name: str, parameters: Mapping[str, object], wish: Wish) -> Solution:
     loaded = problems.resolve(name, parameters)
     if not problems.stem(loaded.problem):
         return _found(loaded.problem, wish)
-    made = [loaded.name, loaded.parameters, wish.episodes, wish.turns, __version__, *_code()]
+    asked = wish.episodes, wish.turns, wish.work
+    made = [loaded.name, loaded.parameters, *asked, __version__, *_code()]
     key = dumps(made, sort_keys=True, default=str)
     root = user_folder(os.environ, "XDG_CACHE_HOME", ".cache")
     file = root / "solve" / f"{hashlib.sha256(key.encode()).hexdigest()[:16]}.json"

@@ -11,9 +11,9 @@ from dmplay.core import Problem
 from dmplay.describe import counted
 from dmplay.errors import BadParameter, BadPolicy, TooMuch
 from dmplay.finding import agents
-from dmplay.policies.point_based import PointBased, told
+from dmplay.policies.point_based import PointBased, closer, told
 from dmplay.policies.valued import LIGHT, LONGEST, Planner
-from dmplay.solutions.played import planning, simulation
+from dmplay.solutions.played import planning, simulation, working
 from dmplay.solutions.solution import Row, Solution, names
 from dmplay.solvers import alpha_vectors
 from dmplay.solvers.alpha_vectors import Stage
@@ -110,6 +110,7 @@ def _bounded(agent: PointBased, turns: int | None) -> Solution:
             needed = f"got {turns}, expected at most {LONGEST} where nothing is discounted"
             raise BadParameter(f"--turns: {needed}")
         agent = replace(agent, horizon=turns or 0)
+    agent = replace(agent, work=working())
     found, problem, may = agent.bounds, agent.problem, _legal(agent.problem)
     each = zip(may.tolist(), found.lower[may], found.upper[may], strict=True)
     rows: list[Row] = [
@@ -122,6 +123,6 @@ def _bounded(agent: PointBased, turns: int | None) -> Solution:
         for (a, low, high), able in zip(each, best(found.lower[may]), strict=True)
     ]
     span = counted(agent.turns, "turn") if agent.turns else "without end"
-    return Solution(
-        f"point-based, {span}", f"{told(found)}; {counted(found.beliefs, 'belief')}", rows
-    )
+    more = closer(found, agent.work, "--work ")
+    known = f"{told(found)}; {counted(found.beliefs, 'belief')}{more}"
+    return Solution(f"point-based, {span}", known, rows)

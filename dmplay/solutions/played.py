@@ -25,6 +25,7 @@ GAMES, SEED = 1000, 1
 FEW = 10  # games of those who search in what another library plays, which is done turn by turn
 TURNS = 20  # of a game that may go on in the same few states for ever
 AT_A_TIME = 100
+WISHES = {"episodes": "simulated", "turns": "simulated", "work": "brought between two bounds"}
 
 
 class Played(NamedTuple):
@@ -41,13 +42,14 @@ class Wish:
     episodes: int | None = None
     turns: int | None = None
     workers: Workers = 1
+    work: float | None = None  # times the usual, between bounds
     met: set[str] = field(default_factory=set)  # what of these was heard
 
     def check(self, told: str) -> None:
-        """Refuses a number of games or turns where nothing was simulated."""
-        for name in ("episodes", "turns"):
+        """Refuses a number of games or turns where nothing was simulated, and work likewise."""
+        for name, done in WISHES.items():
             if getattr(self, name) is not None and name not in self.met:
-                raise BadParameter(f"--{name}: nothing is simulated here; {told}")
+                raise BadParameter(f"--{name}: nothing is {done} here; {told}")
 
 
 _wish: ContextVar[Wish | None] = ContextVar("wish", default=None)
@@ -91,6 +93,13 @@ def planning(usual: int | None) -> int | None:
     wish = _wish.get() or Wish()
     wish.met.add("turns")
     return wish.turns or usual
+
+
+def working() -> float:
+    """How much is done to bring a value between bounds, in times of the usual."""
+    wish = _wish.get() or Wish()
+    wish.met.add("work")
+    return wish.work or 1.0
 
 
 def mean(sample: Reals) -> dict[str, object]:

@@ -48,6 +48,7 @@ class BeliefTree:
         self._from: list[tuple[Beliefs, int]] = []
         self._known: dict[tuple[int, bytes], int] = {}
         self._size = 0
+        self.full = False  # whether it could not hold what it was to
         sights = np.arange(len(model.start))
         self.root = self._branch(model.start, sights, 0.0, len(layers) - 1)
 
@@ -61,8 +62,9 @@ class BeliefTree:
 
     def hold(self, numbers: int) -> None:
         """Refuses so many numbers more, before they are held."""
+        self.full = BYTES * (self._size + numbers) > self._budget.memory
+        self._budget.hold(BYTES * (self._size + numbers))
         self._size += numbers
-        self._budget.hold(BYTES * self._size)
 
     def layer(self, left: int) -> Layer:
         """The bounds with so many turns to go."""

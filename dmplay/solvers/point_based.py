@@ -47,6 +47,7 @@ class Bounds(NamedTuple):
     plans: tuple[Plans, ...]  # without end one; else by the turns to go
     beliefs: int  # from which was looked ahead
     close: bool  # whether the bounds are as close as they were to be
+    full: bool = False  # whether memory ended the search, so that more work is of no use
 
 
 def solved(problem: Problem, horizon: int | None, gap: float, work: float = WORK) -> Bounds:
@@ -55,7 +56,8 @@ def solved(problem: Problem, horizon: int | None, gap: float, work: float = WORK
     It ends where they are apart by no more than this share of the value, or where the work is done.
     Raises TooMuch where there are no bounds before that.
     """
-    budget = Budget("a plan for what is believed", "try fewer states or turns, or search", work)
+    cure = "try more work, fewer states or turns, or search"
+    budget = Budget("a plan for what is believed", cure, work)
     search = PointBased(listed(problem, budget), horizon, budget)
     while search.apart > search.aim(gap) and search.tried(gap):
         pass
@@ -240,7 +242,8 @@ class PointBased:
             upper += [likely * tree.at_most(one) for one in branches]
         plans = tuple(self._best(left) for left in range(len(tree.layers)))
         close = self.apart <= self.aim(gap)
-        return Bounds(self.at_least, self.at_most, lower, upper, plans, len(tree.branches), close)
+        many = len(tree.branches)
+        return Bounds(self.at_least, self.at_most, lower, upper, plans, many, close, tree.full)
 
     def _best(self, left: int) -> Plans:
         """The plans of a layer that are the best for some belief, and some of each action."""

@@ -22,6 +22,7 @@ from dmplay.session import Session
 from dmplay.solutions import every
 from dmplay.solutions.played import Wish, wished
 from dmplay.solvers import alpha_vectors
+from dmplay.solvers import point_based as solver
 from tests.support.blocks import TIGER
 from tests.support.brought import Counted, Key, Vault
 from tests.support.hidden import four_by_three
@@ -177,6 +178,18 @@ def test_a_long_game_without_a_discount_is_bounded() -> None:
         pytest.raises(BadParameter, match=r"^--turns: got 2000, expected"),
     ):
         every.solution(four_by_three(1.0))
+
+
+def test_solving_takes_as_much_work_as_is_wished(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(solver, "WORK", 2e7)
+    with wished(Wish(work=2.0)):
+        found = every.solution(four_by_three(0.95)).result
+    assert found.endswith("; more work brings them closer: --work 20")
+    with (
+        wished(wish := Wish(work=2.0)),
+        pytest.raises(BadParameter, match=r"^--work: nothing is brought between two bounds"),
+    ):
+        wish.check(every.solution(Lamp()).method)
 
 
 def test_more_turns_than_count_are_worth_what_a_game_without_end_is() -> None:

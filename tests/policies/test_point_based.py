@@ -5,9 +5,11 @@ import pytest
 
 import dmplay
 from dmplay.budget import within
+from dmplay.errors import BadParameter
 from dmplay.files.problem import FromFile
 from dmplay.policies import point_based
-from dmplay.policies.point_based import PointBased, told
+from dmplay.policies.point_based import PointBased, closer, told
+from dmplay.solvers import point_based as solver
 from dmplay.solvers.point_based import Bounds
 from tests.support.brought import Vault
 from tests.support.hidden import hallway
@@ -44,6 +46,23 @@ def test_who_is_in_a_hurry_has_less_and_who_is_not_the_whole() -> None:
     with within(4e7):
         assert agent.bounds is whole
     assert not agent.basis
+
+
+def test_more_work_brings_bounds_closer_and_is_asked_for_as_long_as_it_helps(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(solver, "WORK", 6e7)
+    some, more = (PointBased(hallway(ROOMS), 0, gap=0.0, work=work) for work in (1.0, 5.0))
+    assert more.bounds.at_most - more.bounds.at_least < some.bounds.at_most - some.bounds.at_least
+    assert closer(some.bounds, 1.0, "--work ") == "; more work brings them closer: --work 10"
+    assert closer(more.bounds, 30.0, "work=").endswith(": work=100")
+    assert not closer(more.bounds, 100.0, "work=")
+    assert not closer(more.bounds._replace(close=True), 1.0, "work=")
+    full = more.bounds._replace(full=True)
+    assert closer(full, 1.0, "work=") == "; they are as close as memory allows"
+    for work in (0.001, 1000.0):
+        with pytest.raises(BadParameter, match=r"^work: got .*, expected a number at least 0\.01"):
+            PointBased(hallway(ROOMS), 0, work=work)
 
 
 @dataclass(frozen=True)

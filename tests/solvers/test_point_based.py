@@ -5,7 +5,7 @@ import pytest
 
 import dmplay
 from dmplay import belief
-from dmplay.budget import Budget
+from dmplay.budget import MEMORY, Budget
 from dmplay.chance import Array, Ints, Reals
 from dmplay.core import Problem
 from dmplay.errors import TooMuch
@@ -22,8 +22,8 @@ HALLWAY = ("***********", "  * * * +  ")
 SIGNS = [((x, 0), 2) for x in (2, 4, 6, 8)]
 
 
-def searched(problem: Problem, horizon: int | None = None) -> PointBased:
-    budget = Budget("a search", "try less", 1e9)
+def searched(problem: Problem, horizon: int | None = None, memory: float = MEMORY) -> PointBased:
+    budget = Budget("a search", "try less", 1e9, memory)
     return PointBased(listed(problem, budget), horizon, budget)
 
 
@@ -116,6 +116,14 @@ def test_what_is_stopped_says_how_far_it_came() -> None:
     assert some.at_least <= more.at_least < more.at_most <= some.at_most
     with pytest.raises(TooMuch, match=r"^a plan for what is believed: more than 1e\+06 operations"):
         point_based.solved(rooms, None, 0.0, 1e6)
+
+
+def test_what_memory_ends_says_so() -> None:
+    small, large = searched(hallway(ROOMS), memory=2**21), searched(hallway(ROOMS))
+    while small.tried(0.0):
+        large.tried(0.0)
+    assert small.bounds(0.0).full
+    assert not large.bounds(0.0).full
 
 
 @dataclass(frozen=True)
