@@ -61,11 +61,16 @@ class Pick:
     @classmethod
     def of(cls, n: Array | float, most: int) -> "Pick":
         """One of so many in each row, or in one."""
-        return cls(n, most) if isinstance(n, np.ndarray) else _pick(int(n), most)
+        return cls(n, most) if isinstance(n, np.ndarray) else _pick(n, most)
 
     def event(self, u: float) -> int:
         """The event of one row."""
-        return int(u * self.n.item())
+        return int(u * self._alone)
+
+    @cached_property
+    def _alone(self) -> int:
+        alone: int = self.n.item()
+        return alone
 
     def sample(self, u: Reals) -> Ints:
         """Events `[B]` from uniforms `[B, 1]`."""
@@ -78,8 +83,8 @@ class Pick:
 
 
 @lru_cache
-def _pick(n: int, most: int) -> Pick:
-    return Pick(np.array([n]), most)
+def _pick(n: float, most: int) -> Pick:
+    return Pick(np.array([int(n)]), most)
 
 
 @dataclass(frozen=True)
@@ -100,7 +105,7 @@ class Normal:
     """A Gaussian number, by Box and Muller's transform of two uniforms."""
 
     mean: Reals  # [B]
-    deviation: Reals  # [B]
+    deviation: Reals  # [B or 1]
     draws: ClassVar[int] = 2
 
     def sample(self, u: Reals) -> Reals:

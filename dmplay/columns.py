@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from typing import overload
 
 import numpy as np
+from numpy import ndarray
 
 from dmplay.chance import Array, Ints, Reals
 
@@ -26,18 +27,18 @@ def columns(rows: Array) -> Sequence[Column]:
 
 def column(each: Column) -> Column:
     """An array `[B]`, or the number of one row, as a column."""
-    return each.item() if isinstance(each, np.ndarray) and len(each) == 1 else each
+    return each.item() if isinstance(each, ndarray) and len(each) == 1 else each
 
 
 def batch(found: Column) -> Array:
     """The array `[B]` that a column stands for."""
-    return found if isinstance(found, np.ndarray) else np.array([found])
+    return found if isinstance(found, ndarray) else np.array([found])
 
 
 def joined(parts: Sequence[Column], kind: type = float) -> Array:
     """The rows `[B, K]` of some columns."""
-    if not isinstance(parts[0], np.ndarray):
-        return np.array([parts], kind)
+    if not isinstance(parts[0], ndarray):
+        return np.array(parts, kind, ndmin=2)
     rows: Array = np.empty((len(parts[0]), len(parts)), kind)
     for place, part in enumerate(parts):
         rows[:, place] = part
@@ -50,15 +51,15 @@ def listed(table: Ints, places: Column) -> Whole: ...
 def listed(table: Reals, places: Column) -> Column: ...
 def listed(table: Array, places: Column) -> Column:
     """The numbers of a flat table in these places."""
-    if isinstance(places, np.ndarray):
-        return np.asarray(table.take(places))
-    number: float = table.item(places)  # type: ignore[arg-type] # whole, as places are
-    return number
+    if isinstance(places, int):
+        number: float = table.item(places)
+        return number
+    return np.asarray(table.take(places))  # type: ignore[arg-type] # whole, as places are
 
 
 def lines(table: Array, places: Column) -> Array:
     """The rows of a table in these places, copied."""
-    if isinstance(places, np.ndarray):
+    if isinstance(places, ndarray):
         return table.take(places, axis=0)
     return table[None, places].copy()  # type: ignore[index]
 
@@ -70,28 +71,28 @@ def size(numbers: Column) -> Column:
 
 def chosen(holds: Column, one: Column, other: Column) -> Column:
     """One where it holds, the other elsewhere."""
-    if isinstance(holds, np.ndarray):
+    if isinstance(holds, ndarray):
         return np.where(holds, one, other)
     return one if holds else other
 
 
 def least(one: Column, other: Column) -> Column:
     """The smaller of two."""
-    if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
+    if isinstance(one, ndarray) or isinstance(other, ndarray):
         return np.minimum(one, other)
     return min(one, other)
 
 
 def within(numbers: Column, low: float, high: float) -> Column:
     """Numbers, or the bound that they are beyond."""
-    if isinstance(numbers, np.ndarray):
+    if isinstance(numbers, ndarray):
         return np.clip(numbers, low, high)
     return min(max(numbers, low), high)
 
 
 def stayed(over: Column, moved: Array, s: Array) -> Array:
     """The rows after a move, but those that are over as they were."""
-    if not isinstance(over, np.ndarray):
+    if not isinstance(over, ndarray):
         return s.copy() if over else moved
     if over.any():
         moved[over] = s[over]

@@ -2,13 +2,13 @@
 
 A cell holds an exponent, 0 where it is empty; LARGEST stands for all above it too. What a slide
 does to a row is found in tables of all lines; columns are the rows of the board transposed. A batch
-of one board is a plain number: the arithmetic is that of an array of many, and quicker; what its
-latest slide comes to is kept, as a turn asks for it twice.
+of one board is a plain number: the arithmetic is that of an array of many, and quicker; the lines
+of the latest one are kept, as a turn asks for them again.
 """
 
 from functools import cache, lru_cache
 from struct import Struct
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +19,11 @@ Cells = NDArray[np.uint8]  # [B, 4, 4] or [N, 4] exponents of any size
 Words = Array  # [B] of 64 bits
 Boards = Words | int  # [B], or one
 Numbers = Array | int  # [B], or one
-Rows = Array | tuple[int, ...]  # [4, B], or of one
+Row = tuple[int, int, int, int]  # the rows, or columns, of one board
+Some = TypeVar("Some", Array, int)  # boards, or one
 
 LEFT, DOWN, RIGHT, UP = range(4)
-SLID, EMPTY, WAYS = range(3)  # the tables of all lines
+EMPTY, MOVES = 4, 5  # of lines as one is looked up, after the tables of these slides
 LARGEST = 15
 ONES = 0x1111_1111_1111_1111  # the lowest bit of each cell
 ALL = 0xFFFF_FFFF_FFFF_FFFF
@@ -31,7 +32,10 @@ ROW, PAY = 0xFFFF, 32
 DIGITS = b"0123456789abcde".ljust(256, b"f")  # of exponents
 EXPONENTS = bytes.maketrans(b"0123456789abcdef", bytes(range(16)))
 ROWS = Struct("<4H").unpack
-NONE, NO_CELLS = np.zeros(0, np.int64), np.zeros((0, 4, 4), np.uint8)
+TOO_LARGE = DIGITS[LARGEST]
+SHAPE, EXPONENT = (1, 4, 4), np.dtype(np.uint8)  # of one board
+ALONE, NONE = np.zeros(1, np.int64), np.zeros(0, np.int64)
+NO_CELLS = np.zeros((0, 4, 4), np.uint8)
 
 
 class Lines(NamedTuple):
@@ -60,7 +64,7 @@ class Slid(NamedTuple):
 
 
 def numbers(each: Numbers) -> Boards:
-    """Actions or events `[B]`, or one, as they meet boards."""
+    """Events `[B]`, or one, as they meet boards."""
     if isinstance(each, int):
         return each
     return int(each.item()) if len(each) == 1 else each.astype(np.uint64)
@@ -72,16 +76,28 @@ def packed(cells: Cells) -> tuple[Boards, Ints]:
     What becomes of these is not in the tables.
     """
     if len(cells) == 1:
-        return _number(cells.tobytes())
+        board, _, _, large = _one(cells.tobytes())
+        return board, large
+    return _many(cells)
+
+
+def _many(cells: Cells) -> tuple[Words, Ints]:
+    """As `packed`, of many."""
     large = cells.max(initial=0) >= LARGEST
     rows = np.flatnonzero((cells >= LARGEST).any(axis=(1, 2))) if large else NONE
     return words(cells), rows
 
 
-def _number(cells: bytes) -> tuple[int, Ints]:
-    """As `packed`, of one board."""
+@lru_cache(maxsize=1)
+def _one(cells: bytes) -> tuple[int, Row, Row, Ints]:
+    """As `packed`, of one board, and between these its rows and its columns."""
     digits = cells[::-1].translate(DIGITS)
-    return int(digits, 16), np.zeros(1, np.int64) if b"f" in digits else NONE
+    board, large = int(digits, 16), ALONE if TOO_LARGE in digits else NONE
+    return board, _row(board), _row(transposed(board)), large
+
+
+def _row(board: int) -> Row:
+    return cast(Row, ROWS(board.to_bytes(8, "little")))
 
 
 def words(cells: Cells) -> Words:
@@ -96,17 +112,18 @@ def unpacked(boards: Boards) -> Cells:
     """The cells `[B, 4, 4]` of boards."""
     if isinstance(boards, int):
         exponents = (b"%016x" % boards)[::-1].translate(EXPONENTS)
-        return np.ndarray((1, 4, 4), np.uint8, bytearray(exponents))
+        return np.ndarray(SHAPE, EXPONENT, bytearray(exponents))
     pairs = boards.view(np.uint8).astype(np.uint16)
     return ((pairs | pairs << 4) & 0x0F0F).view(np.uint8).reshape(-1, 4, 4)
 
 
-def transposed(boards: Boards) -> Boards:
+def transposed(boards: Some) -> Some:
     """Rows for columns: first within each block of 2x2 cells, then the blocks."""
     differ = (boards ^ boards >> 12) & 0x0000_F0F0_0000_F0F0
     boards = boards ^ differ ^ differ << 12
     differ = (boards ^ boards >> 24) & 0x0000_0000_FF00_FF00
-    return boards ^ differ ^ differ << 24
+    turned: Some = boards ^ differ ^ differ << 24
+    return turned
 
 
 def empty(boards: Boards) -> Boards:
@@ -123,65 +140,105 @@ def nth(ones: Boards, n: Numbers) -> Boards:
 
 def room(cells: Cells, a: Ints) -> Numbers:
     """How many cells are empty after slides in directions `a`; 1 also where none is."""
-    if len(cells) == 1:
-        return int(empty(_one_slid(cells.tobytes(), a.item()).after)).bit_count() or 1
-    boards, large = packed(cells)
-    first, second, third, fourth = _rows(EMPTY, _facing(boards, numbers(a)))
-    found: Ints = np.maximum(first + second + third + fourth, 1).astype(np.int64)
+    alone = len(cells) == 1
+    found, large = _one_room(cells.tobytes(), a.item()) if alone else _rooms(cells, a)
     if len(large):
         some, _ = slid_cells(cells[large], a[large])
-        found[large] = np.maximum((some == 0).sum(axis=(1, 2)), 1)
-    return found
+        found = _told(large, (some == 0).sum(axis=(1, 2)), found)
+    return found or 1 if isinstance(found, int) else np.maximum(found, 1).astype(np.int64)
+
+
+def _one_room(cells: bytes, a: int) -> tuple[Numbers, Ints]:
+    """As far as the tables go, and which boards they know nothing of."""
+    _, rows, columns, large = _one(cells)
+    bare = _views()[EMPTY]
+    first, second, third, fourth = columns if a & 1 else rows
+    return bare[first] + bare[second] + bare[third] + bare[fourth], large
+
+
+def _rooms(cells: Cells, a: Ints) -> tuple[Numbers, Ints]:
+    """The same of many."""
+    boards, large = _many(cells)
+    rows = _rows(_facing(boards, a.astype(np.uint64)))
+    first, second, third, fourth = lines().empty.take(rows).T
+    return first + second + third + fourth, large
 
 
 def slid(cells: Cells, a: Ints) -> Slid:
     """What comes of slides in directions `a`."""
-    if len(cells) == 1:
-        return _one_slid(cells.tobytes(), a.item())
-    boards, large = packed(cells)
-    after, pay = map(np.asarray, _slid_boards(boards, numbers(a)))
+    alone = len(cells) == 1
+    found, large = _one_slid(cells.tobytes(), a.item()) if alone else _slides(cells, a)
     if not len(large):
-        return Slid(boards, after, pay)
-    whole, pay[large] = slid_cells(cells[large], a[large])
-    after[large] = words(whole)
-    return Slid(boards, after, pay, large, whole)
+        return found
+    whole, pay = slid_cells(cells[large], a[large])
+    after, paid = _told(large, words(whole), found.after), _told(large, pay, found.pay)
+    return Slid(found.before, after, paid, large, whole)
 
 
-@lru_cache(maxsize=1)
-def _one_slid(cells: bytes, a: int) -> Slid:
-    """What comes of sliding one board."""
-    board, large = _number(cells)
-    if not len(large):
-        return Slid(board, *_slid_boards(board, a))
-    whole, pay = slid_cells(np.frombuffer(cells, np.uint8).reshape(1, 4, 4), np.array([a]))
-    after, _ = packed(whole)
-    return Slid(board, after, int(pay.item()), large, whole)
+def _one_slid(cells: bytes, a: int) -> tuple[Slid, Ints]:
+    """As far as the tables go, and which boards they know nothing of."""
+    board, rows, columns, large = _one(cells)
+    slid, upright = _views()[a], a & 1
+    first, second, third, fourth = columns if upright else rows
+    first, second, third, fourth = slid[first], slid[second], slid[third], slid[fourth]
+    after = first & ROW | (second & ROW) << 16 | (third & ROW) << 32 | (fourth & ROW) << 48
+    pay = first + second + third + fourth >> PAY
+    return Slid(board, transposed(after) if upright else after, pay), large
 
 
-def _slid_boards(boards: Boards, ways: Boards) -> tuple[Boards, Numbers]:
-    """Boards after slides, as far as the tables go, and what these pay."""
-    last = (ways + 1 >> 1 & 1) * LINES  # where the table begins that slides to the last cell
-    first, second, third, fourth = rows = _rows(SLID, _facing(boards, ways), last)
-    return _facing(_joined(rows), ways), first + second + third + fourth >> PAY
+def _slides(cells: Cells, a: Ints) -> tuple[Slid, Ints]:
+    """The same of many."""
+    boards, large = _many(cells)
+    ways = a.astype(np.uint64)
+    last = (a + 1 >> 1 & 1) * LINES  # where the table begins that slides to the last cell
+    rows = _rows(_facing(boards, ways)) + last[:, None]
+    slid = lines().slid.take(rows)
+    first, second, third, fourth = slid.T
+    after = _facing(slid.astype(np.uint16).view(np.uint64)[:, 0], ways)
+    return Slid(boards, after, first + second + third + fourth >> PAY), large
 
 
 def ways(cells: Cells) -> Numbers:
     """The slides that move anything, a bit each."""
-    boards, large = packed(cells)
-    first, second, third, fourth = _rows(WAYS, boards)
-    across = first | second | third | fourth
-    first, second, third, fourth = _rows(WAYS, transposed(boards))
-    along = first | second | third | fourth
-    found = across | (along & 1) << UP | along >> 2 << DOWN
-    if not isinstance(found, int):
-        found = found.astype(np.int64)
+    found, large = _one_ways(cells.tobytes()) if len(cells) == 1 else _ways(cells)
     if len(large):
         some = cells[large]
         after = np.stack([slid_cells(some, np.full(len(large), a))[0] for a in range(4)])
-        able = (1 << np.arange(4)) @ (after != some).any(axis=(2, 3))
-        if isinstance(found, int):
-            return int(able.item())
-        found[large] = able
+        found = _told(large, (1 << np.arange(4)) @ (after != some).any(axis=(2, 3)), found)
+    return found
+
+
+def _one_ways(cells: bytes) -> tuple[Numbers, Ints]:
+    """As far as the tables go, and which boards they know nothing of."""
+    _, rows, columns, large = _one(cells)
+    moves = _views()[MOVES]
+    first, second, third, fourth = rows
+    across = moves[first] | moves[second] | moves[third] | moves[fourth]
+    first, second, third, fourth = columns
+    along = moves[first] | moves[second] | moves[third] | moves[fourth]
+    return _directions(across, along), large
+
+
+def _ways(cells: Cells) -> tuple[Numbers, Ints]:
+    """The same of many."""
+    boards, large = _many(cells)
+    first, second, third, fourth = lines().ways.take(_rows(boards)).T
+    across = first | second | third | fourth
+    first, second, third, fourth = lines().ways.take(_rows(transposed(boards))).T
+    return _directions(across, first | second | third | fourth).astype(np.int64), large
+
+
+def _directions(across: Some, along: Some) -> Some:
+    """The slides, a bit each, that move anything in the rows and in the columns."""
+    found: Some = across | (along & 1) << UP | along >> 2 << DOWN
+    return found
+
+
+def _told(large: Ints, whole: Array, found: Numbers) -> Numbers:
+    """What was found of boards, but of the large ones what is so of their cells."""
+    if isinstance(found, int):
+        return int(whole.item())
+    found[large] = whole
     return found
 
 
@@ -196,35 +253,16 @@ def slid_cells(cells: Cells, a: Ints) -> tuple[Cells, Reals]:
     return after, pay.reshape(-1, 4).sum(axis=1).astype(float)
 
 
-def _facing(boards: Boards, a: Boards) -> Boards:
-    """The boards whose rows lie in the directions `a`: upright ones are transposed, or put back."""
-    if isinstance(a, int):
-        return transposed(boards) if a & 1 else boards
-    return boards ^ (boards ^ transposed(boards)) & -(a & 1)
+def _facing(boards: Words, ways: Words) -> Words:
+    """The boards whose rows lie in these directions: upright ones are transposed, or put back."""
+    facing: Words = boards ^ (boards ^ transposed(boards)) & -(ways & 1)
+    return facing
 
 
-def _rows(table: int, boards: Boards, begins: Boards = 0) -> Rows:
-    """What a table of `lines` has, from some place on, of each of the four rows of the boards."""
-    if isinstance(boards, int):
-        found = _views()[table]
-        first, second, third, fourth = ROWS(boards.to_bytes(8, "little"))
-        if begins:
-            first, second, third, fourth = (
-                first + begins, second + begins, third + begins, fourth + begins
-            )  # fmt: skip
-        return found[first], found[second], found[third], found[fourth]
+def _rows(boards: Words) -> Array:
+    """The rows of boards."""
     rows: Array = boards.view(np.uint16).reshape(-1, 4)
-    if not isinstance(begins, int):
-        rows = rows + begins.astype(np.intp)[:, None]
-    return lines()[table].take(rows).T
-
-
-def _joined(rows: Rows) -> Boards:
-    """The boards of four rows, whatever stands above the bits of a row."""
-    if isinstance(rows, tuple):
-        first, second, third, fourth = rows
-        return first & ROW | (second & ROW) << 16 | (third & ROW) << 32 | (fourth & ROW) << 48
-    return rows.T.astype(np.uint16).view(np.uint64)[:, 0]
+    return rows
 
 
 @cache
@@ -252,8 +290,10 @@ def lines() -> Lines:
 
 @cache
 def _views() -> tuple[memoryview, ...]:
-    """The tables of all lines as one line is looked up quickest."""
-    return tuple(table.data for table in lines())
+    """The tables of all lines as one is looked up quickest: what each slide does to it first."""
+    slid, empty, ways = lines()
+    first, last = slid[:LINES].data, slid[LINES:].data
+    return first, last, last, first, empty.data, ways.data
 
 
 def _slid(cells: Cells) -> tuple[Cells, NDArray[np.int32]]:

@@ -95,6 +95,11 @@ class CollaborativePredatorPrey(Hunt):
         return np.asarray(far * len(self.hexes) + np.arange(len(self.hexes))[:, None]).reshape(-1)
 
     @cached_property
+    def _most(self) -> int:
+        """Of how many hexes the prey takes one at most."""
+        return max(len(self.hexes), 6)
+
+    @cached_property
     def _slips(self) -> tuple[Chance, ...]:
         """The slip of each predator."""
         return (self.slips,) * self.predators
@@ -116,7 +121,7 @@ class CollaborativePredatorPrey(Hunt):
         """The slip of each predator; which of the hexes open to it the prey takes."""
         free = self._free(columns(s))
         many = chosen(free < AT_LARGE, len(self.hexes), listed(_COUNT, free))
-        return (*self._slips, Pick.of(many, max(len(self.hexes), 6)))
+        return (*self._slips, Pick.of(many, self._most))
 
     def move(self, s: Array, a: Array, events: Sequence[Array | int]) -> Outcome:
         """Predators move as in hex world unless they feed, then all look around."""

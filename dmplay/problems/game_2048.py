@@ -58,11 +58,11 @@ class Game2048(Problem):
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         """Which of the cells left empty gets the new tile, and which tile."""
-        return Pick.of(tiles.room(s, a[:, 0]), 16), self._tile
+        return Pick.of(tiles.room(s, a.ravel()), 16), self._tile
 
     def move(self, s: Array, a: Array, events: Sequence[Array | int]) -> Outcome:
         """Slides, and puts the new tile down if anything moved."""
-        slid = tiles.slid(s, a[:, 0])
+        slid = tiles.slid(s, a.ravel())
         cell, tile = tiles.numbers(events[0]), tiles.numbers(events[1])
         new = tiles.nth(tiles.empty(slid.after), cell) * (tile + 1) * (slid.after != slid.before)
         moved = slid.cells(new)

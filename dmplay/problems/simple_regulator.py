@@ -6,10 +6,11 @@ decimals; the game starts from N(0.3, 0.1^2).
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from dmplay.chance import Array, Chance, Normal
+from dmplay.chance import Array, Chance, Normal, Reals
 from dmplay.core import Continuous, Interval, Outcome, parameter
 from dmplay.problems._reals import RealState
 
@@ -33,7 +34,12 @@ class SimpleRegulator(RealState):
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         """The next number, around the sum of this one and the action."""
-        return (Normal(s[:, 0] + a[:, 0], np.full(len(s), self.noise)),)
+        return (Normal(s[:, 0] + a[:, 0], self._deviation),)
+
+    @cached_property
+    def _deviation(self) -> Reals:
+        """That of the next number, the same in each row."""
+        return np.array([self.noise])
 
     def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """The reward is that of the state acted in."""
