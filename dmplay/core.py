@@ -66,10 +66,13 @@ class Labels(tuple[str, ...]):
 
     fact = name  # as a transcript has it
 
-    def check(self, action: float, where: str) -> int:
-        """The action as it will act; raises IllegalAction for what is no index."""
+    def check(self, action: float, where: str, legal: Bools | None = None) -> int:
+        """The action as it will act; raises IllegalAction for what is no index, or not legal."""
         if action not in range(len(self)):
             raise IllegalAction(f"{where}: got action {action}, expected 0 to {len(self) - 1}")
+        if legal is not None and not legal[int(action)]:
+            told = f"{self[int(action)]} is not legal now; expected one of {self.words(legal)}"
+            raise IllegalAction(f"{where}: {told}")
         return int(action)
 
     def draw(self, u: Reals, legal: Bools | None) -> Ints:
@@ -116,7 +119,7 @@ class Interval:
         """The number, as a transcript has it."""
         return float(action)
 
-    def check(self, action: float, where: str) -> float:
+    def check(self, action: float, where: str, legal: Bools | None = None) -> float:
         """The action as it will act; raises IllegalAction for what is out of bounds."""
         if not self.low <= action <= self.high:
             raise IllegalAction(f"{where}: got {action:g}, expected {self.words()}")

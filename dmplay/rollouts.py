@@ -13,10 +13,20 @@ import numpy as np
 from dmplay.blocks import MOST, Workers, done
 from dmplay.budget import Budget, Watch, between, part, watched
 from dmplay.chance import Array, Bools, Ints, Reals
-from dmplay.core import DECIMALS, Memory, Outcome, Policy, Problem, asked, own
+from dmplay.core import (
+    DECIMALS,
+    Interval,
+    Labels,
+    Memory,
+    Outcome,
+    Policy,
+    Problem,
+    asked,
+    own,
+)
 from dmplay.dice import NATURE, uniforms
 from dmplay.errors import BadPolicy, LostGames, UnknownName
-from dmplay.session import MOST_TURNS
+from dmplay.session import MOST_TURNS, actions_of
 
 LEAST, SOME, PROBED = 8, 32, 2  # games of a block; games and turns that tell what they cost
 HANDED = 0.006  # seconds in which an engine hands a block to a worker
@@ -245,9 +255,9 @@ def _block(  # noqa: PLR0913, PLR0917
         drawn = [draw(1 + seat, turn, policy.draws) for seat, policy in enumerate(policies)]
         where = [f"turn {turn}, {agent}" for agent in problem.agents]
         each = zip(where, policies, memories, strict=True)
-        choosers = [partial(asked, at, policy.choose, memory) for at, policy, memory in each]
+        choosers = [partial(_choice, *one) for one in each]
         with between(share, share):
-            actions = _chosen(problem, choosers, state, drawn)
+            actions = _chosen(problem, choosers, state, drawn, where)
         outcome = problem.step(state, actions, draw(NATURE, turn, problem.draws.step))
         memories = [
             asked(where[seat], policy.update, memory, problem.percept(seat, actions, outcome))
@@ -271,11 +281,34 @@ def _rows(arrays: Memory, which: Ints) -> Memory:
     return tuple(part.take(which, axis=0) for part in arrays)
 
 
+def _choice(where: str, policy: Policy, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+    """What a policy chooses, an action for each game."""
+    return actions_of(policy, asked(where, policy.choose, memory, legal, u), len(u), where)
+
+
+def _able(known: Labels | Interval, chosen: Array, legal: Bools | None, where: str) -> Array:
+    """Actions `[B]` as they will act; raises IllegalAction where a session would."""
+    named = bool(known.labels)
+    ends = chosen.min(), chosen.max()
+    for one in np.unique(chosen) if named and chosen.dtype.kind == "f" else ends:
+        known.check(one.item(), where)
+    if not named:
+        return chosen
+    done = chosen.astype(np.int64, copy=False)
+    if legal is not None:
+        able = legal[np.arange(len(done)), done]
+        if not able.all():
+            row = able.argmin()
+            known.check(done[row].item(), where, legal[row])
+    return done
+
+
 def _chosen(
     problem: Problem,
     choosers: Sequence[Callable[[Bools | None, Reals], Array]],
     state: Array,
     drawn: Sequence[Reals],
+    where: Sequence[str],
 ) -> Array:
     """The joint actions `[B, n]` that the policies choose, reals to so many decimals."""
     legal = problem.legal(state)
@@ -288,6 +321,10 @@ def _chosen(
         for seat, waits in enumerate(waiting.T):
             if waits.any():
                 chosen[seat] = np.where(waits, problem.waits(seat), chosen[seat])
-    actions = np.stack(chosen, axis=1)
+    able = [
+        _able(problem.actions[seat], one, None if legal is None else legal[:, seat], where[seat])
+        for seat, one in enumerate(chosen)
+    ]
+    actions = np.stack(able, axis=1)
     # As in a session, so that the text of an action is the action.
     return np.round(actions, DECIMALS) + 0.0 if actions.dtype.kind == "f" else actions

@@ -408,15 +408,10 @@ class Session(Displayed):
         """The action as it will act; raises IllegalAction where the state does not allow it."""
         problem = self.problem
         where = f"turn {len(self.turns) + 1}, {problem.agents[seat]}"
-        known = problem.actions[seat]
         if action is None:
             raise IllegalAction(f"{where}: no action given")
-        done, legal = known.check(action, where), self.legal(seat)
-        if legal is not None and known.labels and not legal[int(done)]:
-            labels = self.labels(seat)
-            told = f"{labels[int(done)]} is not legal now; expected one of {labels.words(legal)}"
-            raise IllegalAction(f"{where}: {told}")
-        return done
+        known = self.labels(seat) or problem.actions[seat]
+        return known.check(action, where, self.legal(seat))
 
     def back(self, seats: Sequence[int], choices: int) -> int:
         """How many turns ago these seats, or of none everybody, made so many choices."""
@@ -581,10 +576,7 @@ class Follower:
         legal = session.legal(self.seat)
         able = None if legal is None else own(legal[None])
         chosen = asked(self, self.policy.choose, self.memory(), able, u)
-        if np.shape(chosen) != (1,):
-            name = type(self.policy).__name__
-            raise BadPolicy(f"{self}: {name} chose {chosen!r}, expected an array of one action")
-        return float(chosen[0])
+        return float(actions_of(self.policy, chosen, 1, str(self))[0])
 
     def agrees(self, s: Array, turns: Turn) -> bool:
         """Whether the policy acts in the next turns `[T, ...]`, from these states, as was done.
@@ -614,3 +606,13 @@ class Follower:
         """The value of each action `[A]` now, where the policy knows it."""
         values = asked(self, self.policy.values, self.memory())
         return None if values is None else values[0]
+
+
+def actions_of(policy: Policy, chosen: object, rows: int, where: str) -> Array:
+    """What a policy chose, an action for each row; raises BadPolicy for anything else."""
+    answer = np.asarray(chosen)
+    if answer.shape != (rows,) or answer.dtype.kind not in "biuf":
+        wanted = "one action" if rows == 1 else f"{rows} actions"
+        told = f"{type(policy).__name__} chose {chosen!r}, expected an array of {wanted}"
+        raise BadPolicy(f"{where}: {told}")
+    return answer

@@ -1,5 +1,6 @@
 """The game as a state machine: turns, undo, rerolls, endings, and what a seat may know."""
 
+import math
 import tracemalloc
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -209,6 +210,39 @@ def test_a_policy_that_answers_no_single_action_is_named() -> None:
         game.advance()
 
 
+@dataclass(frozen=True)
+class Saying(Script):
+    """Chooses the same in all games."""
+
+    said: object = 0
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> np.ndarray:
+        return np.full(len(u), self.said)
+
+
+@pytest.mark.parametrize(
+    ("name", "said", "told"),
+    [
+        ("hexworld", 6, "got action 6"),
+        ("hexworld", -1, "got action -1"),
+        ("hexworld", 1.5, r"got action 1\.5"),
+        ("hexworld", math.nan, "got action nan"),
+        ("hexworld", "e", "Saying chose array.*, expected an array of"),
+        ("simple-regulator", 10.5, r"got 10\.5, expected a number from -10 to 10"),
+        ("2048", 0, "left is not legal now; expected one of down, right, up"),
+    ],
+)
+def test_what_cannot_be_done_is_refused_in_one_game_and_in_many(
+    name: str, said: object, told: str
+) -> None:
+    problem = dmplay.load(name)
+    policy = Saying(problem, 0, (), said)
+    with pytest.raises((BadPolicy, IllegalAction), match=f"turn 1, agent: {told}"):
+        dmplay.Session(problem, Dice(0), [policy]).advance()
+    with pytest.raises((BadPolicy, IllegalAction), match=f"turn 1, agent: {told}"):
+        rollout(problem, [policy], episodes=2)
+
+
 class Grasping(Script):
     """Writes into all that it is given, or follows it to where it came from."""
 
@@ -224,7 +258,8 @@ class Grasping(Script):
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> np.ndarray:
         self.given.extend([] if legal is None else [legal])
-        return super().choose(memory, legal, u)
+        chosen = super().choose(memory, legal, u)
+        return chosen if legal is None or len(u) == 1 else legal.argmax(axis=1)
 
 
 @pytest.mark.parametrize("name", ["2048", "cart-pole", "crying-baby", "prisoners-dilemma"])
