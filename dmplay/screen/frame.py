@@ -196,7 +196,7 @@ def _board(game: Game, now: Moment, room: Room, shown: Shown, within: Room) -> T
         keys=game.waiting is not None and now.turn < shown.keys_until,
         around=room.height - _height(room) + LOG + 1,
         large=True,
-        regret=shown.advice and shown.advice.regret,
+        regret=shown.advice.regret if shown.advice else None,
         advised=advised,
         outlook=shown.outlook,
         passed=shown.passed,

@@ -30,7 +30,7 @@ from dmplay.words.commands import Leave
 from tests.support.terminals import shown
 
 vars(application)["load_key_bindings"] = cache(load_key_bindings)  # alike for every screen
-pyte.screens.Char._replace = cache(pyte.screens.Char._replace)  # few characters in few styles
+pyte.screens.Char._replace = cache(pyte.screens.Char._replace)  # type: ignore[method-assign]
 vars(signal)["valid_signals"] = cache(signal.valid_signals)  # which asyncio asks for at each
 SEQUENCES = {
     "left": "\x1b[D", "right": "\x1b[C", "up": "\x1b[A", "down": "\x1b[B",
