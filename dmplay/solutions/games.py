@@ -25,7 +25,7 @@ from dmplay.solvers import (
 def equilibria(problem: Problem) -> Solution:
     """Every Nash equilibrium of one round of two; where these are too many to look for, one."""
     payoffs = matrix_game.table(problem)
-    found = matrix_game.nash(payoffs) if matrix_game.few(payoffs) else []
+    found = matrix_game.nash_of_few(payoffs)
     if not found:
         one = lemke_howson.equilibrium(payoffs)
         gain = max(float(matrix_game.regrets(payoffs, one).max()), 0.0)

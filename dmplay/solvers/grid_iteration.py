@@ -45,8 +45,11 @@ class Grid:
 
 def interpolated(values: Reals, corners: Ints, weights: Reals) -> Reals:
     """The values `[B]` between points, always summed in the same order."""
-    each = weights * values.take(corners)
-    return np.asarray(each[0] + each[1] + each[2] + each[3])
+    each = values.take(corners)
+    each *= weights
+    for other in each[1:]:
+        each[0] += other
+    return np.asarray(each[0])
 
 
 class Swept(NamedTuple):
@@ -62,18 +65,22 @@ def optimal(problem: Problem, grid: Grid) -> Swept:
     budget = Budget("value iteration on a grid", "try a smaller discount, or search", 2e10)
     states, choices = grid.states(), joint_actions(problem)
     moves = [moved(problem, states, a) for a in choices]
-    around = [(*grid.corners(after), rewards, going) for after, rewards, going in moves]
+    around = [
+        (*grid.corners(after), rewards, problem.discount * going) for after, rewards, going in moves
+    ]
     over = problem.terminal(states)
     values: Reals = np.zeros(len(states))
     sweeps, change = 0, np.inf
     settled = SETTLED if problem.discount == 1.0 else FAINT
     while change > settled and sweeps < MOST_SWEEPS:
         budget.spend(ROUND + 30 * values.size * len(around), sweeps / (sweeps + USUAL))
-        each = [
-            rewards + problem.discount * going * interpolated(values, corners, weights)
-            for corners, weights, rewards, going in around
-        ]
-        swept = np.where(over, 0.0, np.max(each, axis=0))
+        swept = np.full(len(states), -np.inf)
+        for corners, weights, rewards, kept in around:
+            q = interpolated(values, corners, weights)
+            q *= kept
+            q += rewards
+            np.maximum(swept, q, out=swept)
+        swept[over] = 0.0
         change = float(np.abs(swept - values).max())
         values = swept
         sweeps += 1

@@ -14,7 +14,7 @@ import numpy as np
 from dmplay.budget import ROUND, Budget
 from dmplay.chance import Ints, Reals
 from dmplay.errors import TooMuch
-from dmplay.solvers.matrix_game import Profile, few, nash, regrets
+from dmplay.solvers.matrix_game import Profile, nash_of_few, regrets
 from dmplay.solvers.zero_sum import mix
 
 ZERO = 1e-11  # of systems whose entries are about 1
@@ -53,7 +53,7 @@ class _System(NamedTuple):
 
 def first(payoffs: Reals) -> Profile:
     """The first equilibrium of all that can be listed; where these are too many, one."""
-    listed = nash(payoffs) if few(payoffs) else []
+    listed = nash_of_few(payoffs)
     return listed[0] if listed else equilibrium(payoffs)
 
 

@@ -95,19 +95,24 @@ def _never_best(values: Reals, row: int) -> bool:
     return True
 
 
-def few(payoffs: Reals) -> bool:
-    """Whether all pairs of supports of a game `[A1, A2, 2]` can be looked at."""
-    rows, columns = map(len, undominated(payoffs))
-    return comb(rows + columns, rows) <= FEW
-
-
 def nash(payoffs: Reals) -> list[Profile]:
     """Every Nash equilibrium of a nondegenerate game, by support enumeration.
 
     Strictly dominated actions go first, which leaves the large games here small.
     """
-    budget = Budget("support enumeration", "try fewer actions, or search", 1e10)
+    return _enumerated(payoffs, *undominated(payoffs))
+
+
+def nash_of_few(payoffs: Reals) -> list[Profile]:
+    """The same where all pairs of supports can be looked at; else none."""
     rows, columns = undominated(payoffs)
+    few = comb(len(rows) + len(columns), len(rows)) <= FEW
+    return _enumerated(payoffs, rows, columns) if few else []
+
+
+def _enumerated(payoffs: Reals, rows: list[int], columns: list[int]) -> list[Profile]:
+    """The equilibria of a game `[A1, A2, 2]` in which these actions alone are taken."""
+    budget = Budget("support enumeration", "try fewer actions, or search", 1e10)
     found = []
     for size in range(1, min(len(rows), len(columns)) + 1):
         for mine in combinations(rows, size):

@@ -92,7 +92,7 @@ def test_the_optimal_agent_comes_there_from_anywhere_before_one_who_pumps(
     game: dmplay.Problem,
 ) -> None:
     best, pump = (
-        dmplay.rollout(game, [agent], episodes=100)
+        dmplay.rollout(game, [agent], episodes=40)
         for agent in (optimal(game), dmplay.agent(game, 0, "pump"))
     )
     assert best.over.all()

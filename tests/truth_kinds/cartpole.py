@@ -18,7 +18,7 @@ POLICIES = {
     "push_by_theta_plus_omega": "balance:x=0,v=0,theta=1,omega=1",
     "linear_feedback": "balance:x=0.1,v=0.2,theta=1,omega=0.5",
 }
-GAMES = 5000
+GAMES = 2000
 NO_CAP = 10_000
 
 

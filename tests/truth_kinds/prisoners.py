@@ -12,7 +12,7 @@ PROBLEM = PrisonersDilemma(discount=0.9)
 ACTIONS = PROBLEM.actions[0]
 PAYOFFS = PROBLEM.payoffs
 RULES = {"tit for tat": "tit-for-tat", "grim trigger": "grim"}
-ENOUGH = 400  # rounds: what is left of 0.9 ** 400 is below the tolerance
+ENOUGH = 230  # rounds: what is left of 10 * 0.9 ** 230 is below the tolerance
 
 
 def payoff(case: Case) -> None:

@@ -9,7 +9,7 @@ from tests.truth_kinds.case import Case, by_kind, reached
 
 LEFT, RIGHT = 0, 2
 NAMES = {"left": LEFT, "right": RIGHT}
-GAMES = 500
+GAMES = 200
 
 
 def problem(case: Case) -> Game2048:
