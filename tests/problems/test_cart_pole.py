@@ -65,7 +65,7 @@ def test_the_mass_of_the_pole_is_in_tau_only_where_gymnasium_has_it() -> None:
 @pytest.mark.parametrize("game", [PROBLEM, GYM])
 def test_balance_stands_500_turns_from_every_usual_start(game: dmplay.Problem) -> None:
     balance = dmplay.agent(game, 0, "balance")
-    played = dmplay.rollout(game, [balance], episodes=1000)
+    played = dmplay.rollout(game, [balance], episodes=200)
     assert (played.turns == 500).all()
     assert not played.over.any()
     s = np.array(np.meshgrid(*[[-0.05, 0.05]] * 4)).reshape(4, 16).T  # the corners
@@ -92,7 +92,7 @@ def test_the_pole_stands_10_000_turns_from_every_usual_start(
 def test_the_regulator_fits_its_pole_where_fixed_weights_do_not(changed: dict[str, float]) -> None:
     game = dmplay.load("cart-pole", **changed)
     fixed, fitted = (
-        dmplay.rollout(game, [dmplay.agent(game, 0, name)], episodes=100, turns=1000)
+        dmplay.rollout(game, [dmplay.agent(game, 0, name)], episodes=40, turns=1000)
         for name in ("balance", "regulate")
     )
     assert fixed.over.mean() > 0.9

@@ -243,9 +243,7 @@ def test_a_reactive_team_catches_more_than_chance() -> None:
     for name in (NAME, f"{NAME}:circle"):
         problem = dmplay.load(name)
         reacted, random = (
-            dmplay.rollout(
-                problem, [dmplay.agent(problem, i, one) for i in range(2)], episodes=1000
-            )
+            dmplay.rollout(problem, [dmplay.agent(problem, i, one) for i in range(2)], episodes=300)
             for one in ("reactive", "random")
         )
         assert reacted.returns[:, 0].mean() > random.returns[:, 0].mean()
@@ -267,7 +265,7 @@ def test_two_who_always_sense_the_prey_are_advised_to_sweep() -> None:
     triangle = dmplay.load(f"{NAME}:triangle")
     assert roster(triangle, 1).adviser == "sweep"
     swept, planned = (
-        dmplay.rollout(triangle, [dmplay.agent(triangle, i, one) for i in range(2)], episodes=300)
+        dmplay.rollout(triangle, [dmplay.agent(triangle, i, one) for i in range(2)], episodes=100)
         for one in ("sweep", "qmdp")
     )
     assert swept.returns[:, 0].mean() > planned.returns[:, 0].mean() + 20

@@ -60,7 +60,6 @@ def best_worth(game: Game2048, s: np.ndarray, depth: int) -> float:
     [
         *product((EARLY, LATE), (1, 2), (0.8, 0.0, 1.0)),
         *product((LATE, TIGHT), (3,), (0.8, 0.0, 1.0)),
-        (LATE, 4, 0.8),
         (TIGHT, 4, 0.8),
     ],
 )
