@@ -4,9 +4,9 @@ An agent is `NAME`, `NAME:PARAMETER=VALUE,...`, `MODULE:ATTRIBUTE`, `./FILE.py:A
 program, `bot:COMMAND` or `bot:PARAMETER=VALUE,...,COMMAND`.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import Field, fields, replace
-from functools import partial
+from functools import cache, partial
 from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
@@ -144,19 +144,24 @@ def _names(problem: Problem, seat: int) -> list[str]:
 
 def _check_fits(problem: Problem, seat: int, name: str) -> None:
     """Raises BadPolicy for an agent of other problems, with theirs."""
-    built_in = [(one, load(one)) for one in problem_names()]
-    where = {one: its for one, its in built_in for at in (0, -1) if name in _known(its, at)}
+    where = {one: kind for one, kind, agents in _built_in() if name in agents}
     if not where:
         return
-    kinds = {its.kind for its in where.values()}
+    kinds = {*where.values()}
     told = ", ".join([*where][:SHOWN]) + " and others" * (len(where) > SHOWN)
     others = ", ".join(_names(problem, seat))
     why = "" if problem.kind in kinds else f" ({' or '.join(sorted(kinds))}, not {problem.kind})"
     raise BadPolicy(f"agent {name} is for {told}{why}; expected one of {others}")
 
 
-def _known(problem: Problem, seat: int) -> Mapping[str, type[Seated]]:
-    return roster(problem, seat % len(problem.agents)).agents
+@cache
+def _built_in() -> list[tuple[str, str, set[str]]]:
+    """Each built-in problem with its kind and who can play the first and the last seat."""
+    each = [(name, load(name)) for name in problem_names()]
+    return [
+        (name, its.kind, {*roster(its).agents, *roster(its, len(its.agents) - 1).agents})
+        for name, its in each
+    ]
 
 
 def _other(problem: Problem, seat: int, name: str) -> Policy | None:

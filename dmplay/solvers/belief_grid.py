@@ -52,7 +52,8 @@ class BeliefGrid:
         low = np.minimum(sums.astype(np.int64), self.steps)
         past = np.clip(sums - low, 0.0, 1.0)
         order = np.argsort(-past, axis=1, kind="stable")
-        rank = np.argsort(order, axis=1)
+        rank = np.empty_like(order)
+        np.put_along_axis(rank, order, np.arange(self.states - 1)[None], axis=1)
         steps = low[:, None] + (rank[:, None] < np.arange(self.states)[:, None])
         places = self._place[tuple(np.moveaxis(np.minimum(steps, self.steps), 2, 0))]
         falling = np.take_along_axis(past, order, axis=1)

@@ -93,11 +93,11 @@ def test_an_agent_takes_no_parameter_that_it_cannot_play_with(name: str) -> None
 
 @pytest.mark.usefixtures("coarse")
 @every_problem
-@pytest.mark.parametrize("discount", [0.0, 0.99999999, 1.0])
-def test_a_hint_is_had_at_any_discount_or_one_line_says_why_not(name: str, discount: float) -> None:
-    problem = replace(small(name), discount=discount)
-    session = Session(problem, Dice(7, 0))
-    ends(Adviser(session, 0).hint)
+def test_a_hint_is_had_at_any_discount_or_one_line_says_why_not(name: str) -> None:
+    for discount in (0.0, 0.99999999, 1.0):
+        problem = replace(small(name), discount=discount)
+        session = Session(problem, Dice(7, 0))
+        ends(Adviser(session, 0).hint)
 
 
 def test_every_number_has_bounds() -> None:

@@ -24,7 +24,7 @@ def final_states(name: str) -> Array:
     ends = type(problem).terminal is not Problem.terminal
     found = []
     for policies in (random_play(problem), *(policies for _, policies in seated(name))):
-        played = rollout(problem, policies, episodes=30, turns=300 if ends else 30, seed=SEED)
+        played = rollout(problem, policies, episodes=20, turns=300 if ends else 9, seed=SEED)
         found.append(played.state)
         if played.over.any() or not ends:
             break

@@ -18,7 +18,7 @@ from dmplay.policies.general import Random
 from dmplay.session import Past
 
 SEED = samples.SEED
-SOME = 4  # turns of a game that is played on for a while
+SOME = 3  # turns of a game that is played on for a while
 ROWS = 9_001  # a prime, so that no vector width divides it, and beyond NumPy's buffer of 8,192
 CASES = [
     f"{name}:{variant}" if variant else name

@@ -1,6 +1,7 @@
 """Games that a seat cannot tell apart, and that differ in what it may not know."""
 
 from functools import cache
+from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
@@ -46,8 +47,9 @@ class Twins(NamedTuple):
 def twins(name: str, seat: int) -> list[Twins]:
     problem = small(name)
     if not problem.hidden:
-        return [public_twins(problem, row) for row in range(2)]
-    return [pair for attempt in range(1, 4) for pair in hidden_twins(problem, seat, attempt)]
+        return [public_twins(problem, 1)]
+    found = (pair for attempt in range(1, 4) for pair in hidden_twins(problem, seat, attempt))
+    return [*islice(found, 2)]
 
 
 def public_twins(problem: Problem, row: int) -> Twins:
