@@ -241,11 +241,10 @@ def test_a_search_that_was_stopped_finds_the_same_when_it_is_asked_again() -> No
 
 @pytest.mark.parametrize("name", ["crying-baby", "hexworld", "machine-replacement"])
 def test_an_agent_that_was_stopped_knows_the_same_when_it_is_asked_again(name: str) -> None:
-    problem = dmplay.load(name)
-    fresh = dmplay.agent(problem, 0, "optimal")
-    memory = fresh.begin(problem.first_sight(problem.start(np.full((1, 1), 0.3))))
     for call in AT_CALLS:
-        agent = dmplay.agent(problem, 0, "optimal")
+        problem = dmplay.load(name, discount=0.8 + call / 100)  # for which none has found anything
+        fresh, agent = (dmplay.agent(problem, 0, "optimal") for _ in range(2))
+        memory = agent.begin(problem.first_sight(problem.start(np.full((1, 1), 0.3))))
         with contextlib.suppress(Stopped), watched(stopped_at(call)):
             agent.values(memory)
         np.testing.assert_array_equal(agent.values(memory), fresh.values(memory))
