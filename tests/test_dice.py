@@ -8,7 +8,7 @@ LATE = 2**31
 
 
 @pytest.mark.parametrize("seed", [0, 3, 2**31, 2**32, 2**63 - 1, 2**127, 2**128, 2**200 + 7])
-@pytest.mark.parametrize("episode", [0, 1, 12_345_678])
+@pytest.mark.parametrize("episode", [0, 12_345_678])
 def test_the_dice_of_many_turns_are_those_of_each(seed: int, episode: int) -> None:
     dice = Dice(seed, episode)
     for stream in (0, 2):

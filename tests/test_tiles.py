@@ -39,9 +39,9 @@ def after(board: Array, a: int) -> tuple[list[list[int]], int]:
 def boards() -> Array:
     """Boards with few and many tiles, small ones and ones up to 65536; the first is empty."""
     rng = np.random.default_rng(5)
-    found = np.concatenate([rng.integers(0, top, (60, 4, 4)) for top in (3, 5, 12, 17)])
+    found = np.concatenate([rng.integers(0, top, (30, 4, 4)) for top in (3, 5, 12, 17)])
     found[rng.random(found.shape) < 0.3] = 0
-    found[180:] = np.where(rng.random((60, 4, 4)) < 0.5, np.maximum(found[180:], 14), found[180:])
+    found[90:] = np.where(rng.random((30, 4, 4)) < 0.5, np.maximum(found[90:], 14), found[90:])
     found[0] = 0
     return found.astype(np.uint8)
 

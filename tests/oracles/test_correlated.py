@@ -33,7 +33,7 @@ def test_where_nothing_matters_every_pair_is_a_corner() -> None:
     assert len(correlated.equilibria(np.zeros((2, 3, 2)))) == 6
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(9))
 def test_the_corners_are_in_equilibrium_and_hold_every_nash_equilibrium(seed: int) -> None:
     random = np.random.default_rng(seed)
     payoffs = random.normal(size=(int(random.integers(1, 4)), 3, 2))
@@ -42,7 +42,8 @@ def test_the_corners_are_in_equilibrium_and_hold_every_nash_equilibrium(seed: in
         assert joint.min() >= 0
         assert joint.sum() == pytest.approx(1)
         assert (correlated_gains(payoffs, joint) <= 1e-9).all()
-    for profile in matrix_game.nash(payoffs):
+    equilibria = matrix_game.nash(payoffs)
+    for profile in equilibria:
         joint = np.outer(*profile)
         weights = np.linalg.lstsq(
             np.vstack([found.reshape(len(found), -1).T, np.ones(len(found))]),
@@ -53,5 +54,5 @@ def test_the_corners_are_in_equilibrium_and_hold_every_nash_equilibrium(seed: in
     for _ in range(20):  # no direction leads to a better joint than the corners do
         direction = random.normal(size=payoffs.shape[:2])
         best = max((direction * joint).sum() for joint in found)
-        for profile in matrix_game.nash(payoffs):
+        for profile in equilibria:
             assert (direction * np.outer(*profile)).sum() <= best + 1e-9

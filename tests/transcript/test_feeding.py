@@ -128,7 +128,7 @@ def told(text: str, problem: Problem, policies: list[Policy], *, many: int = 256
 def spoilt(text: str) -> Iterator[str]:
     """The text with two lines exchanged, one gone, another digit or blank in one; summed anew."""
     random, rows = Random(4), text.split("\n")
-    for at in random.sample(range(5, len(rows)), 3):
+    for at in random.sample(range(5, len(rows)), 2):
         like = [row for row in rows if row[:4] == rows[at][:4]]
         digit = rows[at].translate(str.maketrans("012345", "123450"))
         for other in ([random.choice(like)], [], [digit], [f"{rows[at]} "], ["# a note", rows[at]]):
