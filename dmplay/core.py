@@ -257,6 +257,11 @@ def own(array: Array) -> Array:
     return copied
 
 
+def raw(array: Array) -> bytes:
+    """The bytes of an array, or of one number: what is the same has the same."""
+    return array.data.tobytes()
+
+
 def locked(array: Array) -> Array:
     """An array that was just made, into which nobody writes from now on."""
     array.setflags(write=False)

@@ -25,6 +25,7 @@ from dmplay.core import (
     asked,
     locked,
     own,
+    raw,
 )
 from dmplay.describe import counted, ended
 from dmplay.dice import NATURE
@@ -63,14 +64,12 @@ class Turn(NamedTuple):
 
 def lasting(array: Array) -> Array:
     """A copy into which nobody ever can write; where its like was told before, that one."""
-    return (
-        own(array) if array.dtype.hasobject else _bytes(array.tobytes(), array.dtype, array.shape)
-    )
+    return own(array) if array.dtype.hasobject else _bytes(raw(array), array.dtype, array.shape)
 
 
 @lru_cache(MOST_SHARED)
-def _bytes(raw: bytes, dtype: "np.dtype[Any]", shape: tuple[int, ...]) -> Array:
-    return np.ndarray(shape, dtype, raw)
+def _bytes(known: bytes, dtype: "np.dtype[Any]", shape: tuple[int, ...]) -> Array:
+    return np.ndarray(shape, dtype, known)
 
 
 class Telling(Generic[T]):
@@ -281,16 +280,15 @@ class Session(Displayed):
 
     def _now(self) -> _Known:
         """What is known of the present state, asked once a state."""
-        state, known = self.state, self._known
-        if known.state is not state:
+        state = self.turns[-1].state if self.turns else self.first
+        if self._known.state is not state:
             problem, row = self.problem, state[None]
             legal, ending = problem.legal(row), self._natural(row)
             if legal is None:
-                known = _Known(state, None, self._nobody, ending)
+                self._known = _Known(state, None, self._nobody, ending)
             else:
-                known = _Known(state, legal[0], problem.waiting(row)[0], ending)
-            self._known = known
-        return known
+                self._known = _Known(state, legal[0], problem.waiting(row)[0], ending)
+        return self._known
 
     def _natural(self, row: Array) -> str | None:
         """The end that the game has come to by itself in the present state, as a row."""
@@ -364,6 +362,8 @@ class Session(Displayed):
         Who only waits is not asked.
         """
         given = list(actions) or [None] * len(self.problem.agents)
+        if None not in given:
+            return given
         every = enumerate(zip(given, self.followers, strict=True))
         return [
             action if action is not None else self._decides(seat, follower)

@@ -1,4 +1,4 @@
-"""From rich text to what terminals take: rows of SGR codes, ANSI, prompt-toolkit fragments."""
+"""Lines of a screen, and what terminals take: rows of SGR codes, ANSI, prompt-toolkit fragments."""
 
 from collections import defaultdict
 from functools import cache
@@ -8,6 +8,7 @@ from rich.text import Text
 
 Fragments = list[tuple[str, str]]
 Row = tuple[tuple[str, str], ...]  # pieces of a row, each with its SGR codes
+Line = str | Row | Text  # of a screen: words, or pieces with styles for codes, or any rich text
 
 LEVELS = (0, 95, 135, 175, 215, 255)  # of each primary colour in the palette's cube
 
@@ -38,6 +39,20 @@ SGR |= {f"on_color({number})": f"48;5;{number}" for number in PALETTE}
 TOOLKIT |= {f"color({number})": color for number, color in PALETTE.items()}
 TOOLKIT |= {f"on_color({number})": f"bg:{color}" for number, color in PALETTE.items()}
 SGR |= {"bold": "1", "dim": "2", "italic": "3", "underline": "4", "reverse": "7"}
+
+
+def words(line: Line) -> str:
+    """What stands in a line."""
+    if isinstance(line, str):
+        return line
+    return line.plain if isinstance(line, Text) else "".join([piece for piece, _ in line])
+
+
+def lettered(line: Line) -> Text:
+    """A line as rich text, which takes longest to make."""
+    if isinstance(line, Text):
+        return line
+    return Text(line) if isinstance(line, str) else Text.assemble(*line)
 
 
 def runs(text: Text) -> list[tuple[frozenset[str], str]]:
@@ -79,14 +94,17 @@ def _style(words: frozenset[str], theme: str) -> str:
     return " ".join(sorted(TOOLKIT.get(word, word) for word in _shown(words, theme)))
 
 
-def ansi(text: Text, theme: str) -> str:
-    """The text with escape sequences."""
-    if not text.spans and not text.style:
-        return text.plain
-    return "\n".join(
-        "".join(f"\x1b[{codes}m{piece}\x1b[0m" if codes else piece for piece, codes in row)
-        for row in rows(text, theme)
-    )
+def ansi(line: Line, theme: str) -> str:
+    """A line, or a text of several, with escape sequences."""
+    if isinstance(line, str):
+        return line
+    if isinstance(line, tuple):
+        return _sent(tuple([(piece, _codes(_words((style,)), theme)) for piece, style in line]))
+    return "\n".join(map(_sent, rows(line, theme)))
+
+
+def _sent(row: Row) -> str:
+    return "".join([f"\x1b[{codes}m{piece}\x1b[0m" if codes else piece for piece, codes in row])
 
 
 def rows(text: Text, theme: str) -> list[Row]:

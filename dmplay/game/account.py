@@ -41,7 +41,7 @@ class Account:
         rerolled = ", under other dice" if now.turn in self.session.rerolls else ""
         parts = [f"turn {now.turn}{rerolled}.", self.kept.told(now)]
         if now.paid and now.last:
-            reward = now.last.rewards[now.seat]
+            reward = now.last.rewards.item(now.seat)
             parts.append(f"reward {reward:.6g}. score {self.returned(now):.6g}.")
         if self.ghost and self.ghost.early:
             parts.append(f"ghost {self.ghost.score:.6g}, lead {self.ghost.lead:+.6g}.")

@@ -63,7 +63,8 @@ class Game:
         self.between: Callable[[], object] = lambda: None  # after a turn that another follows
         self.logs: list[Path] = []  # of programs that play, once it is over
         agents = {clean(who): None for seat, who in enumerate(seats) if seat not in self.people}
-        self._agents = " and ".join(agents) + (" are" if len(agents) > 1 else " is") + " thinking"
+        who = " and ".join(agents) + (" are" if len(agents) > 1 else " is")
+        self._choosing = About(f"{who} thinking", move=True)
         self._chosen: dict[int, float] = {}
         self._undone: list[list[float]] = []
         self._sit(session)
@@ -242,7 +243,7 @@ class Game:
         """The choices of people, and of the agents, who may think for long."""
         if len(self.people) == len(self.seats):
             return actions
-        return think(About(self._agents, move=True), lambda: self.session.decided(actions))
+        return think(self._choosing, lambda: self.session.decided(actions))
 
     def leave_alone(self) -> None:
         """Has agents and advisers think anew: one of them may still be thinking."""

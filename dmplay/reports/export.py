@@ -24,8 +24,8 @@ from dmplay.reports.drawing import film as pictures
 from dmplay.reports.drawing import kept, picture
 from dmplay.reports.page import page
 from dmplay.screen.frame import Part, compose, composed
-from dmplay.screen.shown import Room, Shown, fitted
-from dmplay.styles import ansi
+from dmplay.screen.shown import Room, Shown, within
+from dmplay.styles import Line, ansi, words
 from dmplay.transcript.format import end_facts
 from dmplay.transcript.header import header_facts
 from dmplay.views.kept import Once
@@ -49,9 +49,9 @@ class Wanted(NamedTuple):
 class Drawn:
     """Screens in another form, of which most parts and rows come again."""
 
-    def __init__(self, room: Room, draw: Callable[[Text], str], end: str) -> None:
+    def __init__(self, room: Room, draw: Callable[[Line], str], end: str) -> None:
         self._room, self._end = room, end
-        self._rows = Once[Text](lambda row: draw(fitted(row, room)), MOST_ROWS)
+        self._rows = Once[Line](lambda row: draw(within(row, room)), MOST_ROWS)
         self._parts = Once[Part](self._drawn, MOST_PARTS)
 
     def screen(self, game: Game, log: list[str]) -> str:
@@ -163,7 +163,7 @@ def _line(value: object) -> str:
 
 def text(game: Playback, wanted: Wanted) -> Iterator[str]:
     """Every turn in words, with the board under it."""
-    drawn = Drawn(wanted.room, lambda row: row.plain.rstrip(), "\n")
+    drawn = Drawn(wanted.room, lambda row: words(row).rstrip(), "\n")
     for log in _told(game):
         yield drawn.screen(game, log).rstrip() + "\n\n"
 

@@ -7,7 +7,8 @@ from rich.text import Text
 from dmplay.game.facts import sentence
 from dmplay.game.game import Game
 from dmplay.screen.shown import Room
-from dmplay.screen.wrapping import worded, wrapped
+from dmplay.screen.wrapping import rows_of, wrapped
+from dmplay.styles import Line
 from dmplay.terminal import clean
 
 LOG = 2  # rows at least
@@ -21,14 +22,14 @@ def events(game: Game, log: Sequence[str]) -> list[str]:
 
 def log_rows(  # noqa: PLR0913 - what is told, where, and from which row on
     game: Game, room: Room, long: list[str], log: list[str], back: int, *, column: bool = False
-) -> list[Text]:
+) -> Sequence[Line]:
     """The last events, wrapped, or those before them; a message too long for its row."""
     over, least = game.session.over, 1 if back else LOG + 1
     if room.height > least and (back or over):
         every = [*events(game, log), *map(clean, long)]
-        many = sum(len(worded([line], room)) for line in every)
+        many = sum(len(rows_of(line, room.width)) for line in every)
         if many > room.height:
-            return _window(worded(every[-room.height - back :], room), many, room, back)
+            return _window(wrapped(every[-room.height - back :], room), many, room, back)
     lines = [*log[-room.height or len(log) :], *map(clean, long)]
     if over:
         lines = [*events(game, log), *map(clean, long)]
@@ -36,17 +37,16 @@ def log_rows(  # noqa: PLR0913 - what is told, where, and from which row on
         told = _column(log, room)
         if told:
             return told
-    shown: list[Text] = []
+    shown: list[Line] = []
     for line in reversed(lines[-room.height :] if room.height else []):
-        told = wrapped([line], room)
-        if len(shown) + len(told) <= room.height:
-            shown[:0] = told
-        else:  # a line is told whole, unless there is no room for the last one
-            return shown or _cut(told, room.height, room)
+        rows = rows_of(line, room.width)
+        if len(shown) + len(rows) > room.height:  # a line is told whole, unless there is no room
+            return shown or _cut(rows, room.height, room)
+        shown[:0] = rows
     return shown
 
 
-def _column(log: Sequence[str], room: Room) -> list[Text]:
+def _column(log: Sequence[str], room: Room) -> Sequence[Line]:
     """The last events, which move up by several at a time: most turns write one row more."""
     step = max(room.height // 6, 1)
     first = max(-(-(len(log) - room.height) // step) * step, 0)
@@ -54,19 +54,19 @@ def _column(log: Sequence[str], room: Room) -> list[Text]:
     return next((told for told in parts if len(told) <= room.height), [])
 
 
-def _window(last: list[str], many: int, room: Room, back: int) -> list[Text]:
+def _window(last: list[str], many: int, room: Room, back: int) -> Sequence[Line]:
     """The last of so many rows, or those so many before them, and which they are."""
     end, before = max(many - back, room.height - 1), many - len(last)
     begin = end - room.height + 1
     told = f" rows {begin + 1}-{end} of {many}: PgUp"
     keys = (" PgDn Home End", " PgDn")
     more = next((some for some in keys if len(told + some) <= room.width), "")
-    return [*map(Text, last[begin - before : end - before]), Text(told + more, style="dim")]
+    return [*last[begin - before : end - before], ((told + more, "dim"),)]
 
 
-def _cut(lines: list[Text], rows: int, room: Room) -> list[Text]:
+def _cut(lines: Sequence[str], rows: int, room: Room) -> Sequence[Line]:
     """As many rows as there is room for, the last with the sign that it goes on."""
     *before, last = lines[:rows]
-    cut = last.copy()
+    cut = Text(last)
     cut.truncate(room.width - 1)
     return [*before, cut.append("…")]

@@ -13,8 +13,9 @@ from dmplay.game.game import Game
 from dmplay.screen import heading
 from dmplay.screen.events import LOG, events, log_rows
 from dmplay.screen.footer import keys
-from dmplay.screen.shown import NOTHING, Room, Shown, fitted
-from dmplay.screen.wrapping import panel_rows, worded, wrapped
+from dmplay.screen.shown import NOTHING, Room, Shown, within
+from dmplay.screen.wrapping import panel_rows, wrapped
+from dmplay.styles import Line, lettered
 from dmplay.terminal import clean
 from dmplay.views.canvas import size
 from dmplay.views.kept import Moment
@@ -25,8 +26,7 @@ HIGH = 8  # rows of the log below the board at most
 WIDE = 100  # columns from which on the log is beside the board
 COLUMN = 36  # columns that it then has at least
 Facts = tuple[tuple[str, str], ...]  # of the side panel, with their names
-Part = Sequence[Text]  # rows of the screen; a tuple where they come again
-EMPTY, BLANK = Text(""), Text(" ")
+Part = Sequence[Line]  # rows of the screen; a tuple where they come again
 
 
 def compose(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
@@ -39,40 +39,40 @@ def composed(game: Game, room: Room, shown: Shown, log: list[str]) -> list[Part]
 
     Under four rows: what is most urgent in one, below it the keys, above it the title.
     """
-    below = keys(game, room, shown)
+    now, below = game.moment(), keys(game, room, shown)
     if room.height < SMALL:
-        rows = [_urgent(game, room, shown, log), below][: room.height]
-        return [[heading.title(game, room), *rows][-room.height :]]
+        rows = [_urgent(game, now, room, shown, log), below][: room.height]
+        return [[heading.title(game, now, room), *rows][-room.height :]]
     if room.height == SMALL and not (shown.message or shown.curtain):
-        shown = shown._replace(message=_beside(game, room, shown, log))
-    return [*_upper(game, room, shown, log), [message(room, shown), below]]
+        shown = shown._replace(message=_beside(game, now, room, shown, log))
+    return [*_upper(game, now, room, shown, log), [message(room, shown), below]]
 
 
-def _beside(game: Game, room: Room, shown: Shown, log: list[str]) -> str:
+def _beside(game: Game, now: Moment, room: Room, shown: Shown, log: list[str]) -> str:
     """What the row of messages tells where the body has one row alone."""
     if shown.page:
         many = len(pages(room, shown))
         return f"part {min(shown.part, many - 1) + 1} of {many}. Space goes on"
-    return log[-1] if log else game.account.situation(game.moment())
+    return log[-1] if log else game.account.situation(now)
 
 
-def _urgent(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
+def _urgent(game: Game, now: Moment, room: Room, shown: Shown, log: list[str]) -> Line:
     """One row: the curtain, a row of a page, the message, what happened last, how it stands."""
     if shown.curtain:
         return _curtain(shown.curtain, room)[0]
     if shown.page:
         return _part(room, shown)[0]
     if shown.message or log:
-        return Text(f" {clean(shown.message or log[-1])}")
+        return f" {clean(shown.message or log[-1])}"
     board = game.draw(Look(room.width, 1, room.ascii, around=LOG + SMALL))
     needed = [board.plain] if isinstance(board, Needed) else []
-    return Text(" " + ". ".join([*needed, game.account.situation(game.moment())]))
+    return " " + ". ".join([*needed, game.account.situation(now)])
 
 
-def message(room: Room, shown: Shown) -> Text:
+def message(room: Room, shown: Shown) -> Line:
     """The row that answers the last key; empty where the log has room for a long answer."""
     told = "" if not shown.message or too_long(shown, room) else clean(shown.message)
-    return fitted(Text(f" {told}"), room) if told else BLANK
+    return within(f" {told}", room)
 
 
 def too_long(shown: Shown, room: Room) -> bool:
@@ -83,10 +83,10 @@ def too_long(shown: Shown, room: Room) -> bool:
 
 def upper(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
     """All but the command row and the key row."""
-    return _rows(_upper(game, room, shown, log), room)
+    return _rows(_upper(game, game.moment(), room, shown, log), room)
 
 
-def _upper(game: Game, room: Room, shown: Shown, log: list[str]) -> list[Part]:
+def _upper(game: Game, now: Moment, room: Room, shown: Shown, log: list[str]) -> list[Part]:
     """Exactly `height - 2` rows.
 
     Fit order: the side panel goes first, then the log shrinks to two rows, then the board to its
@@ -96,12 +96,12 @@ def _upper(game: Game, room: Room, shown: Shown, log: list[str]) -> list[Part]:
     if shown.curtain:
         parts: list[Part] = [[heading.name(game)], _curtain(shown.curtain, room)]
     elif shown.page:
-        parts = [[heading.title(game, room)], _part(room, shown)]
+        parts = [[heading.title(game, now, room)], _part(room, shown)]
     else:
-        aim = [heading.goal(game, room)] if aimed(room) else []
-        parts = [[heading.title(game, room), *aim], *_body(game, room, shown, log, body)]
+        aim = [heading.goal(game, now, room)] if aimed(room) else []
+        parts = [[heading.title(game, now, room), *aim], *_body(game, now, room, shown, log, body)]
     left = room.height - 2 - sum(map(len, parts))
-    return [*parts, [EMPTY] * left] if left >= 0 else [[*chain(*parts)][: room.height - 2]]
+    return [*parts, [""] * left] if left >= 0 else [[*chain(*parts)][: room.height - 2]]
 
 
 def _height(room: Room) -> int:
@@ -114,13 +114,13 @@ def aimed(room: Room) -> bool:
     return room.height >= ROOMY
 
 
-def _part(room: Room, shown: Shown) -> list[Text]:
+def _part(room: Room, shown: Shown) -> Part:
     """The part of the page that is shown; the last where a larger screen needs fewer."""
     parts = pages(room, shown)
     return parts[min(shown.part, len(parts) - 1)]
 
 
-def pages(room: Room, shown: Shown) -> list[list[Text]]:
+def pages(room: Room, shown: Shown) -> list[Part]:
     """An answer of several lines, in parts that the screen holds."""
     rows = wrapped([*map(clean, shown.page)], room)
     body = max(room.height - 3, 1)
@@ -130,37 +130,36 @@ def pages(room: Room, shown: Shown) -> list[list[Text]]:
         return [[row] for row in rows]
     held = body - 1
     many = -(-len(rows) // held)
-    parts = []
+    parts: list[Part] = []
     for number in range(1, many + 1):
         part = rows[(number - 1) * held : number * held]
         does = "Space goes on" if number < many else "any key goes back"
-        last = Text(f" part {number} of {many}. {does}", style="dim")
-        parts.append([*part, *[Text("")] * (held - len(part)), last])
+        last = (f" part {number} of {many}. {does}", "dim")
+        parts.append([*part, *[""] * (held - len(part)), (last,)])
     return parts
 
 
-def _curtain(agent: str, room: Room) -> list[Text]:
+def _curtain(agent: str, room: Room) -> Part:
     """What hides one person's board from the other while they change places."""
     told = f"{clean(agent)} is next: nobody else should look now. Enter shows the board."
     rows = wrapped([told], room)
-    return [Text(""), *rows] if len(rows) < room.height - 3 else rows
+    return ["", *rows] if len(rows) < room.height - 3 else rows
 
 
 def _rows(parts: Sequence[Part], room: Room) -> Text:
-    return Text("\n", no_wrap=True).join([fitted(row, room) for row in chain(*parts)])
+    return Text("\n", no_wrap=True).join([lettered(within(row, room)) for row in chain(*parts)])
 
 
 class _Laid(NamedTuple):
     """The board with the panel beside it, and where the log has its place."""
 
-    rows: tuple[Text, ...]
+    rows: tuple[Line, ...]
     log: Room
     beside: bool  # whether the log is at the right, in rows that reach to its first column
 
 
-def _laid(game: Game, room: Room, shown: Shown, body: int) -> _Laid | Needed:
+def _laid(game: Game, now: Moment, room: Room, shown: Shown, body: int) -> _Laid | Needed:
     """The board and what is around it; of a game that is only looked at that comes again."""
-    now = game.moment()
     if game.people or game.ghost or shown != NOTHING:
         return _laid_out(game, now, room, shown, body)
     wanted = (room, body, game.reveal and game.session.state.tobytes())
@@ -178,19 +177,19 @@ def _laid_out(game: Game, now: Moment, room: Room, shown: Shown, body: int) -> _
             laid = _beside_board(known, board, room, body)
             if laid.log.height >= LOG:
                 return laid
-    within = Room(room.width, max(body - LOG - 1, 1), room.ascii)
-    board = _board(game, now, room, shown, within)
+    below = Room(room.width, max(body - LOG - 1, 1), room.ascii)
+    board = _board(game, now, room, shown, below)
     if isinstance(board, Needed):
         return board
     return _below_board(known, board, room, body, over=now.ending is not None)
 
 
-def _board(game: Game, now: Moment, room: Room, shown: Shown, within: Room) -> Text:
+def _board(game: Game, now: Moment, room: Room, shown: Shown, inside: Room) -> Text:
     """The drawing in a part of the room."""
     advised = shown.advice.action if shown.advice and shown.written is None else shown.written
     look = Look(
-        within.width,
-        within.height,
+        inside.width,
+        inside.height,
         room.ascii,
         game.adviser.overlay(shown.overlay),
         keys=game.waiting is not None and now.turn < shown.keys_until,
@@ -200,7 +199,7 @@ def _board(game: Game, now: Moment, room: Room, shown: Shown, within: Room) -> T
         advised=advised,
         outlook=shown.outlook,
         passed=shown.passed,
-        panel=max(PANEL + 2 - (room.width - within.width), 0),
+        panel=max(PANEL + 2 - (room.width - inside.width), 0),
     )
     return game.draw(look, now)
 
@@ -223,7 +222,7 @@ def _below_board(known: Facts, board: Text, room: Room, body: int, *, over: bool
     rows = _joined(board.plain, tuple(board.spans), facts, width, max(body - LOG - 1, 0))
     left = max(body - len(rows) - 1, 0)
     high = left if over else min(left, HIGH)
-    return _Laid((*rows, EMPTY), Room(room.width, high, room.ascii), beside=False)
+    return _Laid((*rows, ""), Room(room.width, high, room.ascii), beside=False)
 
 
 def _known(game: Game, now: Moment, shown: Shown) -> Facts:
@@ -248,34 +247,36 @@ def _joined(
     return tuple(rows)
 
 
-def _body(game: Game, room: Room, shown: Shown, log: list[str], body: int) -> list[Part]:
+def _body(  # noqa: PLR0913, PLR0917 - what is seen of which moment, and where
+    game: Game, now: Moment, room: Room, shown: Shown, log: list[str], body: int
+) -> list[Part]:
     """Board, panel and log."""
-    laid = _laid(game, room, shown, body)
+    laid = _laid(game, now, room, shown, body)
     long = [shown.message] if too_long(shown, room) else []
     left = Room(room.width, max(body - 1, 0), room.ascii) if isinstance(laid, Needed) else laid.log
     begins = not game.session.turns
-    aim = heading.more(game, room if aimed(room) else None, left) if begins else []
+    aim = heading.more(game, now, room if aimed(room) else None, left) if begins else []
     if isinstance(laid, Needed):
         if log or long:
             return [[laid], log_rows(game, left, long, log, shown.back)]
-        told = wrapped([game.account.situation(game.moment()), *aim], room)
-        return [[laid], told[: left.height]]
+        stands = wrapped([game.account.situation(now), *aim], room)
+        return [[laid], stands[: left.height]]
     told = log_rows(game, laid.log, long, log or aim, shown.back, column=laid.beside)
     if not laid.beside:
         return [laid.rows, told]
     rows = [*laid.rows]
     width, first = room.width - laid.log.width, body - laid.log.height
-    rows += [Text(" " * width)] * (first + len(told) - len(rows))
-    for place, words in enumerate(told, first):
-        rows[place] = rows[place].copy().append_text(words)
+    rows += [" " * width] * (first + len(told) - len(rows))
+    for place, line in enumerate(told, first):
+        rows[place] = lettered(rows[place]).copy().append_text(lettered(line))
     return [rows]
 
 
 def most_back(game: Game, room: Room, shown: Shown, log: list[str]) -> int:
     """How many rows the log can be scrolled back."""
-    laid = _laid(game, room, shown, _height(room))
-    within = Room(room.width, _height(room) - 1) if isinstance(laid, Needed) else laid.log
-    return max(len(worded(events(game, log), within)) - within.height + 1, 0)
+    laid = _laid(game, game.moment(), room, shown, _height(room))
+    inside = Room(room.width, _height(room) - 1) if isinstance(laid, Needed) else laid.log
+    return max(len(wrapped(events(game, log), inside)) - inside.height + 1, 0)
 
 
 def _ghost(game: Game) -> list[tuple[str, str]]:

@@ -3,55 +3,41 @@
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 
-from rich.text import Span, Text
-
 from dmplay.describe import brief, ended, score
 from dmplay.game.game import Game
 from dmplay.screen.shown import Room
-from dmplay.screen.wrapping import worded
+from dmplay.screen.wrapping import wrapped
 from dmplay.session import MOST_TURNS
+from dmplay.styles import Line
 from dmplay.terminal import clean
+from dmplay.views.kept import Moment
 
 
-def title(game: Game, room: Room) -> Text:
+def title(game: Game, now: Moment, room: Room) -> Line:
     """The game and how it stands; closer together and without the seed where there is no room."""
-    first, told, end = _headed(game, room)
-    begin, last = len(first), len(first) + len(told)
-    spans = [Span(begin, last, "not bold"), Span(last, last + len(end), "bold")]
-    return Text(first + told + end, style="bold", spans=spans[: 1 + bool(end)])
-
-
-def _headed(game: Game, room: Room) -> tuple[str, str, str]:
-    """What is played, how it stands, and how it ended, in a form that the room holds."""
-    form = ("", "", "")
-    for first, gap, facts in _forms(game):
-        form = first, gap[1:] + gap.join(facts), _end(game, gap)
-        if sum(map(len, form)) <= room.width:
+    end = "over" if now.ending == "terminal" else ended(now.ending)
+    first, told, last = "", "", ""
+    for first, gap, facts in _forms(game, now):
+        told, last = gap[1:] + gap.join(facts), gap + end if now.ending else ""
+        if len(first) + len(told) + len(last) <= room.width:
             break
-    return form
+    return (first, "bold"), (told, ""), *([(last, "bold")] if last else [])
 
 
-def _forms(game: Game) -> Iterator[tuple[str, str, Sequence[str]]]:
+def _forms(game: Game, now: Moment) -> Iterator[tuple[str, str, Sequence[str]]]:
     """What is played, the blanks between the facts, and these; each form needs less room."""
     seed = [f"seed {game.seed}"] if game.shows_seed else []
-    facts = _facts(game, score(game.problem))
+    facts = _facts(game, now, score(game.problem))
     yield _called(game), "   ", [*seed, *facts]
     close = f" {clean(game.name)} "
     yield close, "  ", facts
-    facts = _facts(game, "score")
+    facts = _facts(game, now, "score")
     for many in range(len(facts), -1, -1):  # a fact is told whole or not at all
         yield close, "  ", facts[:many]
 
 
-def _end(game: Game, gap: str) -> str:
-    ending = game.moment().ending
-    why = "over" if ending == "terminal" else ended(ending)
-    return f"{gap}{why}" if ending else ""
-
-
-def _facts(game: Game, called: str) -> list[str]:
+def _facts(game: Game, now: Moment, called: str) -> list[str]:
     """Turn, score, who you are, and who the others are."""
-    now = game.moment()
     limit = f"/{game.session.limit}" if game.session.limit not in (None, MOST_TURNS) else ""
     facts = [f"turn {now.turn}{limit}"]
     if now.paid:
@@ -67,39 +53,39 @@ def _seated(agents: Sequence[str], seats: Sequence[str], you: int | None) -> tup
     return (*own, *(f"{agent}: {clean(who)}" for seat, (agent, who) in others if seat != you))
 
 
-def name(game: Game) -> Text:
+def name(game: Game) -> Line:
     """What is played."""
-    return Text(_called(game), style="bold")
+    return ((_called(game), "bold"),)
 
 
 def _called(game: Game) -> str:
     return f" dmplay {clean(game.name)}  "
 
 
-def goal(game: Game, room: Room) -> Text:
+def goal(game: Game, now: Moment, room: Room) -> Line:
     """What to aim for and what it costs, as many clauses as one row holds; one at least."""
-    return _row(tuple(_clauses(game)), room.width)
+    return game.account.kept.answer("aim", now, lambda now: _row(game, now, room), (room.width,))
 
 
-@lru_cache(16)  # which comes again
-def _row(clauses: Sequence[str], width: int) -> Text:
-    return Text(f" {_joined(clauses[: max(_held(clauses, width), 1)])}")
+def _row(game: Game, now: Moment, room: Room) -> Line:
+    clauses = _clauses(game, now)
+    return f" {_joined(clauses[: max(_held(clauses, room.width), 1)])}"
 
 
-def more(game: Game, room: Room | None, within: Room) -> list[str]:
+def more(game: Game, now: Moment, room: Room | None, within: Room) -> list[str]:
     """What of it that row does not hold whole, all where there is none, as far as there is room."""
-    clauses = _clauses(game)
+    clauses = _clauses(game, now)
     rest = clauses[_held(clauses, room.width) if room else 0 :]
     held = (n for n in range(len(rest), 1, -1) if _fits(rest[:n], within))
     return [_joined(rest[: next(held, 1)])] if rest else []
 
 
 def _fits(clauses: Sequence[str], within: Room) -> bool:
-    return len(worded([_joined(clauses)], within)) <= within.height
+    return len(wrapped([_joined(clauses)], within)) <= within.height
 
 
-def _clauses(game: Game) -> list[str]:
-    return [clean(clause) for clause in game.account.kept.goal(game.moment())]
+def _clauses(game: Game, now: Moment) -> list[str]:
+    return [clean(clause) for clause in game.account.kept.goal(now)]
 
 
 def _joined(clauses: Sequence[str]) -> str:

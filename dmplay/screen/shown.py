@@ -7,6 +7,7 @@ from rich.text import Text
 
 from dmplay.advice.adviser import Advice
 from dmplay.painting.writing import Place
+from dmplay.styles import Line, lettered, words
 from dmplay.views.canvas import ASCII
 from dmplay.views.style import Outlook
 
@@ -40,6 +41,15 @@ class Shown(NamedTuple):
 
 
 NOTHING = Shown()
+
+
+def within(row: Line, room: Room) -> Line:
+    """A row as it is where it is no wider than the room, else cut."""
+    if not isinstance(row, Text):
+        plain = words(row)
+        if plain.isascii() and len(plain) <= room.width:
+            return row
+    return fitted(lettered(row), room)
 
 
 def fitted(row: Text, room: Room) -> Text:

@@ -10,23 +10,14 @@ from dmplay.screen.shown import Room
 LABEL = 8  # columns of a label, behind which values begin in one column
 
 
-def wrapped(lines: Sequence[str], room: Room) -> list[Text]:
-    """Lines of text, wrapped; nobody writes into the rows."""
-    return [row for line in lines for row in _shown(line, room.width)]
+def wrapped(lines: Sequence[str], room: Room) -> list[str]:
+    """Lines of text, wrapped."""
+    return [row for line in lines for row in rows_of(line, room.width)]
 
 
-def worded(lines: Sequence[str], room: Room) -> list[str]:
-    """The words of lines of text, wrapped."""
-    return [row for line in lines for row in _rows_of(line, room.width)]
-
-
-@lru_cache(256)
-def _shown(line: str, width: int) -> tuple[Text, ...]:
-    """The rows of a line, which many frames show."""
-    return tuple(map(Text, _rows_of(line, width)))
-
-
-def _rows_of(line: str, width: int) -> list[str]:
+@lru_cache(256)  # which many frames show
+def rows_of(line: str, width: int) -> Sequence[str]:
+    """The rows of one line."""
     if len(line) <= width - 4:
         return [f" {line} "]
     rows, words = [], " "

@@ -29,7 +29,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import NamedTuple
 
 from dmplay.chance import Array
-from dmplay.core import NOTHING_YET, Problem
+from dmplay.core import NOTHING_YET, Problem, raw
 from dmplay.session import LONGEST_LIST, MOST_TURNS, Session, Turn, believed
 
 PERSON, MODEL = "human", "mcp"  # who plays from outside: a language model is one
@@ -153,7 +153,7 @@ class Writer:
             "observations": not problem.hidden,
         }
         self._told = [key for key in Turn._fields if not silent.get(key)]
-        self._known: dict[tuple[str, str], dict[bytes, str]] = {}
+        self._known: dict[str, dict[tuple[str, bytes], str]] = {key: {} for key in TURN}
 
     def turn(self) -> list[str]:
         """The lines of the last turn, or of the opening, as `turn_facts` has them."""
@@ -163,11 +163,11 @@ class Writer:
         last, rows = session.turns[-1], [f"turn: {len(session.turns)}"]
         for key in self._told:
             array = getattr(last, key)
-            if array.dtype != object or key != "state" or session.problem.line(array):
-                rows.append(self._row(key, array, array.tobytes()))
+            if array.dtype.kind != "O" or key != "state" or session.problem.line(array):
+                rows.append(self._row(key, array, raw(array)))
         if not self.plain:
             beliefs = session.beliefs()
-            rows.append(self._row("belief", beliefs, beliefs.tobytes()))
+            rows.append(self._row("belief", beliefs, raw(beliefs)))
         return rows
 
     def turns(self, turns: Turn) -> str:
@@ -178,20 +178,20 @@ class Writer:
 
     def _rows(self, key: str, values: Array) -> Iterator[str]:
         """The line of each of some values `[T, ...]` of a fact."""
-        raw, size = values.tobytes(), values.nbytes // len(values)
+        every, size = raw(values), values.nbytes // len(values)
         for place, value in enumerate(values):
-            yield self._row(key, value, raw[place * size : (place + 1) * size])
+            yield self._row(key, value, every[place * size : (place + 1) * size])
 
-    def _row(self, key: str, value: Array, raw: bytes) -> str:
+    def _row(self, key: str, value: Array, told: bytes) -> str:
         """The line of a fact, by its bytes."""
         if key == "draws":  # which hardly come again
             return f"draws: {value.tolist()}"
-        known = self._known.setdefault((key, value.dtype.char), {})
-        row = known.get(raw)
+        known, fact = self._known[key], (value.dtype.char, told)
+        row = known.get(fact)
         if row is None:
             row = f"{key}: {written(FACTS[key].told(self._session.problem, value))}"
-            if len(known) < MOST_KNOWN and value.dtype != object:  # of which these are places
-                known[raw] = row
+            if len(known) < MOST_KNOWN and value.dtype.kind != "O":  # of which these are places
+                known[fact] = row
         return row
 
 

@@ -107,22 +107,22 @@ class Recorder:
 
     def turn(self, header: str = "") -> None:
         """Writes the last turn; the opening, with the header before it, in one."""
-        frame = self.frame(self.session) if self.frame else ""
-        self._write(header + text(framed(self._writer.turn(), frame)))
+        rows = self._writer.turn()
+        self._block(header + text(framed(rows, self.frame(self.session)) if self.frame else rows))
 
     def event(self, key: str, value: object) -> None:
         """Writes an undo of so many turns, the number of a reroll, or who was helped how often."""
-        self._write(text(lines({key: value})))
+        self._block(text(lines({key: value})))
 
     def note(self, row: str) -> None:
         """Writes a note, which no checksum counts."""
-        self._write(f"{row}\n")
+        self._write(f"{row}\n".encode())
 
     def end(self, notes: str = "") -> None:
         """Writes the end line, and notes, and closes the file; a second end is none."""
         if self._file < 0:
             return
-        self._write("\n".join([*closing(self.session, short(self._digest)), notes]))
+        self._write("\n".join([*closing(self.session, short(self._digest)), notes]).encode())
         own = self.private or self.session.ending in LEFT
         self._allow(disk.OWN if own else disk.by_umask())
         self.close()
@@ -143,10 +143,14 @@ class Recorder:
             os.close(self._file)
         self._file = -1
 
-    def _write(self, block: str) -> None:
-        """Appends a block in one write, with what an earlier one left; all of it or nothing."""
+    def _block(self, block: str) -> None:
+        """Appends a block, of which the checksum counts every line."""
         new = block.encode()
-        self._digest.update(without_notes(block).encode())
+        self._digest.update(new)
+        self._write(new)
+
+    def _write(self, new: bytes) -> None:
+        """Appends lines in one write, with what an earlier one left; all of it or nothing."""
         self._pending = raw = self._pending + new
         try:
             if os.write(self._file, raw) < len(raw):

@@ -10,7 +10,7 @@ from typing import Any, Generic, NamedTuple, TypeVar, cast, overload
 import numpy as np
 from rich.text import Text
 
-from dmplay.core import Problem
+from dmplay.core import Problem, raw
 from dmplay.finding.problems import stem
 from dmplay.session import Session, View
 from dmplay.views.style import Look, fit, style_of
@@ -38,21 +38,22 @@ class Moment:
 
     def lasts(self, seat: int) -> bool:
         """Whether it is still what that seat may know."""
-        turns, ending = self.session.turns, self.session.ending
-        same = seat == self.seat and ending == self.ending
-        return same and (turns[-1] if turns else None) is self.last
+        turns = self.session.turns
+        same = seat == self.seat and (turns[-1] if turns else None) is self.last
+        return same and self.session.ending == self.ending
 
     @cached_property
     def view(self) -> View[Problem]:
         """All that the seat may know."""
         return self.session.view(self.seat, paid=self.paid)
 
-    def fact(self, name: str) -> Hashable:
-        """One of FACTS."""
-        facts = self._facts
-        if name not in facts:
-            facts[name] = FACTS[name](self)
-        return facts[name]
+    def facts(self, names: Sequence[str]) -> list[Hashable]:
+        """Some of FACTS."""
+        known = self._facts
+        for name in names:
+            if name not in known:
+                known[name] = FACTS[name](self)
+        return [known[name] for name in names]
 
 
 class Noting(Moment):
@@ -75,10 +76,10 @@ class Noting(Moment):
             beliefs=view.beliefs and Near(view.beliefs, looked, "belief"),
         )
 
-    def fact(self, name: str) -> Hashable:
-        """One of FACTS."""
-        self._looked.add(name)
-        return self._now.fact(name)
+    def facts(self, names: Sequence[str]) -> list[Hashable]:
+        """Some of FACTS."""
+        self._looked.update(names)
+        return self._now.facts(names)
 
 
 class Near(Sequence[T]):
@@ -113,12 +114,12 @@ def _stands(now: Moment) -> Hashable:
 
 FACTS: Mapping[str, Callable[[Moment], Hashable]] = {  # of the last turn
     STANDS: _stands,
-    "seen": lambda now: now.session.observation(now.seat, now.turn).tobytes(),
-    "before": lambda now: now.turn and now.session.observation(now.seat, now.turn - 1).tobytes(),
-    "action": lambda now: now.last and now.last.actions[now.seat].tobytes(),
-    "joint": lambda now: now.last and now.last.actions.tobytes(),
-    "reward": lambda now: now.last and now.last.rewards[now.seat].tobytes(),
-    "belief": lambda now: now.view.belief.tobytes(),
+    "seen": lambda now: raw(now.session.observation(now.seat, now.turn)),
+    "before": lambda now: now.turn and raw(now.session.observation(now.seat, now.turn - 1)),
+    "action": lambda now: now.last and raw(now.last.actions[now.seat]),
+    "joint": lambda now: now.last and raw(now.last.actions),
+    "reward": lambda now: now.last and raw(now.last.rewards[now.seat]),
+    "belief": lambda now: raw(now.view.belief),
 }
 
 
@@ -177,7 +178,7 @@ class Kept:
         known = self._asked.get(what, NOTHING_YET)
         if not self._pure or FAR in known.looked:
             return ask(now)
-        found = known.answers.get((*wanted, *map(now.fact, known.looked)))
+        found = known.answers.get((*wanted, *now.facts(known.looked)))
         return self._new(what, now, ask, wanted) if found is None else cast(T, found)
 
     def _new(
@@ -194,7 +195,7 @@ class Kept:
             known = Question((*known.looked, *looked.difference(known.looked)), {})
             self._asked[what] = known
         if FAR not in known.looked:
-            known.answers[*wanted, *map(now.fact, known.looked)] = answer
+            known.answers[*wanted, *now.facts(known.looked)] = answer
         return answer
 
 

@@ -3,11 +3,10 @@
 from collections import Counter
 from pathlib import Path
 
-from rich.text import Text
-
 from dmplay.game.playback import Playback
 from dmplay.reports.export import Drawn, screens
 from dmplay.screen.shown import Room
+from dmplay.styles import Line, words
 from tests.support.games import recorded
 
 TURNS = 150
@@ -19,9 +18,9 @@ def test_a_turn_draws_its_title_and_a_row_of_the_log_and_boards_are_drawn_once(
     recorded(tmp_path / "g.dmt", "hexworld", "random", turns=TURNS, settings=["rewards=[]"])
     room, often = Room(80, 24), Counter[str]()
 
-    def draw(row: Text) -> str:
-        often[row.plain] += 1
-        return row.plain
+    def draw(row: Line) -> str:
+        often[words(row)] += 1
+        return words(row)
 
     drawn, log, game = Drawn(room, draw, "\n"), list[str](), Playback(tmp_path / "g.dmt")
     written = [drawn.screen(game, log)]
