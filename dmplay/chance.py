@@ -3,6 +3,7 @@
 from bisect import bisect_right
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from itertools import pairwise
 from typing import Any, ClassVar
 
 import numpy as np
@@ -139,9 +140,13 @@ def drawn(chances: tuple[Chance, ...], u: Reals) -> list[Array | int]:
 
 def among(able: Bools, u: Reals) -> Ints:
     """One of the columns marked in each row `[B, K]`, each as likely, by uniforms `[B]`."""
-    rank = np.cumsum(able, axis=1)
-    wanted = (u * rank[:, -1]).astype(np.int64) + 1
-    return np.asarray(np.argmax(rank == wanted[:, None], axis=1))
+    ranks = np.ascontiguousarray(able.T).astype(np.int64)  # one column after another is quick
+    for before, rank in pairwise(ranks):
+        rank += before
+    wanted, found = (u * ranks[-1]).astype(np.int64), np.zeros(len(u), np.int64)
+    for rank in ranks[:-1]:
+        found += rank <= wanted
+    return np.asarray(found * (ranks[-1] > 0))  # the first where none is marked
 
 
 def mean(weights: Reals, each: Array) -> Reals:

@@ -480,8 +480,9 @@ class Problem(ABC):
 
     def waiting(self, s: Array) -> Bools:
         """Which agents `[B, n]` are not asked, as it is another's turn: all they may is wait."""
-        legal, waits = self.legal(s), np.zeros((len(s), len(self.agents)), bool)
-        if legal is None or len(self.agents) == 1:
+        waits = np.zeros((len(s), len(self.agents)), bool)
+        legal = self.legal(s) if len(self.agents) > 1 else None
+        if legal is None:
             return waits
         for seat, known in enumerate(self.actions):
             if WAIT in known.labels:

@@ -266,7 +266,7 @@ def _block(  # noqa: PLR0913, PLR0917
         if luck:
             lucky += weight * luck(state, actions, outcome)
         state = outcome.state
-        returns += weight * outcome.rewards
+        returns += outcome.rewards if weight == 1.0 else weight * outcome.rewards
         totals += outcome.rewards
         length += 1
         weight *= problem.discount

@@ -43,8 +43,11 @@ class Friendly(Rule):
     def update(self, memory: Memory, percept: Percept) -> Memory:
         """What the rule makes of the round."""
         assert percept.actions is not None
-        did = np.asarray(percept.actions != self._friendly, np.int64)
-        return (self.learn(memory[0], did[:, self.seat], did[:, 1 - self.seat]),)
+        own, other = (
+            np.asarray(percept.actions[:, seat] != self._friendly[seat], np.int64)
+            for seat in (self.seat, 1 - self.seat)
+        )
+        return (self.learn(memory[0], own, other),)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """What the rule says."""
