@@ -142,7 +142,7 @@ def among(able: Bools, u: Reals) -> Ints:
     """One of the columns marked in each row `[B, K]`, each as likely, by uniforms `[B]`."""
     ranks = np.ascontiguousarray(able.T).astype(np.int64)  # one column after another is quick
     for before, rank in pairwise(ranks):
-        rank += before
+        np.add(before, rank, out=rank)
     wanted, found = (u * ranks[-1]).astype(np.int64), np.zeros(len(u), np.int64)
     for rank in ranks[:-1]:
         found += rank <= wanted

@@ -105,11 +105,15 @@ def refused(problem: Problem, make: type[Seated]) -> bool:
 
 
 def for_turns(problem: Problem, seat: int, name: str, turns: int) -> str:
-    """The agent of this name in a game of so many turns: one that plans a whole game plans this."""
-    if name not in roster(problem, seat).agents:
+    """The agent of this name in a game of so many turns: one that plans a whole game plans this.
+
+    Unless the name says how many turns it plans.
+    """
+    base, _, given = name.partition(":")
+    make = roster(problem, seat).agents.get(base)
+    if make is None or not make.whole_game or "horizon" in _settings(make, given, base):
         return name
-    found = _of_roster(problem, seat, name)
-    return _named(name, found.in_game(turns, ())) if found.whole_game else name
+    return _named(base, _of_roster(problem, seat, name).in_game(turns, ()))
 
 
 def settings(make: type[Seated]) -> dict[str, object]:
@@ -164,7 +168,7 @@ def _built_in() -> list[tuple[str, str, set[str]]]:
     ]
 
 
-def _other(problem: Problem, seat: int, name: str) -> Policy | None:
+def _other(problem: Problem, seat: int, name: str) -> Seated | None:
     """The agent of a name or a part, as a search has it play; None for random play."""
     seated = roster(problem, seat)
     if name in {ADVISER, PARTNER} and seated.simulated:

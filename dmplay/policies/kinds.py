@@ -11,8 +11,6 @@ from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import Memory, Percept, Policy, Problem, check_bounds
 from dmplay.solvers.value_iteration import greedy
 
-Company = Callable[[int, str], Policy | None]  # an agent of a seat, by name; None for random play
-
 
 @dataclass(frozen=True)
 class Seated(Policy):
@@ -27,7 +25,7 @@ class Seated(Policy):
 
     unnamed: ClassVar[str] = ""  # the parameter whose name may be left out
     package: ClassVar[str] = ""  # of others that it needs, which may take long to load
-    whole_game: ClassVar[bool] = False  # whether its bare name means a plan of the game at hand
+    whole_game: ClassVar[bool] = False  # whether its name alone means a plan of the game at hand
 
     def __post_init__(self) -> None:
         """Refuses parameters out of bounds."""
@@ -56,9 +54,12 @@ class Seated(Policy):
         """The same agent as suits a game of so many turns against these others, by name."""
         return self
 
-    def among(self, company: Company) -> Self:
+    def among(self, company: "Company") -> Self:
         """The same agent, who may look to others."""
         return self
+
+
+Company = Callable[[int, str], Seated | None]  # an agent of a seat, by name; None for random play
 
 
 class Maximising(ABC):

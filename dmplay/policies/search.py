@@ -1,5 +1,6 @@
 """Tree search for any problem."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
@@ -23,6 +24,7 @@ from dmplay.solvers.search_tree import Asked, Tree, Worth
 from dmplay.solvers.value_iteration import best
 
 FEW_HIDDEN = 30  # states that random play comes to soon: there it tells more than seeing them all
+LONGEST = 10**6  # turns of a game that are counted
 USUAL = "usual"
 FAR = 10**9  # turns left where a game has no end of its own
 
@@ -56,8 +58,10 @@ class Search(Believing):
     exploration: float = parameter(1.0, "weight of trying what was tried seldom", 0.0)
     others: str = parameter(USUAL, "who the others are taken to be: usual, random or an agent")
     rollout: str = parameter(USUAL, "who plays on beyond the tree: usual, random or an agent")
+    horizon: int = parameter(0, "turns of a game; 0: those of the problem, if any", 0, LONGEST)
     company: Company | None = field(default=None, compare=False, repr=False)
 
+    whole_game = True
     draws = 1  # from which all of its own luck follows
 
     def __post_init__(self) -> None:
@@ -74,6 +78,17 @@ class Search(Believing):
         for part, name in (("others", self.others), ("rollout", self.rollout)):
             if name.partition(":")[0] == "search":
                 raise BadParameter(f"{part}: got {name!r}, expected an agent that does not search")
+
+    @property
+    def turns(self) -> int | None:
+        """How many turns a game has; None for no end."""
+        return self.horizon or self.problem.horizon
+
+    def in_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
+        """One that searches to the end of the game."""
+        if turns is None or turns == self.turns or turns > LONGEST:
+            return self
+        return replace(self, horizon=turns)
 
     def among(self, company: Company) -> Self:
         """The same, who finds other agents there."""
@@ -92,7 +107,8 @@ class Search(Believing):
         problem = self.problem
         many = isinstance(problem.states, int) and problem.states > FEW_HIDDEN
         asked = many and not any(self._others) if problem.hidden else len(problem.agents) == 1
-        return rewards_ahead.found(problem, self.seat) if asked and self.rollout == USUAL else None
+        asked = asked and self.rollout == USUAL
+        return rewards_ahead.found(problem, self.seat, self.turns) if asked else None
 
     @cached_property
     def _others(self) -> Actors:
@@ -118,7 +134,8 @@ class Search(Believing):
     def _found(self, seat: int, name: str, usual: str) -> Policy | None:
         """Who acts in a seat; None for any action, each as likely."""
         wanted = usual if name == USUAL else name
-        return self.company(seat, wanted) if self.company and wanted != "random" else None
+        found = self.company(seat, wanted) if self.company and wanted != "random" else None
+        return found.in_game(self.turns, ()) if found and self.horizon else found
 
     @property
     def _worth(self) -> Worth | None:
@@ -201,8 +218,8 @@ class Search(Believing):
         self._tree.budget(len(u))  # refuses too much before it is drawn for
         told = spread(u, self.simulations + self._tree.draws)
         roots, cast = self._started(memory, told[:, : self.simulations])
-        horizon = self.problem.horizon
-        left = np.full(len(u), FAR) if horizon is None else horizon - memory[1] % horizon
+        turns = self.turns
+        left = np.full(len(u), FAR) if turns is None else turns - memory[1] % turns
         found = uct.search(self._tree, Asked(roots, left, cast, legal), told[:, self.simulations :])
         able = best(found.means)
         if self._own:

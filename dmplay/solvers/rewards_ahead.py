@@ -36,23 +36,22 @@ class RewardsAhead:
         return np.asarray(self.values[turns, self.problem.index(s)])
 
 
-def found(problem: Problem, seat: int) -> RewardsAhead | None:
-    """The rewards ahead; None where they are not found at once."""
-    endless = problem.horizon is None
-    if not isinstance(problem.states, int) or (endless and problem.discount == 1.0):
+def found(problem: Problem, seat: int, turns: int | None) -> RewardsAhead | None:
+    """The rewards ahead in a game of so many turns; None where they are not found at once."""
+    if not isinstance(problem.states, int) or (turns is None and problem.discount == 1.0):
         return None
-    sweeps = LONG if problem.horizon is None else problem.horizon
-    kept = 1 if endless else sweeps + 1
+    sweeps = LONG if turns is None else turns
+    kept = 1 if turns is None else sweeps + 1
     try:
         budget = Budget("rewards ahead", "search needs none", WORK, BYTES)
         budget.hold(8.0 * kept * problem.states)
-        return RewardsAhead(problem, _swept(problem, seat, sweeps, budget)[-kept:])
+        return RewardsAhead(problem, _swept(problem, seat, sweeps, kept, budget))
     except (BadParameter, TooMuch):
         return None
 
 
-def _swept(problem: Problem, seat: int, sweeps: int, budget: Budget) -> Reals:
-    """The values `[K, S]` after each sweep, as long as they change; without a horizon the last."""
+def _swept(problem: Problem, seat: int, sweeps: int, kept: int, budget: Budget) -> Reals:
+    """The values `[K, S]` after each of the last sweeps, made as long as the values change."""
     first, p, after, rewards = _listed(problem, seat, budget)
     shape = problem.action_counts
     others = tuple(1 + i for i in range(len(shape)) if i != seat)
@@ -64,11 +63,10 @@ def _swept(problem: Problem, seat: int, sweeps: int, budget: Budget) -> Reals:
         each = q.max(axis=others) if problem.shared_reward else q.mean(axis=others)
         values.append(each.max(axis=1))
         change = np.abs(values[-1] - values[-2]).max()
-        if problem.horizon is None:
-            del values[0]
+        values = values[-max(kept, 2) :]
         if change <= STILL * np.abs(values[-1]).max():
             break
-    return np.array(values)
+    return np.array(values[-kept:])
 
 
 def _listed(problem: Problem, seat: int, budget: Budget) -> tuple[Ints, Reals, Ints, Reals]:

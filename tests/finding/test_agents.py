@@ -100,12 +100,16 @@ def test_a_plan_looks_no_further_than_the_end_but_only_to_advise() -> None:
         ("optimal", 10, "optimal"),
         ("optimal", 11, "optimal"),
         ("optimal:horizon=7", 3, "optimal:horizon=7"),
+        ("search", 3, "search:horizon=3"),
+        ("search:simulations=60", 3, "search:simulations=60,horizon=3"),
         ("greedy", 3, "greedy"),
         ("human", 3, "human"),
         ("./bots.py:Plain", 3, "./bots.py:Plain"),
     ],
 )
-def test_a_bare_name_is_of_an_agent_that_plans_this_game(agent: str, turns: int, told: str) -> None:
+def test_a_name_is_of_an_agent_that_plans_this_game_unless_it_says_how_far(
+    agent: str, turns: int, told: str
+) -> None:
     assert for_turns(dmplay.load("catch"), 0, agent, turns) == told
 
 

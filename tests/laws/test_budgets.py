@@ -179,7 +179,7 @@ SOLVED: dict[str, Callable[[], object]] = {
     "point_based": lambda: point_based.solved(load("crying-baby"), None, 0.01),
     "reactive_team": pursued,
     "regret_matching": lambda: regret_matching.equilibrium(np.stack([HANDS, -HANDS], axis=2)),
-    "rewards_ahead": lambda: rewards_ahead.found(load("hexworld"), 0),
+    "rewards_ahead": lambda: rewards_ahead.found(load("hexworld"), 0, None),
     "riccati": balanced,
     "shapley": lambda: shapley.solved(Rivals(), graph.explored(Rivals()), None),
     "sparse": planned,

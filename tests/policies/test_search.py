@@ -11,7 +11,7 @@ from dmplay.chance import Array, Chance, Normal, Pick, Reals, Span
 from dmplay.core import Continuous, Labels, Memory, Outcome, Percept, Policy, Problem
 from dmplay.dice import spread
 from dmplay.errors import BadParameter, BadPolicy, DmplayError
-from dmplay.finding.agents import roster
+from dmplay.finding.agents import for_turns, roster
 from dmplay.problems._reals import RealState
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
 from dmplay.solvers.uct import Found
@@ -300,12 +300,14 @@ def test_guesses_are_the_same_alone_and_beside_others() -> None:
         np.testing.assert_array_equal(each, np.concatenate(parts))
 
 
-def test_search_in_a_team_does_as_well_as_its_plan() -> None:
+@pytest.mark.parametrize("turns", [3, 4])
+def test_search_in_a_team_does_as_well_as_its_plan_of_so_many_turns(turns: int) -> None:
     problem = read(dectiger())
     earned = []
     for agent in ("joint-plan", "search:simulations=60"):
-        team = [dmplay.agent(problem, seat, agent) for seat in range(2)]
-        found = dmplay.rollout(problem, team, episodes=12, turns=4, seed=1)
+        names = [for_turns(problem, seat, agent, turns) for seat in range(2)]
+        team = [dmplay.agent(problem, seat, name) for seat, name in enumerate(names)]
+        found = dmplay.rollout(problem, team, episodes=12, turns=turns, seed=1)
         earned.append(found.returns[:, 0].mean())
     assert earned[1] >= earned[0] > 0
 

@@ -10,7 +10,7 @@ from dmplay.tabular import tabulate
 
 
 def ahead(problem: Problem, seat: int, left: int) -> np.ndarray:
-    found = rewards_ahead.found(problem, seat)
+    found = rewards_ahead.found(problem, seat, problem.horizon)
     assert found is not None
     s = problem.enumerated()
     return np.asarray(found(s, (), np.full(len(s), left)))
@@ -43,6 +43,6 @@ def test_the_others_act_at_random_unless_they_share_the_reward() -> None:
 
 def test_they_are_not_found_where_that_would_take_long() -> None:
     for name in ("2048", "mountain-car", "simple-regulator"):
-        assert rewards_ahead.found(dmplay.load(name), 0) is None
+        assert rewards_ahead.found(dmplay.load(name), 0, None) is None
     many = dmplay.load("predator-prey:circle", predators=4)
-    assert rewards_ahead.found(many, 0) is None
+    assert rewards_ahead.found(many, 0, None) is None
