@@ -1,6 +1,6 @@
 """Agents of a team that sees apart and is paid alike: each follows its part of one joint plan."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from math import prod
@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 
 from dmplay.budget import Budget
-from dmplay.chance import Array, Bools, Ints, Reals
+from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Labels, Memory, Percept, Problem, parameter
 from dmplay.describe import counted
 from dmplay.errors import BadParameter, BadPolicy, TooMuch
@@ -17,7 +17,7 @@ from dmplay.policies.kinds import Seated
 from dmplay.policies.roster import Roster
 from dmplay.solvers import team_plan
 from dmplay.solvers.plan_graphs import PlanGraph
-from dmplay.solvers.team import Plan, Team
+from dmplay.solvers.team import Layer, Plan, Team
 from dmplay.solvers.team_plan import TeamPlan
 from dmplay.tabular import Tabular, tabulate
 
@@ -54,10 +54,15 @@ class JointPlan(Seated):
         return planned(self.problem, self.turns).plans
 
     @cached_property
-    def _worth(self) -> list[Reals]:
-        """What each action is worth at each node `[K, A]`, by turn."""
+    def _own(self) -> Layer:
+        """The own plan as one layer: actions `[T, K]`, and nodes of the next turn `[T, K, O]`."""
+        return Layer(*(_stacked(parts) for parts in zip(*self.plans[self.seat], strict=True)))
+
+    @cached_property
+    def _worth(self) -> Reals:
+        """What each action is worth at each node of each turn `[T, K, A]`."""
         budget = Budget("values of a joint plan", "try fewer turns", VALUED)
-        return PlanGraph(self._team, self.plans, budget).action_values(self.seat)
+        return _stacked(PlanGraph(self._team, self.plans, budget).action_values(self.seat))
 
     def begin(self, observation: Array) -> Memory:
         """The first node, and no turn is done."""
@@ -67,26 +72,18 @@ class JointPlan(Seated):
     def update(self, memory: Memory, percept: Percept) -> Memory:
         """The node to which the observation leads, whatever was done."""
         node, done = memory
-        then = np.zeros_like(node)
-        for turn, rows in _turns(done):
-            then[rows] = self.plans[self.seat][turn].then[node[rows], percept.observation[rows]]
+        then = self._own.then[done, node, percept.observation]
         return (then, (done + 1) % self.turns)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """What the plan has at the node."""
         node, done = memory
-        action: Ints = np.zeros_like(node)
-        for turn, rows in _turns(done):
-            action[rows] = self.plans[self.seat][turn].actions[node[rows]]
-        return action
+        return self._own.actions[done, node]
 
     def values(self, memory: Memory) -> Reals:
         """What each action and the best next ones are worth while the others follow the plan."""
         node, done = memory
-        worth = np.zeros((len(node), self.problem.action_counts[self.seat]))
-        for turn, rows in _turns(done):
-            worth[rows] = self._worth[turn][node[rows]]
-        return worth
+        return self._worth[done, node]
 
     def in_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
         """One that plans the whole game, if that is not too long."""
@@ -109,9 +106,13 @@ class OptimalPlan(JointPlan):
         return found.plans
 
 
-def _turns(done: Ints) -> Iterator[tuple[int, Bools]]:
-    """Each number of turns done, and the rows in which it is."""
-    return ((turn, done == turn) for turn in np.flatnonzero(np.bincount(done)).tolist())
+def _stacked(parts: Sequence[Array]) -> Array:
+    """One array of those of each turn, of which some have more nodes than others."""
+    most = max(map(len, parts))
+    stacked = np.zeros((len(parts), most, *parts[0].shape[1:]), parts[0].dtype)
+    for turn, part in enumerate(parts):
+        stacked[turn, : len(part)] = part
+    return stacked
 
 
 @lru_cache(maxsize=KEPT)
