@@ -10,7 +10,6 @@ from typer.core import TyperGroup
 
 from dmplay.cli import config
 from dmplay.errors import DmplayError, UnknownName
-from dmplay.finding.installed import installed
 from dmplay.finding.names import problem_names
 from dmplay.words.completion import lists
 
@@ -36,8 +35,7 @@ class Commands(TyperGroup):
                 get_close_matches(word, names, cutoff=0.75)
                 for names in (self.commands, problem_names())
             )
-            known = bool(other) or word in installed()
-            if near and not known and not ctx.resilient_parsing:
+            if near and not other and not ctx.resilient_parsing and not _is_problem(args[0]):
                 raise UnknownName("command", word, self.commands)
             args = ["play", *args]
         if "--rate" in args and not _numeric(args[args.index("--rate") + 1 :]):
@@ -71,6 +69,13 @@ class Commands(TyperGroup):
             names += config.aliases()
         more = [name for name in names if name.startswith(incomplete)]
         return [item(name) for name in [*(one.value for one in items), *more]]
+
+
+def _is_problem(word: str) -> bool:
+    """Whether a word that is like a command is the name of a problem all the same."""
+    from dmplay.finding.problems import is_name
+
+    return is_name(word)
 
 
 def _numeric(rest: list[str]) -> bool:

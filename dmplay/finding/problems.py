@@ -206,6 +206,11 @@ def _brought(name: str) -> Found:
     return Found(name, modules.made(name, outside.attribute(name)))
 
 
+def is_name(word: str) -> bool:
+    """Whether a word is the name of a problem, or of what may hold one."""
+    return _way(word).find is not _unknown
+
+
 def is_elsewhere(name: str) -> bool:
     """Whether a name holds a path or a module, under which another problem may stand tomorrow."""
     return _way(name).find not in (_own, _installed)

@@ -7,9 +7,8 @@ from difflib import get_close_matches
 from typing import NamedTuple
 
 from dmplay.errors import BadParameter, IllegalAction, UnknownName
-from dmplay.finding.installed import installed
 from dmplay.finding.names import problem_names
-from dmplay.finding.ways import is_file
+from dmplay.finding.problems import is_name
 from dmplay.game.answer import answer
 from dmplay.game.game import Game
 from dmplay.game.request import words_of
@@ -283,16 +282,10 @@ def _typed(table: Table, line: str) -> str:
     if is_command(word) and not _names_action(table, word):
         return _done(named(word), table, argument.strip())
     if not table.playing:
-        if not _names_problem(word):
+        if not is_name(word):
             raise UnknownName("command", word, [*(c.name for c in COMMANDS), *problem_names()])
         return of_table.play(table, line)
     return _act(table, line.strip())
-
-
-def _names_problem(word: str) -> bool:
-    """Whether a word is the name of a problem, or a file that may hold one."""
-    base = word.partition(":")[0]
-    return base in problem_names() or is_file(word) or base in installed()
 
 
 def _done(command: Command, table: Table, argument: str) -> str:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.brought import NO_AGENT
+from tests.support.brought import NO_AGENT, WALK
 from tests.support.programs import homeless, run
 
 WORDS = (
@@ -48,6 +48,17 @@ def test_what_cannot_be_meant_is_one_line(
 def test_a_variable_that_is_no_number_is_passed_over(env: dict[str, str], tmp_path: Path) -> None:
     done = run(tmp_path, "list", **env)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("word", ["tournament.nfg", "runs:Walk"])
+def test_a_problem_that_is_named_like_a_command_plays_alone_and_in_the_shell(
+    word: str, tmp_path: Path
+) -> None:
+    (tmp_path / "tournament.nfg").write_text('NFG 1 R "" {"a" "b"} {2 2} 1 1 0 0 0 0 1 1')
+    (tmp_path / "runs.py").write_text(WALK)
+    assert run(tmp_path, word, "-q", "--agent", "random", "--turns", "1").returncode == 0
+    done = run(tmp_path, "-e", f"{word} --seed 1", "-e", "quit")
+    assert done.stdout.startswith(f"new game of {word}, seed 1.\n")
 
 
 def test_a_piped_game_is_played_told_and_recorded(tmp_path: Path) -> None:
