@@ -9,7 +9,7 @@ from typing import Any
 from typer.core import TyperGroup
 
 from dmplay.cli import config
-from dmplay.errors import DmplayError, UnknownName
+from dmplay.errors import BadParameter, DmplayError, UnknownName
 from dmplay.finding.names import problem_names
 from dmplay.words.completion import lists
 
@@ -41,7 +41,7 @@ class Commands(TyperGroup):
         if "--rate" in args and not _numeric(args[args.index("--rate") + 1 :]):
             at = args.index("--rate") + 1
             args = [*args[:at], USUAL_RATE, *args[at:]]
-        args = ["--strict-hints" if word == "--strict=hints" else word for word in args]
+        args = [_strict(word) for word in args]
         return list(super().parse_args(ctx, args))
 
     def _configured(self, ctx: Any, args: list[str]) -> list[str]:
@@ -69,6 +69,16 @@ class Commands(TyperGroup):
             names += config.aliases()
         more = [name for name in names if name.startswith(incomplete)]
         return [item(name) for name in [*(one.value for one in items), *more]]
+
+
+def _strict(word: str) -> str:
+    """A word, `--strict=hints` as the option that it is."""
+    option, equals, how = word.partition("=")
+    if option != "--strict" or not equals:
+        return word
+    if how != "hints":
+        raise BadParameter(f"--strict: got {how!r}, expected --strict or --strict=hints")
+    return "--strict-hints"
 
 
 def _is_problem(word: str) -> bool:

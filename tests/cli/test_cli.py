@@ -125,6 +125,10 @@ def test_the_seed_is_told_with_the_command_that_plays_again(tmp_path: Path) -> N
         (["solve"], "missing argument 'PROBLEM'; see dmplay solve --help"),
         (["hexworld", "--seed", "x"], "invalid value for '--seed'"),
         (["hexworld", "--seed", "-1"], "--seed: got -1, expected 0 to"),
+        (
+            ["hexworld", "--strict=hint"],
+            "--strict: got 'hint', expected --strict or --strict=hints",
+        ),
         (["hexworld", "--turns", "0"], "--turns: got 0, expected at least 1"),
         (["hexworld", "--vs", "random"], "--vs: hexworld has one seat only; use --agent"),
         (["hexworld", "--set", "slip"], "--set: got 'slip', expected NAME=VALUE"),
