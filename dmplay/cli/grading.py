@@ -44,6 +44,8 @@ def assign(
     if seeds and not all(one.strip().isdecimal() for one in seeds.split(",")):
         raise BadParameter(f"--seeds: got {seeds!r}, expected whole numbers, such as 7,8")
     dice = tuple(map(int, seeds.split(","))) if seeds else tuple(fresh() for _ in range(games))
+    if games not in {1, len(dice)}:
+        raise BadParameter(f"--games: got {games}, but --seeds says how many; leave out one")
     how = "hints" if strict_hints else strict
     request = Request(
         problem, variant, set_, agent=agent, others=vs, seats=seat, turns=turns, strict=how
