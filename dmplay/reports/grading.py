@@ -83,5 +83,5 @@ def _for_people(one: Grade) -> Row:
         "hints": one.hints,
         "strict": "hints" if one.strict == "hints" else "yes" if one.strict else "no",
         "peeked": "yes" if one.peeked else "no",
-        "notes": one_line("; ".join([one.ending, *one.marks, *notes])),
+        "notes": one_line("; ".join(filter(None, [one.ending, *one.marks, *notes]))),
     }
