@@ -1,12 +1,12 @@
 """Parameters that come as text."""
 
 import json
+import re
 
 from dmplay.errors import BadParameter
 
 LARGEST = 1e300  # a parameter; more is a slip of the keyboard
-
-
+NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?", re.IGNORECASE | re.ASCII)
 DIGITS = 19  # of a whole number that is typed: enough for any seed
 
 
@@ -19,7 +19,9 @@ def whole(text: str) -> int | None:
 def typed(name: str, value: object, default: object) -> object:
     """A parameter's value from text or JSON, of the type of its default."""
     parsed = value
-    if isinstance(value, str) and not isinstance(default, str):
+    if isinstance(value, str) and isinstance(default, float) and NUMBER.fullmatch(value):
+        parsed = float(value)
+    elif isinstance(value, str) and not isinstance(default, str):
         try:
             parsed = json.loads(value, parse_constant=lambda word: word)
         except (ValueError, RecursionError):

@@ -14,6 +14,11 @@ def test_a_problem_is_loaded_with_variant_and_parameters() -> None:
     assert dmplay.load("Hex_World".replace("_", "")) == dmplay.load("hexworld:standard")
 
 
+def test_a_number_is_read_as_people_type_it() -> None:
+    for text in (".5", "+0.5", "0.50", "5e-1", ".5E0", "00.5"):
+        assert dmplay.load("hexworld", slip=text) == dmplay.load("hexworld", slip=0.5)
+
+
 def test_every_built_in_problem_loads_under_its_name() -> None:
     for name in problem_names():
         assert problems.resolve(name, {}).name == name
