@@ -56,7 +56,7 @@ def agent(problem: Problem, seat: int, name: str) -> Policy:
         if error.__traceback__ and error.__traceback__.tb_next:  # from inside what is called
             raise
         raise BadPolicy(f"{name}: nothing that a problem and a seat make a policy of") from None
-    missing = [part for part in ("begin", "update", "choose") if not hasattr(made, part)]
+    missing = [part for part in ("draws", "begin", "update", "choose") if not hasattr(made, part)]
     if missing:
         raise BadPolicy(f"{name}: not a policy, it lacks {', '.join(missing)}")
     return made

@@ -154,7 +154,7 @@ def test_an_agent_in_a_file_plays(tmp_path: Path) -> None:
     problem = dmplay.load("hexworld")
     bot = dmplay.agent(problem, 0, f"{tmp_path}/bots.py:Bot")
     assert dmplay.rollout(problem, [bot], episodes=3).over.all()
-    with pytest.raises(DmplayError, match="not a policy, it lacks begin, update, choose"):
+    with pytest.raises(DmplayError, match="not a policy, it lacks draws, begin, update, choose"):
         dmplay.agent(problem, 0, f"{tmp_path}/bots.py:Nothing")
 
 
