@@ -61,9 +61,8 @@ class TranscriptItem(pytest.Item):
         report = checking.check(path, trusted=trusted)
         self.add_report_section("call", "compared", clean(report.told))
         if not report.ok:
-            raise TranscriptMismatch(
-                f"{report}\nto accept the change: pytest {path} --dmplay-update"
-            )
+            accept = f"\nto accept the change: pytest {path} --dmplay-update"
+            raise TranscriptMismatch(f"{report}{accept if report.replayed else ''}")
 
     def repr_failure(
         self, excinfo: pytest.ExceptionInfo[BaseException], style: object = None

@@ -45,6 +45,13 @@ def test_a_mismatch_fails_with_the_report_and_the_command_that_accepts_it(
     assert "Traceback" not in done.stdout
 
 
+def test_what_only_trust_mends_is_not_to_be_accepted(tmp_path: Path, file: Path) -> None:
+    altered(file, '"hexworld"', '"../lamp.py:Lamp"')
+    done = run(tmp_path)
+    assert "if it is yours, add --trust (in pytest, dmplay_trust = true)\n" in done.stdout
+    assert "to accept the change" not in done.stdout
+
+
 def test_an_unfinished_transcript_fails(tmp_path: Path, file: Path) -> None:
     file.write_text(file.read_text().rpartition("end:")[0])
     done = run(tmp_path)

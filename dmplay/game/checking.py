@@ -16,12 +16,13 @@ from dmplay.game.account import frame
 from dmplay.game.saves import INPUT, standard
 from dmplay.game.seats import asked_again
 from dmplay.transcript.reading import Transcript, read
-from dmplay.transcript.report import Finding, Report, fault
+from dmplay.transcript.report import FORM, Finding, Report, fault
 from dmplay.transcript.rewriting import rewritten
 from dmplay.transcript.seal import opened, sealed
 from dmplay.transcript.verify import verify
 
 SUFFIX = ".dmt"
+TRUST = "; if it is yours, add --trust (in pytest, dmplay_trust = true)"
 
 
 def files(paths: Sequence[Path]) -> Iterator[Path]:
@@ -60,7 +61,7 @@ def loaded(transcript: Transcript, *, trusted: bool) -> problems.Loaded:
         except DmplayError as error:
             line = entries.get(key, entries["problem"]).line
             untrusted = isinstance(error, UnknownName) and key == "problem" and not trusted
-            hint = "; if it is yours, add --trust" if untrusted else ""
+            hint = TRUST if untrusted else ""
             raise transcript.fault(line, f"{error}{hint}") from None
     return found
 
@@ -85,7 +86,7 @@ def check(path: Path, *, trusted: bool = False) -> Report:
         problem = found.problem
         policies = _asked(transcript, problem, trusted=trusted)
     except BadTranscript as error:
-        return Report(str(path), [fault(error, "form")])
+        return Report(str(path), [fault(error, FORM)])
     except OSError as error:
         unread = Finding("unread", str(path), 1, "cannot be read", str(error.strerror))
         return Report(str(path), [unread])

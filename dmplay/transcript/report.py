@@ -9,6 +9,7 @@ from dmplay.describe import counted, one_line
 from dmplay.errors import BadTranscript
 
 LUCK = "the rules hold, but the inputs are not those of the seed and the agents"
+FORM = "form"  # where a file is wrong that cannot be replayed at all
 MOST = 5  # findings that are shown
 
 
@@ -73,6 +74,11 @@ class Report:
         parts += [f"not re-asked: {', '.join(self.unasked)}"] if self.unasked else []
         parts += marks(self.help, peeked=self.peeked)
         return "; ".join([*parts, self.altered] if self.altered else parts)
+
+    @property
+    def replayed(self) -> bool:
+        """Whether the file could be read, and its game played again."""
+        return all(one.where != FORM for one in self.findings)
 
     @property
     def ok(self) -> bool:
