@@ -21,6 +21,7 @@ from dmplay.solvers.matrix_game import Profile, nash, responses
 
 Played = MutableMapping[tuple[int, ...], Reals]  # returns [E, n] by who sits where
 SEATS = ("all", "given")  # every order of who sits where; or only that in which they are named
+ROUNDING = 1e-12  # of the greatest payoff: what is lost by how numbers are kept, and not in play
 UNKNOWN = Estimate(math.nan, math.inf, -math.inf, math.inf)
 
 
@@ -127,7 +128,8 @@ def _summed(names: tuple[str, ...], seats: int, played: Played) -> Tournament:
 def _regrets(table: Reals, profile: Profile) -> Reals:
     """What each entrant loses against the best reply to an equilibrium, mean of both seats."""
     each = [values.max() - values for values in responses(table, profile)]
-    return np.asarray(np.mean(each, axis=0))
+    lost = np.asarray(np.mean(each, axis=0))
+    return np.where(lost > ROUNDING * np.abs(table).max(), lost, 0.0)
 
 
 def _lost(many: int, played: Played) -> tuple[Estimate, ...] | None:

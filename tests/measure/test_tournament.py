@@ -70,6 +70,20 @@ def test_the_entrants_are_the_actions_of_a_game() -> None:
     assert found.regrets.tolist() == [0.0, 7.0]
 
 
+def test_nobody_loses_anything_by_its_part_of_the_equilibrium() -> None:
+    problem = dmplay.load("rock-paper-scissors")
+    rows = [[0.0, 1.7, -1.0], [-1.0, 0.0, 1.3], [1.0, -1.7, 0.0]]
+    played = {
+        (i, j): np.array([[paid, -paid]] * 2)
+        for i, row in enumerate(rows)
+        for j, paid in enumerate(row)
+    }
+    policy = dmplay.agent(problem, 0, "random")
+    found = tournament(problem, dict.fromkeys("abc", [policy] * 2), played=played)
+    assert found.regrets is not None
+    assert found.regrets.tolist() == [0.0, 0.0, 0.0]
+
+
 def test_what_was_played_is_not_played_again(tmp_path: Path) -> None:
     kept = Kept(tmp_path / "cup.jsonl", {"seed": 0})
     whole = met("grim", "always-defect", played=kept)
