@@ -92,7 +92,10 @@ LastFile = Annotated[
     Path | None,
     _argument("FILE", "a transcript; the last game if not given", lists.transcripts),
 ]
-MaybeName = Annotated[str, _argument("PROBLEM", "the same; not with --assignment", lists.problems)]
+MaybeName = Annotated[
+    str,
+    _argument("PROBLEM", "a problem, or PROBLEM:VARIANT; none with --assignment", lists.problems),
+]
 Assignment = Annotated[
     Path | None, typer.Option("--assignment", metavar="FILE", help="what all are to play")
 ]
@@ -110,7 +113,7 @@ Kind = Annotated[
     str,
     _argument("KIND", "only these, as POMDP; games: those that are kept", lambda: [*lists.KINDS]),
 ]
-Json = Annotated[bool, typer.Option("--json", help="as JSON, a game an object a line")]
+Json = Annotated[bool, typer.Option("--json", help="as JSON; of what is played, an object a line")]
 Trust = Annotated[bool, typer.Option("--trust", help="import what a transcript names")]
 Keys = Annotated[
     Literal["vi", "left", "arrows", "digits"] | None,
