@@ -21,10 +21,13 @@ _HOMES = {
     "Tabular": "tabular",
     "agent": "finding.agents",
     "check": "conformance",
+    "compare": "measure.comparing",
     "exact": "core",
     "load": "finding.problems",
     "play": "hand",
     "rollout": "rollouts",
+    "run": "measure.running",
+    "tournament": "measure.tournament",
 }
 __all__ = [*_HOMES]  # noqa: PLE0604 - the names above
 
@@ -33,6 +36,10 @@ def __getattr__(name: str) -> object:
     if name not in _HOMES:
         raise AttributeError(f"module 'dmplay' has no attribute {name!r}")
     return getattr(import_module(f"dmplay.{_HOMES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *_HOMES]
 
 
 def _notebook(game: object) -> dict[str, str]:

@@ -13,6 +13,9 @@ from dmplay.dice import Dice as Dice
 from dmplay.finding.agents import agent as agent
 from dmplay.finding.problems import load as load
 from dmplay.hand import play as play
+from dmplay.measure.comparing import compare as compare
+from dmplay.measure.running import run as run
+from dmplay.measure.tournament import tournament as tournament
 from dmplay.rollouts import rollout as rollout
 from dmplay.session import Session as Session
 from dmplay.tabular import Tables as Tables

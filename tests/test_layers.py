@@ -185,6 +185,7 @@ def test_the_stub_and_the_lazy_names_agree() -> None:
         for alias in node.names
     }
     assert homes == vars(dmplay)["_HOMES"]
+    assert {*homes} <= {*dir(dmplay)}
     for name in homes:
         assert getattr(dmplay, name)
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
