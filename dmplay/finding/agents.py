@@ -38,6 +38,8 @@ def roster(problem: Problem, seat: int = 0) -> Roster:
 
 def agent(problem: Problem, seat: int, name: str) -> Policy:
     """The agent of this name for a seat."""
+    if seat not in range(len(problem.agents)):
+        raise BadParameter(f"seat: got {seat!r}, expected 0 to {len(problem.agents) - 1}")
     if is_program(name):
         return program(problem, seat, name)
     if not is_brought(problem, seat, name):

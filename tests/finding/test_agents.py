@@ -7,7 +7,7 @@ import pytest
 
 import dmplay
 from dmplay.core import Problem
-from dmplay.errors import BadPolicy, DmplayError, UnknownName
+from dmplay.errors import BadParameter, BadPolicy, DmplayError, UnknownName
 from dmplay.finding.agents import adviser, for_turns, roster
 from dmplay.finding.names import problem_names
 from dmplay.finding.problems import variants
@@ -144,6 +144,12 @@ def test_what_makes_no_policy_is_told_as_such(name: str) -> None:
         BadPolicy, match=f"^{name}: nothing that a problem and a seat make a policy"
     ):
         dmplay.agent(dmplay.load("hexworld"), 0, name)
+
+
+@pytest.mark.parametrize("seat", [1, -1, "agent"])
+def test_an_agent_sits_where_there_is_a_seat(seat: int) -> None:
+    with pytest.raises(BadParameter, match=f"^seat: got {seat!r}, expected 0 to 0$"):
+        dmplay.agent(dmplay.load("hexworld"), seat, "optimal")
 
 
 def test_an_agent_in_a_file_plays(tmp_path: Path) -> None:

@@ -73,7 +73,7 @@ def test_the_entrants_are_the_actions_of_a_game() -> None:
 def test_nobody_loses_anything_by_its_part_of_the_equilibrium() -> None:
     problem = dmplay.load("rock-paper-scissors")
     rows = [[0.0, 1.7, -1.0], [-1.0, 0.0, 1.3], [1.0, -1.7, 0.0]]
-    played = {
+    played: Played = {
         (i, j): np.array([[paid, -paid]] * 2)
         for i, row in enumerate(rows)
         for j, paid in enumerate(row)
