@@ -153,10 +153,12 @@ def _after(view: View[Game2048], outlook: Outlook) -> Shown:
 
 
 def boards(view: View[Game2048], look: Look) -> Iterator[Text]:
-    """The board in boxes, the largest first, and in four rows without borders."""
+    """The board in the boxes there is room for, the largest first, and in rows without borders."""
     shown = _shown(view, look)
     for boxes in BOXES if look.large else IN_TRANSCRIPTS:
-        yield _drawn(shown, boxes, look)
+        right, bottom = boxes.size
+        if right < look.width and bottom < look.height:
+            yield _drawn(shown, boxes, look)
     canvas = Canvas()
     for tile in shown.tiles:
         place = round(5 * tile.column), round(tile.row)
@@ -187,8 +189,7 @@ def _lines(canvas: Canvas, boxes: Boxes, left: int) -> None:
     """The borders of the board and of its cells."""
     bottom = boxes.size[1]
     for y in range(bottom + 1):
-        for column in range(5):
-            canvas.put(left + boxes.place(0, column)[0] - 1, y, "│", "dim")
+        canvas.put(left, y, "│".join(["", *[" " * boxes.width] * 4, ""]), "dim")
     for row, ends in enumerate(("┌┬┐", "├┼┤", "├┼┤", "├┼┤", "└┴┘")):
         if boxes.line or ends[1] != "┼":
             line = ends[0] + ends[1].join(["─" * boxes.width] * 4) + ends[2]
