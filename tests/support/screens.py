@@ -27,7 +27,7 @@ from dmplay.screen.shown import Room
 from dmplay.session import Session, Source
 from dmplay.terminal import Terminal
 from dmplay.words.commands import Leave
-from tests.support.terminals import shown
+from tests.support.terminals import Shown
 
 vars(application)["load_key_bindings"] = cache(load_key_bindings)  # alike for every screen
 pyte.screens.Char._replace = cache(pyte.screens.Char._replace)  # type: ignore[method-assign]
@@ -100,11 +100,13 @@ class Paper(io.StringIO):
         super().__init__()
         self.screen: Any = None
         self._stream: Any = None
+        self._shown = Shown(None)
 
     def resize(self, columns: int, rows: int) -> None:
         """Makes the emulated screen of another size, and empty."""
         self.screen = pyte.Screen(columns, rows)
         self._stream = pyte.Stream(self.screen)
+        self._shown = Shown(self.screen)
 
     def write(self, text: str) -> int:
         """Writes to both."""
@@ -114,7 +116,7 @@ class Paper(io.StringIO):
     @property
     def text(self) -> str:
         """The screen's rows without trailing blanks."""
-        return shown(self.screen)
+        return self._shown.text
 
 
 class Easel(Painter):

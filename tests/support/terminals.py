@@ -36,15 +36,26 @@ def clean_environment(folder: Path, **more: str) -> dict[str, str]:
     return {name: value for name, value in (plain | more).items() if value}
 
 
-def shown(screen: Any) -> str:
-    """What an emulated screen shows, without trailing blanks: its own `display` takes long."""
-    rows = []
-    for y in range(screen.lines):
-        row = [" "] * screen.columns
-        for x, cell in screen.buffer[y].items():
-            row[x] = cell.data
-        rows.append("".join(row).rstrip())
-    return "\n".join(rows)
+class Shown:
+    """What an emulated screen shows, without trailing blanks: rows that were written to are read
+    anew; its own `display` takes long.
+    """
+
+    def __init__(self, screen: Any) -> None:
+        self._screen = screen
+        self._rows: dict[int, str] = {}
+
+    @property
+    def text(self) -> str:
+        """The rows."""
+        screen = self._screen
+        for y in screen.dirty:
+            row = [" "] * screen.columns
+            for x, cell in screen.buffer[y].items():
+                row[x] = cell.data
+            self._rows[y] = "".join(row).rstrip()
+        screen.dirty.clear()
+        return "\n".join(self._rows[y] for y in range(screen.lines))
 
 
 def mind_signals() -> None:
@@ -73,6 +84,7 @@ class Terminal:
         columns, rows = size
         self.raw = b""
         self.screen: Any = pyte.Screen(columns, rows)
+        self._shown = Shown(self.screen)
         self._stream: Any = pyte.ByteStream(self.screen)
         program, *rest = [*command, *words]
         self.child: Any = pexpect.spawn(
@@ -96,7 +108,7 @@ class Terminal:
     @property
     def text(self) -> str:
         """What the screen shows now, without trailing blanks."""
-        return shown(self.screen)
+        return self._shown.text
 
     @property
     def printed(self) -> str:
