@@ -10,18 +10,17 @@ from subprocess import CompletedProcess
 from typing import Any, NamedTuple
 
 import pytest
-import typer
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from dmplay.cli import config
-from dmplay.cli.app import app
+from dmplay.cli.app import root
 from dmplay.cli.config import GENERAL, LOOKS_AND_NUMBERS
 from dmplay.cli.settings import defaults, in_force, options
 from dmplay.errors import DmplayError
 from tests.support import programs
 
-GROUP: Any = typer.main.get_command(app)
+GROUP: Any = root()
 EVERY = [(name, option) for name, command in GROUP.commands.items() for option in options(command)]
 VALUES: Mapping[str, tuple[object, ...]] = {  # four apart from the default, by click's type
     "int": (3, 4, 5, 6),

@@ -8,15 +8,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import typer
 
-from dmplay.cli.app import app
+from dmplay.cli.app import root
 from dmplay.finding.topics import topic
 from tests.support.blocks import file
 from tests.support.programs import run
 from tests.support.terminals import clean_environment
 
-GROUP: Any = typer.main.get_command(app)
+GROUP: Any = root()
 SCRIPT = "play hexworld --seed 7\ne\nquit\n"
 MOVES = "f\ns\ni\n" * 3  # of a crying baby
 

@@ -6,13 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import typer
 
 from dmplay.cli import manual
-from dmplay.cli.app import app
+from dmplay.cli.app import root
 
 FILE = Path(manual.__file__).with_name("dmplay.1")
-GROUP: Any = typer.main.get_command(app)
+GROUP: Any = root()
 COMMANDS = GROUP.commands | GROUP.commands["config"].commands
 
 

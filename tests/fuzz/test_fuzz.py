@@ -2,14 +2,14 @@
 
 import os
 import signal
+from collections.abc import Iterator
 from random import Random
 
 import pytest
 
 from dmplay.transcript.format import checksum
-from tests.fuzz import brought, facts, mutations
+from tests.fuzz import brought, corpus, facts, mutations
 from tests.fuzz.case import GAME, Case, Told
-from tests.fuzz.corpus import transcripts
 from tests.fuzz.crew import Task, results
 from tests.fuzz.judging import faults
 from tests.fuzz.kinds import KINDS, Kind, case, count
@@ -18,7 +18,22 @@ from tests.fuzz.program import dmplay
 from tests.fuzz.trial import tried
 
 BY_NAME = {kind.name: kind for kind in KINDS}
-GOOD = transcripts()[0]
+
+
+@pytest.fixture(autouse=True, scope="module")
+def few() -> Iterator[None]:
+    """Transcripts of a few problems to begin with: what is tried here is true of however many."""
+    with pytest.MonkeyPatch.context() as here:
+        here.setattr(corpus, "CASES", corpus.CASES[::5])
+        here.setattr(corpus, "SHORT", 900)
+        yield
+    for known in (corpus.transcripts, corpus.of_people, facts.honest):
+        known.cache_clear()
+
+
+def good() -> bytes:
+    """A transcript in which all is right."""
+    return corpus.transcripts()[0]
 
 
 def planted(told: Told | None = None, *, changed: str = "") -> Kind:
@@ -97,8 +112,8 @@ def test_the_shares_are_those_of_a_hundred() -> None:
 
 @pytest.mark.parametrize("mutation", {*MUTATIONS}, ids=lambda one: one.__name__)
 def test_a_mutation_changes_what_it_is_given(mutation: Mutation) -> None:
-    changed = [mutation(Random(number), GOOD) for number in range(40)]
-    assert sum(raw != GOOD for raw in changed) > 20
+    changed = [mutation(Random(number), good()) for number in range(40)]
+    assert sum(raw != good() for raw in changed) > 20
     assert len({*changed}) > 15
 
 
@@ -110,10 +125,10 @@ def test_a_value_of_many_digits_has_others_near() -> None:
 
 
 def test_a_checksum_is_that_of_what_stands_there() -> None:
-    other = mutations.summed(GOOD.replace(b"turn: 1\n", b"turn: 7\n"))
+    other = mutations.summed(good().replace(b"turn: 1\n", b"turn: 7\n"))
     above = other.decode().partition("end: ")[0]
     assert checksum(above) in other.decode()
-    assert mutations.summed(GOOD) == GOOD
+    assert mutations.summed(good()) == good()
 
 
 def test_what_is_spoilt_is_often_still_read() -> None:

@@ -7,17 +7,16 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import typer
 
 from dmplay.cli import entry
-from dmplay.cli.app import app
+from dmplay.cli.app import root
 from dmplay.cli.errands import understood
 from dmplay.game.table import Table
 from tests.privacy.arguments import OUTSIDE, TYPED
 from tests.privacy.fronts import FILE, Told, alike, both, printed
 from tests.privacy.pairs import BROUGHT, LOOKED_AT, Pair, Side
 
-GROUP: Any = typer.main.get_command(app)
+GROUP: Any = root()
 PROGRAM: dict[str, Any] = {
     name: command
     for word, one in GROUP.commands.items()
