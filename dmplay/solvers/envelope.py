@@ -34,12 +34,12 @@ def envelope(vectors: Reals, budget: Budget | None = None) -> Envelope:
     """
     budget = budget or Budget("an envelope", "try fewer vectors")
     states = vectors.shape[1]
-    if len(vectors) == 1:
-        everywhere = np.ones((states, 1), bool)
-        return Envelope(np.zeros(1, np.int64), np.eye(states), vectors[0], everywhere)
     if states == 2:
         return _of_lines(vectors, budget)
     chosen = [int(np.argmax(vectors.sum(axis=1)))]
+    if (vectors - vectors[chosen] <= SLACK).all():
+        everywhere = np.ones((states, 1), bool)
+        return Envelope(np.array(chosen), np.eye(states), vectors[chosen[0]], everywhere)
     rays = np.eye(states + 1)  # (belief, value): the corners of the simplex, and straight up
     rays[:states, states] = vectors[chosen[0]]
     cone = simplicial(rays)
