@@ -11,6 +11,7 @@ A module of a problem may offer VARIANTS, name -> instance.
 import inspect
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, replace
+from functools import lru_cache
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -161,8 +162,9 @@ def _is_built_in(name: str) -> bool:
     return _plain(name.partition(":")[0]) in problem_names()
 
 
+@lru_cache(64)
 def _own(name: str) -> Found:
-    """A built-in problem."""
+    """A built-in problem: never changed, so that all that plays it may share it."""
     base, _, variant = name.partition(":")
     base, variant = _plain(base), variant.lower()
     problem = _of_module(_built_in(base), base, variant)
