@@ -16,6 +16,7 @@ from tests.fuzz.kinds import KINDS, Kind, case, count
 from tests.fuzz.mutations import MUTATIONS, Mutation
 from tests.fuzz.program import dmplay
 from tests.fuzz.trial import tried
+from tests.support.cases import CASES
 
 BY_NAME = {kind.name: kind for kind in KINDS}
 
@@ -24,7 +25,7 @@ BY_NAME = {kind.name: kind for kind in KINDS}
 def few() -> Iterator[None]:
     """Transcripts of a few problems to begin with: what is tried here is true of however many."""
     with pytest.MonkeyPatch.context() as here:
-        here.setattr(corpus, "CASES", corpus.CASES[::5])
+        here.setattr(corpus, "CASES", CASES[::5])
         here.setattr(corpus, "SHORT", 900)
         yield
     for known in (corpus.transcripts, corpus.of_people, facts.honest):
