@@ -59,12 +59,9 @@ def optimal(problem: Problem) -> Reals:
 
 def action_values(problem: Problem, time: float, after: Reals) -> Reals:
     """Q `[3, 21, 21, 3]` of a step at a time, and the values `[3, 21, 21]` after it."""
-    q = [_backup(problem, states(time), a, after) for a in range(len(RATES))]
-    return np.stack(q, axis=1).reshape(*SHAPE, len(RATES))
-
-
-def _backup(problem: Problem, s: Reals, a: int, after: Reals) -> Reals:
-    """The value `[B]` of one action, and `after` that."""
-    p, outcome = exact(problem, s, np.full((len(s), 1), a))
+    s = np.repeat(states(time), len(RATES), axis=0)
+    a = np.tile(np.arange(len(RATES)), after.size)[:, None]
+    p, outcome = exact(problem, s, a)
     u = interpolate(after, outcome.state.reshape(-1, 4)).reshape(p.shape)
-    return np.asarray((p * (outcome.rewards[:, :, 0] + problem.discount * u)).sum(axis=1))
+    q = (p * (outcome.rewards[:, :, 0] + problem.discount * u)).sum(axis=1)
+    return np.asarray(q.reshape(*SHAPE, len(RATES)))

@@ -54,7 +54,7 @@ def test_an_action_that_is_nowhere_best_has_no_piece() -> None:
 
 def test_the_triangle_is_shared_out() -> None:
     machine = MachineReplacement()
-    for one in alpha_vectors.stages(machine.tables, 1.0, 20):
+    for one in alpha_vectors.stages(machine.tables, 1.0, 20)[1::3]:
         shares = [piece.share for a in range(4) for piece in pieces(one, a)]
         assert sum(shares) == pytest.approx(1, abs=1e-9)
 

@@ -37,11 +37,11 @@ def test_undiscounted_the_optimum_comes_to_an_exit_and_earns_what_it_says(
 ) -> None:
     problem = dmplay.load("hexworld", discount=1.0, **settings)
     optimal = dmplay.agent(problem, 0, "optimal")
-    played = dmplay.rollout(problem, [optimal], episodes=500, turns=2000, seed=5)
+    played = dmplay.rollout(problem, [optimal], episodes=200, turns=2000, seed=5)
     assert played.over.all()
     values = optimal.values((problem.enumerated(),))
     assert values is not None
-    starts = [Session(problem, Dice(5, game)).first for game in range(500)]
+    starts = [Session(problem, Dice(5, game)).first for game in range(200)]
     wanted = values.max(axis=1)[np.array(starts)].mean()
-    error = played.returns[:, 0].std() / np.sqrt(500)
+    error = played.returns[:, 0].std() / np.sqrt(200)
     assert played.returns[:, 0].mean() == pytest.approx(wanted, abs=4 * error + 1e-6)

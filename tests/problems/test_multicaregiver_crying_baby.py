@@ -111,7 +111,7 @@ def test_the_best_response_of_each_comes_true() -> None:
         policy = BestResponse(CARE, seat)
         agents[seat] = policy
         (value,) = policy.values(policy.begin(np.array([-1]))).max(axis=1)
-        returns = dmplay.rollout(CARE, agents, episodes=500, turns=90, seed=2).returns[:, seat]
+        returns = dmplay.rollout(CARE, agents, episodes=500, turns=60, seed=2).returns[:, seat]
         assert abs(returns.mean() - value) < 4 * returns.std() / np.sqrt(500)
 
 
@@ -137,7 +137,7 @@ def test_a_best_response_names_the_partners_it_knows() -> None:
 @pytest.mark.parametrize("horizon", [2, 4])
 def test_a_joint_plan_has_the_cheap_feeder_feed_and_earns_the_teams_optimum(horizon: int) -> None:
     agents = [dmplay.agent(CARE, i, f"joint-plan:horizon={horizon}") for i in range(2)]
-    returns = dmplay.rollout(CARE, agents, episodes=500, turns=90, seed=2).returns.sum(axis=1)
+    returns = dmplay.rollout(CARE, agents, episodes=500, turns=60, seed=2).returns.sum(axis=1)
     # The first turn finds a hungry baby half the time; from then on caregiver1 feeds it, 2.5 each.
     assert abs(returns.mean() - (-10 - 25)) < 4 * returns.std() / np.sqrt(500)
 

@@ -705,7 +705,7 @@ def test_draws_of_no_reroll_are_told_as_draws(tmp_path: Path) -> None:
 
 
 def test_a_turn_takes_few_bytes_once_it_is_read(tmp_path: Path) -> None:
-    path, turns = tmp_path / "game.dmt", 1000
+    path, turns = tmp_path / "game.dmt", 300
     recorded(path, "hexworld", "random", turns=turns, settings=["rewards=[]"])
     tracemalloc.start()
     try:
