@@ -10,7 +10,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a second thread only waits
 import pytest
 from hypothesis import settings
 
-from dmplay.policies import mountain_car
+from dmplay.policies import cart_pole, mountain_car
 from dmplay.solutions import reals
 from dmplay.solvers.grid_iteration import Grid
 
@@ -48,7 +48,11 @@ def pytest_runtest_protocol() -> Iterator[None]:
 
 @pytest.fixture
 def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The car's optimum is sought on few points, for what is true of however many."""
+    """The car's optimum is sought on few points, and a pole pushed few turns ahead.
+
+    It is for what is true of however many.
+    """
     grid = Grid(mountain_car.GRID.low, mountain_car.GRID.high, (61, 47))
     for module in (mountain_car, reals):
         monkeypatch.setattr(module, "GRID", grid)
+    monkeypatch.setattr(cart_pole, "STOOD", 4)

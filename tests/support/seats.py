@@ -6,17 +6,21 @@ import dmplay
 from dmplay.core import Memory, Percept, Policy, Problem
 from dmplay.errors import BadParameter, BadPolicy, UnknownName
 from dmplay.finding import agents
+from dmplay.finding.agents import for_turns
 from dmplay.policies.script import Script
 from tests.support.cases import random_play, small
 
 BRIEF = {"search": "search:simulations=3,depth=2"}  # agents that take their time, for the laws
+AHEAD = 4  # turns for which those plan who plan a whole game
 FOREIGN = {"axelrod"}  # a package that takes long to load: it has tests of its own
 
 
 def made(problem: Problem, seat: int, agent: str) -> Policy | None:
     """The agent of this name, or None where it refuses the seat."""
     try:
-        return dmplay.agent(problem, seat, BRIEF.get(agent, agent))
+        return dmplay.agent(
+            problem, seat, BRIEF.get(agent) or for_turns(problem, seat, agent, AHEAD)
+        )
     except (BadPolicy, BadParameter, UnknownName):
         return None
 
