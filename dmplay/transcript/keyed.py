@@ -6,11 +6,13 @@ import re
 import sys
 from collections import Counter
 from contextlib import suppress
+from itertools import chain
 
 from dmplay.errors import BadTranscript
 
 KEY = re.compile(r"([a-z0-9]+): ")
 DEEPEST = 32  # a list in a list
+SAFE = 300  # digits that no number is too large with
 SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")  # we write characters, never their halves
 
 
@@ -57,17 +59,21 @@ def _finite(digits: str) -> float:
 
 
 def _whole(digits: str) -> int:
-    _finite(digits)
+    if len(digits) > SAFE:
+        _finite(digits)
     return int(digits)
 
 
-def _shallow(value: object, left: int) -> None:
+def _shallow(value: object, deepest: int) -> None:
     """Raises RecursionError where a value is nested deeper than that."""
-    if not left:
-        raise RecursionError
-    if isinstance(value, list | dict):
-        for inner in value.values() if isinstance(value, dict) else value:
-            _shallow(inner, left - 1)
+    level = [value]
+    for _ in range(deepest):
+        nested = (one for one in level if isinstance(one, (list, dict)))
+        parts = (one.values() if isinstance(one, dict) else one for one in nested)
+        level = [*chain.from_iterable(parts)]
+        if not level:
+            return
+    raise RecursionError
 
 
 def _unique(pairs: list[tuple[str, object]]) -> dict[str, object]:
