@@ -1,6 +1,6 @@
 """How a problem breaks a law: the line that does, and a sentence."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -31,17 +31,17 @@ class Fact(NamedTuple):
 
     holds: bool
     said: str  # NAME, or NAME.ARGUMENT
-    told: str
+    told: str | Callable[[], str]  # as it is made, where arrays in it would take long to write
     alone: bool = False  # whether what follows can be looked at though it does not hold
 
 
 Facts = Iterator[Fact]
 
 
-def breach(owner: type, said: str, told: str) -> Breach:
+def breach(owner: type, said: str, told: str | Callable[[], str]) -> Breach:
     """What is wrong with an attribute of a class, and the line that says it."""
     name, _, argument = said.partition(".")
-    what = " ".join(told.split())
+    what = " ".join((told if isinstance(told, str) else told()).split())
     what = what if len(what) <= SHOWN else f"{what[: SHOWN // 2]} ... {what[-SHOWN // 2 :]}"
     return Breach(places.place(owner, name, argument, Tables._fields), what)
 

@@ -45,16 +45,21 @@ def _answers(known: Labels | Interval, ask: Asked) -> Facts:
     holds = isinstance(ask.memory, tuple) and all(len(part) == rows for part in ask.memory)
     told = f"update: got a memory that is no tuple of arrays with {rows} rows each"
     yield Fact(holds, "update", told)
-    told = f"choose: got {chosen!r}, expected an action for each of {rows} rows"
-    yield Fact(isinstance(chosen, np.ndarray) and chosen.shape == (rows,), "choose", told)
+    yield Fact(
+        isinstance(chosen, np.ndarray) and chosen.shape == (rows,),
+        "choose",
+        lambda: f"choose: got {chosen!r}, expected an action for each of {rows} rows",
+    )
     if isinstance(known, Interval):
         told = f"choose: got {chosen.min():g} to {chosen.max():g}, expected {known.words()}"
         holds = bool(((chosen >= known.low) & (chosen <= known.high)).all())
         yield Fact(holds, "choose", told)
         return
-    told = f"choose: got {chosen!r}, expected 0 to {len(known) - 1}, an index"
-    holds = chosen.dtype.kind in "iu" and bool(((chosen >= 0) & (chosen < len(known))).all())
-    yield Fact(holds, "choose", told)
+    yield Fact(
+        chosen.dtype.kind in "iu" and bool(((chosen >= 0) & (chosen < len(known))).all()),
+        "choose",
+        lambda: f"choose: got {chosen!r}, expected 0 to {len(known) - 1}, an index",
+    )
     shape = (rows, len(known)) if ask.values is None else np.shape(ask.values)
     told = f"values: got shape {shape}, expected {(rows, len(known))} or None"
     yield Fact(shape == (rows, len(known)), "values", told)

@@ -4,6 +4,7 @@ A law tells, fact by fact, what holds; `held` turns what does not into breaches.
 """
 
 from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
 
@@ -66,23 +67,26 @@ def everything(problem: Problem, found: Turns) -> tuple[Array, ...]:
 def alone(problem: Problem, some: Turns, expected: tuple[Array, ...]) -> Facts:
     """A row comes out the same, to the last bit, as beside other rows."""
     for said, one, other in zip(FOUND, expected, everything(problem, some), strict=True):
-        told = f"{said}: got {_differing(one, other)}; expected a row to depend on itself alone"
+        told = partial(_differing, said, one, other, "; expected a row to depend on itself alone")
         yield Fact(same(one, other), said, told)
 
 
 def repeated(problem: Problem, found: Turns, whole: tuple[Array, ...]) -> Facts:
     """The same draws give the same outcome, and nothing is written into."""
     for said, one, other in zip(FOUND, whole, everything(problem, found), strict=True):
-        told = f"{said}: got {_differing(one, other)} from the same draws; expected the same again"
+        told = partial(
+            _differing, said, one, other, " from the same draws; expected the same again"
+        )
         yield Fact(same(one, other), said, told)
 
 
-def _differing(one: Array, other: Array) -> str:
-    """The first row in which two arrays differ."""
+def _differing(said: str, one: Array, other: Array, expected: str) -> str:
+    """What is said of the first row in which two arrays differ."""
     if one.shape != other.shape:
-        return f"shape {other.shape} beside {one.shape}"
+        return f"{said}: got shape {other.shape} beside {one.shape}{expected}"
     rows = np.flatnonzero((one != other).reshape(len(one), -1).any(axis=1))
-    return f"{other[rows[0]].tolist()} beside {one[rows[0]].tolist()}" if len(rows) else "the same"
+    pair = f"{other[rows[0]].tolist()} beside {one[rows[0]].tolist()}" if len(rows) else "the same"
+    return f"{said}: got {pair}{expected}"
 
 
 def sampled(problem: Problem, found: Turns) -> Facts:
@@ -118,8 +122,9 @@ def written(problem: Problem, states: Array) -> Facts:
         again = np.asarray(problem.parse(text))
         told = f"parse: got {again.tolist()} from {text!r}, expected {s.tolist()}"
         yield Fact(again.shape == s.shape and np.array_equal(again, s), "parse", told)
-        told = f"notation: got {problem.notation(again)!r} after parse, expected {text!r}"
-        yield Fact(problem.notation(again) == text, "notation", told)
+        twice = problem.notation(again)
+        told = f"notation: got {twice!r} after parse, expected {text!r}"
+        yield Fact(twice == text, "notation", told)
 
 
 def listed(problem: Problem, found: Turns) -> Facts:

@@ -127,8 +127,8 @@ def _start(problem: Problem) -> Facts:
     opening = problem.opening(ROWS)
     yield from _chances("opening", opening)
     s = problem.place(ROWS, _events(opening))
-    told = f"place: got {s!r}, expected an array, a state for each of {ROWS} rows"
-    yield Fact(_rows(s), "place", told)
+    row = f"expected an array, a state for each of {ROWS} rows"
+    yield Fact(_rows(s), "place", lambda: f"place: got {s!r}, {row}")
     holds = problem.states != 1 or (s.shape == (ROWS,) and not np.any(s))
     told = f"states: got 1, expected how many, as place gives {_shape(s)}; Continuous(n) for reals"
     yield Fact(holds, "states", told)
@@ -144,8 +144,8 @@ def _counted(problem: Problem, said: str, s: Array) -> Facts:
     """States that are counted are of those that there are."""
     if isinstance(problem.states, int) and len(s):
         places, last = problem.index(s), problem.states - 1
-        told = f"{said}: got {s!r}, expected whole numbers, where states are counted"
-        yield Fact(places.dtype.kind in "iu", said, told)
+        whole = "expected whole numbers, where states are counted"
+        yield Fact(places.dtype.kind in "iu", said, lambda: f"{said}: got {s!r}, {whole}")
         far = [one for one in (places.min(), places.max()) if not 0 <= one <= last]
         told = f"{said}: got state {[*far, 0][0]}, expected 0 to {last}, as states says"
         alone = f"states: got 1, expected how many, as {said} gives state {[*far, 0][0]}"
@@ -158,8 +158,11 @@ def _notes(problem: Problem, s: Array) -> Facts:
     what = f"notation: got {told!r}, expected a line of at most {LONGEST} characters"
     yield Fact(_line(told), "notation", what)
     again = np.asarray(problem.parse(told))
-    what = f"parse: got {again!r} from {told!r}, expected {s[0]!r}, which notation wrote"
-    yield Fact(again.shape == s[0].shape and bool(np.all(again == s[0])), "parse", what)
+    yield Fact(
+        again.shape == s[0].shape and bool(np.all(again == s[0])),
+        "parse",
+        lambda: f"parse: got {again!r} from {told!r}, expected {s[0]!r}, which notation wrote",
+    )
 
 
 def _turn(problem: Problem) -> Facts:
@@ -167,21 +170,23 @@ def _turn(problem: Problem) -> Facts:
     s = problem.place(ROWS, _events(problem.opening(ROWS)))
     over, legal = problem.terminal(s), problem.legal(s)
     holds = _rows(over) and over.dtype == bool and over.ndim == 1
-    told = f"terminal: got {over!r}, expected true or false for each of {ROWS} rows"
-    yield Fact(holds, "terminal", told)
+    each = f"expected true or false for each of {ROWS} rows"
+    yield Fact(holds, "terminal", lambda: f"terminal: got {over!r}, {each}")
     shape = (ROWS, len(problem.agents), max(problem.action_counts))
     holds = legal is None or (shaped(legal, shape) and legal.dtype == bool and _able(legal, over))
-    told = f"legal: got {legal!r}, expected None, or one action at least, of shape {shape}"
-    yield Fact(holds, "legal", told)
+    able = f"expected None, or one action at least, of shape {shape}"
+    yield Fact(holds, "legal", lambda: f"legal: got {legal!r}, {able}")
     a = np.tile([known.grid()[0] for known in problem.actions], (ROWS, 1))
     if legal is not None:
         a = legal.argmax(axis=2)
     chances = problem.chance(s, a)
     yield from _chances("chance", chances)
     outcome = problem.move(s, a, _events(chances))
-    told = f"move: got {outcome!r}, expected Outcome(state, rewards, observations)"
-    holds = isinstance(outcome, tuple) and len(outcome) == len(Outcome._fields)
-    yield Fact(holds, "move", told)
+    yield Fact(
+        isinstance(outcome, tuple) and len(outcome) == len(Outcome._fields),
+        "move",
+        lambda: f"move: got {outcome!r}, expected Outcome(state, rewards, observations)",
+    )
     yield from outcomes(problem, s, outcome)
 
 
@@ -189,8 +194,8 @@ def outcomes(problem: Problem, s: Array, outcome: Outcome) -> Facts:
     """What a turn brought about has the shapes and ranges that the problem states."""
     moved, rewards, seen = outcome
     holds = shaped(moved, s.shape) and moved.dtype.kind == s.dtype.kind
-    told = f"move: got the states {moved!r}, expected them of shape {s.shape}, as from place"
-    yield Fact(holds, "move", told)
+    as_placed = f"expected them of shape {s.shape}, as from place"
+    yield Fact(holds, "move", lambda: f"move: got the states {moved!r}, {as_placed}")
     yield from _counted(problem, "move", moved)
     rows = len(s), len(problem.agents)
     yield from reals("move: rewards", "move", rewards, rows)
@@ -201,8 +206,8 @@ def outcomes(problem: Problem, s: Array, outcome: Outcome) -> Facts:
     yield from _within("state_bounds", problem.state_bounds, moved)
     if not problem.hidden:
         holds = shaped(seen, s.shape) and seen.dtype == moved.dtype and (seen == moved).all()
-        told = f"move: got {seen!r} to be seen, expected the new states"
-        yield Fact(bool(holds), "move", told)
+        new = "expected the new states"
+        yield Fact(bool(holds), "move", lambda: f"move: got {seen!r} to be seen, {new}")
         return
     yield from _observed(problem, rows, seen)
 
@@ -219,21 +224,25 @@ def _within(
 
 def _observed(problem: Problem, rows: tuple[int, int], seen: Array) -> Facts:
     """Observations are of the kind that is named."""
-    kind, got = problem.observations[0], f"move: got the observations {seen!r}"
+    kind = problem.observations[0]
     shape = (*rows, *kind.shape)
     letters, what = {Labels: ("iu", "whole numbers"), Numbers: ("f", "reals")}.get(
         type(kind), ("U", "an array of text")
     )
     holds = shaped(seen, shape) and seen.dtype.kind in letters
-    yield Fact(holds, "move", f"{got}, expected {what} of shape {shape}")
+    yield _seen(holds, seen, f"expected {what} of shape {shape}")
     if isinstance(kind, Numbers):
-        yield Fact(bool(np.isfinite(seen).all()), "move", f"{got}, expected none infinite or NaN")
+        yield _seen(bool(np.isfinite(seen).all()), seen, "expected none infinite or NaN")
     elif isinstance(kind, Labels):
         holds = bool(((seen >= 0) & (seen < problem.observation_counts)).all())
-        yield Fact(holds, "move", f"{got}, expected the numbers of their labels")
+        yield _seen(holds, seen, "expected the numbers of their labels")
     else:
         lines = all(map(_text, seen.flat))
-        yield Fact(lines, "move", f"{got}, expected lines of at most {LONGEST} characters")
+        yield _seen(lines, seen, f"expected lines of at most {LONGEST} characters")
+
+
+def _seen(holds: bool, seen: Array, expected: str) -> Fact:
+    return Fact(holds, "move", lambda: f"move: got the observations {seen!r}, {expected}")
 
 
 STAGES: tuple[tuple[Callable[[Problem], Facts], ...], ...] = (  # each rests on those before
