@@ -21,4 +21,5 @@ def converted(name: str, wanted: Mapping[str, object], path: Path, *, force: boo
     except (BadParameter, TooMuch) as error:
         raise BadParameter(f"{loaded.name}: {error}") from None
     write(path, lines, force=force)
-    return one_line(f"{path}: {loaded.name}, a {loaded.problem.kind}")
+    kind = loaded.problem.kind
+    return one_line(f"{path}: {loaded.name}, {'an' if kind == 'MDP' else 'a'} {kind}")

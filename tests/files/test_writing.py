@@ -121,3 +121,5 @@ def test_a_file_is_converted_too(tmp_path: Path) -> None:
     found = markov.read("tiger.dpomdp", path.read_bytes(), team=True)
     assert (found.discount, found.agents) == (0.5, ("agent1",))
     assert found.story() == tiger().story()
+    told = converted("hexworld", {}, tmp_path / "walk.mdp", force=False)
+    assert told == f"{tmp_path}/walk.mdp: hexworld, an MDP"
