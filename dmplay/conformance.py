@@ -138,6 +138,13 @@ def _drawn(style: Style, session: Session, seat: int) -> Facts:
         told = f"{part.__name__}: got {words!r}, expected a sentence"
         yield Fact(isinstance(words, str) and bool(words), "picture", told)
     told = "goal: expected a list of clauses, panel: a list of pairs, all text"
-    pairs = [word for pair in style.panel(view) for word in pair]
-    holds = all(isinstance(word, str) for word in (*style.goal(view), *pairs))
-    yield Fact(holds, "picture", told)
+    yield Fact(_clauses(style.goal(view)) and _pairs(style.panel(view)), "picture", told)
+
+
+def _clauses(found: object) -> bool:
+    return isinstance(found, list | tuple) and all(isinstance(word, str) for word in found)
+
+
+def _pairs(found: object) -> bool:
+    listed = isinstance(found, list | tuple)
+    return listed and all(_clauses(pair) and len(pair) == 2 for pair in found)

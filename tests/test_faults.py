@@ -133,6 +133,13 @@ FAULTS = [
     ("walk", "np.ones(len(u), int)", "np.full(len(u), 2)", "def choose",
      "patient: choose: got array([2, 2, 2, 2, 2, 2, 2]), expected 0 to 1, an index"),
     ("walk", '"l": "right"', '"l": "rigth"', "", "KEYS: l: unknown action 'rigth'"),
+    ("walk", 'KEYS = {"l": "right"}', "KEYS = ['l']", "", "KEYS: got ['l'], expected key -"),
+    ("walk", '"l": "right"', '"l": 1', "", "KEYS: got 'l': 1, expected the names of both"),
+    ("walk", '"l": "right"', '"q": "right"', "", "KEYS: 'q' is the shell's or a number"),
+    ("walk", 'Roster({"patient": Patient}, adviser="patient")', "[7]", "",
+     "AGENTS: got [7], expected name -> class"),
+    ("walk", "KEYS =", "import sys\ngoal = lambda view: 7\nLOOK = sys.modules[__name__]\nKEYS =",
+     "def picture", "goal: expected a list of clauses"),
     ("walk", 'return "." * int(s) + "@"', "return s.missing", "s.missing", "AttributeError"),
     ("walk", 'return "." * int(s) + "@"', "return 7", "def picture", "picture: got 7, expected"),
 ]  # fmt: skip

@@ -69,19 +69,15 @@ def _instance(kind: type[Problem]) -> Problem:
 
 def agents(problem: Problem) -> list[str]:
     """The names of the agents that a problem's module brings."""
-    brought = getattr(_module(problem), "AGENTS", {})
-    return [*(brought.agents if isinstance(brought, Roster) else brought)]
+    told = _roster(problem)
+    return [*told.agents] if told else []
 
 
 def roster(problem: Problem, seat: int, usual: Roster) -> Roster:
     """Who can play a seat: the agents that a problem's module brings, then the usual ones."""
-    brought = getattr(_module(problem), "AGENTS", None)
-    if brought is None:
+    told, where = _roster(problem), f"{file(problem)}: AGENTS"
+    if told is None:
         return usual
-    told = brought if isinstance(brought, Roster) else Roster(brought)
-    where = f"{_file(_module(problem))}: AGENTS"
-    if not isinstance(told.agents, Mapping):
-        raise BadParameter(f"{where}: got {brought!r}, expected name -> class, or a Roster")
     for name, made_of in told.agents.items():
         _check(where, name, made_of)
     known = {**told.agents, **{n: one for n, one in usual.agents.items() if n not in told.agents}}
@@ -90,6 +86,16 @@ def roster(problem: Problem, seat: int, usual: Roster) -> Roster:
         if who is not None and who not in known:
             raise BadParameter(f"{where}: {part}: got {who!r}, expected one of {', '.join(known)}")
     return replace(told, agents=known, adviser=told.adviser or usual.adviser)
+
+
+def _roster(problem: Problem) -> Roster | None:
+    """The agents that a problem's module brings, as they are written there; None for none."""
+    brought = getattr(_module(problem), "AGENTS", None)
+    told = brought if isinstance(brought, Roster) or brought is None else Roster(brought)
+    if told and not isinstance(told.agents, Mapping):
+        expected = "expected name -> class, or a Roster"
+        raise BadParameter(f"{file(problem)}: AGENTS: got {brought!r}, {expected}")
+    return told
 
 
 def _check(where: str, name: object, found: object) -> None:
@@ -112,20 +118,27 @@ def look(problem: Problem) -> Any:
 
 def keys(problem: Problem) -> dict[str, str]:
     """The keys that a problem's module brings."""
-    found: dict[str, str] = dict(getattr(_module(problem), "KEYS", {}))
+    found, where = getattr(_module(problem), "KEYS", {}), f"{file(problem)}: KEYS"
     known = [label for each in problem.actions for label in each.labels]
+    if not isinstance(found, Mapping):
+        raise BadParameter(f"{where}: got {found!r}, expected key -> action")
     for key, label in found.items():
+        if not (isinstance(key, str) and isinstance(label, str)):
+            raise BadParameter(f"{where}: got {key!r}: {label!r}, expected the names of both")
         if label not in known:
-            raise UnknownName(
-                "action", label, known, where=f"{_file(_module(problem))}: KEYS: {key}"
-            )
-    return found
+            raise UnknownName("action", label, known, where=f"{where}: {key}")
+    return dict(found)
 
 
 def _module(problem: Problem) -> ModuleType | None:
     """The module of a problem that is not dmplay's."""
     home = type(problem).__module__
     return None if home.startswith("dmplay.problems.") else sys.modules.get(home)
+
+
+def file(problem: Problem) -> str:
+    """Where a problem's module stands, as it is told."""
+    return _file(_module(problem))
 
 
 def _file(module: ModuleType | None) -> str:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from dmplay.core import Labels, Problem
 from dmplay.errors import BadParameter, UnknownName
-from dmplay.finding import problems
+from dmplay.finding import modules, problems
 from dmplay.finding.names import name_of
 from dmplay.views.style import style_of
 
@@ -50,6 +50,8 @@ def hands(problem: Problem, wanted: Keys) -> Hands:
     if wanted.preset and wanted.preset not in CLUSTERS:
         raise BadParameter(f"--keys: got {wanted.preset!r}, expected one of {', '.join(CLUSTERS)}")
     style, labels = style_of(problem), problem.actions[0].labels
+    for key in modules.keys(problem):
+        _check(key, f"{modules.file(problem)}: KEYS")
     left: Mapping[str, str] = getattr(style, "LEFT", {})
     typed = hasattr(style, "NUDGES")  # digits write a number
     first = _preset(wanted.preset, {**style.KEYS, **left}, () if typed else labels)
