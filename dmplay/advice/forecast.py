@@ -109,7 +109,7 @@ def told(session: Session, seat: int, outlook: Outlook) -> str:
     """What an action may bring, in a line."""
     problem = session.problem
     name = session.action_name(seat, outlook.action)
-    rest = len(problem.agents) - 1
+    rest = len(session.asked([other for other in range(len(problem.agents)) if other != seat]))
     others = f", the other{'s' * (rest > 1)} at random" if rest else ""
     how = f" ({len(outlook.chances)} samples)" if outlook.sampled else ""
     if problem.states == 1 and not outlook.sampled:

@@ -8,7 +8,7 @@ from dmplay import belief
 from dmplay.advice.forecast import SAMPLES, forecast, told
 from dmplay.chance import Reals
 from dmplay.core import exact
-from dmplay.dice import NATURE
+from dmplay.dice import NATURE, Dice
 from dmplay.errors import BadParameter, IllegalAction
 from dmplay.game.request import Request
 from dmplay.game.table import Table
@@ -19,6 +19,7 @@ from dmplay.terminal import Terminal
 from dmplay.words.commands import typed
 from tests.support.cases import CASES, small
 from tests.support.screens import game, play, seated
+from tests.support.turns import Nim
 
 
 class Once:
@@ -107,6 +108,11 @@ def test_others_are_taken_to_act_at_random_and_it_is_said() -> None:
     before = session("prisoners-dilemma")
     line = "if defect, the other at random: cooperate pays 0, defect pays -3; -1.5 on average"
     assert told(before, 0, forecast(before, 0, 1)) == line
+
+
+def test_who_only_waits_does_nothing_at_random() -> None:
+    before = Session(Nim(), Dice(7))
+    assert told(before, 0, forecast(before, 0, 0)) == "if one: 1.00 6-right"
 
 
 def test_an_action_that_is_not_legal_is_not_foreseen() -> None:
