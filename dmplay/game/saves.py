@@ -58,7 +58,8 @@ def new(problem: str) -> Path | None:
 
 def free(place: Path, problem: str) -> Path:
     """A new empty file for a game in a folder, which others cannot read."""
-    stem = f"{time.strftime('%Y%m%d-%H%M%S')}-{problem.replace(':', '-').replace('/', '-')}"
+    plain = problem.lstrip("./").replace(":", "-").replace("/", "-")
+    stem = f"{time.strftime('%Y%m%d-%H%M%S')}-{plain}"
     for number in count():
         path = place / f"{stem}{f'-{number}' if number else ''}.dmt"
         with contextlib.suppress(FileExistsError):

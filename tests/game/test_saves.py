@@ -48,6 +48,12 @@ def test_a_game_in_play_is_not_removed_however_many_come_after_it(kept: Path) ->
     other.finish()
 
 
+def test_a_game_is_kept_under_a_name_that_begins_with_that_of_its_problem(tmp_path: Path) -> None:
+    for problem, name in (("./tiger.py:Tiger", "tiger.py-Tiger"), ("../a/b.mdp", "a-b.mdp")):
+        assert saves.free(tmp_path, problem).name.partition("-")[2].endswith(f"-{name}.dmt")
+        assert not [*tmp_path.glob("*-.*")]
+
+
 def test_games_of_language_models_push_out_none_of_people(kept: Path) -> None:
     """Nor do those of people push out theirs."""
     for age, player in enumerate(("mcp", "human", "mcp"), 1):
