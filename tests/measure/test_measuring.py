@@ -18,7 +18,7 @@ from dmplay.game.errand import Printout
 from dmplay.measure.comparing import compare
 from dmplay.measure.running import run
 from dmplay.reports import match
-from dmplay.reports.measuring import histogram
+from dmplay.reports.measuring import _summary, histogram
 from dmplay.rollouts import rollout
 from dmplay.transcript.reading import read
 from tests.benchmarks import honest
@@ -45,6 +45,13 @@ def test_games_are_played_until_the_error_is_small() -> None:
     found = run(HEX, [dmplay.agent(HEX, 0, "optimal")], until=0.1, seed=1)
     assert found.earned[0].returns.error <= 0.1
     assert found.episodes == 1600
+
+
+def test_many_turns_are_told_in_plain_digits() -> None:
+    problem = dmplay.load("hexworld")
+    few = run(problem, [dmplay.agent(problem, 0, "optimal")], episodes=2)
+    for turns, words in ((1.0, "1 turn each"), (4.75, "4.75 turns"), (10_000.0, "10000 turns")):
+        assert f" seed 0, {words}" in _summary(match.Match("hexworld"), few._replace(turns=turns))
 
 
 def test_the_run_of_a_problem_tells_each_seat() -> None:
