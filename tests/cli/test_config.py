@@ -285,7 +285,7 @@ def toml(value: Any) -> str:
     return json.dumps(value)
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=15, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(told=st.dictionaries(WORDS, VALUE, max_size=4))
 def test_any_file_is_read_or_refused_in_one_line(told: dict[str, Any], place: Path) -> None:
     projects(place, "\n".join(f"{json.dumps(key)} = {toml(v)}" for key, v in told.items()))
@@ -296,7 +296,7 @@ def test_any_file_is_read_or_refused_in_one_line(told: dict[str, Any], place: Pa
             assert values.keys() <= {one.name for one in GROUP.commands[name].params}
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=15, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(text=st.text(st.characters(codec="utf-8"), max_size=60))
 def test_any_text_is_read_or_refused_in_one_line(text: str, place: Path) -> None:
     projects(place, text)

@@ -20,7 +20,6 @@ from dmplay.painting.writing import Place
 from dmplay.prompt import toolbar
 from dmplay.screen.modes import Mode
 from dmplay.screen.screen import Screen
-from dmplay.styles import ansi
 from dmplay.terminal import Terminal
 from dmplay.words.commands import Leave
 from dmplay.words.plain import Objects, Reporter, Sentences, by_lines
@@ -177,8 +176,8 @@ class Canvas(Painter):
         return self._dimensions
 
     def paint(self, frame: Text, cursor: Place | None = None) -> None:
-        """Writes the whole frame, and where the cursor stands."""
-        self.paper.write(f"{ansi(frame, 'default')}\n{cursor}\n")
+        """Writes the whole frame, its styles, and where the cursor stands."""
+        self.paper.write(f"{frame.plain}\n{frame.spans}\n{cursor}\n")
 
 
 class Looked:

@@ -473,7 +473,7 @@ def test_every_problem_is_played_to_its_end_by_keys_and_its_transcript_verifies(
     name: str, others: str, tmp_path: Path
 ) -> None:
     path = tmp_path / "game.dmt"
-    played = new(Request(name, seed=7, turns=6, others=others, record=path))
+    played = new(Request(name, seed=7, turns=4, others=others, record=path))
     shown = press(played, presses(played))
     assert played.session.ending in ("terminal", "horizon", "turn limit")
     end = f"over: {ended(played.session.ending)} after {len(played.session.turns)} turns. "
