@@ -70,7 +70,7 @@ def frame(*lines: Text) -> Text:
 frames = st.lists(rows(), min_size=ROWS, max_size=ROWS).map(lambda lines: frame(*lines))
 
 
-@given(st.lists(frames, max_size=3), frames)
+@given(st.lists(frames, max_size=2), frames)
 def test_a_frame_looks_the_same_whatever_stood_there_before(before: list[Text], now: Text) -> None:
     assert cells(painted(*before, now)) == cells(painted(now))
 
