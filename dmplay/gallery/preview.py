@@ -13,6 +13,7 @@ from dmplay.records import Record, Result
 from dmplay.session import Session, View
 from dmplay.terminal import clean
 from dmplay.transcript.reading import Transcript
+from dmplay.views.canvas import by_rows
 from dmplay.views.style import Look, Needed, Style, fit, style_of
 
 MANY = 8  # agents that are named
@@ -43,9 +44,8 @@ class Preview(NamedTuple):
             look = Look(width, max(left, 1), ascii_, large=True)
             board = fit(self.style, self.view, look)
             if not isinstance(board, Needed):
-                middle = board.split("\n", allow_blank=True)
                 at = 2 if heads[0] in rows else 1
-                return [row for part in [*rows[:at], [*middle], *rows[at:]] for row in part]
+                return [row for part in [*rows[:at], by_rows(board), *rows[at:]] for row in part]
         situation = wrapped(self.style.situation(self.view), width, "dim")
         return [*heads[0], *goal, Text(""), *situation, *feet[0], *named][:height]
 

@@ -17,7 +17,7 @@ from dmplay.screen.shown import NOTHING, Room, Shown, within
 from dmplay.screen.wrapping import panel_rows, wrapped
 from dmplay.styles import Line, lettered
 from dmplay.terminal import clean
-from dmplay.views.canvas import size
+from dmplay.views.canvas import by_rows, size
 from dmplay.views.kept import Moment
 from dmplay.views.style import PANEL, Look, Needed
 
@@ -239,10 +239,10 @@ def _joined(
 ) -> tuple[Text, ...]:
     """The rows of a drawing with facts beside them; a game shows few that differ, often."""
     board, facts = Text(plain, spans=[*spans]), panel_rows(known, width)
-    rows = [*board.split("\n", allow_blank=True)]
+    rows, first = by_rows(board), size(board)[0] + 2
     rows += [Text("") for _ in range(len(rows), min(len(facts), most))]
     for row, fact in zip(rows, facts, strict=False):
-        row.pad_right(size(board)[0] + 2 - len(row.plain))
+        row.pad_right(first - len(row.plain))
         row.append(fact)
     return tuple(rows)
 

@@ -1,6 +1,7 @@
 """A grid of characters with styles, drawn as text."""
 
-from itertools import groupby
+from bisect import bisect_right
+from itertools import accumulate, groupby
 
 from rich.style import Style
 from rich.text import Span, Text
@@ -89,8 +90,7 @@ def written(*rows: str) -> Text:
 def picture(told: str | Text) -> Text:
     """A drawing of somebody else's: its rows as they are, its colours, and nothing that moves."""
     drawn = told if isinstance(told, Text) else Text.from_ansi(told)
-    rows = [*drawn.split("\n", allow_blank=True)]
-    return Text("\n", no_wrap=True).join(map(_cleaned, rows))
+    return Text("\n", no_wrap=True).join(map(_cleaned, by_rows(drawn)))
 
 
 def _cleaned(row: Text) -> Text:
@@ -115,6 +115,20 @@ def size(text: Text) -> tuple[int, int]:
     """Columns and rows of a drawing."""
     rows = text.plain.split("\n")
     return max(map(len, rows)), len(rows)
+
+
+def by_rows(text: Text) -> list[Text]:
+    """The rows of a drawing, each with its own pieces."""
+    each = text.plain.split("\n")
+    starts = [0, *accumulate(len(row) + 1 for row in each[:-1])]
+    spans: list[list[Span]] = [[] for _ in each]
+    for start, end, style in text.spans:
+        y = bisect_right(starts, start) - 1
+        while y < len(each) and starts[y] < end:
+            x = starts[y]
+            spans[y].append(Span(max(start - x, 0), min(end - x, len(each[y])), style))
+            y += 1
+    return [Text(row, spans=own) for row, own in zip(each, spans, strict=True)]
 
 
 def plainly(text: Text) -> Text:
