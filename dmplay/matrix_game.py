@@ -2,10 +2,12 @@
 
 from abc import abstractmethod
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from dmplay.chance import Array, Chance, Reals
+from dmplay.columns import Column, column, lines
 from dmplay.core import Labels, Outcome, Problem
 
 
@@ -38,9 +40,17 @@ class MatrixGame(Problem):
         """The one state."""
         return np.zeros(rows, np.int64)
 
+    @cached_property
+    def _listed(self) -> Reals:
+        """The rewards of every joint action `[A, n]`."""
+        return self.payoffs.reshape(-1, len(self.agents))
+
     def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """What the table pays."""
-        return Outcome(s, self.payoffs[tuple(a.T)], s)
+        joint: Column = column(a[:, 0])
+        for seat, many in enumerate(self.action_counts[1:], 1):
+            joint = joint * many + column(a[:, seat])
+        return Outcome(s, lines(self._listed, joint), s)
 
     def notation(self, s: Array) -> str:
         """`-`: there is nothing to say."""

@@ -73,7 +73,9 @@ class Cast:
             else:
                 column = actor.choose(memories[seat], able, now[:, : actor.draws])
             columns.append(column)
-        joint = np.stack(columns, axis=1) if len(columns) > 1 else columns[0][:, None]
+        joint = np.empty((len(s), len(columns)), np.result_type(*columns))
+        for seat, column in enumerate(columns):
+            joint[:, seat] = column
         if legal is not None and any(self.actors):
             for seat, waits in enumerate(problem.waiting(s).T):
                 if waits.any():

@@ -53,11 +53,15 @@ class Nodes:
         first m choices are the m greatest bounds.
         """
         order = np.argsort(node, kind="stable")
-        here, start, lanes = np.unique(node[order], return_index=True, return_counts=True)
+        nodes = node[order]
+        first = _changes(nodes)
+        start, lanes = np.flatnonzero(first), np.bincount(np.cumsum(first) - 1)
+        here = nodes[start]
         able = None if legal is None else legal[order[start]]
         if self.tree.widens:
             self._widen(here, lanes, able)
-            able = np.arange(self.tree.slots) < self.offers[here][:, None]
+            offers = self.offers[here]
+            able = np.arange(offers.max()) < offers[:, None]
         chosen, nth = np.empty(len(node), np.int64), np.empty(len(node), np.int64)
         for some, most in self._alike(lanes):
             mine = None if able is None else able[some]
@@ -83,10 +87,12 @@ class Nodes:
         self, here: Ints, lanes: Ints, most: int, able: Bools | None
     ) -> tuple[Ints, Ints]:
         """The slots `[H, most]` that follow one another, and their visits before."""
-        visits, row = self.visits[here], here // self.nodes
+        slots = self.tree.slots if able is None else able.shape[1]
+        visits, row = self.visits[here, :slots], here // self.nodes
         span = np.maximum(self.high[row] - self.low[row], 1e-9)[:, None]
         with np.errstate(invalid="ignore"):  # before the first return the least is infinite
-            scaled = (self.sums[here] / np.maximum(visits, 1) - self.low[row][:, None]) / span
+            means = self.sums[here, :slots] / np.maximum(visits, 1)
+            scaled = (means - self.low[row][:, None]) / span
         worth = np.where(visits > 0, scaled, 0.5)
         n = visits[:, :, None] + np.arange(most)
         total = np.log(visits.sum(axis=1) + lanes + 1)[:, None, None]
@@ -95,12 +101,9 @@ class Nodes:
         if able is not None:
             bound[~able] = -np.inf
         flat = bound.reshape(len(here), -1)
-        if most == 1:
-            best = np.argmax(flat, axis=1)[:, None]
-        else:
-            best = np.argsort(-flat, axis=1, kind="stable")[:, :most]
+        best = np.argmax(flat, axis=1)[:, None] if most == 1 else _largest(flat, most)
         slots = best // most
-        before = np.take_along_axis(visits, slots, axis=1).astype(np.int64) + best % most
+        before = visits[np.arange(len(here))[:, None], slots].astype(np.int64) + best % most
         return slots, before
 
     def _widen(self, here: Ints, lanes: Ints, legal: Bools | None) -> None:
@@ -154,10 +157,12 @@ class Nodes:
         new = np.flatnonzero(~known)
         if len(new):
             keys = node[new] * self.children.shape[1] + edge[new]
-            _, first, which = np.unique(keys, return_index=True, return_inverse=True)
-            fresh = self._fresh(node[new][first])
-            self.children[node[new][first], edge[new][first]] = fresh
-            child[new] = fresh[which.reshape(-1)]
+            new = new[np.argsort(keys, kind="stable")]
+            first = _changes(edge[new]) | _changes(node[new])
+            one = new[first]
+            fresh = self._fresh(node[one])
+            self.children[node[one], edge[one]] = fresh
+            child[new] = fresh[np.cumsum(first) - 1]
         return child, known
 
     def _fresh(self, above: Ints) -> Ints:
@@ -192,9 +197,7 @@ class Nodes:
         """Makes nodes of the new things seen, as many as the visits of an edge allow."""
         used, lanes = np.unique(edge, return_counts=True)
         order = new[np.lexsort((key[new], edge[new]))]
-        first = np.ones(len(order), bool)
-        first[1:] = (np.diff(edge[order]) != 0) | (np.diff(key[order]) != 0)
-        lane = order[first]  # one for each thing
+        lane = order[_changes(edge[order]) | _changes(key[order])]  # one for each thing
         at = edge[lane]
         place = self.kin[at] + np.arange(len(at)) - np.searchsorted(at, at)
         visits = self.visits.reshape(-1)[at] + lanes[np.searchsorted(used, at)]
@@ -215,3 +218,19 @@ class Nodes:
         np.add.at(self.sums, (node, slot), gain)
         np.minimum.at(self.low, row, gain)
         np.maximum.at(self.high, row, gain)
+
+
+def _changes(ordered: Ints) -> Bools:
+    """Which of these differ from the one before; the first does."""
+    changes = np.ones(len(ordered), bool)
+    np.not_equal(ordered[1:], ordered[:-1], out=changes[1:])
+    return changes
+
+
+def _largest(numbers: Reals, many: int) -> Ints:
+    """The places `[H, many]` of the largest of each row, falling; of equal ones the first."""
+    least = np.partition(numbers, -many, axis=1)[:, -many, None]
+    row, place = np.nonzero(numbers >= least)
+    order = np.lexsort((-numbers[row, place], row))
+    start = np.searchsorted(row, np.arange(len(numbers)))
+    return np.asarray(place[order][start[:, None] + np.arange(many)])

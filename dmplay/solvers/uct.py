@@ -145,7 +145,7 @@ class _Search:
         """Offers in nodes that are come to first what the seat's part of the cast would do."""
         tree = self.tree
         actor, place = tree.cast.actors[tree.seat], tree.cast.places[tree.seat]
-        new = self.nodes.fresh(node)
+        new = self.nodes.fresh(node) if actor else node[:0]
         if actor is None or not len(new):
             return
         memory = tuple(part[new] for part in memories[tree.seat])
@@ -205,7 +205,7 @@ class _Search:
 def _after(cast: Cast, lanes: _Lanes, joint: Array, outcome: Outcome) -> _Lanes:
     """The lanes once a turn is done."""
     memories = cast.told(lanes.memories, joint, outcome)
-    return lanes._replace(state=outcome.state, memories=memories, turn=lanes.turn + 1)
+    return _Lanes(lanes.lane, outcome.state, memories, lanes.turn + 1, lanes.left)
 
 
 def _key(problem: Problem, sights: Array) -> Ints:
