@@ -146,5 +146,6 @@ def _clauses(found: object) -> bool:
 
 
 def _pairs(found: object) -> bool:
-    listed = isinstance(found, list | tuple)
-    return listed and all(_clauses(pair) and len(pair) == 2 for pair in found)
+    if not isinstance(found, list | tuple):
+        return False
+    return all(_clauses(pair) and len(pair) == 2 for pair in found)

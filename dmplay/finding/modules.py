@@ -92,7 +92,8 @@ def _roster(problem: Problem) -> Roster | None:
     """The agents that a problem's module brings, as they are written there; None for none."""
     brought = getattr(_module(problem), "AGENTS", None)
     told = brought if isinstance(brought, Roster) or brought is None else Roster(brought)
-    if told and not isinstance(told.agents, Mapping):
+    named: object = told.agents if told else {}
+    if not isinstance(named, Mapping):
         expected = "expected name -> class, or a Roster"
         raise BadParameter(f"{file(problem)}: AGENTS: got {brought!r}, {expected}")
     return told

@@ -126,6 +126,6 @@ def simulation(problem: Problem, agents: Sequence[str] = ()) -> Solution:
         {"seat": player, "agent": name} | mean(played.returns[:, seat])
         for seat, (player, name) in enumerate(zip(problem.agents, names, strict=True))
     ]
-    games, turns = counted(len(played.turns), "game"), brief(played.turns.mean())
-    told = f"{games} of seed {SEED}, {turns} turns each"
+    many, long = counted(len(played.turns), "game"), brief(played.turns.mean())
+    told = f"{many} of seed {SEED}, {long} turns each"
     return Solution("simulation of its agents: no exact solution is known here", told, rows)
