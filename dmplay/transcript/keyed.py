@@ -5,7 +5,6 @@ import math
 import re
 import sys
 from collections import Counter
-from contextlib import suppress
 from itertools import chain
 
 from dmplay.errors import BadTranscript
@@ -40,11 +39,11 @@ def keyed(row: str, path: str, line: int) -> tuple[str, object]:
 
 def _value(row: str, at: int) -> object:
     """The JSON value from this column to the end of the line."""
-    with suppress(ValueError):
+    try:
         value, end = JSON.raw_decode(row, at)
-        if end == len(row):
-            return value
-    return JSON.decode(row[at:])  # blanks around it, or a fault
+    except ValueError:
+        end = 0
+    return value if end == len(row) else JSON.decode(row[at:])  # blanks around it, or a fault
 
 
 def _no_constant(name: str) -> float:
