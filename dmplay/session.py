@@ -84,10 +84,15 @@ class Telling(Generic[T]):
 
     def append(self, one: T) -> None:
         """Adds what came last."""
-        if self.many % PART == 0:
-            self.parts.append([])
-        self.parts[-1].append(one)
-        self.many += 1
+        self.extend([one])
+
+    def extend(self, some: Sequence[T]) -> None:
+        """Adds all that came last, in order."""
+        room = -self.many % PART  # of the last part
+        if room:
+            self.parts[-1].extend(some[:room])
+        self.parts += [[*some[at : at + PART]] for at in range(room, len(some), PART)]
+        self.many += len(some)
 
     def until(self, end: int) -> "Telling[T]":
         """The first so many, or all: other lists where more is to come."""
@@ -485,16 +490,20 @@ class Session(Displayed):
             self._told[seat].observations.append(lasting(self.observation(seat, 0)))
         told = self._told[seat]
         hidden = self.problem.hidden
-        for number, turn in enumerate(self.turns[told.actions.many :], told.actions.many):
-            called = self.problem.called(self.turns[number - 1].state if number else self.first)
+        many = told.actions.many
+        new = self.turns[many:]
+        before = self.turns[many - 1].state if many else self.first
+        for turn, state in zip(new, [before, *(turn.state for turn in new)], strict=False):
+            called = self.problem.called(state)
             if called:
                 told.said.append(called[seat][int(turn.actions[seat])])
-            told.observations.append(lasting(self._seen(seat, turn)))
-            told.actions.append(float(turn.actions[seat]))
-            if not hidden:
-                told.joint.append(lasting(turn.actions))
-        for turn in self.turns[told.rewards.many :] if paid else ():
-            told.rewards.append(float(turn.rewards[seat]))
+        told.observations.extend([lasting(self._seen(seat, turn)) for turn in new])
+        told.actions.extend([float(turn.actions[seat]) for turn in new])
+        if not hidden:
+            told.joint.extend([lasting(turn.actions) for turn in new])
+        if paid:
+            unpaid = self.turns[told.rewards.many :]
+            told.rewards.extend([float(turn.rewards[seat]) for turn in unpaid])
         return told
 
     def view(self, seat: int, *, paid: bool = False) -> View[Problem]:
@@ -533,6 +542,8 @@ class Session(Displayed):
         """Both sums, each turn added once, in order."""
         if not self._sums:
             self._sums.append((1.0, *[0.0] * (2 * len(self.followers))))
+        if len(self._sums) > len(self.turns):
+            return self._sums[-1]
         for turn in self.turns[len(self._sums) - 1 :]:
             weight, *sums = self._sums[-1]
             rewards: list[float] = turn.rewards.tolist()
