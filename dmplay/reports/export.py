@@ -4,6 +4,7 @@ import csv
 import io
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -24,7 +25,7 @@ from dmplay.reports.drawing import film as pictures
 from dmplay.reports.drawing import kept, picture
 from dmplay.reports.page import page
 from dmplay.screen.frame import Part, compose, composed
-from dmplay.screen.shown import Room, Shown, within
+from dmplay.screen.shown import NOTHING, Room, Shown, within
 from dmplay.styles import Line, ansi, words
 from dmplay.transcript.format import end_facts
 from dmplay.transcript.header import header_facts
@@ -51,12 +52,13 @@ class Drawn:
 
     def __init__(self, room: Room, draw: Callable[[Line], str], end: str) -> None:
         self._room, self._end = room, end
-        self._rows = Once[Line](lambda row: draw(within(row, room)), MOST_ROWS)
+        self._rows = lru_cache(MOST_ROWS)(lambda row: draw(within(row, room)))
+        self._texts = Once[Text](lambda row: draw(within(row, room)), MOST_ROWS)
         self._parts = Once[Part](self._drawn, MOST_PARTS)
 
     def screen(self, game: Game, log: list[str]) -> str:
         """The rows of a screen, with the end of a row between them."""
-        parts = filter(None, composed(game, self._room, Shown(), log))
+        parts = filter(None, composed(game, self._room, NOTHING, log))
         return self._end.join(
             [
                 self._parts.of(part) if isinstance(part, tuple) else self._drawn(part)
@@ -65,12 +67,13 @@ class Drawn:
         )
 
     def _drawn(self, part: Part) -> str:
-        return self._end.join(map(self._rows.of, part))
+        texts, rows = self._texts.of, self._rows
+        return self._end.join([texts(row) if isinstance(row, Text) else rows(row) for row in part])
 
 
 def screens(game: Playback, room: Room) -> Iterator[Text]:
     """The screen before the first turn and after every turn or event."""
-    return (compose(game, room, Shown(), log) for log in _told(game))
+    return (compose(game, room, NOTHING, log) for log in _told(game))
 
 
 def _told(game: Playback) -> Iterator[list[str]]:

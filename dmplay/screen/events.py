@@ -37,6 +37,9 @@ def log_rows(  # noqa: PLR0913 - what is told, where, and from which row on
         told = _column(log, room)
         if told:
             return told
+    told = wrapped(lines[-room.height :], room)
+    if len(told) <= room.height:
+        return told
     shown: list[Line] = []
     for line in reversed(lines[-room.height :] if room.height else []):
         rows = rows_of(line, room.width)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 from rich.text import Span, Text
 
 from dmplay.advice.adviser import Advice
+from dmplay.core import raw
 from dmplay.describe import brief
 from dmplay.game.game import Game
 from dmplay.screen import heading
@@ -27,6 +28,7 @@ WIDE = 100  # columns from which on the log is beside the board
 COLUMN = 36  # columns that it then has at least
 Facts = tuple[tuple[str, str], ...]  # of the side panel, with their names
 Part = Sequence[Line]  # rows of the screen; a tuple where they come again
+BLANK = " "
 
 
 def compose(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
@@ -72,7 +74,7 @@ def _urgent(game: Game, now: Moment, room: Room, shown: Shown, log: list[str]) -
 def message(room: Room, shown: Shown) -> Line:
     """The row that answers the last key; empty where the log has room for a long answer."""
     told = "" if not shown.message or too_long(shown, room) else clean(shown.message)
-    return within(f" {told}", room)
+    return within(f" {told}", room) if told else BLANK
 
 
 def too_long(shown: Shown, room: Room) -> bool:
@@ -162,7 +164,7 @@ def _laid(game: Game, now: Moment, room: Room, shown: Shown, body: int) -> _Laid
     """The board and what is around it; of a game that is only looked at that comes again."""
     if game.people or game.ghost or shown != NOTHING:
         return _laid_out(game, now, room, shown, body)
-    wanted = (room, body, game.reveal and game.session.state.tobytes())
+    wanted = (room, body, game.reveal and raw(game.session.state))
     return game.account.kept.answer(
         "laid", now, lambda now: _laid_out(game, now, room, shown, body), wanted
     )

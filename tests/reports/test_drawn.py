@@ -32,5 +32,6 @@ def test_a_turn_draws_its_title_and_a_row_of_the_log_and_boards_are_drawn_once(
     assert of_turns < 2.5 * TURNS
     assert often.total() - of_turns < shown / 3
     assert max(many for row, many in often.items() if "Space step" in row) < TURNS / 10
+    assert often[" "] == 1
     alike = [*map(str, screens(Playback(tmp_path / "g.dmt"), room))]
     assert written == alike
