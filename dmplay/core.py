@@ -259,6 +259,8 @@ def own(array: Array) -> Array:
 
 def raw(array: Array) -> bytes:
     """The bytes of an array, or of one number: what is the same has the same."""
+    if array.ndim:  # an array keeps what its `data` needs as long as it lives
+        return array.tobytes()
     return array.data.tobytes()
 
 

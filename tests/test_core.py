@@ -1,5 +1,7 @@
 """What a problem derives from its facts: its kind, its words, its bounds and its exact outcomes."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
@@ -17,6 +19,7 @@ from dmplay.core import (
     exact_start,
     placed,
     possible,
+    raw,
 )
 from dmplay.errors import BadParameter, TooMuch, UnknownName
 from dmplay.problems.cart_pole import CartPole
@@ -211,3 +214,15 @@ def test_only_a_seat_that_can_do_no_more_than_wait_is_waiting() -> None:
     assert Nim().waiting(start).tolist() == [[False, True]]
     assert Passing().waiting(start).tolist() == [[False, False]]
     assert RockPaperScissors().waiting(np.array([0])).tolist() == [[False, False]]
+
+
+def test_the_bytes_of_an_array_leave_nothing_behind_in_it() -> None:
+    arrays = [np.array([float(n)]) for n in range(300)]
+    assert [raw(one) for one in arrays] == [raw(one[0]) for one in arrays]
+    arrays = [one.copy() for one in arrays]
+    tracemalloc.start()
+    for one in arrays:
+        raw(one)
+    left, _ = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert left < len(arrays)
