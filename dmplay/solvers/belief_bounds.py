@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dmplay.budget import ROUND
 from dmplay.chance import Array, Ints, Reals
 
 WITHIN = 1.0 - 1e-9  # of a point's mass where a belief has some
@@ -40,6 +41,10 @@ class Columns:
         self.count += 1
         return self.count - 1
 
+    def keep(self, some: Ints) -> None:
+        """Forgets all others."""
+        self._room, self.count = self.all[:, some], len(some)
+
 
 @dataclass(frozen=True, eq=False)
 class Beliefs:
@@ -52,25 +57,42 @@ class Beliefs:
 class Layer:
     """What bounds the values of beliefs, with as many turns to go."""
 
-    def __init__(self, lowest: Reals, highest: Reals) -> None:
-        """Begins with vectors `[A, S]` from below and from above."""
+    def __init__(self, lowest: Reals, highest: Reals, kinds: int) -> None:
+        """Begins with vectors `[A, S]` from below and from above, for so many observations."""
         many, states = lowest.shape
         self.highest = highest
-        self.plans, self.actions = Columns(states), Columns(1, int)
-        self.compared = np.arange(many)  # plans, with the beliefs to come
+        self.plans, self._facts = Columns(states), Columns(2 + kinds, int)
         self.points, self._marks = Columns(states), Columns(MARKS, int)
         self._worth, self._drops = Columns(1 + many), Columns(1)
         self._last: dict[int, int] = {}  # point of each belief that is one
         for action, vector in enumerate(lowest):
-            self.plan(vector, action)
+            self.plan(vector, action, np.full(kinds, action), -1)
 
-    def plan(self, vector: Reals, action: int) -> int:
+    @property
+    def actions(self) -> Ints:
+        """With what each plan begins."""
+        return np.asarray(self._facts.all[0])
+
+    @property
+    def makers(self) -> Ints:
+        """The belief for which each plan was made; -1 of those at the beginning."""
+        return np.asarray(self._facts.all[1])
+
+    @property
+    def then(self) -> Ints:
+        """The plan `[kinds, N]` with which each goes on after each observation."""
+        return self._facts.all[2:]
+
+    def plan(self, vector: Reals, action: int, then: Ints, maker: int) -> int:
         """Takes a plan; its place."""
-        self.actions.add(np.array(action))
-        place = self.plans.add(vector)
-        if place >= len(self.highest):
-            self.compared = np.append(self.compared, place)
-        return place
+        self._facts.add(np.concatenate([[action, maker], then]))
+        return self.plans.add(vector)
+
+    def keep(self, plans: Ints, after: Ints) -> None:
+        """Forgets all other plans; those of the turn after have other places."""
+        self.plans.keep(plans)
+        self._facts.keep(plans)
+        self.then[:] = after[self.then]
 
     def point(self, number: int, belief: Reals, value: float) -> None:
         """Takes the belief `[S]` of this number, which is worth no more."""
@@ -84,47 +106,47 @@ class Layer:
             self._drops.all[0, self._last[number]] = 0.0
         self._last[number] = place
 
-    def followed(self, some: Beliefs, plans: Ints) -> Reals:
-        """What these plans are worth `[K, N]`."""
+    def followed(self, some: Beliefs, first: int) -> Reals:
+        """What the plans from this place on are worth `[K, N]`."""
         step = max(ALONE // some.likely.size, 1)
-        parts = (plans[n : n + step] for n in range(0, len(plans), step))
-        rows = some.states[:, None]
-        return np.hstack([some.likely @ self.plans.all[rows, part] for part in parts])
+        parts = (slice(n, n + step) for n in range(first, self.plans.count, step))
+        return np.hstack([some.likely @ self.plans.all[some.states, part] for part in parts])
 
     def informed(self, some: Beliefs) -> Reals:
         """What each action is worth at the most `[K, A]`, in sight of the state from then on."""
         return np.asarray(some.likely @ self.highest[:, some.states].T)
 
-    def lowered(self, some: Beliefs, high: Reals, first: int) -> Reals:
-        """Upper bounds `[K]` of beliefs, by points from this place on, where they lower `high`."""
+    def lowered(self, some: Beliefs, high: Reals, first: int) -> tuple[Reals, float]:
+        """Upper bounds `[K]` of beliefs, by points from this place on, where they lower `high`.
+
+        With the work of comparing the pairs of a belief and a point that may.
+        """
         place = np.full(self.points.all.shape[0], -1)
         place[some.states] = np.arange(len(some.states))
         at = place[self._marks.all[:, first:]]
         fresh = np.flatnonzero((at >= 0).all(axis=0) & (self._drops.all[0, first:] > 0))
         if not len(fresh):
-            return high
+            return high, 0.0
         at, fresh = at[:, fresh], fresh + first
         base = self.informed(some)
         each = self.points.all[self._marks.all[:, fresh], fresh]
         share = np.min([some.likely[:, at[i]] / each[i] for i in range(MARKS)], axis=0)
         hoped = base.max(axis=1)[:, None] - share * self._drops.all[0, fresh]
-        least = hoped.argmin(axis=1)
-        rows = np.arange(len(high))
-        found = high.copy()
-        hope = hoped[rows, least] < found
-        self._compare(some, base, rows[hope], fresh[least[hope]], found)
-        hoped[rows, least] = np.inf
-        rows, which = np.nonzero(hoped < found[:, None])
-        step = max(BLOCK // len(some.states), 1)
-        for block in range(0, len(rows), step):
-            part = slice(block, block + step)
-            self._compare(some, base, rows[part], fresh[which[part]], found)
-        return found
+        rows, which = np.nonzero(hoped < high[:, None])
+        which, hoped = fresh[which], hoped[rows, which]
+        found, work, size = high.copy(), 0.0, len(some.states)
+        while len(rows):
+            promised = found[rows] - hoped
+            best = np.flatnonzero(promised >= promised.max() / 2)[: BLOCK // size + 1]
+            self._compare(some, base, rows[best], which[best], found)
+            work += 1.5 * ROUND + 4.0 * len(rows) + 6.0 * size * len(best)
+            left = hoped < found[rows]
+            left[best] = False
+            rows, which, hoped = rows[left], which[left], hoped[left]
+        return found, work
 
     def _compare(self, some: Beliefs, base: Reals, rows: Ints, points: Ints, found: Reals) -> None:
         """Lowers bounds by pairs of a belief and a point."""
-        if not len(rows):
-            return
         parts = self.points.all[some.states[:, None], points]
         inside = parts.sum(axis=0) >= WITHIN
         most = (parts / np.maximum(some.likely[rows].T, TINY)).max(axis=0)

@@ -95,11 +95,11 @@ class BeliefTree:
         """What an action leads to, with so many turns to go then."""
         model, size = self.model, self.model.states
         places, which = model.joint.places(action * size + states)
-        self.spend(6 * ROUND + 20.0 * len(places) + model.kinds * size)
+        self.spend(5 * ROUND + 20.0 * len(places) + model.kinds * size)
         weight = model.joint.values[places] * likely[which]
         cells = np.bincount(model.joint.columns[places], weight, model.kinds * size)
         joint = cells.astype(float).reshape(model.kinds, size)
-        seen = np.unique(model.seen[places])
+        seen = np.flatnonzero(joint.any(axis=1))
         reward = float(likely @ model.rewards[action, states])
         return self._branch(joint[seen], seen, reward, left)
 
@@ -109,7 +109,7 @@ class BeliefTree:
         likely = joint.sum(axis=1)
         beliefs = joint[:, states] / likely[:, None]
         self.hold(beliefs.size + EACH * (1 + len(beliefs)))
-        self.spend(len(beliefs) * ROUND)
+        self.spend(len(beliefs) * ROUND / 2)
         after = Beliefs(states, beliefs)
         nodes = np.array([self._node(after, row, left) for row in range(len(seen))])
         branch = Branch(reward, seen, likely, after, nodes)
@@ -139,17 +139,14 @@ class BeliefTree:
         if first == layer.plans.count:
             return
         branch.plans = layer.plans.count
-        fresh = layer.compared[np.searchsorted(layer.compared, first) :]
-        if not len(fresh):
-            return
-        here = len(branch.after.states) * (4.0 + len(branch.seen) / 2)
-        self.spend(2 * ROUND + here * len(fresh))
-        worth = layer.followed(branch.after, fresh)
+        here = len(branch.after.states) * (0.5 + len(branch.seen) / 20)
+        self.spend(2 * ROUND + here * (branch.plans - first))
+        worth = layer.followed(branch.after, first)
         best = worth.argmax(axis=1)
         value = worth[np.arange(len(best)), best]
         better = value > self.low[branch.nodes]
         self.low[branch.nodes[better]] = value[better]
-        self.plan[branch.nodes[better]] = fresh[best[better]]
+        self.plan[branch.nodes[better]] = first + best[better]
 
     def lowered(self, branch: Branch, left: int) -> bool:
         """Upper bounds after a branch, by the points that are new; whether there were any."""
@@ -157,17 +154,39 @@ class BeliefTree:
         if first == layer.points.count:
             return False
         branch.points = layer.points.count
-        self.spend(12 * ROUND + 20.0 * len(branch.seen) * (branch.points - first))
-        high = self.high[branch.nodes]
-        np.minimum.at(self.high, branch.nodes, layer.lowered(branch.after, high, first))
+        self.spend(5 * ROUND + 20.0 * len(branch.seen) * (branch.points - first))
+        high, work = layer.lowered(branch.after, self.high[branch.nodes], first)
+        self.spend(work)
+        np.minimum.at(self.high, branch.nodes, high)
         return True
 
     def pruned(self) -> None:
-        """Has beliefs to come compared with the plans alone that are the best for one looked at."""
+        """Forgets plans that are the best for no belief looked at.
+
+        Who would go on with one goes on with what is now best where it was made.
+        """
         nodes = np.fromiter(self.branches, int, len(self.branches))
-        layers = np.array(self.left)[nodes] if len(self.layers) > 1 else np.zeros_like(nodes)
-        for left in np.unique(layers).tolist():
-            self.layers[left].compared = np.unique(self.plan[nodes[layers == left]])
+        of = np.array(self.left) if len(self.layers) > 1 else np.zeros(len(self.left), int)
+        kept, now, later = [], [], []
+        for left, layer in enumerate(self.layers):
+            first = np.arange(len(layer.highest))
+            used = np.union1d(first, self.plan[nodes[of[nodes] == left]])
+            place = np.full(layer.plans.count, -1)
+            place[used] = np.arange(len(used))
+            newest, made = place.copy(), layer.makers >= 0
+            newest[made] = place[self.plan[layer.makers[made]]]
+            kept.append(used)
+            later.append(newest)
+            now.append(np.where(place < 0, newest, place))
+        for left, layer in enumerate(self.layers):
+            here = np.flatnonzero(of == left)
+            self.plan[here] = now[left][self.plan[here]]
+            self.hold((len(kept[left]) - layer.plans.count) * self.model.states)
+            layer.keep(kept[left], later[left - 1 if left else 0])
+        for node, branches in self.branches.items():
+            left = self.left[node] - 1 if len(self.layers) > 1 else 0
+            for branch in branches:
+                branch.plans = int(np.searchsorted(kept[left], branch.plans))
 
     def at_least(self, branch: Branch) -> float:
         """What an action is worth from below."""

@@ -23,6 +23,7 @@ from dmplay.tabular import allowed
 
 STILL = 1e-4  # of the size of values: what sweeps may leave
 SWEEPS = 10_000  # at most
+BLOCK = 2**17  # numbers of plans that are followed in one go
 INFORMED = 60  # sweeps of the fast informed bound, each of which is one
 
 
@@ -89,11 +90,23 @@ class HiddenRows:
         return np.asarray(self.rewards + self.discount * later)
 
     def follow(self, a: int, chosen: Reals) -> Reals:
-        """The vector `[S]` of an action before what is worth `chosen` `[N]` where it leads to."""
+        """The vector `[..., S]` of an action before what is worth `chosen` `[..., N]` there."""
         here = self.of_action(a)
         starts = self.joint.starts[a * self.states : (a + 1) * self.states] - here.start
-        later = np.add.reduceat(self.joint.values[here] * chosen, starts)
+        later = np.add.reduceat(self.joint.values[here] * chosen, starts, axis=-1)
         return np.asarray(self.rewards[a] + self.discount * later)
+
+    def followed(self, vectors: Reals, actions: Ints, then: Ints) -> Reals:
+        """One step more `[N, S]` of plans that begin with an action and go on with one of these."""
+        found = np.empty_like(vectors)
+        for a in np.unique(actions).tolist():
+            here, those = self.of_action(a), np.flatnonzero(actions == a)
+            step = max(BLOCK // (here.stop - here.start), 1)
+            for first in range(0, len(those), step):
+                some = those[first : first + step]
+                chosen = vectors[then[some][:, self.seen[here]], self.after[here]]
+                found[some] = self.follow(a, chosen)
+        return found
 
     def lowest(self, budget: Budget) -> Reals:
         """What doing one thing for ever is worth at the least, `[A, S]`; `discount` below 1."""

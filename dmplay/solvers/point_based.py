@@ -4,9 +4,12 @@ Trials bring the upper bound down: from the start by the action whose upper boun
 and the observation after which most is open, as deep as it weighs. Games bring the lower bound up:
 by the plans that are known, with another action now and then, and what is observed drawn by its
 chance, so that plans are made for the beliefs to which good play leads. On the way back bounds are
-backed up. It can be stopped at any time. Source: Smith and Simmons, Point-based POMDP algorithms:
-improved analysis and implementation (HSVI2, 2005); Kurniawati, Hsu and Lee, SARSOP (2008), for the
-tree that is kept; Spaan and Vlassis, Perseus (2005), for the beliefs of games.
+backed up. Where beliefs have become more, plans are valued anew that go on for ever with the best
+ones, and the bounds of all beliefs are backed up. It can be stopped at any time. Source: Smith and
+Simmons, Point-based POMDP algorithms: improved analysis and implementation (HSVI2, 2005);
+Kurniawati, Hsu and Lee, SARSOP (2008), for the tree that is kept; Spaan and Vlassis, Perseus
+(2005), for the beliefs of games; Ji, Parr, Li, Liao and Carin, Point-based policy iteration (2007),
+for the values of plans that go on.
 """
 
 from contextlib import suppress
@@ -16,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.budget import ROUND, Budget
-from dmplay.chance import Reals
+from dmplay.chance import Ints, Reals
 from dmplay.core import Problem
 from dmplay.dice import generator
 from dmplay.errors import TooMuch
@@ -31,7 +34,9 @@ FAINT = 1e-3  # of what is open: what moves a bound by less is no new plan or po
 LONGEST = 500  # turns of a trial
 UNSEEN = 0.02  # what the end of a game counts for
 STRAYS, HOPES = 0.1, 0.1  # chances of any action, and of that which promises most, in a game
-PRUNED = 1.3  # times as many beliefs looked ahead from: then plans are compared anew
+SOON, LATE = 1.2, 3.0  # times as many beliefs, after which what is known is brought to all
+HASTE = 1.2  # by which that is done sooner, or later
+SWEEPS = 20  # over plans, at most
 WITNESSES = 30  # beliefs at which each action is given a plan
 
 Plans = tuple[Reals, ...]  # of each first action, vectors [N, S]
@@ -72,11 +77,11 @@ class PointBased:
         self.model, self.budget = model, budget
         self.turns = horizon or 0
         self.tree = BeliefTree(model, _layers(model, horizon, budget), budget)
-        self._pruned = 10
         self.tree.raised(self.tree.root, self.turns)
         for one in chain.from_iterable(map(self.tree.expanded, self.tree.root.nodes.tolist())):
             self.tree.raised(one, self.turns - 1)
         self._played = self._tried = 0.0
+        self._settled, self._grown, self._since = 10, SOON, (self.apart, 0.0)
         self._random = generator(0)
 
     @property
@@ -109,12 +114,58 @@ class PointBased:
             else:
                 self._trial(max(self.aim(gap), DEEP * self.apart))
                 self._tried += tree.work - before
+            if len(tree.branches) > self._grown * self._settled:
+                self._settle()
         except TooMuch:
             return False
-        if len(tree.branches) > PRUNED * self._pruned:
-            self._pruned = len(tree.branches)
-            tree.pruned()
         return True
+
+    def _settle(self) -> None:
+        """Brings what is known of some beliefs to all others, from the last to the first.
+
+        Where that brings the bounds together in less work than trials and games do, it is done
+        sooner the next time, else later.
+        """
+        tree = self.tree
+        apart, work = self._since
+        gained = (apart - self.apart) / (tree.work - work)
+        apart, work = self.apart, tree.work
+        for node in [*tree.branches][::-1]:
+            self._lower(node)
+        tree.pruned()
+        if not self.turns:
+            self._follow()
+        for node in [*tree.branches][::-1]:
+            self._raise(node)
+        tree.pruned()
+        sooner = apart - self.apart > gained * (tree.work - work)
+        self._grown = min(max(self._grown * (1 / HASTE if sooner else HASTE), SOON), LATE)
+        self._settled, self._since = len(tree.branches), (self.apart, tree.work)
+
+    def _follow(self) -> None:
+        """Values plans anew that go on with better ones than when they were made."""
+        tree, layer = self.tree, self.tree.layers[0]
+        actions, then = layer.actions, layer.then.T
+        vectors = np.ascontiguousarray(layer.plans.all.T)
+        numbers = len(vectors) * len(self.model.joint.values) / len(self.model.rewards)
+        tree.hold(vectors.size)  # for a while
+        for _ in range(SWEEPS):
+            tree.spend(8 * ROUND + 6.0 * numbers)
+            before, vectors = vectors, self.model.followed(vectors, actions, then)
+            if (vectors - before).max() <= FAINT * self.apart:
+                break
+        tree.hold(-vectors.size)
+        taken: dict[int, int] = {}
+        for node in tree.branches:
+            place = int(tree.plan[node])
+            states, likely = tree.belief(node)
+            value = float(likely @ vectors[place, states])
+            if value > tree.low[node] + FAINT * self.apart:
+                if place not in taken:
+                    tree.hold(self.model.states)
+                    action = int(actions[place])
+                    taken[place] = layer.plan(vectors[place], action, then[place], node)
+                tree.low[node], tree.plan[node] = value, taken[place]
 
     def _trial(self, aim: float) -> None:
         """One way down from the start, and back up."""
@@ -199,15 +250,15 @@ class PointBased:
     def _planned(self, node: int, action: int) -> None:
         """Takes the plan that begins with an action here, where it is better than any before."""
         tree, left = self.tree, self.tree.left[node]
-        vector = self._plan(tree.branches[node][action], action, left)
+        vector, then = self._plan(tree.branches[node][action], action, left)
         states, likely = tree.belief(node)
         value = float(likely @ vector[states])
         if value > tree.low[node]:
             tree.hold(self.model.states)
             tree.low[node] = value
-            tree.plan[node] = tree.layer(left).plan(vector, action)
+            tree.plan[node] = tree.layer(left).plan(vector, action, then, node)
 
-    def _plan(self, branch: Branch, action: int, left: int) -> Reals:
+    def _plan(self, branch: Branch, action: int, left: int) -> tuple[Reals, Ints]:
         """The vector `[S]` of an action and the best plans after each observation.
 
         After what cannot be observed from here it is the plan for all that may follow together.
@@ -215,13 +266,12 @@ class PointBased:
         layer, here = self.tree.layer(left - 1), self.model.of_action(action)
         numbers = here.stop - here.start
         states, plans = branch.after.states, layer.plans.all
-        self.tree.spend(4 * ROUND + 12.0 * numbers + 4.0 * len(layer.compared) * len(states))
+        self.tree.spend(4 * ROUND + 12.0 * numbers + 1.0 * layer.plans.count * len(states))
         mixed = branch.likely @ branch.after.likely
-        together = mixed @ plans[states[:, None], layer.compared]
-        chosen = np.full(self.model.kinds, int(layer.compared[together.argmax()]))
+        chosen = np.full(self.model.kinds, int((mixed @ plans[states]).argmax()))
         chosen[branch.seen] = self.tree.plan[branch.nodes]
         after, seen = self.model.after[here], self.model.seen[here]
-        return self.model.follow(action, plans[after, chosen[seen]])
+        return self.model.follow(action, plans[after, chosen[seen]]), chosen
 
     @property
     def _reserved(self) -> float:
@@ -252,7 +302,7 @@ class PointBased:
         here = np.array(tree.left) == left if self.turns else slice(len(tree.left))
         used = np.union1d(np.arange(many), tree.plan[: len(tree.left)][here])
         found = layer.plans.all.T[used]
-        actions = layer.actions.all[0, used]
+        actions = layer.actions[used]
         plans = [found[actions == a] for a in range(many)]
         witnesses = [
             node
@@ -262,7 +312,7 @@ class PointBased:
         with suppress(TooMuch):
             for node, a in product(witnesses, range(many)):
                 tree.raised(tree.branches[node][a], left - 1)
-                vector = self._plan(tree.branches[node][a], a, left)
+                vector, _ = self._plan(tree.branches[node][a], a, left)
                 states, likely = tree.belief(node)
                 if likely @ vector[states] > (plans[a][:, states] @ likely).max() + LEAST:
                     plans[a] = np.vstack([plans[a], vector])
@@ -272,12 +322,13 @@ class PointBased:
 def _layers(model: HiddenRows, horizon: int | None, budget: Budget) -> list[Layer]:
     """The first bounds: without end a layer, or one for each number of turns to go."""
     if horizon is None:
-        return [Layer(model.lowest(budget), model.highest(budget))]
+        return [Layer(model.lowest(budget), model.highest(budget), model.kinds)]
     many, numbers = len(model.rewards), len(model.joint.values)
-    layers = [Layer(*np.zeros((2, many, model.states)))]
+    nothing = np.zeros((many, model.states))
+    layers = [Layer(nothing, nothing, model.kinds)]
     while len(layers) <= horizon:
         budget.hold(16.0 * len(layers) * 16 * model.states)
         budget.spend(2 * ROUND + 8.0 * many * numbers)
         low, high = layers[-1].plans.all[:, :many].T, layers[-1].highest
-        layers.append(Layer(model.blind(low), model.informed(high)))
+        layers.append(Layer(model.blind(low), model.informed(high), model.kinds))
     return layers

@@ -146,7 +146,7 @@ def hunted() -> None:
 def grown() -> None:
     budget = Budget("a tree", "try less")
     rows = hidden_rows.listed(load("crying-baby"), budget)
-    layer = belief_bounds.Layer(rows.lowest(budget), rows.highest(budget))
+    layer = belief_bounds.Layer(rows.lowest(budget), rows.highest(budget), rows.kinds)
     belief_tree.BeliefTree(rows, [layer], budget).expanded(0)
 
 

@@ -15,7 +15,7 @@ def test_columns_are_kept_however_many_there_are() -> None:
 def test_a_bound_is_that_of_the_point_which_lowers_it_most() -> None:
     random = np.random.default_rng(3)
     highest = random.normal(size=(ACTIONS, STATES))
-    layer = Layer(highest - 9.0, highest)
+    layer = Layer(highest - 9.0, highest, 1)
     points = random.dirichlet(np.full(STATES, 0.3), 40) * (random.random((40, STATES)) < 0.6)
     points = points[points.any(axis=1)]
     points /= points.sum(axis=1, keepdims=True)
@@ -33,14 +33,18 @@ def test_a_bound_is_that_of_the_point_which_lowers_it_most() -> None:
             rest = (highest @ (belief - share * point)).max()
             expected[k] = min(expected[k], share * value + rest)
     assert (expected < high - 0.01).any()
-    assert layer.lowered(some, high, 0) == pytest.approx(expected)
-    late = layer.lowered(some, high, layer.points.count - 2)
+    assert layer.lowered(some, high, 0)[0] == pytest.approx(expected)
+    late, _ = layer.lowered(some, high, layer.points.count - 2)
     assert (late >= expected - 1e-9).all()
-    assert layer.lowered(some, expected, 0) == pytest.approx(expected)
+    assert layer.lowered(some, expected, 0)[0] == pytest.approx(expected)
 
 
-def test_new_plans_are_compared_and_old_ones_as_they_are_wanted() -> None:
-    layer = Layer(np.zeros((2, 3)), np.ones((2, 3)))
-    assert layer.plan(np.full(3, 0.5), 1) == 2
-    assert layer.compared.tolist() == [0, 1, 2]
-    assert layer.actions.all.tolist() == [[0, 1, 1]]
+def test_plans_that_are_kept_go_on_with_what_is_now_in_the_place_of_others() -> None:
+    layer = Layer(np.zeros((2, 3)), np.ones((2, 3)), 2)
+    assert layer.plan(np.full(3, 0.5), 1, np.array([0, 1]), 7) == 2
+    assert layer.plan(np.full(3, 0.7), 0, np.array([2, 3]), 8) == 3
+    layer.keep(np.array([0, 1, 3]), np.array([0, 1, 2, 2]))
+    assert layer.actions.tolist() == [0, 1, 0]
+    assert layer.makers.tolist() == [-1, -1, 8]
+    assert layer.then.T.tolist() == [[0, 0], [1, 1], [2, 2]]
+    assert layer.plans.all[0].tolist() == [0.0, 0.0, 0.7]
