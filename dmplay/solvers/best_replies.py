@@ -47,9 +47,8 @@ class _Facing(NamedTuple):
 
     def worth(self, values: Reals) -> Reals:
         """Q `[S, A]` of its own actions."""
-        rows = np.arange(len(self.cells))
         later = np.add.reduceat(self.graph.p * values[self.graph.after], self.graph.starts[:-1])
-        q = self.weight * (self.graph.rewards[rows, self.seat] + self.discount * later)
+        q = self.weight * (self.graph.rewards[:, self.seat] + self.discount * later)
         sums = np.bincount(self.cells, q, self.able.size).astype(float)
         return sums.reshape(self.able.shape) + self.able
 
