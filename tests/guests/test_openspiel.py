@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import dmplay
+from dmplay import conformance
 from dmplay.conformance import check
 from dmplay.core import WAIT
 from dmplay.errors import BadParameter, BadPolicy, IllegalAction, UnknownName
@@ -144,7 +145,9 @@ def test_what_cannot_be_played_is_said_in_a_line(capfd: pytest.CaptureFixture[st
     assert capfd.readouterr().err == ""
 
 
-def test_names_that_depend_on_the_state_are_those_of_the_state() -> None:
+def test_names_that_depend_on_the_state_are_those_of_the_state(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """White moves first, and is OpenSpiel's second player of chess."""
     chess = dmplay.load("openspiel:chess")
     game = Session(chess, dmplay.Dice(1))
@@ -155,4 +158,5 @@ def test_names_that_depend_on_the_state_are_those_of_the_state() -> None:
     assert chess.line(game.state).startswith("rnb1kbnr/ppp1pppp/8/3q4/8/8/PPPP1PPP/RNBQKBNR w")
     assert game.view(0).last == "Qxd5"
     assert "player-0 chose Qxd5" in generic.told(game.view(1))
+    monkeypatch.setattr(conformance, "GAMES", 4)
     assert check(dmplay.load("openspiel:ultimate_tic_tac_toe")) == []
