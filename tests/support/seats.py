@@ -11,16 +11,23 @@ from dmplay.policies.script import Script
 from tests.support.cases import random_play, small
 
 BRIEF = {"search": "search:simulations=3,depth=2"}  # agents that take their time, for the laws
+SMALL = "joint-plan:nodes=2"  # where a team would make a large plan
 AHEAD = 4  # turns for which those plan who plan a whole game
 FOREIGN = {"axelrod"}  # a package that takes long to load: it has tests of its own
+
+
+def brief(problem: Problem, seat: int, agent: str) -> str:
+    """The name of an agent that does not take its time."""
+    planned = agents.roster(problem, seat).simulated == "joint-plan"
+    if agent in BRIEF:
+        return BRIEF[agent] + f",others={SMALL},rollout={SMALL}" * planned
+    return SMALL if planned and agent == "joint-plan" else for_turns(problem, seat, agent, AHEAD)
 
 
 def made(problem: Problem, seat: int, agent: str) -> Policy | None:
     """The agent of this name, or None where it refuses the seat."""
     try:
-        return dmplay.agent(
-            problem, seat, BRIEF.get(agent) or for_turns(problem, seat, agent, AHEAD)
-        )
+        return dmplay.agent(problem, seat, brief(problem, seat, agent))
     except (BadPolicy, BadParameter, UnknownName):
         return None
 
