@@ -10,8 +10,10 @@ from typing import Any
 import pytest
 
 from dmplay.cli.app import root
+from dmplay.files import writing
 from dmplay.finding.topics import topic
 from tests.support.blocks import file
+from tests.support.hidden import cheese
 from tests.support.programs import run
 from tests.support.terminals import clean_environment
 
@@ -58,6 +60,8 @@ def test_an_example_does_what_it_says(line: str, tmp_path: Path) -> None:
     (tmp_path / "game.dm").write_text(SCRIPT)
     for name in ("tiger.py", "shop.py"):
         (tmp_path / name).write_text(file(topic("problems"), name))
+    rooms = writing.written(cheese(), ".pomdp", "Rooms that look alike.")
+    (tmp_path / "hallway.pomdp").write_text("".join(rooms))
     (tmp_path / "tigers.dpomdp").write_text(file(topic("planning"), "tigers.dpomdp"))
     run(tmp_path, "crying-baby", "--seed", "7", stdin=MOVES)
     (tmp_path / "transcripts").mkdir()
