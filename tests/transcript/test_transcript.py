@@ -193,6 +193,9 @@ def test_an_unfinished_file_is_never_golden(file: Path) -> None:
     file.write_text("".join(rows[:-1]))
     assert findings(file) == ["game.dmt:22: turn 2: unfinished: no end line"]
     assert check(file).unfinished
+    assert check(file).replayed
+    file.write_text("".join(rows[1:]))
+    assert not check(file).replayed
 
 
 def test_a_torn_tail_is_cut_and_the_game_goes_on_to_the_same_bytes(tmp_path: Path) -> None:
