@@ -135,7 +135,8 @@ class Interval:
 
     def nearest(self, numbers: Reals) -> Reals:
         """The actions `[B]` that are closest to these numbers."""
-        return np.asarray(np.round(np.clip(numbers, self.low, self.high), DECIMALS) + 0.0)
+        within = np.minimum(np.maximum(numbers, self.low), self.high)
+        return np.asarray(within.round(DECIMALS) + 0.0)
 
     def words(self, legal: Bools | None = None) -> str:
         """The span in words."""

@@ -15,7 +15,7 @@ from itertools import repeat
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Chance, Ints, Pick, Reals
+from dmplay.chance import Array, Bools, Chance, Ints, Pick, Reals, drawn
 from dmplay.columns import Column, Whole, chosen, column, columns, joined, listed
 from dmplay.core import Labels, Outcome, parameter
 from dmplay.hexes import arrivals, notation_of
@@ -119,15 +119,30 @@ class CollaborativePredatorPrey(Hunt):
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         """The slip of each predator; which of the hexes open to it the prey takes."""
-        free = self._free(columns(s))
+        return self._draws(self._free(columns(s)))
+
+    def _draws(self, free: Whole) -> tuple[Chance, ...]:
+        """The same by what is open to the prey."""
         many = chosen(free < AT_LARGE, len(self.hexes), listed(_COUNT, free))
         return (*self._slips, Pick.of(many, self._most))
 
     def move(self, s: Array, a: Array, events: Sequence[Array | int]) -> Outcome:
         """Predators move as in hex world unless they feed, then all look around."""
-        *predators, prey = hexes = columns(s)
-        *slips, event = map(column, events)
+        hexes = columns(s)
+        return self._moves(hexes, self._free(hexes), a, events)
+
+    def step(self, s: Array, a: Array, u: Reals) -> Outcome:
+        """One turn, as it is derived; what is open to the prey is found once."""
+        hexes = columns(s)
         free = self._free(hexes)
+        return self._moves(hexes, free, a, drawn(self._draws(free), u))
+
+    def _moves(
+        self, hexes: Sequence[Column], free: Whole, a: Array, events: Sequence[Array | int]
+    ) -> Outcome:
+        """As `move`, by what is open to the prey."""
+        *predators, prey = hexes
+        *slips, event = map(column, events)
         caught = free < AT_LARGE
         moved = [*map(self._hunted, repeat(prey), predators, columns(a), slips)]
         way = listed(_KTH, free * 6 + chosen(caught, 0, event))
