@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from dmplay.chance import Array, Reals
+from dmplay.columns import joined
 from dmplay.core import Memory, Outcome, Policy, Problem
 
 Actors = tuple[Policy | None, ...]  # of each seat; None for any action, each as likely
@@ -59,7 +60,7 @@ class Cast:
         """Joint actions `[N, n]`: the seat's where they are given, else as its actor has it."""
         problem = self.problem
         legal = problem.legal(s)
-        columns: list[Array] = []
+        chosen: list[Array] = []
         for seat, actor in enumerate(self.actors):
             able = None if legal is None else legal[:, seat]
             now = u[:, self.places[seat]]
@@ -72,10 +73,9 @@ class Cast:
                 column = problem.actions[seat].draw(now[:, 0], able)
             else:
                 column = actor.choose(memories[seat], able, now[:, : actor.draws])
-            columns.append(column)
-        joint = np.empty((len(s), len(columns)), np.result_type(*columns))
-        for seat, column in enumerate(columns):
-            joint[:, seat] = column
+            chosen.append(column)
+        alone = len(chosen) == 1
+        joint = chosen[0][:, None] if alone else joined(chosen, np.result_type(*chosen).type)
         if legal is not None and any(self.actors):
             for seat, waits in enumerate(problem.waiting(s).T):
                 if waits.any():

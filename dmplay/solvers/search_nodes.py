@@ -22,7 +22,7 @@ class Nodes:
         many, slots = rows * self.nodes, tree.slots
         self.visits = np.zeros((many, slots))
         self.sums = np.zeros((many, slots))
-        self.children = np.full((many, slots * tree.kinds), -1)
+        self.children = np.zeros((many, slots * tree.kinds), np.int64)  # 0, a root, where none is
         self.free = np.arange(rows) * self.nodes + 1
         self.low, self.high = np.full(rows, np.inf), np.full(rows, -np.inf)
         if tree.widens:
@@ -153,7 +153,7 @@ class Nodes:
     def child(self, node: Ints, edge: Ints) -> tuple[Ints, Bools]:
         """The node that each lane comes to, and whether it was there before this turn."""
         child = self.children[node, edge]
-        known = child >= 0
+        known = child > 0
         new = np.flatnonzero(~known)
         if len(new):
             keys = node[new] * self.children.shape[1] + edge[new]
