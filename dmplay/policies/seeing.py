@@ -195,7 +195,8 @@ def _alone(problem: Problem) -> dict[str, type[Seated]]:
         return {"optimal": Seeing} | ({} if problem.horizon is None else {"plan": Foreseeing})
     if problem.horizon is not None:
         return {"optimal": Foreseeing}
-    return {"optimal": Seeing} if problem.terminal(problem.enumerated()).any() else {}
+    ends = problem.terminal(problem.enumerated()).any()
+    return {"optimal": Seeing} if ends else {"plan": Foreseeing}
 
 
 def in_turn(problem: Problem) -> bool:

@@ -116,7 +116,7 @@ def game(problem: dmplay.Problem) -> Game:
         (Patient(), ["optimal", "point-based", "plan", "qmdp"], "optimal"),
         (Flip(), ["optimal", "point-based"], "optimal"),
         (Lamp(), ["optimal"], "optimal"),
-        (Lamp(discount=1.0), [], "search"),
+        (Lamp(discount=1.0), ["plan"], "search"),
         (Dial(), [], "search"),
     ],
 )
@@ -304,6 +304,18 @@ def test_a_lamp_goes_where_its_switch_says() -> None:
 
 def test_a_problem_without_values_is_advised_by_a_search() -> None:
     assert game(Lamp(discount=1.0)).adviser.hint().startswith("hint (search): ")
+
+
+def test_some_turns_of_a_game_without_end_are_planned() -> None:
+    lamp = Lamp(discount=1.0)
+    assert for_turns(lamp, 0, "plan", 3) == "plan:horizon=3"
+    planning = dmplay.agent(lamp, 0, "plan:horizon=3")
+    values = planning.values(planning.begin(np.array([0, 1])))
+    assert values is not None
+    assert values.tolist() == [[0.5, 1.5], [3.0, 1.0]]
+    endless = dmplay.agent(lamp, 0, "plan")
+    with pytest.raises(TooMuch, match="give a discount below 1, or a horizon"):
+        endless.values(endless.begin(np.array([0])))
 
 
 def test_each_agent_needs_actions_of_its_own(tmp_path: Path) -> None:
