@@ -1,4 +1,4 @@
-"""What the everyday run leaves out, and what is sought coarsely."""
+"""What the everyday run leaves out, how many examples are tried, and what is sought coarsely."""
 
 import gc
 import os
@@ -8,12 +8,15 @@ from collections.abc import Iterator
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a second thread only waits: systems are small
 
 import pytest
+from hypothesis import settings
 
 from dmplay.policies import cart_pole, mountain_car
 from dmplay.solutions import reals
 from dmplay.solvers.grid_iteration import Grid
 
 gc.set_threshold(100_000)  # most of what is there stays to the end: modules and thousands of tests
+settings.register_profile("same", derandomize=True, deadline=None, database=None, max_examples=25)
+settings.load_profile("same")
 
 LONG = (
     "collaborative-predator-prey", "collab/",  # each turn carries a belief over 1,728 states

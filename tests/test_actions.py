@@ -1,9 +1,9 @@
 """Sets of actions: what is typed, named, played, drawn and told is said by the set itself."""
 
-from random import Random
-
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from dmplay.core import Interval, Labels
 from dmplay.errors import BadParameter, IllegalAction, UnknownName
@@ -35,24 +35,24 @@ def test_what_is_no_number_of_an_interval_is_refused(text: str) -> None:
         PUSH.read(text)
 
 
-def test_a_label_is_read_as_it_is_named() -> None:
-    random = Random(1)
-    for _ in range(25):
-        words = {"".join(random.choices("ab01-", k=random.randint(1, 4))) for _ in range(9)}
-        labels = Labels(sorted(words))
-        for action in range(len(labels)):
-            assert labels.read(labels.name(action)) == action
+@given(st.lists(st.from_regex(r"[a-z0-9-]+", fullmatch=True), min_size=1, unique=True), st.data())
+def test_a_label_is_read_as_it_is_named(names: list[str], data: st.DataObject) -> None:
+    labels = Labels(names)
+    action = data.draw(st.integers(0, len(names) - 1))
+    assert labels.read(labels.name(action)) == action
 
 
-@pytest.mark.parametrize("most", [1, 999_999_999, 10 * 10**9])
-def test_a_number_of_nine_decimals_is_read_as_a_transcript_has_it(most: int) -> None:
-    random = Random(most)
-    for billionths in (-most, 0, most, *(random.randint(-most, most) for _ in range(25))):
-        action = billionths / 1e9
-        assert PUSH.read(str(PUSH.fact(action))) == action
-        assert PUSH.check(action, "turn 1, agent") == action
-        if abs(action) < 1:
-            assert PUSH.read(PUSH.name(action)) == action
+@given(st.integers(-10 * 10**9, 10 * 10**9))
+def test_a_number_of_nine_decimals_is_read_as_a_transcript_has_it(billionths: int) -> None:
+    action = billionths / 1e9
+    assert PUSH.read(str(PUSH.fact(action))) == action
+    assert PUSH.check(action, "turn 1, agent") == action
+
+
+@given(st.integers(-999_999_999, 999_999_999))
+def test_a_number_below_1_is_read_as_it_is_named(billionths: int) -> None:
+    action = billionths / 1e9
+    assert PUSH.read(PUSH.name(action)) == action
 
 
 def test_an_action_is_named_as_people_and_as_transcripts_have_it() -> None:

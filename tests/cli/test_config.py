@@ -1,17 +1,17 @@
 """Settings: flag over variable over the project's file over the user's over the default."""
 
 import json
-import math
 import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from random import Random
 from subprocess import CompletedProcess
 from typing import Any, NamedTuple
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from dmplay.cli import config
 from dmplay.cli.app import root
@@ -264,37 +264,17 @@ def refused(read: Callable[[], object]) -> bool:
     return bool(message)
 
 
-# Latin, and what breaks lines, turns them round, is no character or takes four bytes.
+# Latin, and what breaks lines, turns them round, is no character or takes four bytes: to draw from
+# all that there are, all would be sorted first.
 LETTERS = "".join(map(chr, range(0x250))) + "\u2028\u202e\u3000\ue000\ufeff\ufffe\U0001f600"
-WORDS = (
-    "play", "keys", "aliases", "color", "speed", "turns", "hex", "preset", "set", "seat", "x", ""
-)  # fmt: skip
-NUMBERS = (0, 1, -7, 10**20, 0.0, -0.0, 0.5, 1e300, math.inf, math.nan)
-
-
-def drawn(random: Random, letters: Sequence[str], most: int) -> str:
-    """A text of some of these letters."""
-    return "".join(random.choices(letters, k=random.randint(0, most)))
-
-
-def table(random: Random, most: int, depth: int) -> dict[str, Any]:
-    """Some settings, right and wrong."""
-    return {random.choice(WORDS): value(random, depth) for _ in range(random.randint(0, most))}
-
-
-def value(random: Random, depth: int) -> Any:
-    """Anything that may stand in a file."""
-    match random.randrange(8 if depth else 5):
-        case 0:
-            return random.choice((None, True, False))
-        case 1 | 2:
-            return random.choice(NUMBERS)
-        case 3 | 4:
-            return random.choice((*WORDS, "never", "vi", "e", drawn(random, LETTERS, 4)))
-        case 5:
-            return [value(random, depth - 1) for _ in range(random.randint(0, 3))]
-        case _:
-            return table(random, 3, depth - 1)
+WORDS = st.sampled_from(
+    ["play", "keys", "aliases", "color", "speed", "turns", "hex", "preset", "set", "seat", "x", ""]
+)
+VALUE = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(LETTERS, max_size=4),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(WORDS, inner, max_size=3),
+    max_leaves=6,
+)
 
 
 def toml(value: Any) -> str:
@@ -308,26 +288,22 @@ def toml(value: Any) -> str:
     return json.dumps(value)
 
 
-def test_any_file_is_read_or_refused_in_one_line(place: Path) -> None:
-    random, read = Random(1), 0
-    for _ in range(100):
-        told = table(random, 2, 3)
-        projects(place, "\n".join(f"{json.dumps(key)} = {toml(v)}" for key, v in told.items()))
-        if refused(lambda: defaults(GROUP.commands)):
-            continue
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(told=st.dictionaries(WORDS, VALUE, max_size=4))
+def test_any_file_is_read_or_refused_in_one_line(told: dict[str, Any], place: Path) -> None:
+    projects(place, "\n".join(f"{json.dumps(key)} = {toml(v)}" for key, v in told.items()))
+    read: dict[str, dict[str, object]] = {}
+    if not refused(lambda: read.update(defaults(GROUP.commands))):
         assert set(told) <= {*GENERAL, "keys", "aliases", *GROUP.commands}
-        for name, values in defaults(GROUP.commands).items():
+        for name, values in read.items():
             assert values.keys() <= {one.name for one in GROUP.commands[name].params}
-        read += bool(told)
-    assert read > 3, read
 
 
-def test_any_text_is_read_or_refused_in_one_line(place: Path) -> None:
-    random = Random(1)
-    for letters in (LETTERS, "a = [x]\n\"'.,#{}1"):
-        for _ in range(40):
-            projects(place, drawn(random, letters, 60))
-            refused(config.files)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(text=st.text(LETTERS, max_size=60))
+def test_any_text_is_read_or_refused_in_one_line(text: str, place: Path) -> None:
+    projects(place, text)
+    refused(config.files)
 
 
 # The program

@@ -1,11 +1,12 @@
 """The painter: whatever stood on the screen before, a frame looks as if it were painted first."""
 
 import io
-from random import Random
 from typing import Any
 
 import pyte
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from rich.text import Text
 
 from dmplay import styles
@@ -49,19 +50,16 @@ def _seen(cell: Any) -> object:
     return cell if shows else (cell.data, cell.bg)
 
 
-def row(random: Random) -> Text:
+@st.composite
+def rows(draw: st.DrawFn) -> Text:
     """A row of a few pieces in some styles; some with characters that take two cells."""
-    drawn = Text()
-    for _ in range(random.randint(0, 3)):
-        glyphs = random.choice(("ab ", "◆│ ", "深 x"))
-        piece = "".join(random.choices(glyphs, k=random.randint(0, 4)))
-        drawn.append(piece + " " * random.choice((0, 0, 3, 7)), random.choice(STYLES))
-    return drawn
-
-
-def rows(random: Random, many: int = ROWS) -> list[Text]:
-    """So many of them."""
-    return [row(random) for _ in range(many)]
+    row = Text()
+    for _ in range(draw(st.integers(0, 3))):
+        glyphs = draw(st.sampled_from(("ab ", "◆│ ", "深 x")))
+        size = draw(st.integers(1, 4))
+        piece = draw(st.text(glyphs, max_size=size)) + " " * draw(st.sampled_from((0, 0, 3, 7)))
+        row.append(piece, draw(st.sampled_from(STYLES)))
+    return row
 
 
 def frame(*lines: Text) -> Text:
@@ -69,19 +67,18 @@ def frame(*lines: Text) -> Text:
     return Text("\n").join(padded)
 
 
-def test_a_frame_looks_the_same_whatever_stood_there_before() -> None:
-    random = Random(1)
-    for number in range(40):
-        *before, now = (frame(*rows(random)) for _ in range(1 + number % 3))
-        assert cells(painted(*before, now)) == cells(painted(now)), number
+frames = st.lists(rows(), min_size=ROWS, max_size=ROWS).map(lambda lines: frame(*lines))
 
 
-def test_rows_that_move_up_look_as_if_written_anew() -> None:
-    random = Random(1)
-    for number in range(40):
-        lines, by = rows(random, ROWS + 4), 1 + number % 4
-        before, now = frame(*lines[:ROWS]), frame(*lines[by : by + ROWS])
-        assert cells(painted(before, now)) == cells(painted(now)), number
+@given(st.lists(frames, max_size=2), frames)
+def test_a_frame_looks_the_same_whatever_stood_there_before(before: list[Text], now: Text) -> None:
+    assert cells(painted(*before, now)) == cells(painted(now))
+
+
+@given(st.lists(rows(), min_size=ROWS + 4, max_size=ROWS + 4), st.integers(1, 4))
+def test_rows_that_move_up_look_as_if_written_anew(lines: list[Text], by: int) -> None:
+    before, now = frame(*lines[:ROWS]), frame(*lines[by : by + ROWS])
+    assert cells(painted(before, now)) == cells(painted(now))
 
 
 def test_a_log_that_moves_up_is_scrolled_not_written() -> None:

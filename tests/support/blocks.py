@@ -27,7 +27,7 @@ from tests.support.terminals import clean_environment
 ROOT = Path(__file__).parent.parent.parent
 FENCE = re.compile(r"^```(\w+) ?(\S*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 OPTIONS = doctest.ELLIPSIS
-LEAN = "-p no:cacheprovider -p no:xdist"  # of pytest, what is needed
+LEAN = "-p no:cacheprovider -p no:hypothesispytest -p no:xdist"  # of pytest, what is needed
 CHECKER = doctest.OutputChecker()
 ASKS = "echo $?"  # after a command that ends with another code than 0
 

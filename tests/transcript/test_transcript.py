@@ -6,10 +6,11 @@ import pickle
 import tracemalloc
 from contextlib import suppress
 from pathlib import Path
-from random import Random
 from typing import Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import dmplay
 from dmplay import disk
@@ -569,26 +570,18 @@ def test_an_end_with_other_keys_is_told(file: Path) -> None:
     assert "end: keys: expected" in findings(file)[0]
 
 
-def test_a_real_fact_has_at_most_ten_digits_and_is_near() -> None:
-    random = Random(1)
-    drawn = [random.uniform(-1, 1) * 10.0 ** random.randint(-300, 300) for _ in range(100)]
-    for value in (0.0, -0.0, 5e-324, 1e300, 1 / 3, -2 / 3, 0.1 + 0.2, 99999999995.0, *drawn):
-        short = number(value)
-        assert abs(short - value) <= 1e-9 * abs(value)
-        assert number(short) == short
+@given(st.floats(-1e300, 1e300))
+def test_a_real_fact_has_at_most_ten_digits_and_is_near(value: float) -> None:
+    short = number(value)
+    assert abs(short - value) <= 1e-9 * abs(value)
+    assert number(short) == short
 
 
-def test_no_bytes_make_the_reader_fail_in_another_way() -> None:
-    random = Random(1)
-    pieces = (
-        b"turn: 1\n", b"agent: ", b"end: ", b"| ", b"# ", b"\n", b"\n\n", b'{"', b'"', b"[", b"]",
-        b"}", b": ", b"NaN", b"1e999", b"\\ud800", b"\0", b"\r", b"\xff", b"\xe2\x80\xa8",
-        b"9" * 5000,
-    )  # fmt: skip
-    for _ in range(200):
-        raw = b"".join([*random.choices(pieces, k=random.randint(0, 20)), random.randbytes(3)])
-        with suppress(BadTranscript):
-            parse(HEADER.encode() + OPENING.encode() + raw, "t")
+@settings(max_examples=200, derandomize=True, deadline=None)
+@given(st.binary(max_size=200))
+def test_no_bytes_make_the_reader_fail_in_another_way(raw: bytes) -> None:
+    with suppress(BadTranscript):
+        parse(HEADER.encode() + OPENING.encode() + raw, "t")
 
 
 def test_a_second_episode_is_another_game_of_the_same_seed(tmp_path: Path) -> None:
@@ -657,20 +650,16 @@ def test_a_long_list_of_short_ones_is_not_deep() -> None:
     assert keyed(f"set: {json.dumps({'hexes': hexes})}", "t", 1) == ("set", {"hexes": hexes})
 
 
-def fact(random: Random, deepest: int) -> object:
-    """Any JSON value, with lists in lists."""
-    words = ["".join(random.choices('aé"\\/\n\t\x00\x1f\x7f\u2028😀', k=n)) for n in (0, 1, 4)]
-    large = 10.0 ** random.randint(-320, 308)
-    plain = (None, True, False, 0, -0.0, 10**30, large, -large, float("inf"), float("nan"), *words)
-    inner = [fact(random, deepest - 1) for _ in range(random.randint(0, 3))] if deepest else []
-    return random.choice((*plain, *[inner, dict(zip(words, inner, strict=False))] * 6))
-
-
-def test_a_fact_is_written_as_json_writes_it() -> None:
-    random = Random(1)
-    for _ in range(60):
-        value = fact(random, 3)
-        assert written(value) == json.dumps(value, ensure_ascii=False)
+@settings(max_examples=30, derandomize=True, deadline=None)
+@given(
+    st.recursive(
+        st.text() | st.integers() | st.floats() | st.booleans() | st.none(),
+        lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner),
+        max_leaves=8,
+    )
+)
+def test_a_fact_is_written_as_json_writes_it(value: object) -> None:
+    assert written(value) == json.dumps(value, ensure_ascii=False)
 
 
 def test_a_game_of_more_lines_than_are_remembered_is_read_and_written_alike(
