@@ -1,12 +1,13 @@
 """What a problem derives from its facts: its kind, its words, its bounds and its exact outcomes."""
 
 import tracemalloc
+from typing import ClassVar
 
 import numpy as np
 import pytest
 
 import dmplay
-from dmplay.chance import Array, Categorical, Chance, Pick, drawn, sample
+from dmplay.chance import Array, Bools, Categorical, Chance, Pick, drawn, sample
 from dmplay.core import (
     GRID,
     WAIT,
@@ -22,8 +23,11 @@ from dmplay.core import (
     raw,
 )
 from dmplay.errors import BadParameter, TooMuch, UnknownName
+from dmplay.policies.general import Random
 from dmplay.problems.cart_pole import CartPole
+from dmplay.problems.game_2048 import Game2048
 from dmplay.problems.rock_paper_scissors import RockPaperScissors
+from dmplay.rollouts import rollout
 from tests.support.turns import Nim
 
 
@@ -226,3 +230,19 @@ def test_the_bytes_of_an_array_leave_nothing_behind_in_it() -> None:
     left, _ = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert left < len(arrays)
+
+
+class Asked2048(Game2048):
+    """Counts how often it is asked what is legal."""
+
+    asked: ClassVar[list[int]] = []
+
+    def legal(self, s: Array) -> Bools:
+        self.asked.append(len(s))
+        return super().legal(s)
+
+
+def test_a_turn_of_one_agent_asks_once_what_is_legal() -> None:
+    problem = Asked2048()
+    rollout(problem, [Random(problem, 0)], episodes=3, turns=5)
+    assert Asked2048.asked == [3] * 5
