@@ -81,18 +81,24 @@ def _code() -> str:
 
 @contextlib.contextmanager
 def laid_out(case: Case) -> Iterator[None]:
-    """The files of a case in a folder of its own, which is the current one and home to all."""
-    with tempfile.TemporaryDirectory(prefix="fuzz-") as folder, contextlib.chdir(folder):
-        for name, content in case.files.items():
-            Path(name).parent.mkdir(parents=True, exist_ok=True)
-            Path(name).write_bytes(content)
-        here = clean_environment(Path(folder), XDG_CONFIG_HOME=f"{folder}/config", COLUMNS="80")
+    """The files of a case in a folder of its own, which is the current one and home to all.
+
+    It is alone in another, so that `..` is no folder of the machine's.
+    """
+    with tempfile.TemporaryDirectory(prefix="fuzz-") as parent:
+        folder = Path(parent, "case")
+        folder.mkdir()
+        here = clean_environment(folder, XDG_CONFIG_HOME=f"{folder}/config", COLUMNS="80")
         before = dict(os.environ)
-        try:
-            _surrounded({**here, **case.variables})
-            yield
-        finally:
-            _surrounded(before)
+        with contextlib.chdir(folder):
+            for name, content in case.files.items():
+                Path(name).parent.mkdir(parents=True, exist_ok=True)
+                Path(name).write_bytes(content)
+            try:
+                _surrounded({**here, **case.variables})
+                yield
+            finally:
+                _surrounded(before)
 
 
 def _surrounded(variables: Mapping[str, str]) -> None:
