@@ -26,6 +26,12 @@ class Canvas:
         self._rows: list[tuple[list[str], list[str]]] = []  # glyphs, and the style of each
         self._budget = Budget("a drawing", "try a smaller map", MOST)
 
+    def copy(self) -> "Canvas":
+        """One more with the same drawing."""
+        other = Canvas()
+        other._rows = [(glyphs.copy(), styles.copy()) for glyphs, styles in self._rows]
+        return other
+
     def put(self, x: int, y: int, text: str, style: str = "") -> None:
         """Writes text from column x of row y on; raises TooMuch far out."""
         end = x + len(text)

@@ -47,9 +47,10 @@ SIZES = (Size(121, 20, 2, True), Size(61, 9, 2, True), Size(61, 6), Size(39, 5),
 def _sizes(look: Look) -> list[Size]:
     """The largest first; one that fills the room beside the panel before those of a transcript."""
     width, hill = min(look.beside, MOST.width), min(look.height - 8, MOST.hill)
+    sizes = [one for one in SIZES if one.width <= look.width]
     if width < SIZES[1].width or hill < SIZES[2].hill:
-        return [*SIZES]
-    return [Size(width - 1 + width % 2, hill, 3, True), *SIZES]
+        return sizes
+    return [Size(width - 1 + width % 2, hill, 3, True), *sizes]
 
 
 def height(x: float) -> float:
@@ -66,9 +67,8 @@ def boards(view: View[MountainCar], look: Look) -> Iterator[Text]:
     """The hill in five sizes and on a screen in one more, then the numbers in a line."""
     after = [tuple(map(float, state)) for state in look.outlook.states] if look.outlook else []
     for size in _sizes(look):
-        canvas = Canvas()
         scale = Scale(LEFT_WALL, RIGHT_WALL, 1, size.width - 1)
-        _hill(canvas, scale, size, ASCII_BLOCKS if look.ascii else BLOCKS)
+        canvas = _hill(scale, size, ASCII_BLOCKS if look.ascii else BLOCKS).copy()
         _things(canvas, view, scale, size, look)
         _advice(canvas, look, scale, view)
         y = size.hill + size.sky
@@ -107,21 +107,18 @@ def _say(canvas: Canvas, y: int, view: View[MountainCar], look: Look, size: Size
     canvas.put(0, y, told if look.large else transcript, "bold")
 
 
-def _hill(canvas: Canvas, scale: Scale, size: Size, blocks: str) -> None:
-    """The wall on the left, and the hill in eighths of a row."""
+@lru_cache(16)
+def _hill(scale: Scale, size: Size, blocks: str) -> Canvas:
+    """The wall on the left, and the hill in eighths of a row: those of every turn."""
+    canvas = Canvas()
     for y in range(size.sky + size.hill):
         canvas.put(0, y, "│", "dim")
-    for y, row in enumerate(_ground(scale, size.hill, blocks)):
-        canvas.put(scale.left, size.sky + size.hill - 1 - y, row, "green")
-
-
-@lru_cache(16)
-def _ground(scale: Scale, hill: int, blocks: str) -> tuple[str, ...]:
-    """The rows of a hill of so many, the lowest first, which are those of every turn."""
     columns = range(scale.left, scale.right + 1)
-    heights = [_eighths(scale.value(column), hill) for column in columns]
-    rows = ([min(max(high - 8 * y, 0), 8) for high in heights] for y in range(hill))
-    return tuple("".join(f"{blocks}█"[eighths] for eighths in row) for row in rows)
+    heights = [_eighths(scale.value(column), size.hill) for column in columns]
+    for y in range(size.hill):
+        row = "".join(f"{blocks}█"[min(max(high - 8 * y, 0), 8)] for high in heights)
+        canvas.put(scale.left, size.sky + size.hill - 1 - y, row, "green")
+    return canvas
 
 
 def _things(canvas: Canvas, view: View[MountainCar], scale: Scale, size: Size, look: Look) -> None:
