@@ -26,7 +26,7 @@ from dmplay.core import (
 )
 from dmplay.dice import NATURE, uniforms
 from dmplay.errors import BadPolicy, LostGames, UnknownName
-from dmplay.session import MOST_TURNS, actions_of
+from dmplay.session import MOST_TURNS, actions_chosen
 
 LEAST, SOME, PROBED = 8, 32, 2  # games of a block; games and turns that tell what they cost
 HANDED = 0.006  # seconds in which an engine hands a block to a worker
@@ -283,7 +283,7 @@ def _rows(arrays: Memory, which: Ints) -> Memory:
 
 def _choice(where: str, policy: Policy, memory: Memory, legal: Bools | None, u: Reals) -> Array:
     """What a policy chooses, an action for each game."""
-    return actions_of(policy, asked(where, policy.choose, memory, legal, u), len(u), where)
+    return actions_chosen(policy, asked(where, policy.choose, memory, legal, u), len(u), where)
 
 
 def _able(known: Labels | Interval, chosen: Array, legal: Bools | None, where: str) -> Array:

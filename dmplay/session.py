@@ -587,7 +587,7 @@ class Follower:
         legal = session.legal(self.seat)
         able = None if legal is None else own(legal[None])
         chosen = asked(self, self.policy.choose, self.memory(), able, u)
-        return float(actions_of(self.policy, chosen, 1, str(self))[0])
+        return float(actions_chosen(self.policy, chosen, 1, self)[0])
 
     def agrees(self, s: Array, turns: Turn) -> bool:
         """Whether the policy acts in the next turns `[T, ...]`, from these states, as was done.
@@ -619,7 +619,7 @@ class Follower:
         return None if values is None else values[0]
 
 
-def actions_of(policy: Policy, chosen: object, rows: int, where: str) -> Array:
+def actions_chosen(policy: Policy, chosen: object, rows: int, where: object) -> Array:
     """What a policy chose, an action for each row; raises BadPolicy for anything else."""
     answer = np.asarray(chosen)
     if answer.shape != (rows,) or answer.dtype.kind not in "biuf":
