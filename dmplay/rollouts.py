@@ -25,7 +25,7 @@ from dmplay.core import (
     own,
 )
 from dmplay.dice import NATURE, uniforms
-from dmplay.errors import BadPolicy, LostGames, UnknownName
+from dmplay.errors import BadParameter, BadPolicy, LostGames, UnknownName
 from dmplay.session import MOST_TURNS, actions_chosen
 
 LEAST, SOME, PROBED = 8, 32, 2  # games of a block; games and turns that tell what they cost
@@ -118,10 +118,13 @@ def rollouts(
     what came of joint actions was luck: 0 where it is not given.
     """
     which, turns, seed, workers, executor, progress, keep, luck = games
+    if which.stop < which.start:
+        raise BadParameter(f"episodes: got {which.stop - which.start}, expected 0 or more")
     for policies in entrants:
-        if len(policies) != len(problem.agents):
-            told = f"got {len(policies)} policies, expected one for each of {problem.agents}"
-            raise BadPolicy(told)
+        given: object = policies
+        if not isinstance(given, Sequence) or len(given) != len(problem.agents):
+            told = f"{len(given)} policies" if isinstance(given, Sequence) else f"{given!r}"
+            raise BadPolicy(f"got {told}, expected one for each of {problem.agents}")
     for name in keep:
         if name not in Rollout._fields:
             raise UnknownName("array to keep", name, Rollout._fields)

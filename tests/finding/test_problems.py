@@ -1,5 +1,7 @@
 """Names to problems: variants, parameters, actions, seats, and the nearest when one is wrong."""
 
+from typing import Any
+
 import pytest
 
 import dmplay
@@ -82,6 +84,11 @@ def test_a_rollout_wants_a_policy_for_each_seat() -> None:
     problem = dmplay.load("prisoners-dilemma")
     with pytest.raises(DmplayError, match="got 1 policies, expected one for each"):
         dmplay.rollout(problem, [dmplay.agent(problem, 0, "grim")], episodes=1)
+    grim: Any = dmplay.agent(problem, 0, "grim")
+    with pytest.raises(DmplayError, match=r"got Grim\(.*\), expected one for each"):
+        dmplay.rollout(problem, grim, episodes=1)
+    with pytest.raises(DmplayError, match="episodes: got -3, expected 0 or more"):
+        dmplay.rollout(problem, [grim, grim], episodes=-3)
 
 
 def test_tables_of_real_chances_are_refused() -> None:
