@@ -2,14 +2,16 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
+from math import prod
 from typing import Self
 
 import numpy as np
 
+from dmplay.budget import within
 from dmplay.chance import Array, Bools, Categorical, Ints, Reals
 from dmplay.core import Memory, Percept, Problem, exact_start, parameter
-from dmplay.errors import BadParameter, TooMuch
+from dmplay.errors import BadParameter, BadPolicy, TooMuch
 from dmplay.laws import samples
 from dmplay.policies._solved import Seeing
 from dmplay.policies.kinds import Reactive, Seated
@@ -21,6 +23,7 @@ from dmplay.solvers.shapley import Shapley
 from dmplay.solvers.value_iteration import greedy
 from dmplay.solvers.zero_sum import Every
 
+SHORT, WIDE = 5e6, 4096  # work, for some thousand histories, and joint actions in each
 TRIED = 120  # turns of random play that tell whether two are opposed
 
 
@@ -200,22 +203,36 @@ def _alone(problem: Problem) -> dict[str, type[Seated]]:
 
 
 def in_turn(problem: Problem) -> bool:
-    """Whether several see the state and all but one wait in the first turn."""
+    """Whether several see the state and all but one wait in the first turn.
+
+    Where a state is all that happened, also whether that is little enough.
+    """
     start = _start(problem)
-    if start is None:
+    if start is None or (problem.waiting(start).sum(axis=1) < len(problem.agents) - 1).any():
         return False
-    return bool((problem.waiting(start).sum(axis=1) == len(problem.agents) - 1).all())
+    return start.dtype.kind != "O" or (prod(problem.action_counts) <= WIDE and _short(problem))
+
+
+@lru_cache(16)
+def _short(problem: Problem) -> bool:
+    """Whether all that may happen in a game is soon listed, and always one agent decides."""
+    try:
+        with within(SHORT):
+            solved(problem, problem.horizon)
+    except (BadParameter, BadPolicy, TooMuch):
+        return False
+    return True
 
 
 def at_once(problem: Problem) -> bool:
     """Whether several see the state, act at once and discount what comes."""
-    return problem.discount < 1.0 and _start(problem) is not None and not in_turn(problem)
+    return problem.discount < 1.0 and _tabled(problem) and not in_turn(problem)
 
 
 def at_odds(problem: Problem) -> bool:
     """Whether two see the state, act at once and are opposed, as far as random play tells."""
     two = len(problem.agents) == 2 and (problem.discount < 1.0 or problem.horizon is not None)
-    if not two or _start(problem) is None or in_turn(problem):
+    if not two or not _tabled(problem) or in_turn(problem):
         return False
     found = samples.turns(problem, TRIED)
     return shapley.share(problem.step(found.s, found.a, found.u).rewards) is not None
@@ -229,4 +246,10 @@ def _start(problem: Problem) -> Array | None:
         _, start = exact_start(problem)
     except (BadParameter, TooMuch):
         return None
-    return start if start.dtype.kind != "O" else None
+    return start
+
+
+def _tabled(problem: Problem) -> bool:
+    """Whether the states in which it may begin can be listed, and are numbers."""
+    start = _start(problem)
+    return start is not None and start.dtype.kind != "O"

@@ -153,7 +153,7 @@ def _rows(problem: Problem, known: _Known) -> list[Row]:
 
 def _row(problem: Problem, known: _Known, place: int) -> Row:
     found, mover = known.graph, int(known.mover[place])
-    row: Row = {"state": problem.notation(found.states[place])}
+    row: Row = {"state": problem.line(found.states[place])}
     some = slice(found.rows[place], found.rows[place + 1])
     able = np.zeros(problem.action_counts[mover], bool)
     if len(known.own[some]):

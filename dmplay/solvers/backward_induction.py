@@ -59,7 +59,7 @@ def solved(problem: Problem, graph: Graph, turns: int | None) -> Induced:
 
 
 def _mover(problem: Problem, graph: Graph) -> Ints:
-    """Who decides in each state `[S]`; raises BadPolicy where two do at once."""
+    """Who decides in each state `[S]`, or acts alone; raises BadPolicy where two decide."""
     legal = problem.legal(graph.states)
     if legal is None or len(problem.agents) == 1:
         many = np.tile(problem.action_counts, (len(graph.states), 1))
@@ -68,7 +68,7 @@ def _mover(problem: Problem, graph: Graph) -> Ints:
     deciding = many > 1
     if len(problem.agents) > 1 and (deciding[graph.live].sum(axis=1) > 1).any():
         raise BadPolicy("got agents who act at once, expected one at a time, the others waiting")
-    return np.asarray(np.argmax(deciding, axis=1))
+    return np.asarray(np.argmax(2 * deciding + ~problem.waiting(graph.states), axis=1))
 
 
 def _turn(found: Induced, discount: float) -> Reals:

@@ -9,11 +9,14 @@ import dmplay
 from dmplay import conformance
 from dmplay.conformance import check
 from dmplay.core import WAIT
+from dmplay.dice import Dice
 from dmplay.errors import BadParameter, BadPolicy, IllegalAction, UnknownName
+from dmplay.finding.agents import roster
 from dmplay.keys.keyboard import Keyboard
 from dmplay.keys.keymap import AS_DRAWN
 from dmplay.reports.problems import about
-from dmplay.session import Session
+from dmplay.session import Follower, Session
+from dmplay.solutions.every import solution
 from dmplay.views import generic
 from tests.support.games import Scripted
 from tests.support.guests import Tried, tried
@@ -160,3 +163,41 @@ def test_names_that_depend_on_the_state_are_those_of_the_state(
     assert "player-0 chose Qxd5" in generic.told(game.view(1))
     monkeypatch.setattr(conformance, "GAMES", 4)
     assert check(dmplay.load("openspiel:ultimate_tic_tac_toe")) == []
+
+
+ENTRY = """EFG 2 R "entry" { "who may enter" "who is there" }
+p "" 1 1 "" { "out" "in" } 0
+t "" 1 "" { 0, 2 }
+p "" 2 1 "" { "fight" "yield" } 0
+t "" 2 "" { -1, -1 }
+t "" 3 "" { 1, 1 }
+"""
+
+
+def test_a_short_game_of_which_all_is_seen_is_solved_backwards(tmp_path: Path) -> None:
+    file = tmp_path / "entry.efg"
+    file.write_text(ENTRY)
+    entry = dmplay.load(str(file))
+    pair = [dmplay.agent(entry, seat, "optimal") for seat in range(2)]
+    assert dmplay.rollout(entry, pair, episodes=1).returns.tolist() == [[1.0, 1.0]]
+    found = solution(entry)
+    assert found.method == "backward induction over 5 states, without end"
+    assert found.result == "value 1 to player-0, 1 to player-1 at the start, exact"
+
+
+def test_who_takes_the_last_of_a_pile_loses_and_knows_it() -> None:
+    nim = dmplay.load("openspiel:nim(pile_sizes=1;2)")
+    first = Follower(Session(nim, Dice(1)), 0, dmplay.agent(nim, 0, "optimal"))
+    values = first.values()
+    assert values is not None
+    worth = dict(zip(nim.actions[0].labels, values.tolist(), strict=True))
+    assert {name: one for name, one in worth.items() if np.isfinite(one)} == {
+        "pile-1-take-1": -1.0, "pile-2-take-1": -1.0, "pile-2-take-2": 1.0,
+    }  # fmt: skip
+    told = {row["state"]: (row["to decide"], row["best"]) for row in solution(nim).rows}
+    assert told["(1): 1 0"] == ("player-1", "pile-1-take-1")
+
+
+@pytest.mark.parametrize("name", ["tic_tac_toe", "chess", "pig"])
+def test_a_game_that_is_long_wide_or_drawn_is_searched(name: str) -> None:
+    assert roster(dmplay.load(f"openspiel:{name}"), 0).adviser == "search"
