@@ -3,8 +3,11 @@
 import gc
 import io
 import os
+import signal
 import sys
 from types import TracebackType
+
+from dmplay.signals import WHOLE
 
 RUNTIME_CODE, GONE_CODE, INTERRUPT_CODE, PIPE_CODE = 1, 129, 130, 141
 ALONE = "OPENBLAS_DEFAULT_NUM_THREADS"  # of which more wait for one another, and cost as they wait
@@ -14,6 +17,7 @@ SELDOM = 20_000, 20, 20  # a game keeps what it makes: to look for garbage finds
 def main() -> None:
     """Runs dmplay; the exit code is 0, 1, 2, 3, or 128 and a signal."""
     try:
+        signal.signal(signal.SIGINT, WHOLE)
         code = _ran()
     except KeyboardInterrupt:
         code = INTERRUPT_CODE

@@ -12,18 +12,31 @@ ENDS = {
 }
 
 
+IMPORT = "<frozen importlib._bootstrap>"  # where Python imports modules
+SOON, OFTEN = 0.01, 100  # seconds, and how often at most: an import may never end
+
+
 class Gate:
-    """A handler that lets a signal through at once, or after the turn that is under way."""
+    """A handler that lets a signal through at once, or after the turn that is under way.
+
+    One that comes while a module is imported comes again soon: Python loses what is raised there.
+    """
 
     def __init__(self) -> None:
         self._depth = 0
         self._waiting: int | None = None
+        self._put_off = 0
 
     def __call__(self, number: int, where: FrameType | None) -> None:
         """Ends the program, by the exception that Python has for it."""
         if self._depth:
             self._waiting = number
+        elif _importing(where) and self._put_off < OFTEN and hasattr(signal, "setitimer"):
+            self._put_off += 1
+            signal.signal(signal.SIGALRM, lambda _, here: self(number, here))
+            signal.setitimer(signal.ITIMER_REAL, SOON)
         else:
+            self._put_off = 0
             _end(number)
 
     def __enter__(self) -> None:
@@ -36,6 +49,13 @@ class Gate:
         if not self._depth and self._waiting is not None:
             number, self._waiting = self._waiting, None
             _end(number)
+
+
+def _importing(where: FrameType | None) -> bool:
+    """Whether a module is imported there."""
+    while where and where.f_code.co_filename != IMPORT:
+        where = where.f_back
+    return where is not None
 
 
 def _end(number: int) -> None:

@@ -66,6 +66,34 @@ def test_a_signal_before_the_first_key_leaves_the_terminal_as_it_was(
         assert '/dmplay/__main__.py"' not in terminal.printed  # nothing of ours is traced back
 
 
+SLOW = """
+import time
+from dmplay.problems.crying_baby import CryingBaby
+class Slow:
+    def __set_name__(self, owner, name):  # out of which Python lets no fault as it was
+        print("importing", flush=True)
+        time.sleep(0.3)
+class Named:
+    slow = Slow()
+class Baby(CryingBaby):
+    \'\'\'A baby.\'\'\'
+"""
+ENDLESS = """
+print("importing", flush=True)
+while True:
+    pass
+"""
+
+
+@pytest.mark.parametrize("content", [SLOW, ENDLESS], ids=["slow", "endless"])
+def test_ctrl_c_while_a_file_is_imported_ends_as_ever(content: str, tmp_path: Path) -> None:
+    (tmp_path / "slow.py").write_text(content)
+    with Terminal("./slow.py", folder=tmp_path) as terminal:
+        terminal.until(lambda: b"importing" in terminal.raw).signal(signal.SIGINT)
+        assert terminal.ended() == 130
+        assert "unexpected" not in terminal.printed
+
+
 @contextmanager
 def in_a_shell(folder: Path) -> Iterator[Terminal]:
     """A game that a shell began, after its first turn; at the end it is left, and was in order."""
