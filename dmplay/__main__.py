@@ -19,6 +19,7 @@ def main() -> None:
     try:
         signal.signal(signal.SIGINT, WHOLE)
         code = _ran()
+        WHOLE.settle()
     except KeyboardInterrupt:
         code = INTERRUPT_CODE
     try:

@@ -25,18 +25,26 @@ class Gate:
     def __init__(self) -> None:
         self._depth = 0
         self._waiting: int | None = None
-        self._put_off = 0
+        self._put_off: int | None = None
+        self._often = 0
 
     def __call__(self, number: int, where: FrameType | None) -> None:
         """Ends the program, by the exception that Python has for it."""
         if self._depth:
             self._waiting = number
-        elif _importing(where) and self._put_off < OFTEN and hasattr(signal, "setitimer"):
-            self._put_off += 1
+        elif _importing(where) and self._often < OFTEN and hasattr(signal, "setitimer"):
+            self._put_off, self._often = number, self._often + 1
             signal.signal(signal.SIGALRM, lambda _, here: self(number, here))
             signal.setitimer(signal.ITIMER_REAL, SOON)
         else:
-            self._put_off = 0
+            self._put_off, self._often = None, 0
+            _end(number)
+
+    def settle(self) -> None:
+        """Lets one that was to come again come now, as the program is at its end."""
+        number, self._put_off = self._put_off, None
+        if number is not None:
+            signal.setitimer(signal.ITIMER_REAL, 0)
             _end(number)
 
     def __enter__(self) -> None:
