@@ -10,8 +10,6 @@ NAMES = ("SIGTERM", "SIGHUP")  # the second is not known everywhere
 ENDS = {
     getattr(signal, name): 128 + getattr(signal, name) for name in NAMES if hasattr(signal, name)
 }
-
-
 IMPORT = "<frozen importlib._bootstrap>"  # where Python imports modules
 SOON, OFTEN = 0.01, 100  # seconds, and how often at most: an import may never end
 
@@ -30,6 +28,7 @@ class Gate:
 
     def __call__(self, number: int, where: FrameType | None) -> None:
         """Ends the program, by the exception that Python has for it."""
+        self._put_off = None
         if self._depth:
             self._waiting = number
         elif _importing(where) and self._often < OFTEN and hasattr(signal, "setitimer"):
@@ -37,7 +36,7 @@ class Gate:
             signal.signal(signal.SIGALRM, lambda _, here: self(number, here))
             signal.setitimer(signal.ITIMER_REAL, SOON)
         else:
-            self._put_off, self._often = None, 0
+            self._often = 0
             _end(number)
 
     def settle(self) -> None:
