@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from math import prod
 from typing import Self
 
@@ -13,6 +13,7 @@ from dmplay.chance import Array, Bools, Categorical, Ints, Reals
 from dmplay.core import Memory, Percept, Problem, exact_start, parameter
 from dmplay.errors import BadParameter, BadPolicy, TooMuch
 from dmplay.laws import samples
+from dmplay.policies._kept import kept
 from dmplay.policies._solved import Seeing
 from dmplay.policies.kinds import Reactive, Seated
 from dmplay.policies.valued import LONGEST
@@ -165,6 +166,7 @@ class Settled(Reactive):
         return self._found.q[self.seat][self._found.graph.at(self.problem, memory[0])]
 
 
+@kept
 def solved(problem: Problem, turns: int | None) -> Induced:
     """What games of so many turns are worth, over all states of one agent's or those come to."""
     alone = len(problem.agents) == 1 and isinstance(problem.states, int)
@@ -213,7 +215,7 @@ def in_turn(problem: Problem) -> bool:
     return start.dtype.kind != "O" or (prod(problem.action_counts) <= WIDE and _short(problem))
 
 
-@lru_cache(16)
+@kept
 def _short(problem: Problem) -> bool:
     """Whether all that may happen in a game is soon listed, and always one agent decides."""
     try:
@@ -243,10 +245,9 @@ def _start(problem: Problem) -> Array | None:
     if len(problem.agents) == 1 or problem.hidden or not all(problem.action_counts):
         return None
     try:
-        _, start = exact_start(problem)
+        return exact_start(problem)[1]
     except (BadParameter, TooMuch):
         return None
-    return start
 
 
 def _tabled(problem: Problem) -> bool:
