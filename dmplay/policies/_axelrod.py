@@ -34,21 +34,12 @@ class Axelrod(Seated):
     def __post_init__(self) -> None:
         """Refuses unknown strategies, and those that cheat."""
         super().__post_init__()
-        known = {each.__name__: each for each in self._package.all_strategies}
+        package = _package()
+        known = {each.__name__: each for each in package.all_strategies}
         if self.name not in known:
             raise UnknownName("strategy", self.name, known, where="axelrod")
-        if not self._package.Classifiers.obey_axelrod(known[self.name]()):
+        if not package.Classifiers.obey_axelrod(known[self.name]()):
             raise BadPolicy(f"axelrod: {self.name} does not keep the rules of the tournament")
-
-    @cached_property
-    def _package(self) -> ModuleType:
-        try:
-            import axelrod
-        except ImportError:
-            raise BadPolicy(
-                "axelrod: the package is not installed; python -m pip install 'dmplay[axelrod]'"
-            ) from None
-        return axelrod  # type: ignore[no-any-return]
 
     def begin(self, observation: Array) -> Memory:
         """No rounds: the actions of both `[B, 0]`."""
@@ -70,7 +61,7 @@ class Axelrod(Seated):
 
     def _next(self, own: Array, other: Array, luck: float) -> int:
         """What a new player does after these rounds."""
-        package = self._package
+        package = _package()
         deeds = (package.Action.C, package.Action.D)
         player, partner = self._player(), package.MockPlayer()
         partner.set_match_attributes(**self._attributes)
@@ -83,7 +74,7 @@ class Axelrod(Seated):
         return deeds.index(player.strategy(partner))
 
     def _player(self) -> Any:
-        player = getattr(self._package, self.name)()
+        player = getattr(_package(), self.name)()
         player.set_match_attributes(**self._attributes)
         return player
 
@@ -92,5 +83,15 @@ class Axelrod(Seated):
         """What the players know of the match: its payoffs, and no end."""
         assert isinstance(self.problem, MatrixGame)
         own = self.problem.payoffs[:, :, 0]
-        game = self._package.Game(r=own[0, 0], s=own[0, 1], t=own[1, 0], p=own[1, 1])
+        game = _package().Game(r=own[0, 0], s=own[0, 1], t=own[1, 0], p=own[1, 1])
         return {"length": math.inf, "game": game, "noise": 0}
+
+
+def _package() -> ModuleType:
+    try:
+        import axelrod
+    except ImportError:
+        raise BadPolicy(
+            "axelrod: the package is not installed; python -m pip install 'dmplay[axelrod]'"
+        ) from None
+    return axelrod  # type: ignore[no-any-return]

@@ -1,11 +1,14 @@
 """Agents choose what is legal, alone as in a batch, and say what they do."""
 
+import pickle
 from functools import partial
 
+import numpy as np
 import pytest
 
 from dmplay.finding import agents
 from dmplay.laws.choices import choosing
+from dmplay.rollouts import rollout
 from tests.support.cases import every_problem, load, small
 from tests.support.pools import broken
 from tests.support.seats import seated
@@ -27,3 +30,12 @@ def test_policies_choose_legal_actions_the_same_alone_as_in_a_batch(name: str) -
     for seat, policies in seated(name):
         law = partial(choosing, problem, seat, policies, ROWS)
         assert not broken(problem, law), type(policies[seat])
+
+
+@every_problem
+def test_agents_that_have_chosen_can_be_sent_to_a_worker(name: str) -> None:
+    for seat, policies in seated(name):
+        before = rollout(small(name), policies, episodes=2, turns=1)
+        sent = pickle.loads(pickle.dumps(policies))
+        again = rollout(small(name), sent, episodes=2, turns=1)
+        assert np.array_equal(again.returns, before.returns), type(policies[seat])

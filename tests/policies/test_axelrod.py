@@ -1,5 +1,6 @@
 """Our rules, and the Axelrod package's strategies played by us, against that package's matches."""
 
+import pickle
 from itertools import product
 from typing import Any
 
@@ -58,6 +59,14 @@ def test_a_strategy_that_draws_follows_the_dice() -> None:
 
 
 @pytest.mark.slow
+def test_a_strategy_can_be_sent_to_a_worker() -> None:
+    players = [dmplay.agent(GAME, seat, "axelrod:Gradual") for seat in range(2)]
+    here = dmplay.rollout(GAME, players, episodes=2, turns=3)
+    sent = pickle.loads(pickle.dumps(players))
+    there = dmplay.rollout(GAME, sent, episodes=2, turns=3)
+    assert (here.returns == there.returns).all()
+
+
 def test_unknown_strategies_and_cheats_are_refused() -> None:
     with pytest.raises(UnknownName, match="axelrod: unknown strategy 'TitForTatt'; did you mean"):
         dmplay.agent(GAME, 0, "axelrod:TitForTatt")
