@@ -18,7 +18,7 @@ SOME_SEEN = 16  # of more, so many
 FEW_ACTIONS = 32  # actions that a node tries from the start; of more, the root of its visits
 GOLDEN = (sqrt(5) - 1) / 2  # whose multiples fill an interval evenly
 WORK = 1e10
-ENTRIES = 4_000_000  # of the table of children, which bounds the rows searched together
+ENTRIES = 4_000_000  # of the table of children, or draws, which bounds the rows searched together
 
 Worth = Callable[[Array, Memory, Ints], Reals]  # of states, by the own memory and the turns left
 
@@ -77,7 +77,8 @@ class Tree:
     @property
     def rows(self) -> int:
         """How many rows can be searched together."""
-        return max(1, ENTRIES // ((self.simulations + 1) * self.slots * self.kinds))
+        table = (self.simulations + 1) * self.slots * self.kinds
+        return max(1, ENTRIES // max(table, self.draws))
 
     @property
     def draws(self) -> int:

@@ -1,6 +1,5 @@
 """Tree search: it beats random play, plays any problem, and knows no more than its seat."""
 
-import pickle
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +13,7 @@ from dmplay.errors import BadParameter, BadPolicy, DmplayError
 from dmplay.finding.agents import for_turns, roster
 from dmplay.problems._reals import RealState
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
+from dmplay.solvers.search_tree import Tree
 from dmplay.solvers.uct import Found
 from tests.support.brought import Counted
 from tests.support.teams import dectiger, read
@@ -184,15 +184,11 @@ def test_a_choice_is_the_same_alone_and_beside_others(name: str) -> None:
         assert alone.tolist() == together[[row]].tolist()
 
 
-def test_a_search_that_has_chosen_can_be_sent_to_another_process() -> None:
-    for name in ("hexworld", "predator-prey"):
-        problem = dmplay.load(name)
-        search = dmplay.agent(problem, 0, "search:simulations=3,depth=1")
-        s = problem.start(np.full((1, problem.draws.start), 0.5))
-        memory = search.begin(problem.first_sight(s))
-        chosen = search.choose(memory, None, np.array([[0.3]]))
-        again = pickle.loads(pickle.dumps(search)).choose(memory, None, np.array([[0.3]]))
-        assert again.tolist() == chosen.tolist()
+def test_any_number_of_rows_is_searched_that_could_be_searched_alone() -> None:
+    for name in ("crying-baby", "prisoners-dilemma", "rock-paper-scissors", "hexworld"):
+        tree = Tree(dmplay.load(name), 0, simulations=400, depth=20, exploration=1.0)
+        tree.budget(1)
+        tree.budget(tree.rows)
 
 
 REFUSED = {  # a problem, whom a search is to have beside it, and what is told
