@@ -166,8 +166,11 @@ def _grain(problem: Problem, policies: Sequence[Policy], seed: int, workers: int
 
     seconds(1)  # what is made once
     quick = seconds(1) < QUICK
-    some = SOME if quick else LEAST
-    one, more = (min(seconds(many) for _ in range(3 if quick else 1)) for many in (1, some))
+    some, tries = (SOME, 3) if quick else (LEAST, 1)
+    one, more = (min(seconds(many) for _ in range(tries)) for many in (1, some))
+    while quick and more < 2 * one and some < MOST:  # too few to tell what one more costs
+        some *= 4
+        more = min(seconds(some) for _ in range(tries))
     each = max((more - one) / (some - 1), 0.05 * more / some)  # a busy machine may say nothing
     wanted = max(19.0 * (one - each), HANDED * workers) / each
     return int(np.clip(wanted, LEAST, MOST))
