@@ -59,6 +59,7 @@ def test_a_strategy_that_draws_follows_the_dice() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.slow
 def test_a_strategy_can_be_sent_to_a_worker() -> None:
     players = [dmplay.agent(GAME, seat, "axelrod:Gradual") for seat in range(2)]
     here = dmplay.rollout(GAME, players, episodes=2, turns=3)
