@@ -59,7 +59,6 @@ def test_a_strategy_that_draws_follows_the_dice() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.slow
 def test_a_strategy_can_be_sent_to_a_worker() -> None:
     players = [dmplay.agent(GAME, seat, "axelrod:Gradual") for seat in range(2)]
     here = dmplay.rollout(GAME, players, episodes=2, turns=3)
@@ -68,6 +67,7 @@ def test_a_strategy_can_be_sent_to_a_worker() -> None:
     assert (here.returns == there.returns).all()
 
 
+@pytest.mark.slow
 def test_unknown_strategies_and_cheats_are_refused() -> None:
     with pytest.raises(UnknownName, match="axelrod: unknown strategy 'TitForTatt'; did you mean"):
         dmplay.agent(GAME, 0, "axelrod:TitForTatt")
