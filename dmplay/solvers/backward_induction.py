@@ -20,6 +20,7 @@ from dmplay.solvers.value_iteration import slack
 
 STILL = 1e-12  # a change that ends the induction, where values are about 1
 WORK, MOST = 1e11, 10_000  # turns
+PATIENCE = 50  # turns, or as many as there are states, after which changes must be less
 ENDLESS = "games need not end; give a discount below 1, or a horizon"
 
 
@@ -44,17 +45,19 @@ def solved(problem: Problem, graph: Graph, turns: int | None) -> Induced:
     values = [np.zeros((len(graph.states), len(problem.agents)))]
     found = Induced(graph, _mover(problem, graph), values, 0.0)
     far = problem.discount / (1.0 - problem.discount) if problem.discount < 1.0 else 1.0
+    gaps, patience = [np.inf], max(PATIENCE, len(graph.states))
     while len(values) - 1 != turns:
-        if len(values) > MOST:
-            needed = f"values still change after {MOST} turns"
+        lasting = endless and len(gaps) > patience and gaps[-1] > gaps[-patience] * (1 - STILL)
+        if lasting or len(values) > MOST:
+            needed = f"values still change after {len(values) - 1} turns"
             raise TooMuch(budget.what, needed, budget.cure)
         budget.spend(10 * ROUND + 30.0 * graph.rewards.shape[1] * len(graph.p))
         budget.hold(values[0].nbytes * (len(values) + 1.0))
         after = _turn(found, problem.discount)
-        gap = 2 * far * float(np.abs(after - values[-1]).max())
+        gaps.append(2 * far * float(np.abs(after - values[-1]).max()))
         values.append(after)
-        if gap <= slack(after, STILL):
-            return found._replace(gap=gap)
+        if gaps[-1] <= slack(after, STILL):
+            return found._replace(gap=gaps[-1])
     return found
 
 

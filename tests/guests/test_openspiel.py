@@ -49,7 +49,7 @@ def every() -> list[str]:
 
 
 def test_a_few_play_record_undo_and_verify(tmp_path: Path) -> None:
-    found = [tried(f"openspiel:{name}", tmp_path / "game.dmt", 8) for name in FEW]
+    found = [tried(f"openspiel:{name}", tmp_path / "game.dmt", 6) for name in FEW]
     assert [one.refused for one in found] == [""] * len(FEW)
 
 
@@ -161,7 +161,7 @@ def test_names_that_depend_on_the_state_are_those_of_the_state(
     assert chess.line(game.state).startswith("rnb1kbnr/ppp1pppp/8/3q4/8/8/PPPP1PPP/RNBQKBNR w")
     assert game.view(0).last == "Qxd5"
     assert "player-0 chose Qxd5" in generic.told(game.view(1))
-    monkeypatch.setattr(conformance, "GAMES", 4)
+    monkeypatch.setattr(conformance, "GAMES", 2)
     assert check(dmplay.load("openspiel:ultimate_tic_tac_toe")) == []
 
 

@@ -120,7 +120,7 @@ def test_a_board_with_the_log_at_the_right_is_no_smaller() -> None:
 
 
 def test_which_rows_are_shown_is_told_whole_in_a_narrow_column() -> None:
-    shown = play(game("mountain-car"), *["l"] * 60, "pageup", size=(100, 30)).last
+    shown = play(game("mountain-car"), *["l"] * 36, "pageup", size=(100, 30)).last
     assert re.search(r" rows \d+-\d+ of \d+: PgUp( PgDn( Home End)?)?$", shown, re.MULTILINE)
 
 

@@ -15,7 +15,7 @@ from dmplay.policies.seeing import solved
 from dmplay.reports.match import Match
 from dmplay.reports.match import seated as sitting
 from dmplay.solutions.every import solution
-from dmplay.solvers import backward_induction
+from dmplay.solvers import backward_induction, graph
 from tests.support.brought import Counted
 from tests.support.drawn import Drawn, Pair
 from tests.support.toe import Toe
@@ -197,20 +197,38 @@ class Dally(Counted):
         return np.asarray(able[s] > 0)
 
 
-def test_a_game_that_may_go_on_is_played_to_its_end_or_refused(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(backward_induction, "MOST", 300)
+def test_a_game_that_may_go_on_is_played_to_its_end_or_refused() -> None:
     problem = Dally()
     assert solution(problem).rows[0]["best"] == "dally cash"
     seated = [agent(problem, seat, "optimal") for seat in range(2)]
     played = rollout(problem, seated, episodes=1)
     assert played.returns.tolist() == [[1.0, 0.0]]
     assert played.turns.tolist() == [1]
-    with pytest.raises(TooMuch, match="after 300 turns; games need not end; give a discount bel"):
+    with pytest.raises(TooMuch, match="after 50 turns; games need not end; give a discount bel"):
         solution(Dally(tip=1.0))
     endless = solution(Dally(tip=1.0, discount=0.9)).result
     assert endless.startswith("value 5.26316 to holder, 0 to other at the start, at most ")
+
+
+@dataclass(frozen=True)
+class Corridor(Counted):
+    """A hundred steps to the end, each of which costs 1."""
+
+    actions = (Labels(("on",)),)
+    states, placed = 101, 100
+
+    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+        moved = np.maximum(s - 1, 0)
+        return Outcome(moved, (moved - s)[:, None].astype(float), moved)
+
+    def terminal(self, s: Array) -> Bools:
+        return np.asarray(s == 0)
+
+
+def test_a_long_way_to_the_end_is_not_taken_for_one_without() -> None:
+    problem = Corridor()
+    found = backward_induction.solved(problem, graph.whole(problem), None)
+    assert found.values_of(None)[:, 0].tolist() == [-s for s in range(101)]
 
 
 def test_the_optimum_advises_and_is_refused_where_two_act_at_once() -> None:
