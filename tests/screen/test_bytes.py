@@ -17,7 +17,7 @@ from dmplay.screen.shown import KEYS_SHOWN
 from dmplay.terminal import Terminal
 
 MOST = 300  # bytes of a key, in the median
-MANY = 24  # keys
+MANY = 40  # keys
 KEYS: dict[str, tuple[str, ...]] = {
     "2048": ("left", "down"),
     "cart-pole": ("left", "right"),
