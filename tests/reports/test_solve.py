@@ -2,6 +2,7 @@
 
 import json
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ from dmplay.cli.errands import understood
 from dmplay.errors import BadParameter
 from dmplay.solutions import played, teams
 from dmplay.solutions.every import solution
+from dmplay.solutions.solution import Solution
 from tests.support.blocks import TIGER
 from tests.support.cases import every_problem, small
 from tests.support.programs import run
@@ -123,9 +125,17 @@ def test_joint_plans_of_caregivers_earn_what_one_planner_does() -> None:
     assert "at most -35 without end" in found.result
 
 
-@pytest.mark.usefixtures("few_games")
+@cache
+def watched_solution(name: str) -> tuple[Solution, list[float]]:
+    """What is found of a small problem, and the shares of the work that were told on the way."""
+    shares: list[float] = []
+    with watched(shares.append):
+        return solution(small(name)), shares
+
+
+@pytest.mark.usefixtures("few_games", "coarse")
 def test_no_team_that_does_not_see_earns_what_the_planner_does() -> None:
-    found = solution(dmplay.load("collaborative-predator-prey:triangle"))
+    found, _ = watched_solution("collaborative-predator-prey:triangle")
     assert found.rows[0]["team"] == "one planner who sees all"
     assert {row["team"] for row in found.rows[1:]} == {
         "reactive", "random", "qmdp", "sweep", "joint-plan:nodes=1",
@@ -143,9 +153,7 @@ def test_what_has_no_exact_solution_is_simulated_and_says_so() -> None:
 @pytest.mark.usefixtures("few_games", "coarse")
 @every_problem
 def test_a_solution_tells_how_far_it_is_and_never_goes_back(name: str) -> None:
-    shares: list[float] = []
-    with watched(shares.append):
-        found = solution(small(name))
+    found, shares = watched_solution(name)
     assert found.rows
     assert all(row.keys() == found.rows[0].keys() for row in found.rows)
     assert shares == sorted(shares)
