@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
+from numpy.random.bit_generator import ISeedSequence
 from numpy.typing import NDArray
 
 from dmplay.chance import Ints, Reals
@@ -24,30 +25,64 @@ WORD, POOL = 32, 4  # bits of a word, words of a pool
 MIXING, TELLING = (0x43B0D7E5, 0x931E8875), (0x8B51F9DD, 0x58F38DED)  # first multiplier, factor
 LEFT, RIGHT = np.array([[0xCA01F9DD], [0x4973F715]], np.uint32)  # factors of two words mixed
 ONE, HALF, LOW = np.uint64(1), np.uint64(WORD), np.uint64(2**WORD - 1)
+SPARE, PARTS = np.uint64(11), 1e9  # bits of a raw number; what a uniform is a whole number of
+SCALE = PARTS * 2.0**-53
 BITS, ALL = 2**128, 2**64 - 1
 FACTOR = 0x2360ED051FC65DA44385DF649FCCF645  # of PCG64
 
 
 def uniforms(  # noqa: PLR0913 - the address of a draw has this many parts
-    seed: int, stream: int, turn: int, *, reroll: int = 0, first: int = 0, rows: int, count: int
+    seed: int,
+    stream: int,
+    turn: int,
+    *,
+    reroll: int = 0,
+    first: int = 0,
+    rows: int,
+    count: int,
+    only: Ints | None = None,
 ) -> Reals:
     """Uniforms `[rows, count]` of the episodes from `first` on, in [0, 1), cut to nine decimals.
 
-    Any draw can be had without those before it, and its text in a transcript is the number.
+    Or of `only` some of these rows. Any draw can be had without those before it, and its text in a
+    transcript is the number.
     """
     if rows * count == 0:
-        return np.zeros((rows, count))
-    bits = np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(stream, turn, reroll)))
+        return np.zeros((rows if only is None else len(only), count))
+    if reroll:
+        bits = np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(stream, turn, reroll)))
+    else:
+        known = _Known(_near(seed, stream, turn // FEW)[turn % FEW])
+        bits = np.random.PCG64(known)  # type: ignore[arg-type] # it takes any ISeedSequence
     if first:
         bits.advance(first * count)
-    return _cut(bits.random_raw(rows * count)).reshape(rows, count)
+    raw = bits.random_raw(rows * count).reshape(rows, count)
+    return _cut(raw if only is None else raw.take(only, axis=0))
+
+
+class _Known(ISeedSequence):
+    """A seed that was generated before."""
+
+    def __init__(self, words: Seed) -> None:
+        self.words = words
+
+    def generate_state(self, n_words: int, dtype: object = None) -> Seed:
+        """The words `[4]` that PCG64 wants."""
+        return self.words
+
+
+@lru_cache(maxsize=KEPT)
+def _near(seed: int, stream: int, place: int) -> Seed:
+    """The seeds `[T, 4]` of turns that are asked for one after another."""
+    return _seeds(seed, stream, np.arange(place * FEW, (place + 1) * FEW)).T.copy()
 
 
 def _cut(raw: Seed) -> Reals:
-    cut = np.asarray((raw >> np.uint64(11)) * 2.0**-53, float)
-    cut *= 1e9
+    """Uniforms from raw numbers, which are spent: shifted and scaled in their place."""
+    np.right_shift(raw, SPARE, out=raw)
+    cut = np.asarray(raw * SCALE)
     np.floor(cut, out=cut)
-    cut /= 1e9
+    cut /= PARTS
     return cut
 
 
@@ -168,6 +203,6 @@ def generator(seed: int) -> np.random.Generator:
 def spread(u: Reals, count: int) -> Reals:
     """Uniforms `[B, count]` that follow from one uniform a row `[B]`, whatever the batch."""
     found = np.empty((len(u), count))
-    for row, seed in enumerate((u * 1e9).round().astype(np.int64)):
+    for row, seed in enumerate((u * PARTS).round().astype(np.int64)):
         found[row] = generator(int(seed)).random(count)
     return found

@@ -1,13 +1,37 @@
 """The draws of a seed: the same bits whether thrown turn by turn or many turns together."""
 
+import numpy as np
 import pytest
 
-from dmplay.dice import MANY, SHORT, Dice, uniforms
+from dmplay.dice import FEW, MANY, SHORT, Dice, uniforms
 
 LATE = 2**31
 
 
-@pytest.mark.parametrize("seed", [0, 3, 2**31, 2**32, 2**63 - 1, 2**127, 2**128, 2**200 + 7])
+SEEDS = [0, 3, 2**31, 2**32, 2**63 - 1, 2**127, 2**128, 2**200 + 7]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_dice_are_those_of_numpys_seeds_cut_to_nine_decimals(seed: int) -> None:
+    for stream, turn, reroll in [(0, 0, 0), (2, FEW - 1, 0), (2, FEW, 0), (1, LATE, 0), (1, 5, 2)]:
+        bits = np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(stream, turn, reroll)))
+        whole = (bits.random_raw(12) >> np.uint64(11)) * 2.0**-53
+        cut = (np.floor(whole * 1e9) / 1e9).reshape(6, 2)
+        for first in (0, 4):
+            drawn = uniforms(seed, stream, turn, reroll=reroll, first=first, rows=2, count=2)
+            assert drawn.tolist() == cut[first : first + 2].tolist()
+
+
+@pytest.mark.parametrize("count", [0, 1, 3])
+def test_some_rows_have_the_dice_that_they_have_among_all(count: int) -> None:
+    some = np.array([1, 4, 5])
+    every = uniforms(7, 1, 2, first=3, rows=9, count=count)
+    assert (
+        uniforms(7, 1, 2, first=3, rows=9, count=count, only=some).tolist() == every[some].tolist()
+    )
+
+
+@pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("episode", [0, 12_345_678])
 def test_the_dice_of_many_turns_are_those_of_each(seed: int, episode: int) -> None:
     dice = Dice(seed, episode)
