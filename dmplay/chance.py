@@ -14,6 +14,9 @@ Reals = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
+MANY = 256  # rows of which it is quicker to compare each with all edges than to halve them
+SHORT = 127  # edges that eight bits count
+
 
 @dataclass(frozen=True)
 class Categorical:
@@ -38,12 +41,12 @@ class Categorical:
 
     def sample(self, u: Reals) -> Ints:
         """Events `[B]` from uniforms `[B, 1]`."""
-        if len(self.cumulative) == 1:  # the same count, found by halving
-            return np.asarray(self.cumulative[0].searchsorted(u[:, 0], "right"))
-        events = np.zeros(len(u), np.int64)
-        for column in self.cumulative.T:
-            events += column <= u[:, 0]
-        return events
+        edges = np.ascontiguousarray(self.cumulative.T)
+        short = len(edges) <= SHORT
+        if len(self.cumulative) == 1 and not (short and len(u) >= MANY):  # found by halving
+            return np.asarray(edges[:, 0].searchsorted(u[:, 0], "right"))
+        below = (edges <= u[:, 0]).view(np.int8)
+        return np.asarray(below.sum(axis=0, dtype=np.int8 if short else np.int64), np.int64)
 
     def probabilities(self) -> Reals:
         """`[B or 1, K]`."""

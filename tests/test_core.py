@@ -1,13 +1,14 @@
 """What a problem derives from its facts: its kind, its words, its bounds and its exact outcomes."""
 
 import tracemalloc
+from bisect import bisect_right
 from typing import ClassVar
 
 import numpy as np
 import pytest
 
 import dmplay
-from dmplay.chance import Array, Bools, Categorical, Chance, Pick, drawn, sample
+from dmplay.chance import MANY, SHORT, Array, Bools, Categorical, Chance, Pick, drawn, sample
 from dmplay.core import (
     GRID,
     WAIT,
@@ -163,6 +164,16 @@ def test_a_uniform_draws_a_number_of_the_interval_to_nine_decimals() -> None:
 
 def test_the_nearest_action_to_a_number_lies_within_the_bounds() -> None:
     assert SPAN.nearest(np.array([-3.0, 0.1234567891, 3.0])).tolist() == [-1, 0.123456789, 1]
+
+
+@pytest.mark.parametrize("kinds", [1, 3, SHORT + 1, SHORT + 2])
+def test_many_rows_have_the_events_that_each_has_alone(kinds: int) -> None:
+    edges = np.arange(1, kinds) / kinds
+    u = np.r_[edges, np.linspace(0.0, 0.999, MANY)][:, None]
+    alone = [bisect_right(edges.tolist(), one) for one in u[:, 0]]
+    every = np.tile(edges, (len(u), 1))
+    for chance in (Categorical(edges[None]), Categorical(every)):
+        assert chance.sample(u).tolist() == alone
 
 
 def test_a_row_alone_draws_what_it_draws_beside_others() -> None:
