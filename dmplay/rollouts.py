@@ -13,6 +13,7 @@ import numpy as np
 from dmplay.blocks import MOST, Workers, done
 from dmplay.budget import Budget, Watch, between, part, watched
 from dmplay.chance import Array, Bools, Ints, Reals
+from dmplay.columns import joined
 from dmplay.core import (
     DECIMALS,
     Interval,
@@ -234,14 +235,15 @@ def _block(  # noqa: PLR0913, PLR0917
     row = np.arange(len(games))  # the games that go on
 
     def draw(stream: int, turn: int, count: int) -> Reals:
-        u = uniforms(seed, stream, turn, first=games.start, rows=len(games), count=count)
-        return u if len(row) == len(u) else u[row]  # those of the games that go on
+        only = row if len(row) < len(games) else None
+        first, rows = games.start, len(games)
+        return uniforms(seed, stream, turn, first=first, rows=rows, count=count, only=only)
 
     state = problem.start(draw(NATURE, 0, problem.draws.start))
-    returns, totals, lucky = (np.zeros((len(games), len(policies))) for _ in range(3))
-    length = np.zeros(len(games), np.int64)
+    discounted = problem.discount != 1.0
+    sums = [np.zeros((len(games), len(policies))) for _ in range(1 + discounted + bool(luck))]
     ended = list[Memory]()  # games, and what came of them
-    weight = 1.0
+    weight, played = 1.0, 0
     memories = [
         asked("turn 1", one.begin, problem.first_sight(state, seat))
         for seat, one in enumerate(policies)
@@ -251,10 +253,9 @@ def _block(  # noqa: PLR0913, PLR0917
         budget.spend(0, share)
         over = problem.terminal(state)
         if over.any():  # these games are kept, and the others go on
-            live = row, returns, totals, length, over, state, lucky
-            ended.append(_rows(live, np.flatnonzero(over)))
-            on = np.flatnonzero(~over)
-            row, returns, totals, length, _, state, lucky = _rows(live, on)
+            live, off, on = (row, state, *sums), np.flatnonzero(over), np.flatnonzero(~over)
+            ended.append(_noted(_rows(live, off), played, over[off]))
+            row, state, *sums = _rows(live, on)
             memories = [_rows(memory, on) for memory in memories]
         if not len(row):
             break
@@ -269,18 +270,29 @@ def _block(  # noqa: PLR0913, PLR0917
             asked(where[seat], policy.update, memory, problem.percept(seat, actions, outcome))
             for seat, (policy, memory) in enumerate(zip(policies, memories, strict=True))
         ]
+        paid = [outcome.rewards]
+        if discounted:
+            paid.append(weight * outcome.rewards)
         if luck:
-            lucky += weight * luck(state, actions, outcome)
-        state = outcome.state
-        returns += outcome.rewards if weight == 1.0 else weight * outcome.rewards
-        totals += outcome.rewards
-        length += 1
+            paid.append(weight * luck(state, actions, outcome))
+        for whole, more in zip(sums, paid, strict=True):
+            np.add(whole, more, out=whole)
+        state, played = outcome.state, turn
         weight *= problem.discount
-    ended.append((row, returns, totals, length, problem.terminal(state), state, lucky))
+    ended.append(_noted((row, state, *sums), played, problem.terminal(state)))
     row, *parts = map(np.concatenate, zip(*ended, strict=True))
-    played = Rollout(*_rows(tuple(parts), np.argsort(row)))
+    length, over, state, totals, *others = _rows(tuple(parts), np.argsort(row))
+    lucky = others.pop() if luck else np.zeros_like(totals)
+    returns = others.pop() if discounted else totals.copy()
+    found = Rollout(returns, totals, length, over, state, lucky)
     unkept = {*Rollout._fields} - {*keep}
-    return played._replace(**{name: getattr(played, name)[:0] for name in unkept})
+    return found._replace(**{name: getattr(found, name)[:0] for name in unkept})
+
+
+def _noted(live: Memory, turns: int, over: Bools) -> Memory:
+    """Games that are played no further: which, for how many turns, whether over, and the rest."""
+    row, *rest = live
+    return row, np.full(len(row), turns), over, *rest
 
 
 def _rows(arrays: Memory, which: Ints) -> Memory:
@@ -302,7 +314,7 @@ def _able(known: Labels | Interval, chosen: Array, legal: Bools | None, where: s
         return chosen
     done = chosen.astype(np.int64, copy=False)
     if legal is not None:
-        able = legal[np.arange(len(done)), done]
+        able = legal.reshape(-1).take(np.arange(0, legal.size, legal.shape[1]) + done)
         if not able.all():
             row = able.argmin()
             known.check(done[row].item(), where, legal[row])
@@ -331,6 +343,6 @@ def _chosen(
         _able(problem.actions[seat], one, None if legal is None else legal[:, seat], where[seat])
         for seat, one in enumerate(chosen)
     ]
-    actions = np.stack(able, axis=1)
+    actions = joined(able, np.result_type(*able).type)
     # As in a session, so that the text of an action is the action.
     return np.round(actions, DECIMALS) + 0.0 if actions.dtype.kind == "f" else actions
