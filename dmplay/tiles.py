@@ -13,7 +13,7 @@ from typing import NamedTuple, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from dmplay.chance import Array, Ints, Reals
+from dmplay.chance import Array, Bools, Ints, Reals
 
 Cells = NDArray[np.uint8]  # [B, 4, 4] or [N, 4] exponents of any size
 Words = Array  # [B] of 64 bits
@@ -205,6 +205,18 @@ def ways(cells: Cells) -> Numbers:
         some = cells[large]
         after = np.stack([slid_cells(some, np.full(len(large), a))[0] for a in range(4)])
         found = _told(large, (1 << np.arange(4)) @ (after != some).any(axis=(2, 3)), found)
+    return found
+
+
+def stuck(cells: Cells) -> Bools:
+    """Which boards `[B]` no slide changes: empty ones, and some of those without an empty cell."""
+    if len(cells) == 1:
+        return np.array([ways(cells) == 0])
+    boards = words(cells)
+    found: Bools = (boards == 0) | np.equal(empty(boards), 0)
+    full = np.flatnonzero(found)
+    if len(full):
+        found[full] = np.equal(ways(cells[full]), 0)
     return found
 
 

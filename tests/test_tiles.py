@@ -66,6 +66,15 @@ def test_a_turn_is_what_the_rules_say_of_one_board_and_of_many(boards: Array) ->
                 assert outcome.rewards[at, 0] == pay
 
 
+def test_a_board_is_over_where_no_slide_moves_anything(boards: Array) -> None:
+    striped = np.tile([[1, 2], [2, 1]], (2, 2)).astype(np.uint8)  # full, and no two alike meet
+    met = striped.copy()
+    met[0, 0] = 2
+    for some in (np.concatenate([boards, [striped, met]]), boards[1:4], striped[None], met[None]):
+        assert GAME.terminal(some).tolist() == (~GAME.legal(some).any(axis=(1, 2))).tolist()
+    assert GAME.terminal(np.stack([striped, met])).tolist() == [True, False]
+
+
 def test_slides_alone_are_those_of_the_turn(boards: Array) -> None:
     for a in range(4):
         moved, pay = slide(boards, np.full(len(boards), a))

@@ -78,7 +78,7 @@ class Game2048(Problem):
 
     def terminal(self, s: Array) -> Bools:
         """No slide moves anything."""
-        return batch(tiles.ways(s) == 0)
+        return tiles.stuck(s)
 
     def notation(self, s: Array) -> str:
         """The rows from the top, tile values, `.` for an empty cell: `2 4 . ./. . . ./...`."""
