@@ -33,9 +33,9 @@ class Corner(Seated):
         due = memory[0]
         if legal is None:
             return due
-        order = np.stack([due, LEFT + DOWN - due, np.full_like(due, RIGHT), np.full_like(due, UP)])
-        able = np.stack([legal[np.arange(len(due)), choice] for choice in order])
-        return np.asarray(order[np.argmax(able, axis=0), np.arange(len(due))])
+        left, down, right, _ = np.ascontiguousarray(legal.T)
+        turned = np.where(np.where(due == LEFT, left, down), due, LEFT + DOWN - due)
+        return np.where(left | down, turned, np.where(right, RIGHT, UP))
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from dmplay.errors import BadParameter
 from dmplay.policies.game_2048 import Expectimax
 from dmplay.problems.game_2048 import Game2048, slide
 from dmplay.solvers import expectimax_2048, worth_2048
+from dmplay.tiles import DOWN, LEFT, RIGHT, UP
 
 GAME = Game2048()
 EARLY = "2 . . 4/. 2 . ./. . 8 ./4 . . 2"
@@ -170,3 +171,12 @@ def test_expectimax_reaches_2048_in_every_game_at_half_its_depth() -> None:
     agent = dmplay.agent(GAME, 0, "expectimax:depth=6")
     boards = dmplay.rollout(GAME, [agent], episodes=8, turns=1200, seed=1).state
     assert (boards.reshape(8, -1).max(axis=1) >= 11).all()
+
+
+def test_the_corner_goes_left_and_down_in_turn_and_elsewhere_when_both_are_stuck() -> None:
+    corner = dmplay.agent(GAME, 0, "corner")
+    legal = (np.arange(1, 16)[:, None] >> np.arange(4) & 1).astype(bool)
+    for due, other in ((LEFT, DOWN), (DOWN, LEFT)):
+        chosen = corner.choose((np.full(15, due),), legal, np.zeros((15, 0)))
+        wanted = [next(a for a in (due, other, RIGHT, UP) if able[a]) for able in legal]
+        assert chosen.tolist() == wanted
