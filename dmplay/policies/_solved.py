@@ -10,18 +10,17 @@ from dmplay.chance import Array, Bools, Reals, mean
 from dmplay.core import Memory, Problem
 from dmplay.errors import BadPolicy
 from dmplay.policies._kept import kept
-from dmplay.policies.kinds import Reactive
+from dmplay.policies.kinds import FEW, Settled
 from dmplay.policies.valued import Planner, Valued
 from dmplay.solvers import alpha_vectors, value_iteration
 from dmplay.solvers.alpha_vectors import Stage
 from dmplay.tabular import tabulate
 
 HARDLY = 1.0 - 1e-6  # a discount
-FEW = 1000  # states that are seen and that a table is made of
 
 
 @dataclass(frozen=True)
-class Seeing(Reactive):
+class Seeing(Settled):
     """The best action in every state, by policy iteration (section 7.4); of many states, by sweeps.
 
     Values of actions that a state does not allow are those of the first that it does, or -inf.
@@ -31,11 +30,11 @@ class Seeing(Reactive):
     def _q(self) -> Reals:
         return action_values(self.problem, self.problem.discount)
 
-    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+    def chosen(self, s: Array, legal: Bools | None) -> Array:
         """The first of the best actions; of equal ones undiscounted, what pays sooner."""
-        q = self.values(memory) if legal is None else np.where(legal, self.values(memory), -np.inf)
+        q = self.values((s,)) if legal is None else np.where(legal, self.values((s,)), -np.inf)
         if self.problem.discount == 1.0:
-            sooner = self._sooner[self.problem.index(memory[0])]
+            sooner = self._sooner[self.problem.index(s)]
             q = np.where(value_iteration.best(q), sooner, -np.inf)
         return value_iteration.greedy(q)
 

@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar, Self
 
 import numpy as np
@@ -10,6 +11,8 @@ import numpy as np
 from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import Memory, Percept, Policy, Problem, check_bounds
 from dmplay.solvers.value_iteration import greedy
+
+FEW = 1000  # states that are seen and that a table is made of
 
 
 @dataclass(frozen=True)
@@ -85,6 +88,26 @@ class Reactive(Seated):
     def update(self, memory: Memory, percept: Percept) -> Memory:
         """The new observation."""
         return (percept.observation,)
+
+
+@dataclass(frozen=True)
+class Settled(Reactive, ABC):
+    """A policy whose choice follows from the state; where states are few it chooses in all once."""
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """What it chooses in these states."""
+        (s,), states = memory, self.problem.states
+        if legal is not None or not isinstance(states, int) or states > FEW:
+            return self.chosen(s, legal)
+        return np.asarray(self._settled.take(self.problem.index(s)))
+
+    @cached_property
+    def _settled(self) -> Array:
+        return self.chosen(self.problem.enumerated(), None)
+
+    @abstractmethod
+    def chosen(self, s: Array, legal: Bools | None) -> Array:
+        """The action in each of some states `[B]`."""
 
 
 @dataclass(frozen=True)

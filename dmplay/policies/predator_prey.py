@@ -12,23 +12,24 @@ from dmplay.chance import Array, Bools, Categorical, Ints, Reals
 from dmplay.core import Memory, parameter
 from dmplay.errors import BadPolicy
 from dmplay.hexes import DIRECTIONS
-from dmplay.policies.kinds import Maximising, Reactive
+from dmplay.policies.kinds import Reactive, Settled
 from dmplay.policies.roster import Roster
 from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.solvers import best_response, markov_game, sparse
+from dmplay.solvers.value_iteration import greedy
 
 WAITED = 300_000  # outcomes of all states and moves that are listed in a moment
 
 
 @dataclass(frozen=True)
-class _Runner(Reactive):
+class _Runner(Settled):
     """A policy that looks at how far each move, if it does not slip, leaves it from the others."""
 
     problem: PredatorPrey
 
-    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+    def chosen(self, s: Array, legal: Bools | None) -> Array:
         """The first of the best moves."""
-        hunt, s = self.problem, memory[0]
+        hunt = self.problem
         others = hunt.hunted if self.seat in hunt.hunters else hunt.hunters
         far = [hunt.far[s[:, self.seat], :, s[:, other]] for other in others]
         return self._best(np.min(far, axis=0))
@@ -59,7 +60,7 @@ ANSWERED = ("natural", *RUNNERS, "random")
 
 
 @dataclass(frozen=True)
-class BestResponse(Maximising, Reactive):
+class BestResponse(Settled):
     """The best answer to others who all play `to`: natural (chase or flee), chase, flee or random.
 
     It plans a hunt without end, by policy iteration; its values are against these others.
@@ -84,6 +85,10 @@ class BestResponse(Maximising, Reactive):
         name = _natural(self.problem, seat) if self.to == "natural" else self.to
         runner = RUNNERS[name](self.problem, seat)
         return np.eye(many)[runner.choose((states,), None, np.zeros((len(states), 0)))]
+
+    def chosen(self, s: Array, legal: Bools | None) -> Array:
+        """The first of the best moves."""
+        return greedy(self.values((s,)))
 
     def values(self, memory: Memory) -> Reals:
         """Q of each move against these others."""
@@ -134,8 +139,12 @@ class Equilibrium(Reactive):
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """A move drawn from the mix of this state."""
-        mix = self._found.play[self.seat][self.problem.index(memory[0])]
-        return Categorical.of(mix).sample(u)
+        return Categorical(self._edges.take(self.problem.index(memory[0]), axis=0)).sample(u)
+
+    @cached_property
+    def _edges(self) -> Reals:
+        """The cumulative probabilities `[S, 5]` of the moves."""
+        return Categorical.of(self._found.play[self.seat]).cumulative
 
     def values(self, memory: Memory) -> Reals:
         """Q of each move against the other's part."""
