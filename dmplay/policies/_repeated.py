@@ -43,10 +43,8 @@ class Friendly(Rule):
     def update(self, memory: Memory, percept: Percept) -> Memory:
         """What the rule makes of the round."""
         assert percept.actions is not None
-        own, other = (
-            np.asarray(percept.actions[:, seat] != self._friendly[seat], np.int64)
-            for seat in (self.seat, 1 - self.seat)
-        )
+        seats = self.seat, 1 - self.seat
+        own, other = (percept.actions[:, seat] ^ self._friendly[seat] for seat in seats)
         return (self.learn(memory[0], own, other),)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:

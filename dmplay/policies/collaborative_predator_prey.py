@@ -125,16 +125,16 @@ class ByTheSense(Reactive):
         _check(self.problem, "reactive")
 
     @cached_property
-    def _rule(self) -> Reals:
+    def _edges(self) -> Reals:
+        """The rule, cumulative, by what is observed; the last before the first sense: nothing."""
         blind = replace(self.problem, sighted=False)  # it goes by what it senses alone
-        return np.asarray(_rules(blind)[self.seat])
+        each = self.problem.observation_counts[self.seat] // len(SENSES)
+        senses = np.append(np.repeat(np.arange(len(SENSES)), each), SENSES.index("nothing"))
+        return Categorical.of(np.asarray(_rules(blind)[self.seat])[senses]).cumulative
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """A direction drawn by the rule; before the first sense it takes it to be nothing."""
-        kinds = self.problem.observation_counts[self.seat]
-        each = kinds // len(SENSES)
-        sense = np.where(memory[0] < 0, SENSES.index("nothing"), memory[0] // each)
-        return np.asarray(Categorical.of(self._rule[sense]).sample(u))
+        """A direction drawn by the rule."""
+        return Categorical(self._edges.take(memory[0], axis=0)).sample(u)
 
 
 @dataclass(frozen=True)
