@@ -343,6 +343,6 @@ def _chosen(
         _able(problem.actions[seat], one, None if legal is None else legal[:, seat], where[seat])
         for seat, one in enumerate(chosen)
     ]
-    actions = joined(able, np.result_type(*able).type)
+    actions = joined(able, int if all(problem.action_counts) else float)
     # As in a session, so that the text of an action is the action.
     return np.round(actions, DECIMALS) + 0.0 if actions.dtype.kind == "f" else actions
