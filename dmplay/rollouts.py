@@ -130,8 +130,9 @@ def rollouts(
         if name not in Rollout._fields:
             raise UnknownName("array to keep", name, Rollout._fields)
     work = partial(_blocks, problem, tuple(map(tuple, entrants)), turns, seed, tuple(keep), luck)
-    at_once = executor is None and workers == 1 and progress is None
+    alone = executor is None and workers == 1 and progress is None
     hands = workers if isinstance(workers, int) else 1
+    at_once = alone or len(which) <= LEAST
     size = MOST if at_once else min(_grain(problem, one, seed, hands) for one in entrants)
     kept: tuple[Rollout, ...] | None = None
     played = np.zeros(len(which), bool)
@@ -167,13 +168,13 @@ def _grain(problem: Problem, policies: Sequence[Policy], seed: int, workers: int
 
     seconds(1)  # what is made once
     quick = seconds(1) < QUICK
-    some, tries = (SOME, 3) if quick else (LEAST, 1)
-    one, more = (min(seconds(many) for _ in range(tries)) for many in (1, some))
-    while quick and more < 2 * one and some < MOST:  # too few to tell what one more costs
+    few, some, tries = (2, SOME, 3) if quick else (1, LEAST, 1)  # one may go a way of its own
+    less, more = (min(seconds(many) for _ in range(tries)) for many in (few, some))
+    while quick and more < 2 * less and some < MOST:  # too few to tell what one more costs
         some *= 4
         more = min(seconds(some) for _ in range(tries))
-    each = max((more - one) / (some - 1), 0.05 * more / some)  # a busy machine may say nothing
-    wanted = max(19.0 * (one - each), HANDED * workers) / each
+    each = max((more - less) / (some - few), 0.05 * more / some)  # a busy machine may say nothing
+    wanted = max(19.0 * (less - few * each), HANDED * workers) / each
     return int(np.clip(wanted, LEAST, MOST))
 
 

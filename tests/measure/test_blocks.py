@@ -14,7 +14,10 @@ import pytest
 
 import dmplay
 from dmplay.blocks import done
+from dmplay.chance import Array, Bools, Reals
+from dmplay.core import Memory
 from dmplay.errors import BadParameter, UnknownName
+from dmplay.policies.general import Random
 from dmplay.rollouts import Games, Interrupted, Lost, Rollout, rollout, rollouts
 
 HEX = dmplay.load("hexworld")
@@ -112,6 +115,20 @@ def test_only_what_is_wanted_is_kept() -> None:
         rollout(HEX, WALKER, episodes=2, keep=["return"])
 
 
+def test_a_few_games_are_played_without_a_trial_of_what_they_cost() -> None:
+    asked = list[int]()
+
+    class Counted(Random):
+        def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+            asked.append(len(u))
+            return super().choose(memory, legal, u)
+
+    told = list[float]()
+    rollout(HEX, [Counted(HEX, 0)], episodes=3, turns=1, progress=told.append)
+    assert asked == [3]
+    assert told[-1] == 1.0
+
+
 def test_progress_is_told_and_never_less_than_before() -> None:
     told: list[float] = []
     rollout(HEX, WALKER, episodes=200, seed=5, progress=told.append)
@@ -129,6 +146,8 @@ import sys
 from functools import partial
 from pathlib import Path
 from dmplay.blocks import done
+from dmplay.chance import Array, Bools, Reals
+from dmplay.core import Memory
 from tests.support.workers import noted
 if __name__ == "__main__":
     list(done(partial(noted, Path(sys.argv[1])), range(100_000), size=1, workers=2))
@@ -154,6 +173,8 @@ import time
 from functools import partial
 from pathlib import Path
 from dmplay.blocks import done
+from dmplay.chance import Array, Bools, Reals
+from dmplay.core import Memory
 def sleep(games):
     Path(f"asleep-{games.start}").touch()
     time.sleep(600 * (games.start > 0))
