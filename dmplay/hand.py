@@ -70,8 +70,13 @@ class Hand(Displayed):
 
     @property
     def returns(self) -> dict[str, float]:
-        """What each agent earned so far: the discounted sum of its rewards."""
+        """What each agent earned so far: the discounted sum of its rewards.
+
+        Rewards that betray what is hidden are left out until the game is over.
+        """
         session = self.session
+        if not (self.over or session.problem.rewards_observed):
+            return {}
         return dict(zip(session.problem.agents, session.returns().tolist(), strict=True))
 
 

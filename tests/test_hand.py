@@ -14,6 +14,7 @@ def test_a_person_of_python_plays_with_words() -> None:
     told = game.act("ignore")
     assert told == {"action": "ignore", "observation": "crying"}
     assert (game.seen(), game.learnt("agent")) == ("crying", told)
+    assert game.returns == {}
     game.undo()
     assert game.act("ignore") == told
     game.act("feed")
