@@ -79,4 +79,9 @@ def ended(reason: str | None) -> str:
 
 def counted(number: float, noun: str, form: str = "") -> str:
     """A number of things, written in a form: 1 turn, 2 turns."""
-    return f"{number:{form}} {noun}{'s' * (number != 1)}"
+    return several(f"{number:{form}}", noun)
+
+
+def several(told: str, noun: str) -> str:
+    """As many things as a number says that is written already: 1 turn, 4.7 turns."""
+    return f"{told} {noun}{'s' * (told != '1')}"

@@ -5,6 +5,7 @@ from rich.text import Text
 
 from dmplay.chance import Reals
 from dmplay.core import Problem
+from dmplay.describe import counted
 from dmplay.finding.problems import load
 from dmplay.problems.catch import DISTANCES
 from dmplay.solvers import alpha_vectors
@@ -72,7 +73,7 @@ def _triangles(steps: list[int], rows: int, across: int) -> Text:
     canvas = Canvas()
     for place, step in enumerate(steps):
         x, y = place % across * (2 * rows + 3), place // across * (rows + 2)
-        canvas.put(x, y, f"{step} step{'s' * (step > 1)}", "bold")
+        canvas.put(x, y, counted(step, "step"), "bold")
         _triangle(canvas, x, y + 1, rows, stages[step - 1])
     return canvas.text()
 

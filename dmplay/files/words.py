@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.chance import Bools, Reals
+from dmplay.describe import counted
 from dmplay.errors import BadFile, UnknownName
 
 COMMENT = re.compile("#[^\n]*")
@@ -125,8 +126,8 @@ class Part(NamedTuple):
         if not good.all():
             number = int(np.argmin(good))
             return self.fault(number, f"got {self.words[number]!r}, expected {what}")
-        got = f"got {len(good)} number{'s' * (len(good) != 1)}"
-        return self.fault(min(len(good), expected), f"{got}, expected {expected}")
+        got = counted(len(good), "number")
+        return self.fault(min(len(good), expected), f"got {got}, expected {expected}")
 
     def one_of(self, what: str, known: Collection[str]) -> str:
         """The one word, which must be one of these."""

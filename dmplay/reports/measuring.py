@@ -8,7 +8,7 @@ import numpy as np
 
 from dmplay.chance import Reals
 from dmplay.core import Policy
-from dmplay.describe import brief, counted
+from dmplay.describe import brief, counted, several
 from dmplay.errors import BadParameter
 from dmplay.game.errand import Printout
 from dmplay.game.request import pairs
@@ -157,10 +157,9 @@ _WORDED = {
 
 def _summary(match: Match, result: Run) -> str:
     speed = result.episodes / max(result.seconds, 1e-9)
-    turns = f"{brief(result.turns)} turn{'s' * (result.turns != 1)}"
     return (
         f"{match.problem}: {counted(result.episodes, 'game', ',')} of seed {match.seed}, "
-        f"{turns} each, {100 * result.ended:.3g} % of them to an "
+        f"{several(brief(result.turns), 'turn')} each, {100 * result.ended:.3g} % of them to an "
         f"end; {counted(speed, 'game', ',.0f')} a second"
     )
 

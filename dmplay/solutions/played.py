@@ -13,7 +13,7 @@ from dmplay.blocks import Workers
 from dmplay.budget import between
 from dmplay.chance import Ints, Reals
 from dmplay.core import Policy, Problem
-from dmplay.describe import brief, counted
+from dmplay.describe import brief, counted, several
 from dmplay.errors import BadParameter
 from dmplay.finding.agents import adviser, agent, roster
 from dmplay.guests.history import Guest
@@ -126,6 +126,6 @@ def simulation(problem: Problem, agents: Sequence[str] = ()) -> Solution:
         {"seat": player, "agent": name} | mean(played.returns[:, seat])
         for seat, (player, name) in enumerate(zip(problem.agents, names, strict=True))
     ]
-    many, long = counted(len(played.turns), "game"), brief(played.turns.mean())
-    told = f"{many} of seed {SEED}, {long} turns each"
+    many, long = counted(len(played.turns), "game"), several(brief(played.turns.mean()), "turn")
+    told = f"{many} of seed {SEED}, {long} each"
     return Solution("simulation of its agents: no exact solution is known here", told, rows)

@@ -192,5 +192,7 @@ def test_what_is_simulated_is_as_many_games_and_turns_as_wished(
     told = str(understood([*words, "--json"]))
     assert json.loads(told)["result"] == "8 games of seed 1, 5 turns each"
     assert told == understood([*words, "--json", "--workers", "auto"])
+    once = str(understood(["solve", "2048", "--episodes", "2", "--turns", "1", "--json"]))
+    assert json.loads(once)["result"] == "2 games of seed 1, 1 turn each"
     with pytest.raises(BadParameter, match="--episodes: nothing is simulated here; value iter"):
         understood(["solve", "hexworld", "--episodes", "8"])
