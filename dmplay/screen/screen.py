@@ -77,8 +77,8 @@ class Screen(Scene):
         """Asks for an action, to show what it may bring."""
         self.game.may_help("whatif")
         if self.game.waiting is None or self.rate:
-            running = "the clock runs" if self.game.waiting is not None else "nobody chooses here"
-            self.message = f"what if: {running}"
+            alone = "the game is over" if self.game.session.over else "nobody chooses here"
+            self.message = f"what if: {alone if self.game.waiting is None else 'the clock runs'}"
             return
         self.modes.happens(Event.ASKED)
         self.message = "what if: press an action, Enter then plays it, Esc leaves"
@@ -188,7 +188,8 @@ class Screen(Scene):
         elif self.rate and self.game.waiting is not None and not self.clock.started:
             self.start_clock()
         elif key.isprintable():
-            self.message = f"{key}: no such key; ? shows them"
+            late = self.game.session.over and self._plays(key)
+            self.message = f"{key}: {'the game is over' if late else 'no such key; ? shows them'}"
 
     def show_help(self) -> None:
         """The keys of the game, of the screen and of the commands; commands without one."""

@@ -299,10 +299,11 @@ def test_a_key_of_the_game_that_comes_too_late_does_not_look_back() -> None:
     screen = Screen(Table(game("hexworld", turns=1)), Terminal(True, "", True, True, False))
     end = pressed(screen, "left")
     assert "Enter looks back" in end
-    assert "left: no such key" in pressed(screen, "left")
+    assert "left: the game is over" in pressed(screen, "left")
+    assert "what if: the game is over" in pressed(screen, "W")
     assert "turn 1 of 1: chose w" in pressed(screen, "enter")
     assert pressed(screen, "right") == end
-    assert "left: no such key" in pressed(over("simple-regulator"), "left")
+    assert "left: the game is over" in pressed(over("simple-regulator"), "left")
 
 
 def test_other_keys_do_what_they_do_at_the_end() -> None:
