@@ -15,7 +15,8 @@ from dmplay.game.game import Game
 from dmplay.painting.painter import Painter
 from dmplay.painting.writing import Place
 from dmplay.records import Record, all_records, found
-from dmplay.screen.shown import Room, fitted
+from dmplay.screen.shown import MORE, Room, Shown, fitted, within
+from dmplay.styles import lettered
 from dmplay.terminal import Terminal, clean
 from dmplay.thought import About, think
 from dmplay.transcript.reading import Transcript
@@ -42,7 +43,7 @@ class Gallery:
         self._chosen = 0  # of those that are shown
         self._filter = ""
         self._filtering = False
-        self._helps = False
+        self._page: int | None = None  # of the help, while it is shown
         self._room = Room(80, 24)
         self._previews: dict[str, Preview | str] = {}  # or why there is none
         self._records: list[Record] = []
@@ -86,8 +87,9 @@ class Gallery:
         return title.append(told, style="not bold")
 
     def _body(self, room: Room, body: int) -> list[Text]:
-        if self._helps:
-            return _filled(_help(room), body)
+        if self._page is not None:
+            pages = _help(room)
+            return _filled(pages[min(self._page, len(pages) - 1)], body)
         listed = _filled(self._list(body), body)
         if not _beside(room):
             return listed
@@ -139,7 +141,7 @@ class Gallery:
         if self._filter:
             return Text(f" only {self._filter!r}; Esc shows all")
         shown = self._previews.get(self.chosen)
-        if isinstance(shown, Preview) and not _beside(room):
+        if isinstance(shown, Preview) and self._page is None and not _beside(room):
             goal, *_ = shown.goal.split("; ")
             return Text(
                 f" goal: {goal}" if len(goal) + len(" goal: ") <= room.width else f" {goal}"
@@ -160,13 +162,19 @@ class Gallery:
     def press(self, key: str) -> None:
         """Does what a key says, and sees to it that what is chosen can be told of; raises Leave."""
         self.message = "" if key else self.message
-        if self._helps:
-            self._helps = key in ("", "?")
+        if self._page is not None:
+            self._page = self._turned(self._page, key)
         elif not (self._filtering and self._filters(key)):
             for one in KEYS:
                 if key in one.keys:
                     one.run(self)
         self._prepare()
+
+    def _turned(self, page: int, key: str) -> int | None:
+        """The page of the help after a key; None where it closes it."""
+        if key in MORE and page + 1 < len(_help(self._room)):
+            return page + 1
+        return page if key in ("", "?") else None
 
     def _filters(self, key: str) -> bool:
         """Writes at the filter; whether the key was for it."""
@@ -237,7 +245,7 @@ class Gallery:
 
     def help(self) -> None:
         """Tells the keys."""
-        self._helps = True
+        self._page = 0
 
     def leave(self) -> None:
         """Leaves."""
@@ -276,15 +284,18 @@ def _filled(rows: list[Text], body: int) -> list[Text]:
     return [*rows[:body], *(Text("") for _ in range(body - len(rows)))]
 
 
-def _help(room: Room) -> list[Text]:
-    """What the gallery is, and its keys."""
+def _help(room: Room) -> list[list[Text]]:
+    """What the gallery is, and its keys, in pages that the screen holds."""
+    from dmplay.screen.frame import pages
+
     told = (
         "Every problem that can be played, by kind: whether you play alone, and whether you see "
         "all there is. Beside it stand its first frame, its goal, who else can play it, and how "
         "you did. Enter plays; when you leave the game you are here again."
     )
-    rows = wrapped(told, room.width - 1)
-    return [*rows, Text(""), *(Text(f"  {key.shown:<9} {key.help}") for key in KEYS)]
+    lines = [told, "", *(f"  {key.shown:<9} {key.help}" for key in KEYS)]
+    parts = pages(room, Shown(page=lines))
+    return [[lettered(within(row, room)) for row in part] for part in parts]
 
 
 class Key(NamedTuple):

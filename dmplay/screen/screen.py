@@ -10,13 +10,12 @@ from dmplay.screen import frame
 from dmplay.screen.modes import Event, Mode
 from dmplay.screen.motion import LASTS
 from dmplay.screen.scene import Scene
-from dmplay.screen.shown import KEYS_SHOWN
+from dmplay.screen.shown import KEYS_SHOWN, MORE
 from dmplay.words.commands import COMMANDS, Leave, help_page, named, own_parts, typed, veiled
 from dmplay.words.game_commands import foresee
 
 FASTER = 1.5  # the speed times this
 SLOWEST, FASTEST = 0.1, 50.0  # turns a second
-MORE = ("space", "down", "enter")
 MANY = 20  # turns that nobody wants to lose by one key
 
 

@@ -12,6 +12,7 @@ from dmplay.views.canvas import ASCII
 from dmplay.views.style import Outlook
 
 KEYS_SHOWN = 5  # turns for which the board names the keys
+MORE = ("space", "down", "enter")  # keys that turn a page
 
 
 class Room(NamedTuple):

@@ -242,6 +242,17 @@ def test_the_help_names_every_key_and_any_key_closes_it() -> None:
     assert len(drawn(pressed("?"), 40, 8)) == 8
 
 
+def test_the_help_of_a_small_screen_goes_on_in_pages_and_nothing_of_it_is_cut() -> None:
+    shown = pressed("?", *["space"] * 3, size=(50, 14))
+    helps = [frame.split("\n") for frame in shown.frames if " of 3. " in frame]
+    assert [rows[-3].split(". ")[0] for rows in helps] == [f" part {n} of 3" for n in (1, 2, 3)]
+    assert {rows[-2] for rows in helps} == {""}
+    told = " ".join(" ".join(row.strip() for row in rows[1:-3]) for rows in helps)
+    for key in module.KEYS:
+        assert key.help in told
+    assert "> 2048" in shown.frames[-1]
+
+
 def test_an_installed_problem_is_listed_last_and_one_that_is_broken_says_so(
     place: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
