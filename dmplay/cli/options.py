@@ -2,6 +2,7 @@
 
 import inspect
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import wraps
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -9,7 +10,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from dmplay.cli import config
-from dmplay.errors import BadParameter
+from dmplay.errors import BadParameter, DmplayError
 from dmplay.finding.topics import topics
 from dmplay.game.formats import FORMATS
 from dmplay.terminal import Wishes
@@ -47,6 +48,21 @@ def _problem(ctx: typer.Context) -> str:
     return f"{base}:{variant}" if variant else str(base)
 
 
+def _fitting(
+    ctx: typer.Context, option: typer.CallbackParam, settings: list[str]
+) -> tuple[str, ...]:
+    """The parameters that are set; of those in a file, which is for all problems, what fits."""
+    source = ctx.get_parameter_source(str(option.name))
+    if not settings or source is None or source.name != "DEFAULT_MAP":
+        return tuple(settings)
+    from dmplay.finding import problems
+
+    with suppress(DmplayError):  # of a name that is none, which is told where it is played
+        known = problems.parameters(problems.found(_problem(ctx), {}).problem)
+        settings = [one for one in settings if one.partition("=")[0].strip() in known]
+    return tuple(settings)
+
+
 def wanted_keys(preset: str | None) -> Any:
     """The keys of a preset, and those of the files."""
     from dmplay.keys.keymap import Keys as Wanted
@@ -80,7 +96,13 @@ Name = Annotated[str, _argument("PROBLEM", "a problem, or PROBLEM:VARIANT", list
 Variant = Annotated[str, _option("NAME", "a named variant", _variants, "--variant", "-V")]
 Set = Annotated[
     list[str],
-    _everywhere("set", "a parameter; may be repeated", metavar="K=V", autocompletion=_parameters),
+    _everywhere(
+        "set",
+        "a parameter; may be repeated",
+        metavar="K=V",
+        autocompletion=_parameters,
+        callback=_fitting,
+    ),
 ]
 Seed = Annotated[int | None, _option("N", "the dice; new ones if not given", lists.seeds, "--seed")]
 Agent = Annotated[str, _option("AGENT", "who plays the first seat", _agents, "--agent")]

@@ -16,8 +16,11 @@ from hypothesis import strategies as st
 from dmplay.cli import config
 from dmplay.cli.app import root
 from dmplay.cli.config import GENERAL, LOOKS_AND_NUMBERS
+from dmplay.cli.errands import understood
 from dmplay.cli.settings import defaults, in_force, options
 from dmplay.errors import DmplayError
+from dmplay.game.errand import Sitting
+from dmplay.game.request import Request
 from tests.support import programs
 
 GROUP: Any = root()
@@ -358,6 +361,21 @@ def test_what_is_set_is_played(place: Path) -> None:
     told = {one["name"]: (one["value"], one["source"]) for one in shown}
     assert told["play.ascii"] == (True, "DMPLAY_ASCII")
     assert told["play.keys"] == ("left", f"{place}/home/dmplay/config.toml")
+
+
+def test_a_parameter_that_a_file_sets_is_for_the_problems_that_have_it(place: Path) -> None:
+    users(place, '[play]\nset = ["slip=0", "cries_sated=0.2"]\n')
+    for words, fitting in (
+        (["hexworld"], ["slip=0"]),
+        (["crying-baby"], ["cries_sated=0.2"]),
+        (["crying-baby", "--set", "slip=0"], ["slip=0"]),  # typed, so told that it is none
+        (["hexword"], ["slip=0", "cries_sated=0.2"]),
+        (["2048"], []),
+    ):
+        sitting = understood(["play", *words])
+        assert isinstance(sitting, Sitting)
+        assert isinstance(sitting.wanted, Request)
+        assert [*sitting.wanted.settings] == fitting
 
 
 def test_no_reader_of_files_is_loaded_where_there_is_none(place: Path) -> None:
