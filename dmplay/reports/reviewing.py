@@ -15,7 +15,8 @@ def reviewed(path: Path, *, write: bool, json: bool, trusted: bool, peek: bool =
     """The review of a transcript; kept as notes after its end where asked to."""
     game = Playback(path, trusted=trusted, peek=peek)
     list(game.run())
-    found = list(moves(game.session, people(game.seats), game.seats))
+    who = people(game.seats)
+    found = list(moves(game.session, who, game.seats))
     if write and game.transcript.end is None:
         raise BadParameter(f"{path}: the game is unfinished; a review is kept after its end")
     if write:
@@ -26,4 +27,5 @@ def reviewed(path: Path, *, write: bool, json: bool, trusted: bool, peek: bool =
     told = [{"peeked": peeked, "help": helped}] if peeked or helped else []
     if json:
         return dumps([*(move._asdict() for move in found), *told])
-    return "\n".join([*table(found), *marks(helped, peeked=peeked)])
+    rows = table(found) if who else ["review: no person plays in this game"]
+    return "\n".join([*rows, *marks(helped, peeked=peeked)])
