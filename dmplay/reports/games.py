@@ -2,9 +2,11 @@
 
 from collections import Counter
 from json import dumps
+from pathlib import Path
 from typing import NamedTuple
 
 from dmplay.describe import ended
+from dmplay.finding.ways import HERE, beside, moved
 from dmplay.game.saves import kept
 from dmplay.transcript.reading import Transcript
 from dmplay.transcript.report import marks
@@ -32,9 +34,10 @@ def _told(transcript: Transcript) -> Kept:
     for block in transcript.blocks:
         if block.kind == "help" and isinstance(told := block["help"], dict):
             helped.update({name: many for name, many in told.items() if type(many) is int})
-    ending = transcript.reason or "unfinished"
-    seats = dict(header.seats)
-    return Kept(header.problem, seats, ending, header.peeked, dict(helped), transcript.path)
+    ending, there = transcript.reason or "unfinished", beside(Path(transcript.path))
+    problem = moved(header.problem, there, HERE)
+    seats = {name: moved(who, there, HERE) for name, who in header.seats.items()}
+    return Kept(problem, seats, ending, header.peeked, dict(helped), transcript.path)
 
 
 def listing(*, json: bool) -> str:

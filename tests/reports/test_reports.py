@@ -1,15 +1,23 @@
 """The table of problems equals table F.1 of the book, but where a decision says otherwise."""
 
+import json
 import sys
+from pathlib import Path
 
 import pytest
 
 import dmplay
 from dmplay.cli.errands import do
 from dmplay.describe import summary
+from dmplay.errors import UnknownName
 from dmplay.game.errand import Printout
+from dmplay.game.request import Request
+from dmplay.game.start import new
+from dmplay.reports import games
 from dmplay.reports import problems as reports
+from dmplay.reports.reviewing import reviewed
 from dmplay.terminal import Wishes
+from tests.files.sources import TIGER, kept
 
 # Table F.1 as printed: agents, states, actions, observations, discount.
 PRINTED = {
@@ -120,6 +128,25 @@ def test_the_list_is_coloured_as_everything_is(
     wishes = Wishes(color=wish, width=80)
     do(Printout(reports.listing("MDP", wishes), wishes))
     assert ("\x1b[" in capsys.readouterr().out) == drawn
+
+
+def test_a_kept_game_is_listed_by_the_names_that_find_its_problem_and_agents_from_here(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "a" / "state"))
+    monkeypatch.chdir(tmp_path)
+    kept(tmp_path, "tiger.pomdp", TIGER)
+    new(Request("./tiger.pomdp", seed=7)).finish()
+    (told,) = json.loads(games.listing(json=True))
+    assert (told["problem"], told["seats"]) == ("tiger.pomdp", {"agent": "human"})
+    with pytest.raises(UnknownName, match="unknown kind 'gams'; did you mean games"):
+        listed("gams", 80)
+
+
+def test_a_review_says_that_nobody_played(tmp_path: Path) -> None:
+    new(Request("hexworld", seed=7, agent="random", turns=1, record=tmp_path / "g.dmt")).finish()
+    told = reviewed(tmp_path / "g.dmt", write=False, json=False, trusted=False)
+    assert told == "review: no person plays in this game"
 
 
 @pytest.mark.parametrize("width", [40, 50, 80, 100, 200])
