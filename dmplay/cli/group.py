@@ -53,11 +53,15 @@ class Commands(TyperGroup):
         words = config.aliases().get(args[0]) if args else None
         return args if words is None else [*shlex.split(words), *args[1:]]
 
+    def get_params(self, ctx: Any) -> Any:
+        """The options of the program; its help leaves out the variables that set them."""
+        return _unsaid(super().get_params(ctx))
+
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """A command; its help leaves out the variables that set its options."""
         command = super().get_command(ctx, cmd_name)
-        for one in command.params if command else ():
-            one.show_envvar = False  # type: ignore[attr-defined] # of an option
+        if command:
+            _unsaid(command.params)
         return command
 
     def shell_complete(self, ctx: Any, incomplete: str) -> Any:
@@ -69,6 +73,13 @@ class Commands(TyperGroup):
             names += config.aliases()
         more = [name for name in names if name.startswith(incomplete)]
         return [item(name) for name in [*(one.value for one in items), *more]]
+
+
+def _unsaid(options: Any) -> Any:
+    """These options, whose variables no help tells."""
+    for one in options:
+        one.show_envvar = False
+    return options
 
 
 def _strict(word: str) -> str:
