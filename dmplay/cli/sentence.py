@@ -7,6 +7,7 @@ import typer
 from dmplay.errors import DmplayError
 
 USAGE: type[Exception] = typer.BadParameter.__mro__[1]  # click's, wherever typer keeps it
+EXTRA = "unexpected extra argument"
 KINDS = {  # click's names of kinds, the longer first, in plain words
     "int range": "whole number", "float range": "number", "int": "whole number", "float": "number",
 }  # fmt: skip
@@ -21,8 +22,18 @@ def sentence(error: Exception) -> str:
         message = message.replace(f"valid {kind}", plain)
     context, option = getattr(error, "ctx", None), getattr(error, "param", None)
     variable = _variable(context, option) if context and option else ""
+    if EXTRA in message:
+        extra = message.partition(EXTRA)[2].partition(" (")[2].removesuffix(")")
+        message = _unvalued(context) or f"got {extra!r} besides, expected no more words"
     where = getattr(context, "command_path", "dmplay")
     return f"{variable}{message[:1].lower()}{message[1:]}; see {where} --help"
+
+
+def _unvalued(context: Any) -> str:
+    """The option that took the next option for its value, if one did; the rest is then too much."""
+    taken = ((name, value) for name, value in context.params.items() if isinstance(value, str))
+    wrong = next(((name, value) for name, value in taken if value.startswith("--")), None)
+    return f"--{wrong[0]}: got {wrong[1]!r}, expected a value" if wrong else ""
 
 
 def _variable(context: Any, option: Any) -> str:

@@ -124,6 +124,8 @@ def test_the_seed_is_told_with_the_command_that_plays_again(tmp_path: Path) -> N
         (["hexworld", "--sed", "3"], "no such option: --sed"),
         (["solve"], "missing argument 'PROBLEM'; see dmplay solve --help"),
         (["hexworld", "--seed", "x"], "invalid value for '--seed'"),
+        (["hexworld", "--ghost", "--seed", "3"], "--ghost: got '--seed', expected a value; see"),
+        (["hexworld", "a", "b"], "got 'a b' besides, expected no more words; see dmplay play"),
         (["hexworld", "--seed", "-1"], "--seed: got -1, expected 0 to"),
         (
             ["hexworld", "--strict=hint"],
@@ -308,6 +310,7 @@ def test_every_command_has_help_with_examples(tmp_path: Path, command: str) -> N
     for flag in ("--help", "-h"):
         done = run(tmp_path, command, flag)
         assert done.returncode == 0
+        assert "env var" not in done.stdout
         assert f"dmplay {command}" in done.stdout.partition("Options")[0]
 
 
@@ -315,6 +318,7 @@ def test_no_words_off_a_terminal_is_help_on_the_error_stream(tmp_path: Path) -> 
     done = run(tmp_path)
     assert (done.returncode, done.stdout) == (2, "")
     assert "dmplay hexworld" in done.stderr
+    assert "env var" not in done.stderr
 
 
 def test_version_is_told(tmp_path: Path) -> None:
