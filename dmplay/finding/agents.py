@@ -19,6 +19,7 @@ from dmplay.finding.outside import attribute, is_outside
 from dmplay.finding.problems import load, stem
 from dmplay.finding.typed import typed
 from dmplay.finding.ways import is_program
+from dmplay.places import blamed
 from dmplay.policies.kinds import Seated
 from dmplay.policies.roster import ADVISER, PARTNER, Roster
 
@@ -55,8 +56,9 @@ def agent(problem: Problem, seat: int, name: str) -> Policy:
     try:
         made: Policy = make(problem, seat, **chosen)
     except TypeError as error:
-        if error.__traceback__ and error.__traceback__.tb_next:  # from inside what is called
+        if blamed(error):  # on a line of what was brought
             raise
+        _check_fits(problem, seat, place)
         raise BadPolicy(f"{name}: nothing that a problem and a seat make a policy of") from None
     missing = [part for part in ("draws", "begin", "update", "choose") if not hasattr(made, part)]
     if missing:

@@ -138,7 +138,16 @@ def test_an_agent_of_other_problems_is_told_as_such() -> None:
         dmplay.agent(dmplay.load("2048"), 0, "optimal")
 
 
-@pytest.mark.parametrize("name", ["os:path", "os:getcwd", "os:sep"])
+def test_an_agent_of_other_problems_is_told_as_such_though_a_module_has_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "qmdp.py").write_text("from json import loads as Strategy\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(BadPolicy, match=r"^agent qmdp is for .*, not MDP.; expected one of human"):
+        dmplay.agent(dmplay.load("hexworld"), 0, "qmdp:Strategy")
+
+
+@pytest.mark.parametrize("name", ["os:path", "os:getcwd", "os:sep", "fractions:Fraction"])
 def test_what_makes_no_policy_is_told_as_such(name: str) -> None:
     with pytest.raises(
         BadPolicy, match=f"^{name}: nothing that a problem and a seat make a policy"
