@@ -29,6 +29,8 @@ class Commands(TyperGroup):
                 args = self._configured(ctx, args)
         elif args[:2] != ["config", "path"]:  # which helps to mend a file
             args = self._configured(ctx, args)
+        if args[:1] == ["help"]:  # as the shell has it
+            args = [*args[1:2], "--help"]
         if args and not args[0].startswith("-") and args[0] not in self.commands:
             word = args[0].partition(":")[0]
             near, other = (

@@ -314,6 +314,12 @@ def test_every_command_has_help_with_examples(tmp_path: Path, command: str) -> N
         assert f"dmplay {command}" in done.stdout.partition("Options")[0]
 
 
+def test_help_is_asked_for_by_its_word_too(tmp_path: Path) -> None:
+    for words, asked in ((["help"], ["--help"]), (["help", "verify"], ["verify", "--help"])):
+        done = run(tmp_path, *words)
+        assert (done.returncode, done.stdout) == (0, run(tmp_path, *asked).stdout)
+
+
 def test_no_words_off_a_terminal_is_help_on_the_error_stream(tmp_path: Path) -> None:
     done = run(tmp_path)
     assert (done.returncode, done.stdout) == (2, "")
