@@ -140,6 +140,12 @@ class Tabular(Problem):
         return np.full(self.states, 1.0 / self.states)
 
     @cached_property
+    def shared_reward(self) -> bool:
+        """Whether there are several agents, and its arrays pay them alike."""
+        paid = self.tables.rewards
+        return len(self.agents) > 1 and bool((paid == paid[..., :1]).all())
+
+    @cached_property
     def support(self) -> Sparse:
         """What can happen."""
         return self.tables.sparse if isinstance(self.tables, Tables) else self.tables

@@ -157,3 +157,13 @@ def test_sparse_tables_that_cannot_be_are_refused_in_one_sentence() -> None:
         bad = type("Bad", (Toll,), {"tables": Sparse(rows, rewards, seen)})()
         with pytest.raises(BadParameter, match=told):
             sound("bad", bad)
+
+
+def test_arrays_that_pay_all_alike_are_those_of_a_team() -> None:
+    one = Toll().tables
+    for shares, kind in (([1.0, 1.0], "Dec-POMDP"), ([1.0, 2.0], "POMG")):
+        seen = np.repeat(one.seen, 2, axis=2) / 2  # the second agent sees a coin
+        pair = Tables(one.transition, np.repeat(one.rewards, 2, axis=3) * shares, seen)
+        two = {"agents": ("a", "b"), "actions": (*Toll.actions, Labels(("look",)))}
+        told = {"observations": (*Toll.observations, Labels(("head", "tail"))), "tables": pair}
+        assert type("Pair", (Toll,), two | told)().kind == kind
