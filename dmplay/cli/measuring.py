@@ -53,7 +53,10 @@ def _match(problem: str, given: Mapping[str, Any], agent: str = "") -> Any:
 def run(
     problem: options.Name,
     agent: options.Agent = "",
-    episodes: Episodes = 10_000,
+    episodes: Annotated[
+        int | None,
+        typer.Option("--episodes", metavar="N", min=1, help="games; 10000 unless it is said"),
+    ] = None,
     until_se: Annotated[
         float | None, typer.Option("--until-se", metavar="X", help="until errors are so small")
     ] = None,

@@ -16,6 +16,7 @@ from dmplay.measure.estimate import Estimate, estimate, quantiles
 from dmplay.measure.some import Some, some
 from dmplay.rollouts import Games, Rollout
 
+MANY = 10_000  # games, where nobody says how many
 FEW, GROWS = 100, 2  # games until the error is looked at; so many times more each time
 MOST = 10_000_000
 KEPT = ("returns", "totals", "turns", "over")
@@ -47,7 +48,7 @@ def run(  # noqa: PLR0913 - each is the caller's to choose
     problem: Problem,
     policies: Sequence[Policy],
     *,
-    episodes: int = 10_000,
+    episodes: int | None = None,
     until: float | None = None,
     turns: int | None = None,
     seed: int = 0,
@@ -55,19 +56,21 @@ def run(  # noqa: PLR0913 - each is the caller's to choose
     executor: Executor | None = None,
     progress: Watch | None = None,
 ) -> Run:
-    """Plays so many games, or as many as bring every standard error of a return to `until`.
+    """Plays 10,000 games, so many, or as many as bring every error of a return to `until`.
 
     The games are those of `rollout`; Ctrl-C ends it with those that were played. The errors are
     looked at after numbers of games that do not depend on the workers, so that neither does the
     result.
     """
-    if episodes < 1:
+    if episodes is not None and until is not None:
+        raise BadParameter("episodes and until-se: expected one of them")
+    if episodes is not None and episodes < 1:
         raise BadParameter(f"episodes: got {episodes}, expected 1 or more")
     if until is not None and not until > 0:
         raise BadParameter(f"until-se: got {until:g}, expected more than 0")
     since = time.monotonic()
     first, parts = 0, list[Some]()
-    many = episodes if until is None else FEW
+    many = FEW if until is not None else MANY if episodes is None else episodes
     while True:
         asked = Games(range(first, many), turns, seed, workers, executor, progress, KEPT)
         part = some(problem, [policies], asked)

@@ -51,6 +51,8 @@ def seated(match: Match, parameters: Mapping[str, object], agent: str = "") -> S
     names[1:] = [match.others or one.partner for one in known[1:]]
     names[0] = agent or match.agent or names[0]
     for name, who in pairs(match.seats, "--seat").items():
+        if agent and not problem.seat(name):
+            raise BadParameter(f"--seat: {name} is the seat of those who are compared")
         names[problem.seat(name)] = str(who)
     if HUMAN in names:
         where = problem.agents[names.index(HUMAN)]

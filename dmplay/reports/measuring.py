@@ -44,7 +44,7 @@ class Setting(NamedTuple):
 def ran(  # noqa: PLR0913 - each is the caller's to choose
     match: Match,
     *,
-    episodes: int,
+    episodes: int | None,
     until: float | None,
     keeping: Keeping = NONE,
     form: str = "",

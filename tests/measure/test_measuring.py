@@ -190,6 +190,10 @@ def test_a_histogram_shows_where_returns_lie() -> None:
         (["run", "hexworld", "--agent", "human"], "agent: a person cannot play so many games"),
         (["run", "hexworld", "--vs", "random"], "--vs: hexworld has one seat only; use --agent"),
         (["run", "hexworld", "--until-se", "0"], "until-se: got 0, expected more than 0"),
+        (
+            ["run", "hexworld", "--until-se", "1", "--episodes", "5"],
+            "episodes and until-se: expected one of them",
+        ),
         (["run", "hexworld", "--workers", "many"], "--workers: got 'many', expected auto or a"),
         (["run", "hexworld", "--json", "--csv"], "--json and --csv: expected one of them"),
         (["run", "hexworld", "--executor", "no:thing"], "--executor: got 'no:thing', expected"),
@@ -198,6 +202,10 @@ def test_a_histogram_shows_where_returns_lie() -> None:
         (["run", "hexworld", "--record", ".", "--best", "1"], "--record: . is not empty; name an"),
         (["compare", "hexworld", "optimal"], "got 1 agent, expected two or more to compare"),
         (["compare", "hexworld", "a", "b"], "unknown agent 'a'"),
+        (
+            ["compare", "prisoners-dilemma", "grim", "random", "--seat", "agent1=random"],
+            "--seat: agent1 is the seat of those who are compared",
+        ),
         (
             ["compare", "hexworld", "optimal", "random", "search", "--decide", "0.1"],
             "decide: got 3 agents, expected two",
