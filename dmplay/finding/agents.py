@@ -83,7 +83,7 @@ def adviser(
     The game is of so many turns, against those who sit in the other `seats`. None where there is
     none, or where it refuses the problem.
     """
-    name = roster(problem, seat).adviser
+    name = roster(problem, seat).advises(turns)
     if name is None:
         return None
     rivals = [who for other, who in enumerate(seats) if other != seat]

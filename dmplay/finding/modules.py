@@ -81,11 +81,15 @@ def roster(problem: Problem, seat: int, usual: Roster) -> Roster:
     for name, made_of in told.agents.items():
         _check(where, name, made_of)
     known = {**told.agents, **{n: one for n, one in usual.agents.items() if n not in told.agents}}
-    parts = {name: getattr(told, name) for name in ("adviser", "partner", "quick", "simulated")}
+    parts = {
+        name: getattr(told, name)
+        for name in ("adviser", "planner", "partner", "quick", "simulated")
+    }
     for part, who in parts.items():
         if who is not None and who not in known:
             raise BadParameter(f"{where}: {part}: got {who!r}, expected one of {', '.join(known)}")
-    return replace(told, agents=known, adviser=told.adviser or usual.adviser)
+    planner = told.planner if told.adviser else usual.planner
+    return replace(told, agents=known, adviser=told.adviser or usual.adviser, planner=planner)
 
 
 def _roster(problem: Problem) -> Roster | None:

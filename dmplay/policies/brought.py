@@ -26,7 +26,8 @@ def roster(problem: Problem, seat: int) -> Roster:
         return team.roster(problem, seat)
     fitting = _fitting(problem)
     best = next((name for name in ("optimal", "equilibrium") if name in fitting), "search")
-    return Roster(fitting, adviser=best)
+    planner = "plan" if best == "search" and "plan" in fitting else None
+    return Roster(fitting, adviser=best, planner=planner)
 
 
 def _repeated(problem: Problem) -> Roster:

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from dmplay.policies.kinds import Seated
+from dmplay.policies.valued import LONGEST
 
 ADVISER, PARTNER = "@adviser", "@partner"  # names of whoever has that part in a roster
 
@@ -18,6 +19,11 @@ class Roster:
 
     agents: Mapping[str, type[Seated]]
     adviser: str | None = None  # its values and choices serve as hints
+    planner: str | None = None  # advises instead where games are known to have so many turns
     partner: str = "random"  # sits where nobody was named, beside a person
     quick: str | None = None  # plays many games at once where the adviser takes long
     simulated: str | None = None  # plays wherever a search simulates; else adviser and partner do
+
+    def advises(self, turns: int | None) -> str | None:
+        """Who advises in games of so many turns; None for nobody knows how many."""
+        return self.planner if self.planner and turns and turns <= LONGEST else self.adviser

@@ -47,7 +47,7 @@ def seated(match: Match, parameters: Mapping[str, object], agent: str = "") -> S
     if match.others and len(problem.agents) == 1:
         raise BadParameter(f"--vs: {match.problem} has one seat only; use --agent")
     known = [agents.roster(problem, seat) for seat in range(len(problem.agents))]
-    names = [one.quick or one.adviser or one.partner for one in known]
+    names = [one.quick or one.advises(match.turns) or one.partner for one in known]
     names[1:] = [match.others or one.partner for one in known[1:]]
     names[0] = agent or match.agent or names[0]
     for name, who in pairs(match.seats, "--seat").items():

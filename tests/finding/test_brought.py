@@ -13,7 +13,7 @@ from dmplay.budget import within
 from dmplay.chance import Array, Bools, Categorical, Chance
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter, BadPolicy, TooMuch
-from dmplay.finding.agents import for_turns, roster
+from dmplay.finding.agents import adviser, for_turns, roster
 from dmplay.game.game import Game
 from dmplay.game.seats import HUMAN
 from dmplay.policies import point_based
@@ -125,6 +125,12 @@ def test_a_problem_has_the_agents_that_its_kind_allows(
 ) -> None:
     assert [*roster(problem).agents] == [*fitting, "random", "search"]
     assert roster(problem, 0).adviser == hint
+
+
+def test_the_turns_of_a_game_that_has_no_end_are_planned_once_they_are_known() -> None:
+    unending = Lamp(discount=1.0)
+    names = [found[0] for turns in (None, 4, 10**9) if (found := adviser(unending, 0, turns))]
+    assert [name.partition(":")[0] for name in names] == ["search", "plan", "search"]
 
 
 def test_what_is_not_legal_is_neither_valued_nor_best() -> None:
