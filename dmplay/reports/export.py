@@ -24,7 +24,7 @@ from dmplay.keys.keymap import AS_DRAWN
 from dmplay.reports.drawing import film as pictures
 from dmplay.reports.drawing import kept, picture
 from dmplay.reports.page import page
-from dmplay.screen.frame import Part, compose, composed
+from dmplay.screen.frame import Frame, Part, compose
 from dmplay.screen.shown import NOTHING, Room, Shown, within
 from dmplay.styles import Line, ansi, words
 from dmplay.transcript.format import end_facts
@@ -58,7 +58,7 @@ class Drawn:
 
     def screen(self, game: Game, log: list[str]) -> str:
         """The rows of a screen, with the end of a row between them."""
-        parts = filter(None, composed(game, self._room, NOTHING, log))
+        parts = filter(None, Frame(game, self._room, NOTHING, log).parts())
         return self._end.join(
             [
                 self._parts.of(part) if isinstance(part, tuple) else self._drawn(part)

@@ -21,29 +21,26 @@ def events(game: Game, log: Sequence[str]) -> list[str]:
 
 
 def log_rows(  # noqa: PLR0913 - what is told, where, and from which row on
-    game: Game, room: Room, long: list[str], log: list[str], back: int, *, column: bool = False
+    game: Game, room: Room, long: list[str], log: Sequence[str], back: int, *, column: bool = False
 ) -> Sequence[Line]:
     """The last events, wrapped, or those before them; a message too long for its row."""
-    over, least = game.session.over, 1 if back else LOG + 1
-    if room.height > least and (back or over):
-        every = [*events(game, log), *map(clean, long)]
-        many = sum(len(rows_of(line, room.width)) for line in every)
-        if many > room.height:
-            return _window(wrapped(every[-room.height - back :], room), many, room, back)
-    lines = [*log[-room.height or len(log) :], *map(clean, long)]
-    if over:
-        lines = [*events(game, log), *map(clean, long)]
-    elif column and not long:
-        told = _column(log, room)
-        if told:
-            return told
-    told = wrapped(lines[-room.height :], room)
-    if len(told) <= room.height:
-        return told
+    height, over = room.height, game.session.over
+    told = log if over or back else log[-height:]
+    lines = [*events(game, told), *map(clean, long)]
+    if height > (1 if back else LOG + 1) and (over or back):
+        many = sum(len(rows_of(line, room.width)) for line in lines)
+        if many > height:
+            return _window(wrapped(lines[-height - back :], room), many, room, back)
+    moved = _column(log, room) if column and not (over or long) else []
+    return moved or _last(lines, room)
+
+
+def _last(lines: Sequence[str], room: Room) -> Sequence[Line]:
+    """The last lines that there is room for, each told whole unless there is none for one."""
     shown: list[Line] = []
-    for line in reversed(lines[-room.height :] if room.height else []):
+    for line in reversed(lines if room.height else []):
         rows = rows_of(line, room.width)
-        if len(shown) + len(rows) > room.height:  # a line is told whole, unless there is no room
+        if len(shown) + len(rows) > room.height:
             return shown or _cut(rows, room.height, room)
         shown[:0] = rows
     return shown

@@ -31,84 +31,169 @@ Part = Sequence[Line]  # rows of the screen; a tuple where they come again
 BLANK = " "
 
 
-def compose(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
+def compose(game: Game, room: Room, shown: Shown, log: Sequence[str]) -> Text:
     """The whole screen: exactly `height` rows, none wider than the room."""
-    return _rows(composed(game, room, shown, log), room)
+    return _rows(Frame(game, room, shown, log).parts(), room)
 
 
-def composed(game: Game, room: Room, shown: Shown, log: list[str]) -> list[Part]:
-    """The whole screen before its rows are fitted; most that comes again is the same object.
+class Frame:
+    """A game as it stands, in the room there is, with what the front end adds."""
 
-    Under four rows: what is most urgent in one, below it the keys, above it the title.
-    """
-    now, below = game.moment(), keys(game, room, shown)
-    if room.height < SMALL:
-        rows = [_urgent(game, now, room, shown, log), below][: room.height]
-        return [[heading.title(game, now, room), *rows][-room.height :]]
-    if room.height == SMALL and not (shown.message or shown.curtain):
-        shown = shown._replace(message=_beside(game, now, room, shown, log))
-    return [*_upper(game, now, room, shown, log), [message(room, shown), below]]
+    def __init__(self, game: Game, room: Room, shown: Shown, log: Sequence[str]) -> None:
+        self._game, self._room, self._shown, self._log = game, room, shown, log
+        self._now = game.moment()
+        self._body = room.height - 3 - aimed(room)  # rows of board and log
 
+    def parts(self) -> list[Part]:
+        """The whole screen before its rows are fitted; most that comes again is the same object.
 
-def _beside(game: Game, now: Moment, room: Room, shown: Shown, log: list[str]) -> str:
-    """What the row of messages tells where the body has one row alone."""
-    if shown.page:
-        many = len(pages(room, shown))
-        return f"part {min(shown.part, many - 1) + 1} of {many}. Space goes on"
-    return log[-1] if log else game.account.situation(now)
+        Under four rows: what is most urgent in one, below it the keys, above it the title.
+        """
+        height, below = self._room.height, keys(self._game, self._room, self._shown)
+        if height < SMALL:
+            rows = [self._urgent(), below][:height]
+            return [[self._title(), *rows][-height:]]
+        return [*self._upper(), [self._answer(), below]]
 
+    def upper(self) -> Text:
+        """All but the command row and the key row."""
+        return _rows(self._upper(), self._room)
 
-def _urgent(game: Game, now: Moment, room: Room, shown: Shown, log: list[str]) -> Line:
-    """One row: the curtain, a row of a page, the message, what happened last, how it stands."""
-    if shown.curtain:
-        return _curtain(shown.curtain, room)[0]
-    if shown.page:
-        return _part(room, shown)[0]
-    if shown.message or log:
-        return f" {clean(shown.message or log[-1])}"
-    board = game.draw(Look(room.width, 1, room.ascii, around=LOG + SMALL))
-    needed = [board.plain] if isinstance(board, Needed) else []
-    return " " + ". ".join([*needed, game.account.situation(now)])
+    def most_back(self) -> int:
+        """How many rows the log can be scrolled back."""
+        laid = self._laid()
+        inside = Room(self._room.width, self._body - 1) if isinstance(laid, Needed) else laid.log
+        return max(len(wrapped(events(self._game, self._log), inside)) - inside.height + 1, 0)
 
+    def _title(self) -> Line:
+        return heading.title(self._game, self._now, self._room)
 
-def message(room: Room, shown: Shown) -> Line:
-    """The row that answers the last key; empty where the log has room for a long answer."""
-    told = "" if not shown.message or too_long(shown, room) else clean(shown.message)
-    return within(f" {told}", room) if told else BLANK
+    def _urgent(self) -> Line:
+        """One row: the curtain, a row of a page, the message, what happened last, how it stands."""
+        room, shown = self._room, self._shown
+        if shown.curtain:
+            return _curtain(shown.curtain, room)[0]
+        if shown.page:
+            return _part(room, shown)[0]
+        if shown.message or self._log:
+            return f" {clean(shown.message or self._log[-1])}"
+        board = self._game.draw(Look(room.width, 1, room.ascii, around=LOG + SMALL))
+        needed = [board.plain] if isinstance(board, Needed) else []
+        return " " + ". ".join([*needed, self._game.account.situation(self._now)])
 
+    def _answer(self) -> Line:
+        """The row that answers the last key; empty where the log has room for a long answer."""
+        told = "" if self._long else self._shown.message
+        if self._room.height == SMALL and not (told or self._shown.curtain):
+            told = self._beside()
+        return within(f" {clean(told)}", self._room) if told else BLANK
 
-def too_long(shown: Shown, room: Room) -> bool:
-    """Whether the log tells the message, as its row would cut it."""
-    hidden = shown.page or shown.curtain or room.height <= SMALL + LOG
-    return len(shown.message) >= room.width and not hidden
+    def _beside(self) -> str:
+        """What the row of messages tells where the body has one row alone."""
+        if self._shown.page:
+            many = len(pages(self._room, self._shown))
+            return f"part {min(self._shown.part, many - 1) + 1} of {many}. Space goes on"
+        return self._log[-1] if self._log else self._game.account.situation(self._now)
 
+    @property
+    def _long(self) -> bool:
+        """Whether the log tells the message, as its row would cut it."""
+        room, shown = self._room, self._shown
+        hidden = shown.page or shown.curtain or room.height <= SMALL + LOG
+        return len(shown.message) >= room.width and not hidden
 
-def upper(game: Game, room: Room, shown: Shown, log: list[str]) -> Text:
-    """All but the command row and the key row."""
-    return _rows(_upper(game, game.moment(), room, shown, log), room)
+    def _upper(self) -> list[Part]:
+        """Exactly `height - 2` rows.
 
+        Fit order: the side panel goes first, then the log shrinks to two rows, then the board to
+        its smaller forms, at last to one line of text.
+        """
+        room, shown = self._room, self._shown
+        if shown.curtain:
+            parts: list[Part] = [[heading.name(self._game)], _curtain(shown.curtain, room)]
+        elif shown.page:
+            parts = [[self._title()], _part(room, shown)]
+        else:
+            aim = [heading.goal(self._game, self._now, room)] if aimed(room) else []
+            parts = [[self._title(), *aim], *self._board_and_log()]
+        left = room.height - 2 - sum(map(len, parts))
+        return [*parts, [""] * left] if left >= 0 else [[*chain(*parts)][: room.height - 2]]
 
-def _upper(game: Game, now: Moment, room: Room, shown: Shown, log: list[str]) -> list[Part]:
-    """Exactly `height - 2` rows.
+    def _board_and_log(self) -> list[Part]:
+        """Board, panel and log."""
+        game, room, now, body = self._game, self._room, self._now, self._body
+        laid = self._laid()
+        long = [self._shown.message] if self._long else []
+        whole = Room(room.width, max(body - 1, 0), room.ascii)
+        left = whole if isinstance(laid, Needed) else laid.log
+        begins = not game.session.turns
+        aim = heading.more(game, now, room if aimed(room) else None, left) if begins else []
+        if isinstance(laid, Needed):
+            if self._log or long:
+                return [[laid], log_rows(game, left, long, self._log, self._shown.back)]
+            stands = wrapped([game.account.situation(now), *aim], room)
+            return [[laid], stands[: left.height]]
+        told = self._log or aim
+        log = log_rows(game, left, long, told, self._shown.back, column=laid.beside)
+        if not laid.beside:
+            return [laid.rows, log]
+        rows = [*laid.rows]
+        width, first = room.width - left.width, body - left.height
+        rows += [" " * width] * (first + len(log) - len(rows))
+        for place, line in enumerate(log, first):
+            rows[place] = lettered(rows[place]).copy().append_text(lettered(line))
+        return [rows]
 
-    Fit order: the side panel goes first, then the log shrinks to two rows, then the board to its
-    smaller forms, at last to one line of text.
-    """
-    body = _height(room)
-    if shown.curtain:
-        parts: list[Part] = [[heading.name(game)], _curtain(shown.curtain, room)]
-    elif shown.page:
-        parts = [[heading.title(game, now, room)], _part(room, shown)]
-    else:
-        aim = [heading.goal(game, now, room)] if aimed(room) else []
-        parts = [[heading.title(game, now, room), *aim], *_body(game, now, room, shown, log, body)]
-    left = room.height - 2 - sum(map(len, parts))
-    return [*parts, [""] * left] if left >= 0 else [[*chain(*parts)][: room.height - 2]]
+    def _laid(self) -> "_Laid | Needed":
+        """The board and what is around it; of a game that is only looked at that comes again."""
+        game = self._game
+        if game.people or game.ghost or self._shown != NOTHING:
+            return self._laid_out(self._now)
+        wanted = (self._room, self._body, game.reveal and raw(game.session.state))
+        return game.account.kept.answer("laid", self._now, self._laid_out, wanted)
 
+    def _laid_out(self, now: Moment) -> "_Laid | Needed":
+        """From so many columns on the log is beside the board, else below; what the board needs."""
+        room, body = self._room, self._body
+        known = self._known(now)
+        if room.width >= WIDE:
+            board = self._board(now, room.width - COLUMN, body)
+            if not isinstance(board, Needed):
+                laid = _beside_board(known, board, room, body)
+                if laid.log.height >= LOG:
+                    return laid
+        board = self._board(now, room.width, max(body - LOG - 1, 1))
+        if isinstance(board, Needed):
+            return board
+        return _below_board(known, board, room, body, over=now.ending is not None)
 
-def _height(room: Room) -> int:
-    """The rows of board and log: all but title, goal, message and keys."""
-    return room.height - 3 - aimed(room)
+    def _board(self, now: Moment, width: int, height: int) -> Text:
+        """The drawing in a part of the room."""
+        game, room, shown = self._game, self._room, self._shown
+        advised = shown.advice.action if shown.advice and shown.written is None else shown.written
+        look = Look(
+            width,
+            height,
+            room.ascii,
+            game.adviser.overlay(shown.overlay),
+            keys=game.waiting is not None and now.turn < shown.keys_until,
+            around=room.height - self._body + LOG + 1,
+            large=True,
+            regret=shown.advice.regret if shown.advice else None,
+            advised=advised,
+            outlook=shown.outlook,
+            passed=shown.passed,
+            panel=max(PANEL + 2 - (room.width - width), 0),
+        )
+        return game.draw(look, now)
+
+    def _known(self, now: Moment) -> Facts:
+        """The facts of the side panel."""
+        game, shown = self._game, self._shown
+        advised = not game.session.over and game.people and not game.unaided
+        best = [("best", shown.best)] if shown.best else []
+        facts = [*game.account.kept.panel(now), *best, *_ghost(game)]
+        return (*facts, *(_hint(shown.advice) if advised else []))
 
 
 def aimed(room: Room) -> bool:
@@ -160,52 +245,6 @@ class _Laid(NamedTuple):
     beside: bool  # whether the log is at the right, in rows that reach to its first column
 
 
-def _laid(game: Game, now: Moment, room: Room, shown: Shown, body: int) -> _Laid | Needed:
-    """The board and what is around it; of a game that is only looked at that comes again."""
-    if game.people or game.ghost or shown != NOTHING:
-        return _laid_out(game, now, room, shown, body)
-    wanted = (room, body, game.reveal and raw(game.session.state))
-    return game.account.kept.answer(
-        "laid", now, lambda now: _laid_out(game, now, room, shown, body), wanted
-    )
-
-
-def _laid_out(game: Game, now: Moment, room: Room, shown: Shown, body: int) -> _Laid | Needed:
-    """From so many columns on the log is beside the board, else below; what the board needs."""
-    known = _known(game, now, shown)
-    if room.width >= WIDE:
-        board = _board(game, now, room, shown, Room(room.width - COLUMN, body, room.ascii))
-        if not isinstance(board, Needed):
-            laid = _beside_board(known, board, room, body)
-            if laid.log.height >= LOG:
-                return laid
-    below = Room(room.width, max(body - LOG - 1, 1), room.ascii)
-    board = _board(game, now, room, shown, below)
-    if isinstance(board, Needed):
-        return board
-    return _below_board(known, board, room, body, over=now.ending is not None)
-
-
-def _board(game: Game, now: Moment, room: Room, shown: Shown, inside: Room) -> Text:
-    """The drawing in a part of the room."""
-    advised = shown.advice.action if shown.advice and shown.written is None else shown.written
-    look = Look(
-        inside.width,
-        inside.height,
-        room.ascii,
-        game.adviser.overlay(shown.overlay),
-        keys=game.waiting is not None and now.turn < shown.keys_until,
-        around=room.height - _height(room) + LOG + 1,
-        large=True,
-        regret=shown.advice.regret if shown.advice else None,
-        advised=advised,
-        outlook=shown.outlook,
-        passed=shown.passed,
-        panel=max(PANEL + 2 - (room.width - inside.width), 0),
-    )
-    return game.draw(look, now)
-
-
 def _beside_board(known: Facts, board: Text, room: Room, body: int) -> _Laid:
     """The panel at the right of the board, the log under it."""
     width = room.width - size(board)[0] - 2
@@ -227,14 +266,6 @@ def _below_board(known: Facts, board: Text, room: Room, body: int, *, over: bool
     return _Laid((*rows, ""), Room(room.width, high, room.ascii), beside=False)
 
 
-def _known(game: Game, now: Moment, shown: Shown) -> Facts:
-    """The facts of the side panel."""
-    advised = not game.session.over and game.people and not game.unaided
-    best = [("best", shown.best)] if shown.best else []
-    facts = [*game.account.kept.panel(now), *best, *_ghost(game)]
-    return (*facts, *(_hint(shown.advice) if advised else []))
-
-
 @lru_cache(1024)
 def _joined(
     plain: str, spans: tuple[Span, ...], known: Facts, width: int, most: int
@@ -247,38 +278,6 @@ def _joined(
         row.pad_right(first - len(row.plain))
         row.append(fact)
     return tuple(rows)
-
-
-def _body(  # noqa: PLR0913, PLR0917 - what is seen of which moment, and where
-    game: Game, now: Moment, room: Room, shown: Shown, log: list[str], body: int
-) -> list[Part]:
-    """Board, panel and log."""
-    laid = _laid(game, now, room, shown, body)
-    long = [shown.message] if too_long(shown, room) else []
-    left = Room(room.width, max(body - 1, 0), room.ascii) if isinstance(laid, Needed) else laid.log
-    begins = not game.session.turns
-    aim = heading.more(game, now, room if aimed(room) else None, left) if begins else []
-    if isinstance(laid, Needed):
-        if log or long:
-            return [[laid], log_rows(game, left, long, log, shown.back)]
-        stands = wrapped([game.account.situation(now), *aim], room)
-        return [[laid], stands[: left.height]]
-    told = log_rows(game, laid.log, long, log or aim, shown.back, column=laid.beside)
-    if not laid.beside:
-        return [laid.rows, told]
-    rows = [*laid.rows]
-    width, first = room.width - laid.log.width, body - laid.log.height
-    rows += [" " * width] * (first + len(told) - len(rows))
-    for place, line in enumerate(told, first):
-        rows[place] = lettered(rows[place]).copy().append_text(lettered(line))
-    return [rows]
-
-
-def most_back(game: Game, room: Room, shown: Shown, log: list[str]) -> int:
-    """How many rows the log can be scrolled back."""
-    laid = _laid(game, game.moment(), room, shown, _height(room))
-    inside = Room(room.width, _height(room) - 1) if isinstance(laid, Needed) else laid.log
-    return max(len(wrapped(events(game, log), inside)) - inside.height + 1, 0)
 
 
 def _ghost(game: Game) -> list[tuple[str, str]]:

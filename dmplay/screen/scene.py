@@ -143,9 +143,13 @@ class Scene:
         """What happened, as the one before the screen may know it."""
         return self._past.rows(self._room.width) if self._past else self._log.rows
 
+    def _frame(self, room: Room) -> frame.Frame:
+        """What is seen now, in a room."""
+        return frame.Frame(self._board, room, self.shown, self.log)
+
     def upper(self, room: Room) -> Text:
         """The screen above its command row."""
-        return frame.upper(self._board, room, self.shown, self.log)
+        return self._frame(room).upper()
 
     def next_overlay(self) -> None:
         """Goes on to what else the board can show, at last nothing; says so if it never can."""

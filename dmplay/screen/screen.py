@@ -105,7 +105,7 @@ class Screen(Scene):
     def scroll(self, rows: float) -> None:
         """Goes so many rows back in the log, or on."""
         if not self.table.curtained:
-            most = frame.most_back(self._board, self._room, self.shown, self.log)
+            most = self._frame(self._room).most_back()
             self.back = int(min(max(self.back + rows, 0), most))
 
     def _action(self, key: str) -> bool:
