@@ -103,18 +103,25 @@ class Scene:
     @property
     def shown(self) -> Shown:
         """What the screen adds to the game."""
-        curtain = self.game.problem.agents[self.game.watcher] if self.table.curtained else ""
-        drawn = self.game.adviser.ready and not self.game.unaided
-        kind = OVERLAYS[self.overlay] if drawn else ""
-        page = self.page if self.modes.shows is Mode.PAGE else ()
+        game, adviser, past = self.game, self.game.adviser, self._past
+        drawn = adviser.ready and not game.unaided
         unstarted = self.modes.moves is Mode.CLOCK and not self.clock.started
-        starts = STARTS if unstarted and self.game.waiting is not None else ""
-        message, adviser = self.thinking or self._answer or starts, self.game.adviser
-        past = self._past
-        written = self.number.action(self.game) if self.number.text else None
-        given = (past.advice, None, None) if past else (adviser.given, written, adviser.foreseen)
-        told = (self.back, curtain, self.keys_until, *given, past is not None, self.motion.passed)
-        return Shown(message, kind, page, self.part, *told, self._best)
+        starts = STARTS if unstarted and game.waiting is not None else ""
+        shown = Shown(
+            self.thinking or self._answer or starts,
+            OVERLAYS[self.overlay] if drawn else "",
+            self.page if self.modes.shows is Mode.PAGE else (),
+            self.part,
+            self.back,
+            curtain=game.problem.agents[game.watcher] if self.table.curtained else "",
+            keys_until=self.keys_until,
+            passed=self.motion.passed,
+            best=self._best,
+        )
+        if past:
+            return shown._replace(advice=past.advice, past=True)
+        written = self.number.action(game) if self.number.text else None
+        return shown._replace(advice=adviser.given, written=written, outlook=adviser.foreseen)
 
     @property
     def _answer(self) -> str:

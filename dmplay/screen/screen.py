@@ -1,7 +1,7 @@
 """Play by single keys on a full screen."""
 
 from collections.abc import Callable
-from math import inf
+from math import copysign, inf, isinf
 from typing import NamedTuple
 
 from dmplay.describe import counted
@@ -17,6 +17,10 @@ from dmplay.words.game_commands import foresee
 FASTER = 1.5  # the speed times this
 SLOWEST, FASTEST = 0.1, 50.0  # turns a second
 MANY = 20  # turns that nobody wants to lose by one key
+SCROLLS = {  # rows back, by keys that scroll the log, where they play nothing, and pages
+    "pageup": 8, "pagedown": -8, "home": inf, "end": -inf, "wheel up": 3, "wheel down": -3,
+}  # fmt: skip
+SCROLLING = ("PgUp", "scroll", "the log back; PgDn Home End; Shift where they play")
 
 
 class Screen(Scene):
@@ -93,10 +97,10 @@ class Screen(Scene):
 
     def _turn_page(self, key: str) -> None:
         last = len(frame.pages(self._room, self.shown)) - 1
-        scroll = next((one.rows for one in SCROLLS if key in one.keys), 0.0)
-        if scroll:
-            step = inf if scroll in (inf, -inf) else 1
-            self.part = int(min(max(self.part - (step if scroll > 0 else -step), 0), last))
+        rows = _scrolled(key)
+        if rows:
+            step = rows if isinf(rows) else copysign(1, rows)
+            self.part = int(min(max(self.part - step, 0), last))
         elif key in MORE and self.part < last:
             self.part += 1
         else:
@@ -182,6 +186,8 @@ class Screen(Scene):
         command = next((c for c in COMMANDS if c.key == key), None)
         if own:
             own.run(self)
+        elif _scrolled(key):
+            self.scroll(_scrolled(key))
         elif command:
             self.say(command.run(self.table, ""))
         elif self.rate and self.game.waiting is not None and not self.clock.started:
@@ -193,7 +199,7 @@ class Screen(Scene):
     def show_help(self) -> None:
         """The keys of the game, of the screen and of the commands; commands without one."""
         own = [(key.shown, key.name, key.help) for key in KEYS if key.help]
-        self.open(help_page(self.game, own))
+        self.open(help_page(self.game, [*own, SCROLLING]))
         self.keys_until = len(self.game.session.turns) + KEYS_SHOWN
 
     def quicken(self, times: float) -> None:
@@ -254,6 +260,11 @@ class Screen(Scene):
                 self.say(typed(self.table, part))
 
 
+def _scrolled(key: str) -> float:
+    """How many rows back a key scrolls, with Shift or Ctrl or without; 0 where it does not."""
+    return SCROLLS.get(key.removeprefix("s-").removeprefix("c-"), 0)
+
+
 class Key(NamedTuple):
     """A key that only the screen has: which, how it is shown, its name, what it does."""
 
@@ -269,29 +280,6 @@ class Key(NamedTuple):
         return key in self.keys and not (self.watched and game.people)
 
 
-class Scroll(NamedTuple):
-    """Keys that scroll the log, where they play nothing, and pages."""
-
-    keys: tuple[str, ...]
-    shown: str
-    rows: float  # back
-
-    @property
-    def key(self) -> Key:
-        """As a key of the screen."""
-        help_ = SCROLLING if self.shown == "PgUp" else ""
-        return Key(self.keys, self.shown, "scroll", help_, lambda screen: screen.scroll(self.rows))
-
-
-SCROLLING = "the log back; PgDn Home End; Shift where they play"
-SCROLLS = (
-    Scroll(("pageup", "s-pageup", "c-pageup"), "PgUp", 8),
-    Scroll(("pagedown", "s-pagedown", "c-pagedown"), "PgDn", -8),
-    Scroll(("home", "s-home", "c-home"), "Home", inf),
-    Scroll(("end", "s-end", "c-end"), "End", -inf),
-    Scroll(("wheel up",), "wheel", 3),
-    Scroll(("wheel down",), "wheel", -3),
-)
 KEYS = (
     Key(
         ("V",), "V", "overlay", "values, policy or states on the board, where it has them",
@@ -304,5 +292,4 @@ KEYS = (
     Key(("-",), "-", "slower", "agents play slower", lambda screen: screen.quicken(1 / FASTER)),
     Key(("?",), "?", "help", "", Screen.show_help),
     Key(("q",), "q", "quit", "", Screen.leave),
-    *(one.key for one in SCROLLS),
 )  # fmt: skip
