@@ -1,6 +1,7 @@
 """What nature draws: distributions that turn recorded uniforms into events, a batch at a time."""
 
 from bisect import bisect_right
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import pairwise
@@ -125,7 +126,12 @@ Chance = Categorical | Pick | Span | Normal
 
 def sample(chances: tuple[Chance, ...], u: Reals) -> tuple[Array, ...]:
     """One event of each chance, from uniforms `[B, draws]` consumed left to right."""
-    return tuple([np.array([e]) if isinstance(e, int) else e for e in drawn(chances, u)])
+    return batched(drawn(chances, u))
+
+
+def batched(events: Sequence[Array | int]) -> tuple[Array, ...]:
+    """What was drawn as arrays, a plain number as a batch of one row."""
+    return tuple([np.array([event]) if isinstance(event, int) else event for event in events])
 
 
 def drawn(chances: tuple[Chance, ...], u: Reals) -> list[Array | int]:

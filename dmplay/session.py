@@ -31,6 +31,7 @@ from dmplay.describe import counted, ended
 from dmplay.dice import NATURE
 from dmplay.displayed import Displayed
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
+from dmplay.rules import Place, rules
 from dmplay.tabular import Tabular
 
 MOST_TURNS = 10_000  # where nothing else ends a game
@@ -233,12 +234,11 @@ def believed(problem: Problem) -> float:
     return problem.states if labelled else math.inf
 
 
-class _Known(NamedTuple):
-    """What was asked of the present state: front ends ask often."""
+class _Now(NamedTuple):
+    """What was asked after the last turn: front ends ask often."""
 
-    state: Array | None
-    legal: Bools | None  # [n, A]
-    waiting: Bools  # [n], who only waits
+    last: Turn | Array  # or the first state
+    place: Place
     ending: str | None  # that the game has come to by itself
 
 
@@ -264,8 +264,8 @@ class Session(Displayed):
         self.rerolls: dict[int, int] = {}  # turn -> how often its dice were thrown anew
         self.help: Counter[str] = Counter()  # agent -> how often whoever plays it was given advice
         self._ended: str | None = None
-        self._nobody = locked(np.zeros(len(problem.agents), bool))
-        self._known = _Known(None, None, self._nobody, None)
+        self._rules = rules(problem, self.first)
+        self._known: _Now | None = None
         self._sums: list[tuple[float, ...]] = []  # the next weight, returns [n], totals [n]
         self._told: dict[int, _Told] = {}  # by seat, for its views
         self.followers = [
@@ -283,21 +283,17 @@ class Session(Displayed):
         """Why the game is over: terminal, horizon, turn limit, or what `end` was told; or None."""
         return self._ended or self._now().ending
 
-    def _now(self) -> _Known:
-        """What is known of the present state, asked once a state."""
-        state = self.turns[-1].state if self.turns else self.first
-        if self._known.state is not state:
-            problem, row = self.problem, state[None]
-            legal, ending = problem.legal(row), self._natural(row)
-            if legal is None:
-                self._known = _Known(state, None, self._nobody, ending)
-            else:
-                self._known = _Known(state, legal[0], problem.waiting(row)[0], ending)
+    def _now(self) -> _Now:
+        """What is known now, asked once a turn."""
+        last = self.turns[-1] if self.turns else self.first
+        if self._known is None or self._known.last is not last:
+            place = self._rules.place(self.state)
+            self._known = _Now(last, place, self._natural(place))
         return self._known
 
-    def _natural(self, row: Array) -> str | None:
-        """The end that the game has come to by itself in the present state, as a row."""
-        if self.problem.terminal(row)[0]:
+    def _natural(self, place: Place) -> str | None:
+        """The end that the game has come to by itself."""
+        if place.terminal:
             return "terminal"
         if self.limit is not None and len(self.turns) >= self.limit:
             return "horizon" if self.limit == self.problem.horizon else "turn limit"
@@ -315,7 +311,7 @@ class Session(Displayed):
 
     def legal(self, seat: int) -> Bools | None:
         """The actions `[A]` open to a seat; None for all."""
-        legal = self._now().legal
+        legal = self._now().place.legal
         return None if legal is None else own(legal[seat])
 
     def labels(self, seat: int) -> Labels:
@@ -330,7 +326,7 @@ class Session(Displayed):
 
     def waits(self, seat: int) -> bool:
         """Whether a seat is not asked now, as it is another's turn."""
-        return bool(self._now().waiting[seat])
+        return bool(self._now().place.waiting[seat])
 
     def asked(self, seats: Sequence[int]) -> list[int]:
         """Those of some seats whose turn it is."""
@@ -394,10 +390,8 @@ class Session(Displayed):
         if draws is None:
             reroll = self.rerolls.get(number, 0)
             draws = self.source.draw(NATURE, number, reroll, self.problem.draws.step)[0]
-        outcome = self.problem.step(self.state[None], joint[None], draws[None])
-        state = own(outcome.state[0])
-        seen = own(outcome.observations[0]) if self.problem.hidden else state
-        turn = Turn(locked(joint), own(draws), state, seen, locked(outcome.rewards[0] + 0.0))
+        did, state, seen, rewards = self._rules.turn(self.state, joint, draws)
+        turn = Turn(did, own(draws), state, seen, rewards)
         self.turns.append(turn)
         return turn
 

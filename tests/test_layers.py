@@ -17,7 +17,7 @@ HOUSE = HERE.parent / "dmplay"
 FLOORS = (
     "errors", "places", "disk", "budget", "thought", "chance", "columns", "core", "dice",
     "describe", "hexes", "tiles", "matrix_game", "rows", "tabular", "laws", "belief", "displayed",
-    "session", "blocks", "rollouts", "problems", "files", "guests", "solvers", "policies",
+    "rules", "session", "blocks", "rollouts", "problems", "files", "guests", "solvers", "policies",
     "transcript", "bots", "finding", "hand", "terminal", "signals", "styles", "painting", "views",
     "loops", "gym", "zoo", "figures", "solutions", "advice", "keys", "game", "timeline",
     "conformance", "records", "measure", "words", "screen", "gallery", "reports", "prompt", "front",
