@@ -254,7 +254,7 @@ def _block(  # noqa: PLR0913, PLR0917
         budget.spend(0, share)
         over = problem.terminal(state)
         if over.any():  # these games are kept, and the others go on
-            live, off, on = (row, state, *sums), np.flatnonzero(over), np.flatnonzero(~over)
+            live, (off,), (on,) = (row, state, *sums), over.nonzero(), (~over).nonzero()
             ended.append(_noted(_rows(live, off), played, over[off]))
             row, state, *sums = _rows(live, on)
             memories = [_rows(memory, on) for memory in memories]

@@ -1,5 +1,5 @@
 """How fast it is: `python -m tests.benchmarks [start] [keys] [batch] [long] [bots] [loops]
-[honest] [simulations] [solving] [teams] [beliefs]
+[honest] [simulations] [solving] [teams] [beliefs] [rollouts]
 [--runs N]`; how well agents play:
 `python -m tests.benchmarks league [--problem NAME] [--agent NAME] [--games N]`.
 
@@ -21,6 +21,7 @@ from tests.benchmarks import (
     league,
     long,
     loops,
+    rollouts,
     simulations,
     solving,
     start,
@@ -39,10 +40,12 @@ PARTS = {
     "solving": solving.report,
     "teams": teams.report,
     "beliefs": beliefs.report,
+    "rollouts": rollouts.report,
 }
 RUNS = {
     "start": 15, "keys": 60, "batch": 7, "long": 3, "bots": 3, "loops": 7, "honest": 400,
     "simulations": 5, "solving": 3, "teams": 6, "beliefs": 1,
+    "rollouts": 5,
 }  # fmt: skip
 
 
