@@ -1,5 +1,6 @@
 """Plans of two agents who hear the same."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -44,38 +45,40 @@ class JointPlan(Seated):
         return found
 
     @cached_property
-    def _foreseen(self) -> Reals:
-        """The probability of what is heard and the next state, `[A, A of the other, O, S, S]`."""
+    def _beside(self) -> tuple[Reals, Reals]:
+        """The probability of what is heard and the next state, `[A, A of the other, O, S, S]`.
+
+        Beside what the partner does, and beside anything.
+        """
         tables = tabulate(self.problem)
         kinds = self.problem.observation_counts[self.seat]
         own = tables.seen.reshape(*tables.seen.shape[:2], -1, kinds).sum(axis=3 - self.seat)
         both = tables._replace(observation=own).joint.transpose(1, 2, 0, 3)
         shaped: Reals = both.reshape(*self.problem.action_counts, *both.shape[1:])
-        return shaped if self.seat == 0 else shaped.swapaxes(0, 1)
+        foreseen = shaped if self.seat == 0 else shaped.swapaxes(0, 1)
+        return foreseen, np.broadcast_to(foreseen.mean(axis=1, keepdims=True), foreseen.shape)
 
     def begin(self, observation: Array) -> Memory:
-        """What both believe: the distribution of the start state."""
-        return (np.tile(belief.prior(self.problem), (len(observation), 1)),)
+        """What both believe, the distribution of the start state, and do."""
+        return self._known(np.tile(belief.prior(self.problem), (len(observation), 1)))
 
     def update(self, memory: Memory, percept: Percept) -> Memory:
         """Bayes' rule beside the partner's plan; where that is ruled out, beside a random one."""
-        (b,) = memory
-        partner = self._planned(b)[:, 1 - self.seat]
-        foreseen = self._foreseen[percept.action, partner, percept.observation]
-        surprising = self._foreseen.mean(axis=1)[percept.action, percept.observation]
-        return (surprised(b, foreseen, surprising),)
+        b, planned = memory
+        turn = percept.action, planned[:, 1 - self.seat], percept.observation
+        return self._known(surprised(b, turn, *self._beside))
+
+    def _known(self, b: Reals) -> Memory:
+        """Beliefs, and the first of the best joint actions `[B, 2]`, the same for both seats."""
+        return b, joint_actions(self.problem)[greedy(self._jointly(b))]
 
     def _jointly(self, b: Reals) -> Reals:
         """Q `[B, joint actions]` of beliefs `[B, S]`."""
-        return np.stack([alpha_vectors.values(vectors, b) for vectors in self._vectors], axis=1)
-
-    def _planned(self, b: Reals) -> Ints:
-        """The first of the best joint actions `[B, 2]`, the same for both seats."""
-        return np.asarray(joint_actions(self.problem)[greedy(self._jointly(b))])
+        return np.stack([alpha_vectors.values(vectors, b) for vectors in self._vectors]).T
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """One's own part of the best joint action."""
-        return np.asarray(self._planned(memory[0])[:, self.seat])
+        return memory[1][:, self.seat]
 
     def values(self, memory: Memory) -> Reals:
         """Q of each action beside the partner's best one."""
@@ -83,11 +86,16 @@ class JointPlan(Seated):
         return np.asarray(q.max(axis=2 - self.seat))
 
 
-def surprised(b: Reals, foreseen: Reals, surprising: Reals) -> Reals:
-    """The beliefs `[B, S]` after a turn, by what was likely `[B, S, S']` beside a foreseen partner.
+def surprised(b: Reals, turn: Sequence[Ints], foreseen: Reals, surprising: Reals) -> Reals:
+    """The beliefs `[B, S]` after a turn, each part of it `[B]`, by what was likely `[..., S, S']`.
 
-    Where that rules out what was seen, by what else was likely.
+    That is beside a foreseen partner or, where this rules out what was seen, beside another.
     """
-    joint = mean(b, foreseen)
-    possible = joint.any(axis=1, keepdims=True)
-    return belief.bayes(np.where(possible, joint, mean(b, surprising))).belief
+    places, after = np.ravel_multi_index(tuple(turn), foreseen.shape[:-2]), np.empty_like(b)
+    for place in np.flatnonzero(np.bincount(places)):
+        rows = np.flatnonzero(places == place)
+        kind, before = np.unravel_index(place, foreseen.shape[:-2]), b.take(rows, axis=0)
+        after[rows], likelihood = belief.bayes(mean(before, foreseen[kind]))
+        out = np.flatnonzero(likelihood == 0.0)
+        after[rows[out]] = belief.bayes(mean(before[out], surprising[kind])).belief
+    return after

@@ -98,7 +98,7 @@ class BestResponse(Maximising, Seated):
     def update(self, memory: Memory, percept: Percept) -> Memory:
         """Bayes' rule; where that partner rules out what was heard, beside a random one."""
         turn = percept.action, percept.observation
-        return (surprised(memory[0], self._foreseen[turn], self._surprising[turn]),)
+        return (surprised(memory[0], turn, self._foreseen, self._surprising),)
 
     def values(self, memory: Memory) -> Reals:
         """Q of each action against that partner."""

@@ -157,7 +157,7 @@ def test_a_joint_plan_goes_on_beside_a_partner_who_surprises() -> None:
     policy = dmplay.agent(CARE, 1, "joint-plan")
     memory = policy.begin(np.array([-1]))  # caregiver1 should feed: no cry can follow
     turn = Percept(np.array([IGNORE]), np.array([CRYING]), None, None)
-    (b,) = policy.update(memory, turn)
+    b, _ = policy.update(memory, turn)
     assert b.tolist() == [[0, 1]]
 
 
