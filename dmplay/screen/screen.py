@@ -16,6 +16,7 @@ from dmplay.words.game_commands import foresee
 
 FASTER = 1.5  # the speed times this
 SLOWEST, FASTEST = 0.1, 50.0  # turns a second
+ENDED = "the game is over"
 MANY = 20  # turns that nobody wants to lose by one key
 SCROLLS = {  # rows back, by keys that scroll the log, where they play nothing, and pages
     "pageup": 8, "pagedown": -8, "home": inf, "end": -inf, "wheel up": 3, "wheel down": -3,
@@ -80,7 +81,7 @@ class Screen(Scene):
         """Asks for an action, to show what it may bring."""
         self.game.may_help("whatif")
         if self.game.waiting is None or self.rate:
-            alone = "the game is over" if self.game.session.over else "nobody chooses here"
+            alone = ENDED if self.game.session.over else "nobody chooses here"
             self.message = f"what if: {alone if self.game.waiting is None else 'the clock runs'}"
             return
         self.modes.happens(Event.ASKED)
@@ -194,7 +195,7 @@ class Screen(Scene):
             self.start_clock()
         elif key.isprintable():
             late = self.game.session.over and self._plays(key)
-            self.message = f"{key}: {'the game is over' if late else 'no such key; ? shows them'}"
+            self.message = f"{key}: {ENDED if late else 'no such key; ? shows them'}"
 
     def show_help(self) -> None:
         """The keys of the game, of the screen and of the commands; commands without one."""
@@ -217,7 +218,9 @@ class Screen(Scene):
 
     def pause(self) -> None:
         """Lets agents play or stops them; stops the clock of real time or lets it go on."""
-        if not self.game.people and not self.terminal.motion:
+        if self.game.session.over:
+            self.message = ENDED
+        elif not self.game.people and not self.terminal.motion:
             self.message = "nothing moves by itself; Space steps on, :auto plays to the end"
         elif self.game.people and not self.rate:
             self.message = "the game waits for you; there is nothing to pause"
@@ -234,6 +237,9 @@ class Screen(Scene):
 
     def step(self) -> None:
         """A turn of a game without people."""
+        if self.game.session.over:
+            self.message = ENDED
+            return
         before = len(self.game.session.turns)
         self.game.unattended()
         self.note()

@@ -282,6 +282,13 @@ def test_agents_are_stepped_and_a_person_is_not() -> None:
     assert "turn 0/20" in play(game("crying-baby"), "space").last
 
 
+def test_what_steps_on_and_lets_play_says_that_the_game_is_over() -> None:
+    watched = play(game("hexworld", "script:e"), "space", "space", "space", "P")
+    assert ["the game is over" in frame for frame in watched.frames] == [False] * 3 + [True] * 2
+    shown = play(game("prisoners-dilemma", "human", "random", turns=1), "c", "P")
+    assert "the game is over" in shown.last
+
+
 def test_turns_that_are_played_at_once_are_all_in_the_log() -> None:
     shown = play(game("hexworld", "optimal"), ":", "auto enter", "x").last
     told = [row.partition(".")[0].strip() for row in shown.split("\n") if " chose " in row]
