@@ -34,6 +34,7 @@ class Table:
     ) -> None:
         self.typed = False  # whether people type here; else a script is done
         self.ended: list[Recorder] = []  # of the games so far, each once
+        self._kept_before: list[Recorder] = []  # of the game before this one, if it is kept
         self.removed = 0  # older games that had to make room for them
         self.open_screen: Callable[[], str] | None = None  # where there is one to open
         self.aliases = aliases
@@ -66,7 +67,9 @@ class Table:
 
     def put(self, game: Game) -> None:
         """Plays this game from now on."""
+        many = len(self.ended)
         self.end()
+        self._kept_before = self.ended[many:]
         self._game = game
         self.removed += game.removed
         dice = luck(game.name, game.session.source)
@@ -142,8 +145,8 @@ class Table:
     def began(self) -> str:
         """What game began, and where the one before it is."""
         seed = f", seed {self.game.seed}" if self.game.shows_seed else ""
-        last = f" kept: {self.ended[-1].path}" if self.ended else ""
-        return f"new game of {self.game.name}{seed}.{last}"
+        kept = "".join(f" kept: {one.path}" for one in self._kept_before)
+        return f"new game of {self.game.name}{seed}.{kept}"
 
     def free(self, path: Path) -> Path:
         """A name for a game that goes on from this file: beside it, or where games are kept."""

@@ -104,6 +104,15 @@ def test_what_is_told_of_is_there(kept: Path, capsys: pytest.CaptureFixture[str]
         assert ("replay: " in capsys.readouterr().err) is not gone
 
 
+@pytest.mark.usefixtures("kept")
+def test_a_new_game_tells_where_the_one_before_it_is_and_none_older() -> None:
+    table = Table(new(Request("hexworld", seed=7)))
+    table.game.choose(0)
+    place = table.game.source
+    assert table.restart() == f"new game of hexworld, seed 7. kept: {place}"
+    assert table.restart() == "new game of hexworld, seed 7."  # that had no turns
+
+
 def test_games_that_make_room_are_told_of_once(
     kept: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
