@@ -182,15 +182,23 @@ def panel(view: View[Problem]) -> list[tuple[str, str]]:
 
 def told(view: View[Problem]) -> str:
     """The action and what was seen after it."""
-    saw = seen(view)
-    drawn = hasattr(view.problem, "picture") and len(saw) > SHORT
-    return f"{'' if drawn else f'{saw}. '}{_did(view)}{_believed(view)}"
+    drawn = hasattr(view.problem, "picture") and len(seen(view)) > SHORT
+    return f"{'' if drawn else _saw(view)}{_did(view)}{_believed(view)}"
+
+
+def _saw(view: View[Problem]) -> str:
+    """What was seen last, a sentence; nothing where there is but one state to see."""
+    problem = view.problem
+    return "" if problem.states == 1 and not problem.hidden else f"{seen(view)}. "
 
 
 def _did(view: View[Problem]) -> str:
-    """The seat's own action; in a game of turns whose turn it was, and what was done."""
+    """What was done: by the seat, and by all where they see each other's actions.
+
+    In a game of turns only by those whose turn it was.
+    """
     problem, mine = view.problem, f"chose {view.last}."
-    if len(problem.agents) == 1 or WAIT not in problem.actions[view.seat].labels:
+    if len(problem.agents) == 1:
         return mine
     if view.joint is None:
         return mine if view.last != WAIT else "waited."
@@ -206,7 +214,8 @@ def _did(view: View[Problem]) -> str:
 def situation(view: View[Problem]) -> str:
     """What was seen last and what can be done."""
     can = (view.labels or view.problem.actions[view.seat]).words(view.legal)
-    return f"{seen(view)}.{_believed(view)} actions: {can or 'none'}."
+    told = f"{_saw(view).rstrip()}{_believed(view)} actions: {can or 'none'}."
+    return told.lstrip()
 
 
 def _names(view: View[Problem]) -> list[str]:

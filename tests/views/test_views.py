@@ -21,6 +21,7 @@ from dmplay.views import game_2048 as tiles
 from dmplay.views import generic
 from dmplay.views import hexworld as exits
 from dmplay.views.style import Look, Overlay, fit, style_of
+from tests.files.sources import ballet, team
 from tests.support.games import session
 from tests.support.glyphs import GLYPHS, PLAIN
 from tests.support.looks import foreseen
@@ -223,6 +224,21 @@ def test_every_action_has_a_key_and_every_key_an_action(problem: Problem) -> Non
             assert action_by_key(problem, seat, str(number % 10)) == number - 1
         for key, label in style.KEYS.items():
             assert action_by_key(problem, seat, key) == labels.index(label)
+
+
+def test_a_brought_game_tells_what_all_did_where_they_see_it_and_no_state_where_there_is_one() -> (
+    None
+):
+    game = Session(ballet(), Dice(1))
+    first, second = game.problem.agents
+    assert generic.situation(game.view(0)).startswith("actions: ")
+    game.advance([0, 1])
+    names = [game.problem.action_name(seat, action) for seat, action in enumerate((0, 1))]
+    told = f"{first} chose {names[0]}; {second} chose {names[1]}."
+    assert (generic.told(game.view(0)), generic.told(game.view(1))) == (told, told)
+    unseen = Session(team(), Dice(1))
+    unseen.advance([0, 1])
+    assert generic.told(unseen.view(0)).count("chose") == 1
 
 
 def test_a_problem_without_a_word_of_its_own_has_a_goal_all_the_same() -> None:
