@@ -26,7 +26,8 @@ def roster(problem: Problem, seat: int) -> Roster:
         return team.roster(problem, seat)
     fitting = _fitting(problem)
     best = next((name for name in ("optimal", "equilibrium") if name in fitting), "search")
-    planner = "plan" if best == "search" and "plan" in fitting else None
+    turns_count = problem.discount == 1.0 and not problem.hidden  # however many there are
+    planner = "plan" if turns_count and "plan" in fitting else None
     return Roster(fitting, adviser=best, planner=planner)
 
 

@@ -120,10 +120,16 @@ class Search(Believing):
 
     @cached_property
     def _own(self) -> Policy | None:
-        """Who plays on in the own seat beyond the tree."""
+        """Who plays on in the own seat beyond the tree; nobody where one alone cannot plan that."""
         alone = self.problem.hidden and not any(self._others)
         unasked = self._ahead is not None or alone or self.problem.states == 1
-        return self._found(self.seat, self.rollout, "random" if unasked else ADVISER)
+        found = self._found(self.seat, self.rollout, "random" if unasked else ADVISER)
+        if found and self.rollout == USUAL and len(self.problem.agents) == 1:
+            try:
+                found.values(found.begin(self.problem.first_sight(some(self.problem), self.seat)))
+            except TooMuch:
+                return None
+        return found
 
     @cached_property
     def _cast(self) -> Cast:

@@ -201,7 +201,7 @@ def _alone(problem: Problem) -> dict[str, type[Seated]]:
     if problem.horizon is not None:
         return {"optimal": Foreseeing}
     ends = problem.terminal(problem.enumerated()).any()
-    return {"optimal": Seeing} if ends else {"plan": Foreseeing}
+    return ({"optimal": Seeing} if ends else {}) | {"plan": Foreseeing}
 
 
 def in_turn(problem: Problem) -> bool:

@@ -9,7 +9,6 @@ from dmplay.budget import ROUND, Budget, between
 from dmplay.chance import Ints, Reals
 from dmplay.core import Problem, exact_start
 from dmplay.describe import counted
-from dmplay.errors import TooMuch
 from dmplay.policies import seeing
 from dmplay.solutions.played import planning
 from dmplay.solutions.solution import Row, Solution, names
@@ -64,9 +63,6 @@ def sweeps(problem: Problem) -> Solution:
         change = float(abs(after - values).max())
         values = after
         done += 1
-    if change >= STILL and problem.discount == 1.0:
-        needed = f"values still change by {change:.3g} after {done} sweeps"
-        raise TooMuch(budget.what, needed, backward_sweeps.ENDLESS)
     q = value_iteration.optimal(tables, problem.discount)
     off = float(abs(q.max(axis=1) - values).max())
     states = problem.enumerated()

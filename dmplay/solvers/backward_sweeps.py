@@ -17,6 +17,7 @@ from dmplay.budget import ROUND, Budget
 from dmplay.chance import Array, Ints, Reals
 from dmplay.errors import TooMuch
 from dmplay.solvers.graph import BLOCK, Graph, edges, gathered
+from dmplay.solvers.value_iteration import ENDLESS
 
 GAP = 1e-8  # between the bounds, where values are about 1
 ROUNDING = 4e-15  # of values, by which no bounds are nearer
@@ -26,7 +27,6 @@ MOST_BLOCKS = 4096  # of states that are swept one after the other
 HALF = 32  # bits of a number
 WORK, PATIENCE = 1e11, 50  # sweeps after which undiscounted values must change less
 EACH = 10.0  # operations of an outcome in a sweep
-ENDLESS = "nothing is discounted and games need not end; give a discount below 1, or a horizon"
 
 
 class Swept(NamedTuple):

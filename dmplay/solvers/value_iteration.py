@@ -4,12 +4,14 @@ import numpy as np
 
 from dmplay.budget import ROUND, Budget
 from dmplay.chance import Bools, Ints, Reals
+from dmplay.errors import TooMuch
 from dmplay.tabular import Tables
 
 MOST = 10_000  # sweeps where nothing is discounted
 STILL = 1e-12  # a change that ends them
 SLACK = 1e-9  # values this close are equal: the last bits differ between processors
 ROUNDING = 1e-13  # of the greatest value: what rounding may leave of it
+ENDLESS = "nothing is discounted and games need not end; give a discount below 1, or a horizon"
 
 
 def action_values(tables: Tables, discount: float, values: Reals) -> Reals:
@@ -59,12 +61,15 @@ def slack(values: Reals, least: float = SLACK) -> float:
 def _settled(tables: Tables) -> Reals:
     """Undiscounted values `[S]`, swept until they are still, or often enough."""
     budget = _budget()
-    values = np.zeros(len(tables.transition))
+    values, change = np.zeros(len(tables.transition)), np.inf
     for _ in range(MOST):
         budget.spend(ROUND + tables.transition.size)
         before, values = values, action_values(tables, 1.0, values).max(axis=1)
-        if abs(values - before).max() < STILL:
+        change = float(abs(values - before).max())
+        if change < STILL:
             break
+    if change > slack(values):
+        raise TooMuch(budget.what, f"values change by {change:.3g} a turn", ENDLESS)
     return values
 
 

@@ -105,8 +105,23 @@ class Dial(Lamp):
     actions = (Interval(-1.0, 1.0),)  # type: ignore[assignment]
 
 
-def game(problem: dmplay.Problem) -> Game:
-    return seated("mine", Session(problem, Dice(7, 0), [None]), [HUMAN])
+@dataclass(frozen=True)
+class Fused(Lamp):
+    """One that can be left on for ever, or goes out for good."""
+
+    discount: float = 1.0
+    start_belief = np.array([0.0, 1.0])
+    tables = Tables(
+        np.array([[[1.0, 0.0]] * 2, [[0.0, 1.0], [1.0, 0.0]]]),
+        np.array([[[0.0], [0.0]], [[1.0], [0.5]]]),
+    )
+
+    def terminal(self, s: Array) -> Bools:
+        return np.asarray(s == 0)
+
+
+def game(problem: dmplay.Problem, limit: int | None = None) -> Game:
+    return seated("mine", Session(problem, Dice(7, 0), [None], limit=limit), [HUMAN])
 
 
 @pytest.mark.parametrize(
@@ -131,6 +146,15 @@ def test_the_turns_of_a_game_that_has_no_end_are_planned_once_they_are_known() -
     unending = Lamp(discount=1.0)
     names = [found[0] for turns in (None, 4, 10**9) if (found := adviser(unending, 0, turns))]
     assert [name.partition(":")[0] for name in names] == ["search", "plan", "search"]
+
+
+def test_what_may_pay_for_ever_undiscounted_is_searched_or_planned() -> None:
+    best = dmplay.agent(Fused(), 0, "optimal")
+    with pytest.raises(TooMuch, match="values change by 1 a turn; nothing is discounted"):
+        dmplay.rollout(Fused(), [best], episodes=1, turns=2)
+    assert game(Fused()).adviser.hint() == "hint (search): wait"
+    told = game(Fused(), limit=3).adviser.hint()
+    assert told == "hint (plan:horizon=3): wait. values: wait 3.00, switch 0.50"
 
 
 def test_what_is_not_legal_is_neither_valued_nor_best() -> None:
