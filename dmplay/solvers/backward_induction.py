@@ -20,7 +20,7 @@ from dmplay.solvers.value_iteration import slack
 
 STILL = 1e-12  # a change that ends the induction, where values are about 1
 WORK, MOST = 1e11, 10_000  # turns
-PATIENCE = 50  # turns, or as many as there are states, after which changes must be less
+PATIENCE = 50  # turns after which changes must be less, or what all states may pay by changing so
 ENDLESS = "games need not end; give a discount below 1, or a horizon"
 
 
@@ -45,8 +45,10 @@ def solved(problem: Problem, graph: Graph, turns: int | None) -> Induced:
     values = [np.zeros((len(graph.states), len(problem.agents)))]
     found = Induced(graph, _mover(problem, graph), values, 0.0)
     far = problem.discount / (1.0 - problem.discount) if problem.discount < 1.0 else 1.0
-    gaps, patience = [np.inf], max(PATIENCE, len(graph.states))
+    gaps, states = [np.inf], len(graph.states)
+    dear = 2 * far * states * float(np.abs(graph.rewards).max(initial=0.0))
     while len(values) - 1 != turns:
+        patience = max(PATIENCE, states + int(min(dear / gaps[-1], MOST)))
         lasting = endless and len(gaps) > patience and gaps[-1] > gaps[-patience] * (1 - STILL)
         if lasting or len(values) > MOST:
             needed = f"values still change after {len(values) - 1} turns"

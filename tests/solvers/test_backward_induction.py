@@ -231,6 +231,24 @@ def test_a_long_way_to_the_end_is_not_taken_for_one_without() -> None:
     assert found.values_of(None)[:, 0].tolist() == [-s for s in range(101)]
 
 
+@dataclass(frozen=True)
+class Siege(Corridor):
+    """To hold out costs 1 a turn for ever, to yield 100 at once."""
+
+    actions = (Labels(("hold", "yield")),)
+    states, placed = 2, 1
+
+    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+        moved = np.where(a[:, 0] == 1, 0, s)
+        return Outcome(moved, np.where(moved < s, -100.0, -1.0)[:, None], moved)
+
+
+def test_what_lasts_until_the_end_is_the_cheaper_is_waited_for() -> None:
+    problem = Siege()
+    found = backward_induction.solved(problem, graph.whole(problem), None)
+    assert found.values_of(None)[:, 0].tolist() == [0.0, -100.0]
+
+
 def test_the_optimum_advises_and_is_refused_where_two_act_at_once() -> None:
     found = adviser(Nim(), 0)
     assert found is not None
