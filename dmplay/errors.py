@@ -24,6 +24,8 @@ MOST_NAMES = 16  # in one message
 class DmplayError(Exception):
     """Any error that dmplay raises on purpose; its text is one line for people."""
 
+    entrant: int | None = None  # in whose games it came up, where several play the same
+
 
 class UnknownName(DmplayError, LookupError):
     """A name that is not among those that exist."""

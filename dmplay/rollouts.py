@@ -2,9 +2,9 @@
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
-from contextlib import nullcontext
+from contextlib import contextmanager, nullcontext
 from functools import partial
 from typing import NamedTuple
 
@@ -26,7 +26,7 @@ from dmplay.core import (
     own,
 )
 from dmplay.dice import NATURE, uniforms
-from dmplay.errors import BadParameter, BadPolicy, LostGames, UnknownName
+from dmplay.errors import BadParameter, BadPolicy, DmplayError, LostGames, UnknownName
 from dmplay.session import MOST_TURNS, actions_chosen
 
 LEAST, SOME, PROBED = 8, 32, 2  # games of a block; games and turns that tell what they cost
@@ -133,7 +133,10 @@ def rollouts(
     alone = executor is None and workers == 1 and progress is None
     hands = workers if isinstance(workers, int) else 1
     at_once = alone or len(which) <= LEAST
-    size = MOST if at_once else min(_grain(problem, one, seed, hands) for one in entrants)
+    size = MOST
+    for place, policies in enumerate(() if at_once else entrants):
+        with _games_of(place):
+            size = min(size, _grain(problem, policies, seed, hands))
     kept: tuple[Rollout, ...] | None = None
     played = np.zeros(len(which), bool)
     with watched(progress) if progress else nullcontext():
@@ -209,9 +212,19 @@ def _blocks(  # noqa: PLR0913, PLR0917 - what a worker is sent
     """Has each of the entrants play these games."""
     found = []
     for place, policies in enumerate(entrants):
-        with part(place, len(entrants)):
+        with part(place, len(entrants)), _games_of(place):
             found.append(_block(problem, policies, turns, seed, keep, luck, games))
     return tuple(found)
+
+
+@contextmanager
+def _games_of(place: int) -> Iterator[None]:
+    """Has errors tell in whose games they came up."""
+    try:
+        yield
+    except DmplayError as error:
+        error.entrant = place
+        raise
 
 
 def _block(  # noqa: PLR0913, PLR0917

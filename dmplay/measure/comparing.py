@@ -11,7 +11,7 @@ from dmplay.blocks import Workers
 from dmplay.budget import Watch
 from dmplay.chance import Reals
 from dmplay.core import DECIMALS, Policy, Problem
-from dmplay.errors import BadParameter
+from dmplay.errors import BadParameter, BadPolicy, DmplayError
 from dmplay.measure.estimate import Estimate, always, estimate
 from dmplay.measure.luck import luck
 from dmplay.measure.some import some
@@ -52,13 +52,15 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
     workers: Workers = 1,
     executor: Executor | None = None,
     progress: Watch | None = None,
+    names: Sequence[str] = (),
 ) -> Comparison:
     """What the policies of each entrant earn in a seat, game by game on the same dice.
 
     What can be told to be luck does not count: it makes no difference on average.
 
     With `decide`, two entrants play until it is clear which is ahead, or `episodes` are played;
-    the first is wrongly taken for better or worse in at most this share of comparisons.
+    the first is wrongly taken for better or worse in at most this share of comparisons. Errors
+    begin with the name of whose games they came up in, where `names` are given.
     """
     if len(entrants) < 2:
         raise BadParameter(f"got {len(entrants)} agent, expected two or more to compare")
@@ -72,7 +74,12 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
     while True:
         which, keep = range(told.shape[1], many), ("returns", "luck")
         games = Games(which, turns, seed, workers, executor, progress, keep, judge)
-        part = some(problem, entrants, games)
+        try:
+            part = some(problem, entrants, games)
+        except DmplayError as error:
+            if not names or error.entrant is None:
+                raise
+            raise BadPolicy(f"{names[error.entrant]}: {error}") from None
         if part.played:
             told = np.concatenate([told, _seen(part.played, seat)], axis=1)
         if part.short and not told.size:

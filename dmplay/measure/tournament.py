@@ -13,7 +13,7 @@ from dmplay.blocks import Workers
 from dmplay.budget import Watch, part, watched
 from dmplay.chance import Reals
 from dmplay.core import Policy, Problem
-from dmplay.errors import BadParameter, UnknownName
+from dmplay.errors import BadParameter, BadPolicy, DmplayError, UnknownName
 from dmplay.measure.estimate import Estimate, estimate
 from dmplay.measure.some import some
 from dmplay.rollouts import Games
@@ -79,8 +79,12 @@ def tournament(  # noqa: PLR0913 - each is the caller's to choose
     with watched(progress) if progress else nullcontext():
         for place, seating in enumerate(left):
             policies = [sides[who][seat] for seat, who in enumerate(seating)]
-            with part(place, len(left)):
-                one = some(problem, [policies], games)
+            try:
+                with part(place, len(left)):
+                    one = some(problem, [policies], games)
+            except DmplayError as error:
+                who = " and ".join((*names, "the equilibrium")[who] for who in seating)
+                raise BadPolicy(f"{who}: {error}") from None
             if one.short and not played:
                 raise one.short
             if one.short:

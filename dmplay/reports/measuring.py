@@ -227,6 +227,7 @@ def compared(  # noqa: PLR0913 - each is the caller's to choose
         result = compare(
             each[0].problem, [one.policies for one in each], episodes=episodes, decide=decide,
             turns=match.turns, seed=match.seed, workers=workers, executor=executor, progress=bar,
+            names=entrants,
         )  # fmt: skip
     text = _compared(match, entrants, result, decide, form, time.monotonic() - since)
     return told(text, result.short)

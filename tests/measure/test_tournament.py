@@ -7,17 +7,20 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import dmplay
+from dmplay.chance import Array, Bools, Reals
 from dmplay.cli.errands import understood
-from dmplay.core import Policy
-from dmplay.errors import BadParameter, UnknownName
+from dmplay.core import Memory, Policy
+from dmplay.errors import BadParameter, BadPolicy, IllegalAction, UnknownName
 from dmplay.measure.estimate import Estimate
 from dmplay.measure.tournament import Played, Tournament, tournament
+from dmplay.policies.general import Random
 from dmplay.reports.kept import Kept
 from dmplay.reports.tournaments import _standing, _standings
 from tests.support.programs import run
@@ -142,6 +145,26 @@ def test_a_tournament_that_is_interrupted_tells_what_was_played() -> None:
     rows = [_standing(row) for row in _standings(first)]
     assert [row["entrant"] for row in rows] == ["always-defect", "grim"]
     assert rows[1]["mean return"] == "-"
+
+
+class Ninth(Random):
+    """Does what there is not."""
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        return np.full(len(u), 9)
+
+
+def test_an_error_tells_in_whose_games_it_came_up() -> None:
+    sides = {"fair": Random, "wrong": Ninth}
+    each = {name: [make(DILEMMA, seat) for seat in range(2)] for name, make in sides.items()}
+    with pytest.raises(BadPolicy, match=r"^fair and wrong: turn 1, agent2: got action 9, expected"):
+        tournament(DILEMMA, each, episodes=2)
+    for watch in (None, lambda share: None):  # played at once, and tried before
+        playing = partial(dmplay.compare, DILEMMA, [*each.values()], episodes=2, progress=watch)
+        with pytest.raises(BadPolicy, match=r"^wrong: turn 1, agent1: got action 9"):
+            playing(names=[*each])
+        with pytest.raises(IllegalAction, match=r"^turn 1, agent1: got action 9"):
+            playing()
 
 
 def test_entrants_may_keep_the_order_in_which_they_are_named(tmp_path: Path) -> None:
