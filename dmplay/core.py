@@ -5,7 +5,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import Field, dataclass, field, fields
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import product
 from typing import Any, ClassVar, NamedTuple, Protocol, Self, TypeVar
 
@@ -22,7 +22,9 @@ LISTED = 384 * 2**20  # bytes of all states of a problem, or of what may come of
 PARAMETERS = "parameters are fields with a default, as `price: float = 5.0`, not of __init__"
 NOTHING_YET = "nothing yet"
 WAIT = "wait"  # the action of an agent whose turn it is not, where it is the only one
+MOST_SHARED = 4096  # arrays of which one is told again where another is the same
 LARGEST = 1e6  # a parameter that says no bounds of its own, either way
+LOCKED = ("read-only", "WRITEABLE")  # what is said of a write, and of the wish to write
 
 T = TypeVar("T")
 Memory = tuple[Array, ...]
@@ -265,6 +267,16 @@ def raw(array: Array) -> bytes:
     return array.data.tobytes()
 
 
+def lasting(array: Array) -> Array:
+    """A copy into which nobody ever can write; where its like was told before, that one."""
+    return own(array) if array.dtype.hasobject else _bytes(raw(array), array.dtype, array.shape)
+
+
+@lru_cache(MOST_SHARED)
+def _bytes(known: bytes, dtype: "np.dtype[Any]", shape: tuple[int, ...]) -> Array:
+    return np.ndarray(shape, dtype, known)
+
+
 def locked(array: Array) -> Array:
     """An array that was just made, into which nobody writes from now on."""
     array.setflags(write=False)
@@ -276,7 +288,7 @@ def asked(where: object, answer: Callable[..., T], *given: object) -> T:
     try:
         return answer(*given)
     except ValueError as error:
-        if "read-only" not in str(error):
+        if not any(word in str(error) for word in LOCKED):
             raise
         name = answer.__qualname__
         raise BadPolicy(f"{where}: {name} writes into what it was given; copy it first") from None

@@ -1,14 +1,16 @@
 """The rules of a problem as one game asks them, a row at a time."""
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from dmplay.chance import COUNTED, Array, Bools, Reals, batched, drawn
-from dmplay.core import Outcome, Problem, locked, own, raw
+from dmplay.core import Outcome, Percept, Problem, lasting, locked, own, raw
 
 MOST = 4096  # answers that are remembered; and pairs of a state and a joint action where any are
+
+T = TypeVar("T")
 
 
 class Place(NamedTuple):
@@ -52,6 +54,10 @@ class Rules:
         seen = own(outcome.observations[0]) if self.problem.hidden else state
         return Came(locked(joint), state, seen, locked(outcome.rewards[0] + 0.0))
 
+    def percept(self, seat: int, actions: Array, outcome: Outcome) -> Percept:
+        """What a turn taught a seat, as a batch of one row."""
+        return self.problem.percept(seat, actions, outcome)
+
 
 class Remembered(Rules):
     """A problem in which little can happen: what it was asked before is not asked again."""
@@ -60,6 +66,7 @@ class Remembered(Rules):
         super().__init__(problem)
         self._places: dict[bytes, Place] = {}
         self._turns: dict[tuple[object, ...], Came] = {}
+        self._percepts: dict[tuple[object, ...], Percept] = {}
 
     def place(self, state: Array) -> Place:
         """What holds in a state."""
@@ -77,10 +84,26 @@ class Remembered(Rules):
         events = drawn(chances, u)
         known, key = self._turns, (raw(state), raw(joint), *events)
         if key not in known:
-            if len(known) == MOST:
-                known.clear()
+            _make_room(known)
             known[key] = self._came(joint, self.problem.move(s, a, batched(events)))
         return known[key]
+
+    def percept(self, seat: int, actions: Array, outcome: Outcome) -> Percept:
+        """What a turn taught a seat, in arrays into which nobody ever can write."""
+        _, rewards, seen = outcome
+        known, key = self._percepts, (seat, raw(actions), raw(seen), raw(rewards))
+        if key not in known:
+            _make_room(known)
+            taught = super().percept(seat, actions, outcome)
+            parts = {k: lasting(part) for k, part in taught._asdict().items() if part is not None}
+            known[key] = taught._replace(**parts)
+        return known[key]
+
+
+def _make_room(known: dict[tuple[object, ...], T]) -> None:
+    """Forgets everything where there is no more room."""
+    if len(known) >= MOST:
+        known.clear()
 
 
 def rules(problem: Problem, first: Array) -> Rules:

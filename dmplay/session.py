@@ -5,10 +5,10 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from operator import add
 from threading import Lock
-from typing import Any, Generic, NamedTuple, Protocol, TypeVar, overload
+from typing import Generic, NamedTuple, Protocol, TypeVar, overload
 
 import numpy as np
 
@@ -23,9 +23,9 @@ from dmplay.core import (
     Policy,
     Problem,
     asked,
+    lasting,
     locked,
     own,
-    raw,
 )
 from dmplay.describe import counted, ended
 from dmplay.dice import NATURE
@@ -38,7 +38,6 @@ MOST_TURNS = 10_000  # where nothing else ends a game
 LARGEST_BELIEF = 4096  # states that a view shows a belief over, where it is quick to have
 LARGEST_ROWS = 2**16  # of them where what can happen is listed
 PART = 256  # turns of a part of what a seat was told
-MOST_SHARED = 4096  # arrays of which one is told again where another is the same
 WORKING = Lock()  # had by who works out beliefs: a view may be drawn beside a thought
 LONGEST_LIST = 64  # states; a longer belief, written as a list, is no use to a reader
 
@@ -61,16 +60,6 @@ class Turn(NamedTuple):
     state: Array  # [...]
     observations: Array  # [n], or the state
     rewards: Reals  # [n]
-
-
-def lasting(array: Array) -> Array:
-    """A copy into which nobody ever can write; where its like was told before, that one."""
-    return own(array) if array.dtype.hasobject else _bytes(raw(array), array.dtype, array.shape)
-
-
-@lru_cache(MOST_SHARED)
-def _bytes(known: bytes, dtype: "np.dtype[Any]", shape: tuple[int, ...]) -> Array:
-    return np.ndarray(shape, dtype, known)
 
 
 class Telling(Generic[T]):
@@ -462,7 +451,7 @@ class Session(Displayed):
         """What a turn (from 1) taught a seat, as a batch of one row."""
         actions, _, state, observations, rewards = self.turns[turn - 1]
         outcome = Outcome(state[None], rewards[None], observations[None])
-        return self.problem.percept(seat, actions[None], outcome)
+        return self._rules.percept(seat, actions[None], outcome)
 
     @cached_property
     def believes(self) -> bool:

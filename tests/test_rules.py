@@ -9,9 +9,11 @@ import pytest
 import dmplay
 from dmplay import Outcome, rules
 from dmplay.chance import Array, Bools, Chance, Normal
-from dmplay.core import Problem
+from dmplay.core import Memory, Percept, Problem
 from dmplay.dice import Dice
+from dmplay.errors import BadPolicy
 from dmplay.policies.general import Random
+from dmplay.policies.script import Script
 from dmplay.problems.hexworld import LINE, HexWorld
 from tests.support.brought import Heap, Key
 
@@ -40,6 +42,14 @@ class Leaking(Heap):
 
     def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         return Outcome(s, events[0][:, None], s)
+
+
+class Unlocking(Script):
+    """Makes what it is told its own."""
+
+    def update(self, memory: Memory, percept: Percept) -> Memory:
+        percept.observation.flags.writeable = True
+        return super().update(memory, percept)
 
 
 def played(problem: Problem, turns: int, seed: int = 3) -> dmplay.Session:
@@ -87,6 +97,14 @@ def test_what_comes_again_is_not_asked_again() -> None:
     asked = Asked.times["move"] - len(game.turns)  # and once a turn just now
     assert Asked.times["terminal"] == len(LINE)
     assert asked <= 3 * 6 * len(LINE)
+
+
+def test_a_policy_that_unlocks_what_it_is_told_again_is_named() -> None:
+    problem = dmplay.load("crying-baby")
+    game = dmplay.Session(problem, Dice(1), [Unlocking(problem, 0, (0, 0))])
+    game.advance()
+    with pytest.raises(BadPolicy, match=r"turn 2, agent: Unlocking\.update writes into what it"):
+        game.advance()
 
 
 def test_what_is_forgotten_is_asked_again(monkeypatch: pytest.MonkeyPatch) -> None:
