@@ -158,8 +158,9 @@ class Game:
         """
         if seat is not None:
             return Moment(self.session, seat, paid=self.paid)
-        if self._now is None or not self._now.lasts(self.watcher):
-            self._now = Moment(self.session, self.watcher, paid=self.paid)
+        watcher = self.watcher
+        if self._now is None or not self._now.lasts(watcher):
+            self._now = Moment(self.session, watcher, paid=self.paid)
         return self._now
 
     def view(self, seat: int | None = None) -> View[Problem]:

@@ -1,6 +1,6 @@
 """What a view makes of a game, kept by what it looked at: a game comes to few places, often."""
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import replace
 from functools import cached_property
 from operator import attrgetter
@@ -34,7 +34,15 @@ class Moment:
         self.last = session.turns[-1] if session.turns else None
         self.ending = session.ending
         self.paid = paid or self.ending is not None or session.problem.rewards_observed
-        self._facts: dict[str, Hashable] = {}
+        last, legal = self.last, session.legal(seat)
+        able = None if legal is None else legal.tobytes()
+        # What is no list of what was told turn by turn, and whether there was a turn.
+        self.stands = seat, self.ending, session.limit, able, self.turn > 0, self.paid
+        self.seen = raw(session.observation(seat, self.turn))
+        self.before = last and raw(session.observation(seat, self.turn - 1))
+        self.action = last and last.actions.item(seat)
+        self.joint = last and raw(last.actions)
+        self.reward = last and last.rewards.item(seat)
 
     def lasts(self, seat: int) -> bool:
         """Whether it is still what that seat may know."""
@@ -47,13 +55,14 @@ class Moment:
         """All that the seat may know."""
         return self.session.view(self.seat, paid=self.paid)
 
+    @property
+    def belief(self) -> bytes:
+        """What the seat believes."""
+        return raw(self.view.belief)
+
     def facts(self, names: Sequence[str]) -> list[Hashable]:
-        """Some of FACTS."""
-        known = self._facts
-        for name in names:
-            if name not in known:
-                known[name] = FACTS[name](self)
-        return [known[name] for name in names]
+        """What has these names, as what can be compared."""
+        return [getattr(self, name) for name in names]
 
 
 class Noting(Moment):
@@ -77,7 +86,7 @@ class Noting(Moment):
         )
 
     def facts(self, names: Sequence[str]) -> list[Hashable]:
-        """Some of FACTS."""
+        """What has these names, as what can be compared."""
         self._looked.update(names)
         return self._now.facts(names)
 
@@ -103,24 +112,6 @@ class Near(Sequence[T]):
         known = isinstance(place, int) and -len(self._names) <= place < 0
         self._looked.add(self._names[-1 - place] if known else FAR)  # type: ignore[operator]
         return self._told[place]
-
-
-def _stands(now: Moment) -> Hashable:
-    """What is no list of what was told turn by turn, and whether there was a turn."""
-    legal = now.session.legal(now.seat)
-    able = None if legal is None else legal.tobytes()
-    return now.seat, now.ending, now.session.limit, able, now.turn > 0, now.paid
-
-
-FACTS: Mapping[str, Callable[[Moment], Hashable]] = {  # of the last turn
-    STANDS: _stands,
-    "seen": lambda now: raw(now.session.observation(now.seat, now.turn)),
-    "before": lambda now: now.turn and raw(now.session.observation(now.seat, now.turn - 1)),
-    "action": lambda now: now.last and raw(now.last.actions[now.seat]),
-    "joint": lambda now: now.last and raw(now.last.actions),
-    "reward": lambda now: now.last and raw(now.last.rewards[now.seat]),
-    "belief": lambda now: raw(now.view.belief),
-}
 
 
 class Question(NamedTuple):
