@@ -5,6 +5,7 @@ import io
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import lru_cache
+from json.encoder import encode_basestring_ascii
 from pathlib import Path
 from typing import NamedTuple
 
@@ -157,7 +158,7 @@ def _written(game: Playback, room: Room) -> Iterator[str]:
 
 def _quoted(told: str) -> str:
     """A text as it stands between the quotes of JSON."""
-    return json.dumps(told)[1:-1]
+    return encode_basestring_ascii(told)[1:-1]
 
 
 def _line(value: object) -> str:

@@ -114,31 +114,35 @@ class Frame:
         elif shown.page:
             parts = [[self._title()], _part(room, shown)]
         else:
-            aim = [heading.goal(self._game, self._now, room)] if aimed(room) else []
-            parts = [[self._title(), *aim], *self._board_and_log()]
+            parts = [[self._title()], *self._board_and_log()]
         left = room.height - 2 - sum(map(len, parts))
         return [*parts, [""] * left] if left >= 0 else [[*chain(*parts)][: room.height - 2]]
 
+    def _aim(self, now: Moment) -> list[Line]:
+        """The row of the goal, where it has one."""
+        return [heading.goal(self._game, now, self._room)] if aimed(self._room) else []
+
     def _board_and_log(self) -> list[Part]:
-        """Board, panel and log."""
+        """The goal, board, panel and log."""
         game, room, now, body = self._game, self._room, self._now, self._body
         laid = self._laid()
         long = [self._shown.message] if self._long else []
         whole = Room(room.width, max(body - 1, 0), room.ascii)
         left = whole if isinstance(laid, Needed) else laid.log
         begins = not game.session.turns
-        aim = heading.more(game, now, room if aimed(room) else None, left) if begins else []
+        more = heading.more(game, now, room if aimed(room) else None, left) if begins else []
         if isinstance(laid, Needed):
+            top: Part = [*self._aim(now), laid]
             if self._log or long:
-                return [[laid], log_rows(game, left, long, self._log, self._shown.back)]
-            stands = wrapped([game.account.situation(now), *aim], room)
-            return [[laid], stands[: left.height]]
-        told = self._log or aim
+                return [top, log_rows(game, left, long, self._log, self._shown.back)]
+            stands = wrapped([game.account.situation(now), *more], room)
+            return [top, stands[: left.height]]
+        told = self._log or more
         log = log_rows(game, left, long, told, self._shown.back, column=laid.beside)
         if not laid.beside:
             return [laid.rows, log]
         rows = [*laid.rows]
-        width, first = room.width - left.width, body - left.height
+        width, first = room.width - left.width, aimed(room) + body - left.height
         rows += [" " * width] * (first + len(log) - len(rows))
         for place, line in enumerate(log, first):
             rows[place] = lettered(rows[place]).copy().append_text(lettered(line))
@@ -155,17 +159,18 @@ class Frame:
     def _laid_out(self, now: Moment) -> "_Laid | Needed":
         """From so many columns on the log is beside the board, else below; what the board needs."""
         room, body = self._room, self._body
-        known = self._known(now)
+        known, aim = self._known(now), self._aim(now)
         if room.width >= WIDE:
             board = self._board(now, room.width - COLUMN, body)
             if not isinstance(board, Needed):
                 laid = _beside_board(known, board, room, body)
                 if laid.log.height >= LOG:
-                    return laid
+                    return laid._replace(rows=(*aim, *laid.rows))
         board = self._board(now, room.width, max(body - LOG - 1, 1))
         if isinstance(board, Needed):
             return board
-        return _below_board(known, board, room, body, over=now.ending is not None)
+        laid = _below_board(known, board, room, body, over=now.ending is not None)
+        return laid._replace(rows=(*aim, *laid.rows))
 
     def _board(self, now: Moment, width: int, height: int) -> Text:
         """The drawing in a part of the room."""
@@ -238,7 +243,7 @@ def _rows(parts: Sequence[Part], room: Room) -> Text:
 
 
 class _Laid(NamedTuple):
-    """The board with the panel beside it, and where the log has its place."""
+    """The goal, the board with the panel beside it, and where the log has its place."""
 
     rows: tuple[Line, ...]
     log: Room
