@@ -41,7 +41,6 @@ class Moment:
         self.seen = raw(session.observation(seat, self.turn))
         self.before = last and raw(session.observation(seat, self.turn - 1))
         self.action = last and last.actions.item(seat)
-        self.joint = last and raw(last.actions)
         self.reward = last and last.rewards.item(seat)
 
     def lasts(self, seat: int) -> bool:
@@ -54,6 +53,11 @@ class Moment:
     def view(self) -> View[Problem]:
         """All that the seat may know."""
         return self.session.view(self.seat, paid=self.paid)
+
+    @property
+    def joint(self) -> Hashable:
+        """What everybody did."""
+        return self.last and raw(self.last.actions)
 
     @property
     def belief(self) -> bytes:
