@@ -37,7 +37,7 @@ def _of_matches(*without: str) -> Callable[[options.Command], options.Command]:
     return options.spread("given", some, lambda given: given)
 
 
-def _match(problem: str, given: Mapping[str, Any], agent: str = "") -> Any:
+def _match(problem: str, given: Mapping[str, Any], wishes: Wishes, agent: str = "") -> Any:
     """What is played, by what was given."""
     from dmplay.reports.match import Match
 
@@ -45,6 +45,7 @@ def _match(problem: str, given: Mapping[str, Any], agent: str = "") -> Any:
     return Match(
         name, given["set_"], agent, given.get("vs", ""), given.get("seat", ()), given["turns"],
         given["seed"], options.many(given["workers"]), given["executor"],
+        form_of(json=wishes.json, csv=given["csv"]), wishes.motion,
     )  # fmt: skip
 
 
@@ -86,12 +87,11 @@ def run(
     from dmplay.reports import measuring
     from dmplay.reports.recorded import Keeping
 
-    form = form_of(json=wishes.json, csv=given["csv"])
+    match = _match(problem, given, wishes, agent)
+    keeping = Keeping(record, every, worst, best)
     return measuring.ran(
-        _match(problem, given, agent), episodes=episodes, until=until_se, form=form,
-        keeping=Keeping(record, every, worst, best), motion=wishes.motion,
-        ascii_=here(wishes).ascii,
-    )  # fmt: skip
+        match, episodes=episodes, until=until_se, keeping=keeping, ascii_=here(wishes).ascii
+    )
 
 
 @_of_matches()
@@ -116,11 +116,8 @@ def compare(
     """
     from dmplay.reports import measuring
 
-    form = form_of(json=wishes.json, csv=given["csv"])
-    match = _match(problem, given)
-    return measuring.compared(
-        match, agents, episodes=episodes, decide=decide, form=form, motion=wishes.motion
-    )
+    match = _match(problem, given, wishes)
+    return measuring.compared(match, agents, episodes=episodes, decide=decide)
 
 
 @_of_matches("vs", "seat")
@@ -152,12 +149,8 @@ def tournament(
     """
     from dmplay.reports import tournaments
 
-    form = form_of(json=wishes.json, csv=given["csv"])
-    match = _match(problem, given)
-    return tournaments.met(
-        match, entrants, episodes=episodes, orders=seats, kept=output, form=form,
-        motion=wishes.motion,
-    )  # fmt: skip
+    match = _match(problem, given, wishes)
+    return tournaments.met(match, entrants, episodes=episodes, orders=seats, kept=output)
 
 
 def form_of(*, json: bool, csv: bool) -> Form:

@@ -1,4 +1,4 @@
-"""What is played many times: a problem, who sits where, how many turns, which dice, by whom."""
+"""What is played many times, and what came of it: who sits where, how many turns, which dice."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
@@ -10,17 +10,21 @@ from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter
 from dmplay.finding import agents, problems
 from dmplay.game.errand import Printout
-from dmplay.game.request import pairs
+from dmplay.game.request import Request, pairs
 from dmplay.game.seats import HUMAN, seat_policy
+from dmplay.game.start import seated
+from dmplay.measure.estimate import Estimate
+from dmplay.measure.running import Run
 from dmplay.session import MOST_TURNS
 from dmplay.signals import INTERRUPTED
+from dmplay.solutions.solution import Row
 
 UNCOUNTED = 1e-9  # share that a turn counts for, and is not played
 STOPPED = "interrupted"  # as rollouts says it
 
 
 class Match(NamedTuple):
-    """What is played many times: a problem, who sits where, how many turns, which dice."""
+    """What is played many times: a problem, who sits where, which dice; and how it is told."""
 
     problem: str
     settings: Sequence[str] = ()
@@ -31,9 +35,20 @@ class Match(NamedTuple):
     seed: int = 0
     workers: Workers = 1
     engine: str = ""
+    form: str = ""  # json or csv; '' for people
+    motion: bool = True
+
+    @property
+    def parameters(self) -> dict[str, object]:
+        """Those that are set."""
+        return pairs(self.settings, "--set")
+
+    def found(self) -> problems.Loaded:
+        """The problem with these parameters."""
+        return problems.resolve(self.problem, self.parameters)
 
 
-class Seated(NamedTuple):
+class Lineup(NamedTuple):
     """A problem, the names of those who play it, and themselves."""
 
     problem: Problem
@@ -41,25 +56,29 @@ class Seated(NamedTuple):
     policies: list[Policy]
 
 
-def seated(match: Match, parameters: Mapping[str, object], agent: str = "") -> Seated:
+class Setting(NamedTuple):
+    """What came of one setting of the parameters."""
+
+    match: Match
+    lineup: Lineup
+    run: Run
+    swept: Mapping[str, object]  # the parameters, where there are other settings
+
+    def __str__(self) -> str:
+        return " ".join(f"{key}={value}" for key, value in self.swept.items())
+
+
+def lineup(match: Match) -> Lineup:
     """Who plays; where nobody was named, the agent that knows best, or one that is soon done."""
-    problem = problems.resolve(match.problem, parameters).problem
-    if match.others and len(problem.agents) == 1:
-        raise BadParameter(f"--vs: {match.problem} has one seat only; use --agent")
-    known = [agents.roster(problem, seat) for seat in range(len(problem.agents))]
-    names = [one.quick or one.advises(match.turns) or one.partner for one in known]
-    names[1:] = [match.others or one.partner for one in known[1:]]
-    names[0] = agent or match.agent or names[0]
-    for name, who in pairs(match.seats, "--seat").items():
-        if agent and not problem.seat(name):
-            raise BadParameter(f"--seat: {name} is the seat of those who are compared")
-        names[problem.seat(name)] = str(who)
+    found = match.found()
+    problem, known = found.problem, agents.roster(found.problem)
+    agent = match.agent or known.quick or known.advises(match.turns) or known.partner
+    asked = Request("", agent=agent, others=match.others, seats=match.seats, turns=match.turns)
+    names = seated(asked, found)
     if HUMAN in names:
         where = problem.agents[names.index(HUMAN)]
         raise BadParameter(f"{where}: a person cannot play so many games; name an agent")
-    if match.turns:  # as in a game by hand
-        names = [agents.for_turns(problem, n, who, match.turns) for n, who in enumerate(names)]
-    return Seated(problem, names, [policy(problem, n, who, match) for n, who in enumerate(names)])
+    return Lineup(problem, names, [policy(problem, n, who, match) for n, who in enumerate(names)])
 
 
 def policy(problem: Problem, seat: int, name: str, match: Match) -> Policy:
@@ -70,9 +89,9 @@ def policy(problem: Problem, seat: int, name: str, match: Match) -> Policy:
     return found
 
 
-def bounded(match: Match, parameters: Mapping[str, object]) -> Match:
+def bounded(match: Match) -> Match:
     """The same, no longer than turns count where somebody's hidden problem has no end."""
-    problem = problems.resolve(match.problem, parameters).problem
+    problem = match.found().problem
     ends = match.turns or problem.horizon or problem.discount == 1.0 or problems.stem(problem)
     if ends or not problem.hidden:
         return match
@@ -80,16 +99,23 @@ def bounded(match: Match, parameters: Mapping[str, object]) -> Match:
     return match._replace(turns=min(ceil(turns), MOST_TURNS))
 
 
-def settings(match: Match) -> Iterator[dict[str, object]]:
-    """The parameters of each run: a list `0.1,0.2` of one that takes a number is a sweep."""
+def sweep(match: Match) -> Iterator[Match]:
+    """The match in each setting: a list `0.1,0.2` of a parameter that takes a number is several."""
     usual = problems.parameters(problems.resolve(match.problem, {}).problem)
-    given = pairs(match.settings, "--set")
     each = [
-        str(value).split(",") if isinstance(usual.get(key), int | float) else [value]
-        for key, value in given.items()
+        [f"{key}={one}" for one in _listed(str(value), usual.get(key))]
+        for key, value in match.parameters.items()
     ]
-    for values in product(*each):
-        yield dict(zip(given, values, strict=True))
+    return (match._replace(settings=settings) for settings in product(*each))
+
+
+def _listed(value: str, usual: object) -> list[str]:
+    return value.split(",") if isinstance(usual, int | float) else [value]
+
+
+def estimated(one: Estimate) -> Row:
+    """A mean as programs are told it."""
+    return {"mean return": one.mean, "standard error": one.error, "low": one.low, "high": one.high}
 
 
 def told(text: str, short: str) -> Printout:

@@ -1,23 +1,20 @@
 """Measured play for people and programs: `run` and `compare`."""
 
 import time
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from dmplay.chance import Reals
-from dmplay.core import Policy
 from dmplay.describe import brief, counted, several
 from dmplay.errors import BadParameter
 from dmplay.game.errand import Printout
 from dmplay.game.request import pairs
 from dmplay.measure.comparing import Comparison, Difference, compare
 from dmplay.measure.engines import engine
-from dmplay.measure.estimate import Estimate
 from dmplay.measure.running import Run, run
 from dmplay.policies.point_based import PointBased
-from dmplay.reports.match import Match, bounded, seated, settings, told
+from dmplay.reports.match import Lineup, Match, Setting, bounded, estimated, lineup, sweep, told
 from dmplay.reports.progress import Bar
 from dmplay.reports.recorded import NONE, Keeping, recorded
 from dmplay.reports.tables import csv_of, json_of, table
@@ -27,76 +24,59 @@ from dmplay.views.canvas import ASCII
 
 BARS, BINS = "▁▂▃▄▅▆▇█", 12
 WIDE = 48  # columns of a plot
+QUANTILES = ("least", "quartile", "median", "third quartile", "most")
 
 
-class Setting(NamedTuple):
-    """What came of one setting of the parameters."""
-
-    parameters: Mapping[str, object]  # those of a sweep
-    names: Sequence[str]  # of who played
-    run: Run
-    known: Sequence[str]  # of what the problem is worth
-
-    def __str__(self) -> str:
-        return " ".join(f"{key}={value}" for key, value in self.parameters.items())
-
-
-def ran(  # noqa: PLR0913 - each is the caller's to choose
+def ran(
     match: Match,
     *,
     episodes: int | None,
     until: float | None,
     keeping: Keeping = NONE,
-    form: str = "",
-    motion: bool = True,
     ascii_: bool = False,
 ) -> Printout:
     """What agents earn, a table for each setting of the parameters."""
     keeping.check()
     found: list[Setting] = []
     kept: list[Row] = []
-    sweep, short = list(settings(match)), ""
+    settings, short = [*sweep(match)], ""
     with (
-        Bar(f"running {match.problem}", quiet=bool(form), motion=motion) as bar,
+        Bar(f"running {match.problem}", quiet=bool(match.form), motion=match.motion) as bar,
         engine(match.engine, match.workers) as (workers, executor),
     ):
-        for place, parameters in enumerate(sweep):
-            game = bounded(match, parameters)
-            who = seated(game, parameters)
+        for place, each in enumerate(settings):
+            game = bounded(each)
+            who = lineup(game)
             try:
                 result = run(
-                    who.problem, who.policies, episodes=episodes, until=until, turns=game.turns,
-                    seed=match.seed, workers=workers, executor=executor,
-                    progress=bar.part(place, len(sweep)),
+                    who.problem, who.policies, episodes=episodes, until=until,
+                    turns=game.turns, seed=game.seed, workers=workers, executor=executor,
+                    progress=bar.part(place, len(settings)),
                 )  # fmt: skip
             except (Interrupted, Lost) as error:
                 if not found:
                     raise
                 short = str(error)
                 break
-            known = _known(who.names, who.policies)
-            one = Setting(parameters if len(sweep) > 1 else {}, who.names, result, known)
-            found.append(one)
-            kept += recorded(game, parameters, who, result, keeping, str(one))
+            found.append(Setting(game, who, result, game.parameters if len(settings) > 1 else {}))
+            kept += recorded(found[-1], keeping)
             short = result.short
             if short:
                 break
-    return told(_written(match, found, kept, form, ascii_=ascii_), short)
+    return told(_written(match, found, kept, ascii_=ascii_), short)
 
 
-def _written(
-    match: Match, found: Sequence[Setting], kept: Sequence[Row], form: str, *, ascii_: bool
-) -> str:
-    """The report in this form; for people with pictures."""
-    rows = [row for one in found for row in _rows(*one[:3])]
-    if form == "json":
+def _written(match: Match, found: Sequence[Setting], kept: Sequence[Row], *, ascii_: bool) -> str:
+    """The report in its form; for people with pictures."""
+    if match.form:
+        rows = [row for one in found for row in _rows(one)]
         games = {"kept": kept} if kept else {}
-        return json_of({"problem": match.problem, "seed": match.seed, "runs": rows} | games)
-    if form == "csv":
-        return csv_of(rows)
+        facts = {"problem": match.problem, "seed": match.seed, "runs": rows} | games
+        return json_of(facts) if match.form == "json" else csv_of(rows)
     head = _summary(match, found[0].run) if len(found) == 1 else _sweep(match, found)
-    known = [line for one in found for line in one.known]
-    parts = [head, "\n".join([table([_for_people(row) for row in rows]), *known])]
+    rows = [row for one in found for row in _for_people(one)]
+    known = [line for one in found for line in _known(one.lineup)]
+    parts = [head, "\n".join([table(rows), *known])]
     parts += [_plot(found)] if len(found) > 1 else []
     parts += [_pictures(found)]
     parts += [table(kept)] if kept else []
@@ -104,55 +84,42 @@ def _written(
     return text.translate(ASCII).replace("±", "+-") if ascii_ else text
 
 
-def _known(names: Sequence[str], policies: Sequence[Policy]) -> list[str]:
+def _known(who: Lineup) -> list[str]:
     """What those who plan between two bounds know of the value."""
-    each = zip(names, policies, strict=True)
+    each = zip(who.names, who.policies, strict=True)
     return [one.known(name) for name, one in each if isinstance(one, PointBased)]
 
 
-def _rows(parameters: Mapping[str, object], names: Sequence[str], result: Run) -> list[Row]:
-    least, low, middle, high, most = zip(*(one.quantiles for one in result.earned), strict=True)
-    return [
-        {
-            **parameters,
-            "seat": one.seat,
+def _rows(one: Setting) -> Iterator[Row]:
+    """What each seat earned, for programs."""
+    for earned, name in zip(one.run.earned, one.lineup.names, strict=True):
+        yield {
+            **one.swept,
+            "seat": earned.seat,
             "agent": name,
-            "games": result.episodes,
-            "mean return": one.returns.mean,
-            "standard error": one.returns.error,
-            "low": one.returns.low,
-            "high": one.returns.high,
-            "least": least[seat],
-            "quartile": low[seat],
-            "median": middle[seat],
-            "third quartile": high[seat],
-            "most": most[seat],
-            "mean total": one.totals.mean,
-            "total error": one.totals.error,
-            "turns": result.turns,
-            "ended": result.ended,
+            "games": one.run.episodes,
+            **estimated(earned.returns),
+            **dict(zip(QUANTILES, earned.quantiles, strict=True)),
+            "mean total": earned.totals.mean,
+            "total error": earned.totals.error,
+            "turns": one.run.turns,
+            "ended": one.run.ended,
         }
-        for seat, (one, name) in enumerate(zip(result.earned, names, strict=True))
-    ]
 
 
-def _for_people(row: Row) -> Row:
-    """A row with its numbers put together."""
-    plain = [key for key in row if key in ("seat", "agent") or key not in _WORDED]
-    return {key: row[key] for key in plain} | {
-        "return": f"{row['mean return']:.5g} ± {row['standard error']:.2g}",
-        "95 % interval": f"{row['low']:.5g} to {row['high']:.5g}",
-        "least, quartiles, most": "  ".join(
-            f"{row[key]:.4g}" for key in ("least", "quartile", "median", "third quartile", "most")
-        ),
-        "total": f"{row['mean total']:.5g} ± {row['total error']:.2g}",
-    }
-
-
-_WORDED = {
-    "games", "mean return", "standard error", "low", "high", "least", "quartile", "median",
-    "third quartile", "most", "mean total", "total error", "turns", "ended",
-}  # fmt: skip
+def _for_people(one: Setting) -> Iterator[Row]:
+    """The same with its numbers put together."""
+    for earned, name in zip(one.run.earned, one.lineup.names, strict=True):
+        returns, totals = earned.returns, earned.totals
+        yield {
+            **one.swept,
+            "seat": earned.seat,
+            "agent": name,
+            "return": f"{returns.mean:.5g} ± {returns.error:.2g}",
+            "95 % interval": f"{returns.low:.5g} to {returns.high:.5g}",
+            "least, quartiles, most": "  ".join(f"{value:.4g}" for value in earned.quantiles),
+            "total": f"{totals.mean:.5g} ± {totals.error:.2g}",
+        }
 
 
 def _summary(match: Match, result: Run) -> str:
@@ -191,7 +158,7 @@ def _pictures(found: Sequence[Setting]) -> str:
     """The returns of each seat as a row of bars."""
     rows = ["returns:"]
     for one in found:
-        for seat, name in enumerate(one.names):
+        for seat, name in enumerate(one.lineup.names):
             bars, low, high = histogram(one.run.played.returns[:, seat])
             rows.append(f"{low:>9.4g} {bars} {high:<9.4g} {one} {name}".rstrip())
     return "\n".join(rows)
@@ -205,65 +172,55 @@ def histogram(sample: Reals) -> tuple[str, float, float]:
     return "".join(" " if not one else BARS[one - 1] for one in level), low, high
 
 
-def compared(  # noqa: PLR0913 - each is the caller's to choose
-    match: Match,
-    entrants: Sequence[str],
-    *,
-    episodes: int,
-    decide: float | None,
-    form: str = "",
-    motion: bool = True,
+def compared(
+    match: Match, entrants: Sequence[str], *, episodes: int, decide: float | None
 ) -> Printout:
     """Agents in the first seat on the same dice: what each earns, and every pair's difference."""
     if len(entrants) < 2:
         raise BadParameter(f"got {len(entrants)} agent, expected two or more to compare")
-    parameters = pairs(match.settings, "--set")
-    each = [seated(match, parameters, name) for name in entrants]
+    problem = match.found().problem
+    for name in pairs(match.seats, "--seat"):
+        if not problem.seat(name):
+            raise BadParameter(f"--seat: {name} is the seat of those who are compared")
+    each = [lineup(match._replace(agent=name)) for name in entrants]
     since = time.monotonic()
+    what = f"comparing {' and '.join(entrants)}"
     with (
-        Bar(f"comparing {' and '.join(entrants)}", quiet=bool(form), motion=motion) as bar,
+        Bar(what, quiet=bool(match.form), motion=match.motion) as bar,
         engine(match.engine, match.workers) as (workers, executor),
     ):
         result = compare(
-            each[0].problem, [one.policies for one in each], episodes=episodes, decide=decide,
-            turns=match.turns, seed=match.seed, workers=workers, executor=executor, progress=bar,
-            names=entrants,
+            problem, [one.policies for one in each], episodes=episodes,
+            decide=decide, turns=match.turns, seed=match.seed, workers=workers, executor=executor,
+            progress=bar, names=entrants,
         )  # fmt: skip
-    text = _compared(match, entrants, result, decide, form, time.monotonic() - since)
+    text = _compared(match, entrants, result, decide, time.monotonic() - since)
     return told(text, result.short)
 
 
-def _compared(  # noqa: PLR0913, PLR0917
+def _compared(
     match: Match,
     entrants: Sequence[str],
     result: Comparison,
     decide: float | None,
-    form: str,
     seconds: float,
 ) -> str:
-    """The comparison in this form."""
+    """The comparison in its form."""
+    each = zip(entrants, result.earned, strict=True)
+    earned = [{"agent": name} | estimated(one) for name, one in each]
     rows = [
         _pair(entrants[one], entrants[other], difference)
         for (one, other), difference in result.differences.items()
     ]
-    if form == "json":
+    if match.form == "json":
         facts = {"problem": match.problem, "seed": match.seed, "games": len(result.returns)}
-        agents = _earned(entrants, result.earned)
-        return json_of(facts | {"decided": result.decided, "agents": agents, "pairs": rows})
-    if form == "csv":
+        return json_of(facts | {"decided": result.decided, "agents": earned, "pairs": rows})
+    if match.form == "csv":
         return csv_of(rows)
     played = counted(len(result.returns), "game", ",")
-    head = f"{match.problem}: {played} of seed {match.seed}, on the same dice"
-    tables = [table(_earned(entrants, result.earned)), table([_pair_for_people(r) for r in rows])]
-    return "\n\n".join([f"{head}; {seconds:.3g} s", *tables, *_verdict(entrants, result, decide)])
-
-
-def _earned(entrants: Sequence[str], earned: Sequence[Estimate]) -> list[Row]:
-    return [
-        {"agent": name, "mean return": one.mean, "standard error": one.error,
-         "low": one.low, "high": one.high}
-        for name, one in zip(entrants, earned, strict=True)
-    ]  # fmt: skip
+    head = f"{match.problem}: {played} of seed {match.seed}, on the same dice; {seconds:.3g} s"
+    tables = [table(earned), table([_pair_for_people(row) for row in rows])]
+    return "\n\n".join([head, *tables, *_verdict(entrants, result, decide)])
 
 
 def _pair(one: str, other: str, found: Difference) -> Row:

@@ -1,6 +1,6 @@
 """Games of a run that are kept as transcripts: some of all, the worst and the best."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,7 +10,7 @@ from dmplay.errors import BadParameter
 from dmplay.game.request import Request
 from dmplay.game.start import new
 from dmplay.measure.running import Run
-from dmplay.reports.match import Match, Seated
+from dmplay.reports.match import Setting
 from dmplay.solutions.solution import Row
 
 
@@ -38,28 +38,21 @@ class Keeping(NamedTuple):
 NONE = Keeping()
 
 
-def recorded(  # noqa: PLR0913, PLR0917 - what was played, and what of it is wanted
-    match: Match,
-    parameters: Mapping[str, object],
-    who: Seated,
-    result: Run,
-    keeping: Keeping,
-    setting: str,
-) -> Iterator[Row]:
+def recorded(played: Setting, keeping: Keeping) -> Iterator[Row]:
     """Plays the games of a run that are wanted again, into transcripts; a row for each."""
     if keeping.folder is None:
         return
-    place = keeping.folder / setting if setting else keeping.folder
+    match, (problem, names, _), result = played.match, played.lineup, played.run
+    place = keeping.folder / str(played)
     place.mkdir(parents=True, exist_ok=True)
-    settings = [f"{key}={value}" for key, value in parameters.items()]
-    seats = [f"{seat}={name}" for seat, name in zip(who.problem.agents, who.names, strict=True)]
+    seats = [f"{seat}={name}" for seat, name in zip(problem.agents, names, strict=True)]
     for row, why in _wanted(result, keeping).items():
         episode = int(result.games[row])
         path = place / f"game-{episode}.dmt"
         game = new(
             Request(
-                match.problem, settings=settings, seed=match.seed, episode=episode,
-                agent=who.names[0], seats=seats, turns=match.turns, record=path, asks=False,
+                match.problem, settings=match.settings, seed=match.seed, episode=episode,
+                agent=names[0], seats=seats, turns=match.turns, record=path, asks=False,
             )
         )  # fmt: skip
         list(game.run())

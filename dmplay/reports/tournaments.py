@@ -8,13 +8,12 @@ import numpy as np
 from dmplay.core import Policy, Problem
 from dmplay.describe import counted
 from dmplay.errors import BadParameter
-from dmplay.finding import agents, problems
+from dmplay.finding import agents
 from dmplay.game.errand import Printout
-from dmplay.game.request import pairs
 from dmplay.measure.engines import engine
 from dmplay.measure.tournament import SEATS, Tournament, seatings, tournament
 from dmplay.reports.kept import Kept
-from dmplay.reports.match import Match, policy, told
+from dmplay.reports.match import Match, estimated, policy, told
 from dmplay.reports.progress import Bar
 from dmplay.reports.tables import csv_of, json_of, table
 from dmplay.solutions.solution import Row
@@ -22,30 +21,27 @@ from dmplay.solutions.solution import Row
 EXACT = ("equilibrium", "nash")  # agents that are one, where a problem has them
 
 
-def met(  # noqa: PLR0913 - each is the caller's to choose
+def met(
     match: Match,
     entrants: Sequence[str],
     *,
     episodes: int,
     orders: str = SEATS[0],
     kept: Path | None = None,
-    form: str = "",
-    motion: bool = True,
 ) -> Printout:
     """Everybody against everybody: the cross table, the standings, and the game this makes."""
     if len({*entrants}) < len(entrants):
         raise BadParameter("tournament: an entrant is named twice; each plays itself anyhow")
-    parameters = pairs(match.settings, "--set")
-    problem = problems.resolve(match.problem, parameters).problem
+    problem = match.found().problem
     seats = range(len(problem.agents))
     policies = {name: _side(problem, name, match) for name in entrants}
-    facts = {"problem": match.problem, "parameters": parameters, "entrants": [*entrants],
+    facts = {"problem": match.problem, "parameters": match.parameters, "entrants": [*entrants],
              "episodes": episodes, "turns": match.turns, "seed": match.seed}  # fmt: skip
     facts |= {"seats": orders} if orders != SEATS[0] else {}
     played = Kept(kept, facts) if kept else {}
     exact = _exact(problem) if orders == SEATS[0] else ""
     with (
-        Bar(f"a tournament of {len(entrants)}", quiet=bool(form), motion=motion) as bar,
+        Bar(f"a tournament of {len(entrants)}", quiet=bool(match.form), motion=match.motion) as bar,
         engine(match.engine, match.workers) as (workers, executor),
     ):
         found = tournament(
@@ -53,10 +49,10 @@ def met(  # noqa: PLR0913 - each is the caller's to choose
             episodes=episodes, turns=match.turns, seed=match.seed, workers=workers,
             executor=executor, progress=bar, played=played, orders=orders,
         )  # fmt: skip
-    if form == "json":
+    if match.form == "json":
         rest = {"table": found.table.tolist(), "equilibrium": exact, "standings": _standings(found)}
         return told(json_of(facts | rest), found.short)
-    if form == "csv":
+    if match.form == "csv":
         return told(csv_of(_standings(found)), found.short)
     many = len(seatings(len(entrants), len(seats), orders))
     games = counted(episodes, "game", ",")
@@ -97,10 +93,7 @@ def _standings(found: Tournament) -> list[Row]:
     rows: list[Row] = []
     for who in np.argsort([-one.mean for one in found.earned], kind="stable").tolist():
         one = found.earned[who]
-        row: Row = {
-            "entrant": found.entrants[who], "mean return": one.mean, "standard error": one.error,
-            "low": one.low, "high": one.high,
-        }  # fmt: skip
+        row: Row = {"entrant": found.entrants[who]} | estimated(one)
         if found.replies is not None:
             row["best reply to it"] = found.entrants[found.replies[who]]
         if found.equilibrium is not None and found.regrets is not None:

@@ -12,8 +12,7 @@ from dmplay.core import WAIT, parameter
 from dmplay.errors import BadPolicy, TooMuch
 from dmplay.finding.agents import adviser, roster
 from dmplay.policies.seeing import solved
-from dmplay.reports.match import Match
-from dmplay.reports.match import seated as sitting
+from dmplay.reports.match import Match, lineup
 from dmplay.solutions.every import solution
 from dmplay.solvers import backward_induction, graph
 from tests.support.brought import Counted
@@ -264,7 +263,7 @@ def test_the_optimum_advises_and_is_refused_where_two_act_at_once() -> None:
 
 def test_who_plays_some_turns_many_times_plans_so_many() -> None:
     match = Match("machine-replacement", agent="optimal", turns=5)
-    assert sitting(match, {}).names == ["optimal:horizon=5"]
-    assert sitting(match._replace(turns=None), {}).names == ["optimal"]
+    assert lineup(match).names == ["optimal:horizon=5"]
+    assert lineup(match._replace(turns=None)).names == ["optimal"]
     assert [*roster(Drawn(turns=9)).agents][:2] == ["optimal", "plan"]
     assert solution(Drawn(turns=9)).result.endswith(" at the start of 9 turns")
