@@ -1,6 +1,7 @@
-"""A problem in one line, as table F.1 of the book has it, derived from its facts."""
+"""A problem in one line, as table F.1 of the book has it, and how numbers and rows are put."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import fields
 
 from dmplay.core import Continuous, Labels, Numbers, Problem, Sight
@@ -85,3 +86,10 @@ def counted(number: float, noun: str, form: str = "") -> str:
 def several(told: str, noun: str) -> str:
     """As many things as a number says that is written already: 1 turn, 4.7 turns."""
     return f"{told} {noun}{'s' * (told != '1')}"
+
+
+def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Rows of words with each column as wide as its widest."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    each = (zip(row, widths, strict=True) for row in rows)
+    return ["  ".join(word.ljust(width) for word, width in row).rstrip() for row in each]

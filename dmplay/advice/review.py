@@ -9,7 +9,7 @@ import numpy as np
 from dmplay.advice.adviser import decimals, fixed
 from dmplay.budget import Budget, part
 from dmplay.chance import Reals
-from dmplay.describe import counted
+from dmplay.describe import aligned, counted
 from dmplay.finding import agents
 from dmplay.session import Follower, Session
 from dmplay.solvers.value_iteration import best
@@ -102,10 +102,7 @@ def table(made: list[Move]) -> list[str]:
         seat = [move.seat] * seats
         best = "any" if len(move.best) == len(move.values) else " or ".join(move.best)
         rows.append([str(move.turn), *seat, move.chosen, best, regret])
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    padded = (zip(row, widths, strict=True) for row in rows)
-    drawn = ["  ".join(word.ljust(width) for word, width in row).rstrip() for row in padded]
-    return [*(drawn if made else []), summary(made)]
+    return [*(aligned(rows) if made else []), summary(made)]
 
 
 def lines(made: list[Move]) -> list[str]:

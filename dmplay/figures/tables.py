@@ -7,7 +7,7 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.chance import Reals
-from dmplay.describe import summary
+from dmplay.describe import aligned, summary
 from dmplay.dice import Dice
 from dmplay.finding.names import problem_names
 from dmplay.finding.problems import load
@@ -39,11 +39,9 @@ def problems() -> Text:
     for name in sorted(problem_names(), key=_section):
         problem = load(name)
         rows.append([name, problem.kind, *summary(problem).values()])
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     text = Text()
-    for number, row in enumerate(rows):
-        cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
-        text.append("  ".join(cells).rstrip() + "\n", style="" if number else "bold")
+    for number, row in enumerate(aligned(rows)):
+        text.append(f"{row}\n", style="" if number else "bold")
     return text
 
 

@@ -2,6 +2,7 @@
 
 from json import dumps
 
+from dmplay.describe import aligned
 from dmplay.records import Record, Result, all_records
 
 HEADINGS = ("problem", "seat", "best", "turns", "seed", "day", "last")
@@ -14,14 +15,7 @@ def listing(*, json: bool) -> str:
         return dumps([one.told() for one in known])
     if not known:
         return "no game was played to its end"
-    rows = [HEADINGS, *map(_row, known)]
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return "\n".join(_line(row, widths) for row in rows)
-
-
-def _line(row: tuple[str, ...], widths: list[int]) -> str:
-    cells = [f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)]
-    return "  ".join(cells).rstrip()
+    return "\n".join(aligned([HEADINGS, *map(_row, known)]))
 
 
 def _row(record: Record) -> tuple[str, ...]:

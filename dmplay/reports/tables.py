@@ -6,6 +6,7 @@ import json
 from collections.abc import Sequence
 from math import isfinite
 
+from dmplay.describe import aligned
 from dmplay.solutions.solution import Row
 
 
@@ -13,11 +14,7 @@ def table(rows: Sequence[Row], digits: int = 5) -> str:
     """The rows under the names of their columns, which are those of the first."""
     cells = [list(rows[0])] if rows else []
     cells += [[cell(value, digits) for value in row.values()] for row in rows]
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    return "\n".join(
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in cells
-    )
+    return "\n".join(aligned(cells))
 
 
 def cell(value: object, digits: int = 5) -> str:
