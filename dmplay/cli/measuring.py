@@ -39,13 +39,13 @@ def _of_matches(*without: str) -> Callable[[options.Command], options.Command]:
 
 def _match(problem: str, given: Mapping[str, Any], wishes: Wishes, agent: str = "") -> Any:
     """What is played, by what was given."""
+    from dmplay.game.request import Request
     from dmplay.reports.match import Match
 
-    name = f"{problem}:{given['variant']}" if given["variant"] else problem
     return Match(
-        name, given["set_"], agent, given.get("vs", ""), given.get("seat", ()), given["turns"],
-        given["seed"], options.many(given["workers"]), given["executor"],
-        form_of(json=wishes.json, csv=given["csv"]), wishes.motion,
+        Request(problem, given["variant"]).name, given["set_"], agent, given.get("vs", ""),
+        given.get("seat", ()), given["turns"], given["seed"], options.many(given["workers"]),
+        given["executor"], form_of(json=wishes.json, csv=given["csv"]), wishes.motion,
     )  # fmt: skip
 
 

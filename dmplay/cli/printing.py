@@ -73,14 +73,15 @@ def solve(
       dmplay solve ./tigers.dpomdp --turns 4
       dmplay solve ./hallway.pomdp --work 10
     """
-    from dmplay.game.request import pairs
+    from dmplay.game.request import Request
     from dmplay.reports import solving
     from dmplay.solutions.played import Wish
 
-    name = f"{problem}:{variant}" if variant else problem
+    asked = Request(problem, variant, set_)
     wish = Wish(episodes, turns, options.many(workers), work)
-    wanted = pairs(set_, "--set")
-    return solving.solved(name, wanted, wish, json=wishes.json, motion=wishes.motion)
+    return solving.solved(
+        asked.name, asked.configured(), wish, json=wishes.json, motion=wishes.motion
+    )
 
 
 def convert(
@@ -97,11 +98,11 @@ def convert(
       dmplay convert hexworld --set slip=0.2 -o hexworld.mdp
       dmplay convert prisoners-dilemma -o dilemma.nfg
     """
-    from dmplay.game.request import pairs
+    from dmplay.game.request import Request
     from dmplay.reports.converting import converted
 
-    name = f"{problem}:{variant}" if variant else problem
-    return converted(name, pairs(set_, "--set"), output, force=force)
+    asked = Request(problem, variant, set_)
+    return converted(asked.name, asked.configured(), output, force=force)
 
 
 @options.wishes("color", "ascii", "theme")
@@ -167,11 +168,11 @@ def check(
       dmplay check ./tiger.py
       dmplay check ./shop.py:Shop --set price=9
     """
-    from dmplay.game.request import pairs
+    from dmplay.game.request import Request
     from dmplay.reports import checked
 
-    name = f"{problem}:{variant}" if variant else problem
-    return checked.report(name, pairs(set_, "--set"), json=json)
+    asked = Request(problem, variant, set_)
+    return checked.report(asked.name, asked.configured(), json=json)
 
 
 @options.wishes("plain", "color", "ascii", "theme", "width")
