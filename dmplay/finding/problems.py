@@ -88,16 +88,10 @@ def _plain(name: str) -> str:
 
 def variants(name: str) -> dict[str, Problem]:
     """The named variants of a problem, the standard one first as '', where it is the only one."""
-    find = _way(name).find
-    base = name.partition(":")[0]
-    if find is _own:
-        module = _built_in(_plain(base))
-    elif find is _brought:
-        module = outside.module(name)
-    elif find is _installed:
-        module = import_module(installed()[_plain(base)].partition(":")[0])
-    else:
+    way = _way(name)
+    if way.module is None:
         return {}
+    module = way.module(name)
     kinds = modules.problems(module)
     only = {"": modules.made(name, *kinds.values())} if len(kinds) == 1 else {}
     return only | modules.variants(module)
@@ -154,20 +148,24 @@ def _is_guest(problem: Problem) -> bool:
     return type(problem).__module__.startswith(GUESTS)
 
 
-def _built_in(base: str) -> ModuleType:
-    return import_module(f"dmplay.problems.{stem_of(base)}")
+def _base(name: str) -> str:
+    """What stands before the colon of a name."""
+    return _plain(name.partition(":")[0])
 
 
 def _is_built_in(name: str) -> bool:
-    return _plain(name.partition(":")[0]) in problem_names()
+    return _base(name) in problem_names()
+
+
+def _own_module(name: str) -> ModuleType:
+    return import_module(f"dmplay.problems.{stem_of(_base(name))}")
 
 
 @lru_cache(64)
 def _own(name: str) -> Found:
     """A built-in problem: never changed, so that all that plays it may share it."""
-    base, _, variant = name.partition(":")
-    base, variant = _plain(base), variant.lower()
-    problem = _of_module(_built_in(base), base, variant)
+    base, variant = _base(name), name.partition(":")[2].lower()
+    problem = _of_module(_own_module(name), base, variant)
     return Found(f"{base}:{variant}" if variant else base, problem)
 
 
@@ -183,14 +181,17 @@ def others() -> Iterator[tuple[str, Problem | str]]:
 
 
 def _is_installed(name: str) -> bool:
-    return _plain(name.partition(":")[0]) in installed()
+    return _base(name) in installed()
+
+
+def _installed_module(name: str) -> ModuleType:
+    return import_module(installed()[_base(name)].partition(":")[0])
 
 
 def _installed(name: str) -> Found:
     """The problem of an entry point, `MODULE` or `MODULE:PROBLEM`."""
     base, _, variant = name.partition(":")
-    place, _, wanted = installed()[_plain(base)].partition(":")
-    module = import_module(place)
+    wanted, module = installed()[_base(name)].partition(":")[2], _installed_module(name)
     if wanted and not variant:
         return Found(name, modules.made(name, getattr(module, wanted)))
     return Found(name, _of_module(module, base, variant))
@@ -240,11 +241,11 @@ def _of_module(module: ModuleType, name: str, variant: str) -> Problem:
 
 
 WAYS = (
-    Way(_is_built_in, _own, safe=True),
-    Way(is_file, _brought),
+    Way(_is_built_in, _own, _own_module, safe=True),
+    Way(is_file, _brought, outside.module),
     Way(is_data, data.find, safe=True),
     Way(guests.takes, guests.find),
-    Way(_is_installed, _installed),  # to look for entry points takes time
-    Way(outside.is_module, _brought),
+    Way(_is_installed, _installed, _installed_module),  # to look for entry points takes time
+    Way(outside.is_module, _brought, outside.module),
     Way(lambda name: True, _unknown),
 )

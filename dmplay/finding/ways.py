@@ -3,6 +3,7 @@
 import os
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
 from typing import NamedTuple
 
 from dmplay.core import Problem
@@ -21,10 +22,11 @@ class Found(NamedTuple):
 
 
 class Way(NamedTuple):
-    """One way to find a problem: which names it takes, and what it finds."""
+    """One way to find a problem: which names it takes, what it finds, and in which module."""
 
     takes: Callable[[str], bool]
     find: Callable[[str], Found]
+    module: Callable[[str], ModuleType] | None = None  # None where there is no code
     safe: bool = False  # whether it runs no code but dmplay's, so that a transcript may name it
 
 
