@@ -214,6 +214,16 @@ def handed_over(table: Table) -> str:
     return game.account.said(now) if now.turn else game.account.situation(now)
 
 
+def asked(table: Table, prompt: str, stdin: TextIO) -> str:
+    """The next line, '' at the end; unseen where nobody may read the other's choice."""
+    if not table.secret:
+        return typed_line(prompt, stdin)
+    try:
+        return getpass.getpass(prompt) + "\n"
+    except EOFError:
+        return ""
+
+
 def _lines(
     table: Table, terminal: Terminal, stdin: TextIO, reporter: Reporter
 ) -> Iterator[tuple[int, str]]:
@@ -225,13 +235,7 @@ def _lines(
         if terminal.typed and table.curtained:
             wipe()
             reporter.words(handed_over(table))
-        if table.secret:  # nobody reads the other's choice
-            try:
-                line = getpass.getpass(prompt) + "\n"
-            except EOFError:
-                return
-        else:
-            line = typed_line(prompt, stdin)
+        line = asked(table, prompt, stdin)
         shown = line.partition("#")[0].strip()
         if prompt and not terminal.typed:
             sys.stdout.write(clean(shown) + "\n")

@@ -1,6 +1,5 @@
 """The shell in words: what a line does, what it prints, and a whole script of lines."""
 
-import getpass
 import shutil
 import sys
 from collections.abc import Iterable
@@ -11,11 +10,10 @@ from dmplay.game.game import Game
 from dmplay.game.table import Table
 from dmplay.styles import ansi
 from dmplay.terminal import Terminal, clean, wipe
-from dmplay.terminal import line as typed_line
 from dmplay.thought import Cancelled
 from dmplay.views.style import Look
 from dmplay.words.commands import Leave, own_parts, parts, typed
-from dmplay.words.plain import handed_over
+from dmplay.words.plain import asked, handed_over
 
 BELOW = 6  # rows that a board leaves to the words around it
 
@@ -132,16 +130,6 @@ def script(shell: Shell, lines: Iterable[str], what: str = "line", *, echo: bool
             raise BadParameter(f"{what} {number}: {error}") from None
 
 
-def _typed(shell: Shell) -> str:
-    """The next line, which nobody else may see where another is to choose too."""
-    if shell.table.secret:
-        return getpass.getpass(shell.prompt)
-    line = typed_line(shell.prompt, sys.stdin)
-    if not line:
-        raise EOFError
-    return line
-
-
 def ask(shell: Shell) -> None:
     """Asks for lines where nothing can be drawn, until the input ends or the player leaves."""
     warned = False
@@ -149,16 +137,15 @@ def ask(shell: Shell) -> None:
         try:
             if shell.curtained:
                 shell.change_places(again=warned)
-            line = _typed(shell)
-            warned = False
+            line, warned = asked(shell.table, shell.prompt, sys.stdin), False
+            if not line:
+                print()
+                return
             shell.do(line)
         except Leave:
             return
         except Cancelled:
             print("cancelled.", flush=True)
-        except EOFError:
-            print()
-            return
         except KeyboardInterrupt:
             if warned:
                 raise
