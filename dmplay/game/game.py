@@ -209,7 +209,9 @@ class Game:
         self.session.check(waiting, action)
         chosen = {**self._chosen, waiting: action}
         if len(chosen) == len(self.session.asked(self.people)):
-            return self.advance(chosen) and self.catch_up()
+            played = self.advance(chosen)
+            self.catch_up()
+            return played
         self._chosen = chosen
         return False
 
@@ -233,12 +235,11 @@ class Game:
         self._haunt()
         return True
 
-    def catch_up(self) -> bool:
+    def catch_up(self) -> None:
         """Plays the turns of others until a person is asked."""
         while self.session.idle(self.people):
             self.between()
             self.advance()
-        return True
 
     def _decided(self, actions: Sequence[float | None]) -> Sequence[float | None]:
         """The choices of people, and of the agents, who may think for long."""

@@ -27,10 +27,9 @@ def rows(drawn: Text) -> list[str]:
     """A drawing as HTML, row by row."""
     found = [""]
     for words, piece in runs(drawn):
-        first, *more = map(escaped, piece.split("\n"))
-        for number, part in enumerate((first, *more)):
+        for number, part in enumerate(piece.split("\n")):
             found += [""] if number else []
-            found[-1] += _styled(words, part)
+            found[-1] += _styled(words, escaped(part))
     return found
 
 

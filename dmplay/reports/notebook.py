@@ -28,15 +28,15 @@ def bundle(game: Session | Playback) -> dict[str, str]:
     While it goes on it is shown as the first seat sees it that is played from outside, or the first
     of all; as none where several are and see different things. Of a recording nothing is hidden.
     """
-    session = game.session if isinstance(game, Playback) else game
-    open_ = isinstance(game, Playback) or session.over
-    seat = 0 if isinstance(game, Playback) else _seat(session)
+    session, open_ = (game.session, True) if isinstance(game, Playback) else (game, game.over)
+    secret = session.problem.hidden and not open_
+    seat = _seat(session, secret=secret)
     title = f"dmplay {_name(session.problem)}"
     if seat is None:
         told = f"turn {len(session.turns)}. each seat sees something else: view(seat) has it."
         return {"text/plain": f"{title}  {told}", "text/html": _html(title, [told], Text(""))}
     view = session.view(seat)
-    look = LOOK._replace(state=session.state if open_ and session.problem.hidden else None)
+    look = LOOK._replace(state=session.state if session.problem.hidden and open_ else None)
     board = fit(style_of(session.problem), view, look)
     head, facts = f"{title}  {_stands(session, view)}", _facts(view)
     plain = "\n".join(row.rstrip() for row in board.plain.split("\n"))
@@ -46,10 +46,9 @@ def bundle(game: Session | Playback) -> dict[str, str]:
     }
 
 
-def _seat(session: Session) -> int | None:
+def _seat(session: Session, *, secret: bool) -> int | None:
     """The seat whose view is shown; None where several would see what only one of them may."""
     played = [seat for seat, agent in enumerate(session.followers) if agent is None] or [0]
-    secret = session.problem.hidden and not session.over
     return None if secret and len(played) > 1 else played[0]
 
 

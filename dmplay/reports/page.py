@@ -4,6 +4,7 @@ import json
 import re
 from collections.abc import Iterator, Sequence
 from importlib.resources import files
+from itertools import chain
 from string import Template
 from tempfile import SpooledTemporaryFile
 from typing import IO, NamedTuple
@@ -122,19 +123,15 @@ def _quoted(told: object) -> str:
 def _played(game: Playback, steps: Steps, look: Look) -> tuple[list[Line], list[Line]]:
     """Adds every step; the return of each seat after it, and the first's belief in each state."""
     returns, beliefs = [Line(agent, []) for agent in game.problem.agents], _believed(game)
-    said = game.account.situation(game.moment())
-    runs = game.run()
-    while True:
+    changes = (game.account.change(game.moment(), before) for before in game.run())
+    for said in chain([game.account.situation(game.moment())], changes):
         now = game.moment()
         steps.add(now.turn, _seen(game, look), clean(said))
         for seat, line in enumerate(returns):
             line.values.append(game.session.returned(seat))
         for line, value in zip(beliefs, now.view.belief.tolist() if beliefs else (), strict=False):
             line.values.append(value)
-        before = next(runs, None)
-        if before is None:
-            return returns, beliefs
-        said = game.account.change(game.moment(), before)
+    return returns, beliefs
 
 
 def _seen(game: Playback, look: Look) -> Seen:
