@@ -12,6 +12,8 @@ from dmplay.styles import Line
 from dmplay.terminal import clean
 from dmplay.views.kept import Moment
 
+BETWEEN = "; "  # clauses
+
 
 def title(game: Game, now: Moment, room: Room) -> Line:
     """The game and how it stands; closer together and without the seed where there is no room."""
@@ -69,30 +71,23 @@ def goal(game: Game, now: Moment, room: Room) -> Line:
 
 def _row(game: Game, now: Moment, room: Room) -> Line:
     clauses = _clauses(game, now)
-    return f" {_joined(clauses[: max(_held(clauses, room.width), 1)])}"
+    return f" {BETWEEN.join(clauses[: max(_held(clauses, room.width), 1)])}"
 
 
 def more(game: Game, now: Moment, room: Room | None, within: Room) -> list[str]:
     """What of it that row does not hold whole, all where there is none, as far as there is room."""
     clauses = _clauses(game, now)
     rest = clauses[_held(clauses, room.width) if room else 0 :]
-    held = (n for n in range(len(rest), 1, -1) if _fits(rest[:n], within))
-    return [_joined(rest[: next(held, 1)])] if rest else []
-
-
-def _fits(clauses: Sequence[str], within: Room) -> bool:
-    return len(wrapped([_joined(clauses)], within)) <= within.height
+    forms = [BETWEEN.join(rest[:many]) for many in range(len(rest), 0, -1)]
+    fitting = (form for form in forms if len(wrapped([form], within)) <= within.height)
+    return [next(fitting, forms[-1])] if forms else []
 
 
 def _clauses(game: Game, now: Moment) -> list[str]:
     return [clean(clause) for clause in game.account.kept.goal(now)]
 
 
-def _joined(clauses: Sequence[str]) -> str:
-    return "; ".join(clauses)
-
-
 def _held(clauses: Sequence[str], width: int) -> int:
     """How many clauses a row holds."""
     many = range(len(clauses), 0, -1)
-    return next((n for n in many if len(_joined(clauses[:n])) < width), 0)
+    return next((n for n in many if len(BETWEEN.join(clauses[:n])) < width), 0)

@@ -38,7 +38,6 @@ from dmplay.styles import fragments
 from dmplay.words.commands import Leave
 from dmplay.words.completion.candidates import Candidates
 
-ESCAPE_WAIT = 0.05  # seconds until a lone Esc counts; the library's default is half a second
 MENU = 8  # rows of completions
 STYLE = Style.from_dict(
     {"completion-menu": "reverse", "completion-menu.completion.current": "noreverse bold"}
@@ -80,7 +79,7 @@ def opened(
         return Size(rows, columns)
 
     color = screen.terminal.theme != "mono"
-    app: Application[str | None] = Application(
+    return Application(
         layout=_layout(screen, painter, line, hidden=secret),
         key_bindings=_bindings(line, stop),
         style=STYLE,
@@ -90,8 +89,6 @@ def opened(
         input=input_,
         output=_Inside(painter.stream, size, enable_cpr=False),
     )
-    app.ttimeoutlen = app.timeoutlen = ESCAPE_WAIT
-    return app
 
 
 def _layout(screen: Screen, painter: Painter, line: Buffer, *, hidden: bool) -> Layout:

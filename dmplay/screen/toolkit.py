@@ -28,7 +28,7 @@ from dmplay.signals import ENDS, GONE, INTERRUPTED
 from dmplay.thought import PATIENCE, About, Thought
 from dmplay.words.commands import Leave
 
-ESCAPE_WAIT = 0.05  # seconds until a lone Esc counts
+ESCAPE_WAIT = 0.05  # seconds until a lone Esc counts; the library's default is half a second
 BEAT = 0.1  # seconds after which a thought is looked at again
 HASTE = 0.1  # seconds that who leaves waits for a thought to stop
 AWAY = ("c-c", "c-d")  # keys that leave whatever the game does
@@ -133,9 +133,9 @@ class Stage(ABC):
                 event = self._keys.get(press.key, partial(self._press, key))
                 self._put(event, "" if event in (self._stop, self._repaint) else key)
 
-    @abstractmethod
     def _clocks(self) -> Iterator[Awaitable[None]]:
         """What moves without a key."""
+        return iter(())
 
     def _next_step(self) -> asyncio.TimerHandle | None:
         """Has the next step of what moves come in time; None where nothing moves."""
@@ -295,9 +295,6 @@ class Browsing(Stage):
         super().__init__(screen, painter, input_)
         self._put(partial(self._press, ""))
 
-    def _clocks(self) -> Iterator[Awaitable[None]]:
-        return iter(())
-
     async def _command(self, ahead: list[KeyPress]) -> None:
         """Takes a colon as any other key; what was typed ahead is for who reads next."""
         try:
@@ -343,6 +340,7 @@ class Playing(Stage):
         self._wait_no_more()
         store_typeahead(self.input, ahead)
         self._row = row.opened(self._played, self.painter, self.input, self._history, self._suspend)
+        self._row.ttimeoutlen = self._row.timeoutlen = ESCAPE_WAIT
         try:
             with self.input.detach():
                 typed = await self._row.run_async(handle_sigint=False)
