@@ -32,19 +32,20 @@ class Commands(TyperGroup):
         if args[:1] == ["help"]:  # as the shell has it
             args = [*args[1:2], "--help"]
         if args and not args[0].startswith("-") and args[0] not in self.commands:
-            word = args[0].partition(":")[0]
-            near, other = (
-                get_close_matches(word, names, cutoff=0.75)
-                for names in (self.commands, problem_names())
-            )
-            if near and not other and not ctx.resilient_parsing and not _is_problem(args[0]):
-                raise UnknownName("command", word, self.commands)
+            if not ctx.resilient_parsing:
+                self._check_slip(args[0])
             args = ["play", *args]
-        if "--rate" in args and not _numeric(args[args.index("--rate") + 1 :]):
-            at = args.index("--rate") + 1
-            args = [*args[:at], USUAL_RATE, *args[at:]]
-        args = [_strict(word) for word in args]
-        return list(super().parse_args(ctx, args))
+        return list(super().parse_args(ctx, [*map(_strict, _rated(args))]))
+
+    def _check_slip(self, name: str) -> None:
+        """Refuses what is more like the name of a command than like one of a problem."""
+        word = name.partition(":")[0]
+        near, other = (
+            get_close_matches(word, names, cutoff=0.75)
+            for names in (self.commands, problem_names())
+        )
+        if near and not other and not _is_problem(name):
+            raise UnknownName("command", word, self.commands)
 
     def _configured(self, ctx: Any, args: list[str]) -> list[str]:
         """Takes the settings of files as defaults, and their aliases for what they stand for."""
@@ -101,9 +102,12 @@ def _is_problem(word: str) -> bool:
     return is_name(word)
 
 
-def _numeric(rest: list[str]) -> bool:
-    """Whether the next word is a number."""
-    return bool(rest) and rest[0].lstrip("-+")[:1].isdecimal()
+def _rated(args: list[str]) -> list[str]:
+    """The words, with its usual value behind a bare --rate."""
+    at = args.index("--rate") + 1 if "--rate" in args else 0
+    if not at or (args[at:] and args[at].lstrip("-+")[:1].isdecimal()):
+        return args
+    return [*args[:at], USUAL_RATE, *args[at:]]
 
 
 def rejoined(words: Sequence[str], at: int) -> tuple[list[str], int, str]:
