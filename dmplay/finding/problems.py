@@ -81,11 +81,6 @@ def _way(name: str) -> Way:
     return next(way for way in WAYS if way.takes(name))
 
 
-def _plain(name: str) -> str:
-    """A name however it is written; a path as it is."""
-    return name if "/" in name or "." in name else name.lower().replace("_", "-")
-
-
 def variants(name: str) -> dict[str, Problem]:
     """The named variants of a problem, the standard one first as '', where it is the only one."""
     way = _way(name)
@@ -135,7 +130,7 @@ def docs(problem: Problem) -> str:
 def brought(problem: Problem) -> bool:
     """Whether the code of a problem is not dmplay's, so that its transcripts need trust."""
     home = type(problem).__module__
-    return home.startswith(code.PREFIX) or not home.startswith("dmplay.") or _is_guest(problem)
+    return home.startswith((code.PREFIX, GUESTS)) or not home.startswith("dmplay.")
 
 
 def _of_a_house(problem: Problem) -> bool:
@@ -143,14 +138,10 @@ def _of_a_house(problem: Problem) -> bool:
     return type(problem).__module__.startswith((FILES, GUESTS))
 
 
-def _is_guest(problem: Problem) -> bool:
-    """Whether it is a problem of another library."""
-    return type(problem).__module__.startswith(GUESTS)
-
-
 def _base(name: str) -> str:
-    """What stands before the colon of a name."""
-    return _plain(name.partition(":")[0])
+    """What stands before the colon of a name, however it is written; a path as it is."""
+    base = name.partition(":")[0]
+    return base if "/" in base or "." in base else base.lower().replace("_", "-")
 
 
 def _is_built_in(name: str) -> bool:

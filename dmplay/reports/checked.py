@@ -19,9 +19,7 @@ def report(name: str, given: Mapping[str, object], *, json: bool) -> Printout:
     if json:
         told = {"problem": loaded.name, "faults": [one._asdict() for one in faults]}
         return Printout(dumps(told), code=code)
-    rows = [one.of(name) for one in faults]
-    return Printout("\n".join([*rows, _sum(loaded.name, len(faults))]), code=code)
-
-
-def _sum(name: str, faults: int) -> str:
-    return f"{name}: {counted(faults, 'fault')}" if faults else f"ok {name}: every law is kept"
+    if not faults:
+        return Printout(f"ok {loaded.name}: every law is kept")
+    rows = [*(one.of(name) for one in faults), f"{loaded.name}: {counted(len(faults), 'fault')}"]
+    return Printout("\n".join(rows), code=code)

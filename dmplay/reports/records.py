@@ -3,7 +3,7 @@
 from json import dumps
 
 from dmplay.describe import aligned
-from dmplay.records import Record, Result, all_records
+from dmplay.records import Record, all_records
 
 HEADINGS = ("problem", "seat", "best", "turns", "seed", "day", "last")
 
@@ -19,12 +19,9 @@ def listing(*, json: bool) -> str:
 
 
 def _row(record: Record) -> tuple[str, ...]:
-    best = _cells(record.best) if record.best else ("-",) * 4
-    return (_kind(record), record.seat, *best, f"{record.last.returned:.6g}")
-
-
-def _cells(result: Result) -> tuple[str, ...]:
-    return f"{result.returned:.6g}", str(result.turns), str(result.seed), result.day
+    best = record.best
+    told = (f"{best.returned:.6g}", *map(str, best[1:])) if best else ("-",) * 4
+    return (_kind(record), record.seat, *told, f"{record.last.returned:.6g}")
 
 
 def _kind(record: Record) -> str:

@@ -37,8 +37,6 @@ class Clock:
         if not self._left:
             return None
         self._left -= 1
-        return f"{self._left} ..." if self._left else self._urges
-
-    @property
-    def _urges(self) -> str:
+        if self._left:
+            return f"{self._left} ..."
         return "" if self.held is not None else "press what to do"
