@@ -70,19 +70,11 @@ def numbers(each: Numbers) -> Boards:
     return int(each.item()) if len(each) == 1 else each.astype(np.uint64)
 
 
-def packed(cells: Cells) -> tuple[Boards, Ints]:
+def _many(cells: Cells) -> tuple[Words, Ints]:
     """Boards of cells `[B, 4, 4]`, and which of them hold tiles of LARGEST or more.
 
     What becomes of these is not in the tables.
     """
-    if len(cells) == 1:
-        board, _, _, large = _one(cells.tobytes())
-        return board, large
-    return _many(cells)
-
-
-def _many(cells: Cells) -> tuple[Words, Ints]:
-    """As `packed`, of many."""
     large = cells.max(initial=0) >= LARGEST
     rows = np.flatnonzero((cells >= LARGEST).any(axis=(1, 2))) if large else NONE
     return words(cells), rows
@@ -90,7 +82,7 @@ def _many(cells: Cells) -> tuple[Words, Ints]:
 
 @lru_cache(maxsize=1)
 def _one(cells: bytes) -> tuple[int, Row, Row, Ints]:
-    """As `packed`, of one board, and between these its rows and its columns."""
+    """The same of one board, and between these its rows and its columns."""
     digits = cells[::-1].translate(DIGITS)
     board, large = int(digits, 16), ALONE if TOO_LARGE in digits else NONE
     return board, _row(board), _row(transposed(board)), large
