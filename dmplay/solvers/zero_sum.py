@@ -10,30 +10,16 @@ from dmplay.chance import Ints, Reals
 ZERO = 1e-10  # of a tableau whose entries are about 1
 
 
-class Solved(NamedTuple):
-    """The value of a matrix game, and a strategy of each side that secures it."""
-
-    value: float
-    rows: Reals  # [A1], of the one who is paid
-    columns: Reals  # [A2], of the one who pays
-
-
 class Every(NamedTuple):
-    """The same of many games."""
+    """The values of matrix games, and a strategy of each side that secures them."""
 
     values: Reals  # [S]
-    rows: Reals  # [S, A1]
-    columns: Reals  # [S, A2]
-
-
-def solved(payoffs: Reals) -> Solved:
-    """What `payoffs` `[A1, A2]` to the row player are worth."""
-    values, rows, columns = every(payoffs[None])
-    return Solved(float(values[0]), rows[0], columns[0])
+    rows: Reals  # [S, A1], of the one who is paid
+    columns: Reals  # [S, A2], of the one who pays
 
 
 def every(payoffs: Reals) -> Every:
-    """What many games `[S, A1, A2]` are worth.
+    """What games of payoffs `[S, A1, A2]` to the row player are worth.
 
     With payoffs between 1 and 2 the columns' weights y of greatest sum with payoffs y <= 1 are the
     strategy times 1 / value, and the prices of these bounds are the rows' weights.

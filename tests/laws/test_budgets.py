@@ -189,7 +189,7 @@ SOLVED: dict[str, Callable[[], object]] = {
     ).run(),
     "uct": searched,
     "value_iteration": lambda: value_iteration.sweep(hexes(), 1.0, 5),
-    "zero_sum": lambda: zero_sum.solved(PAYOFFS[:, :, 0]),
+    "zero_sum": lambda: zero_sum.every(PAYOFFS[None, :, :, 0]),
 }
 
 

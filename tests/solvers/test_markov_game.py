@@ -42,7 +42,7 @@ def test_the_values_are_those_of_endless_value_iteration() -> None:
     values = np.zeros(9)
     for _ in range(40):
         games = action_values(tables, problem.discount, values).reshape(9, 6, 6)
-        values = np.array([zero_sum.solved(payoffs).value for payoffs in games])
+        values = np.array([zero_sum.every(payoffs[None]).values[0] for payoffs in games])
     found = markov_game.equilibrium(problem)
     np.testing.assert_allclose(found.values[0], values, atol=1e-9)
     np.testing.assert_allclose(found.values[1], -50 * (values + 2), atol=1e-7)

@@ -21,7 +21,7 @@ def turn(problem: Rivals, values: Reals) -> Reals:
     for s in np.flatnonzero(~problem.terminal(np.arange(5))):
         q = problem.rewards[s, :, 0] + problem.discount * problem.transition[s] @ values
         legal = np.ix_(*map(np.flatnonzero, problem.able[s]))
-        after[s] = zero_sum.solved(q.reshape(3, 3)[legal]).value
+        (after[s],) = zero_sum.every(q.reshape(3, 3)[legal][None]).values
     return after
 
 

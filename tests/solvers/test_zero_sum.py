@@ -21,20 +21,20 @@ from dmplay.solvers import zero_sum
 def test_a_small_game_has_its_value_and_strategies(
     payoffs: list[list[float]], value: float, rows: list[float], columns: list[float]
 ) -> None:
-    found = zero_sum.solved(np.array(payoffs, float))
-    assert found.value == pytest.approx(value)
+    found = zero_sum.every(np.array([payoffs], float))
+    assert found.values == pytest.approx([value])
     if rows is not None:
-        assert found.rows == pytest.approx(np.array(rows))
-        assert found.columns == pytest.approx(np.array(columns))
+        assert found.rows == pytest.approx(np.array([rows]))
+        assert found.columns == pytest.approx(np.array([columns]))
 
 
 def test_each_side_secures_the_value_against_everything() -> None:
     draw = np.random.default_rng(4)
     for _ in range(300):
         payoffs = draw.integers(-3, 4, draw.integers(1, 8, 2)).astype(float)  # many ties
-        found = zero_sum.solved(payoffs)
-        for mix in (found.rows, found.columns):
+        (value,), (row,), (column,) = zero_sum.every(payoffs[None])
+        for mix in (row, column):
             assert (mix >= 0).all()
             assert mix.sum() == pytest.approx(1)
-        assert (found.rows @ payoffs).min() == pytest.approx(found.value, abs=1e-9)
-        assert (payoffs @ found.columns).max() == pytest.approx(found.value, abs=1e-9)
+        assert (row @ payoffs).min() == pytest.approx(value, abs=1e-9)
+        assert (payoffs @ column).max() == pytest.approx(value, abs=1e-9)
