@@ -8,10 +8,10 @@ from typing import TextIO
 from rich.cells import cell_len
 from rich.text import Text
 
-from dmplay import styles
 from dmplay.painting.lift import Lift, lifted
 from dmplay.painting.pen import PLAIN, pen, seen
-from dmplay.painting.writing import BLANK, Cell, Place, Row, Writing
+from dmplay.painting.writing import BLANK, Cell, Change, Place, Writing
+from dmplay.styles import Row, rows
 
 ENTER, LEAVE = "\x1b[?1049h\x1b[?25l", "\x1b[m\x1b[?1049l\x1b[?25h"
 # A paste comes as one, not as keys; the wheel as itself, not as arrows, which would play.
@@ -31,7 +31,7 @@ class Painter:
         self._fills = fills  # whether what is erased takes the colour that is set
         self._theme = theme
         self._width = width  # columns at most; all if None
-        self._shown: list[styles.Row] = []
+        self._shown: list[Row] = []
         self._size = (0, 0)
         self._cursor: Place | None = None
         self._pen = PLAIN
@@ -64,7 +64,7 @@ class Painter:
 
     def paint(self, frame: Text, cursor: Place | None = None) -> None:
         """Brings a frame onto the screen, the real cursor to a cell of it or out of sight."""
-        new, size = styles.rows(frame, self._theme), self.size()
+        new, size = rows(frame, self._theme), self.size()
         if self._size != size:
             self._size, self._pen = size, PLAIN
             self._shown, self._cursor = [()] * len(new), None
@@ -80,20 +80,20 @@ class Painter:
         self._cursor = cursor
         self._write(str(out))
 
-    def _way(self, lift: Lift | None, new: list[styles.Row]) -> Writing:
+    def _way(self, lift: Lift | None, new: list[Row]) -> Writing:
         """What brings the rows onto the screen, with rows moved up first or without."""
         out = Writing(self._size[0], self._pen, fills=self._fills)
         if lift:
             out.erase(lift.codes)
             out.place = Place(0, lift.below)
-        changed: dict[int, Row] = {}
+        changed: dict[int, Change] = {}
         before = lift.applied(self._shown) if lift else self._shown
         for y, (old, row) in enumerate(zip_longest(before, new, fillvalue=())):
             if old != row:
                 if _wide(old) or _wide(row):
                     out.whole(y, _cells(row))
                 else:
-                    changed[y] = Row(_cells(old), _cells(row))
+                    changed[y] = Change(_cells(old), _cells(row))
         out.rows(changed)
         return out
 
@@ -103,14 +103,14 @@ class Painter:
         self.stream.flush()
 
 
-def _wide(row: styles.Row) -> bool:
+def _wide(row: Row) -> bool:
     """Whether some character takes more than a cell, or none."""
     plain = "".join(piece for piece, _ in row)
     return not plain.isascii() and cell_len(plain) != len(plain)
 
 
 @lru_cache(1000)
-def _cells(row: styles.Row) -> tuple[Cell, ...]:
+def _cells(row: Row) -> tuple[Cell, ...]:
     """The cells of a row, without the blanks at its end."""
     cells: list[Cell] = []
     for piece, codes in row:

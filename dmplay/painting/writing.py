@@ -21,7 +21,7 @@ class Place(NamedTuple):
     row: int
 
 
-class Row(NamedTuple):
+class Change(NamedTuple):
     """A row of the screen as it is and as it is to be, without the blanks at its end."""
 
     before: tuple[Cell, ...]
@@ -77,7 +77,7 @@ class Writing:
         if self.place != place:
             self.send(moved(self.place, place), place)
 
-    def rows(self, changed: Mapping[int, Row]) -> None:
+    def rows(self, changed: Mapping[int, Change]) -> None:
         """Writes what differs in rows: what has no colour behind it from left to right, then colour
         after colour, block after block, so that each is set once.
         """
@@ -185,7 +185,7 @@ def _written(cells: Sequence[Cell], now: Pen) -> tuple[str, Pen]:
 
 
 @lru_cache(4000)
-def _stretches(row: Row) -> Sequence[Stretch]:
+def _stretches(row: Change) -> Sequence[Stretch]:
     """The stretches of cells that differ, of one ground each; where many are blank, by themselves;
     at last what is to be erased up to the end.
     """
