@@ -12,7 +12,7 @@ from dmplay.transcript.reading import Transcript
 from dmplay.transcript.report import marks
 
 
-class Kept(NamedTuple):
+class KeptGame(NamedTuple):
     """One game."""
 
     problem: str
@@ -29,7 +29,7 @@ class Kept(NamedTuple):
         return f"{self.path}: {self.problem}, {seats}; {told}"
 
 
-def _told(transcript: Transcript) -> Kept:
+def _told(transcript: Transcript) -> KeptGame:
     header, helped = transcript.header, Counter[str]()
     for block in transcript.blocks:
         if block.kind == "help" and isinstance(told := block["help"], dict):
@@ -37,7 +37,7 @@ def _told(transcript: Transcript) -> Kept:
     ending, there = transcript.reason or "unfinished", beside(Path(transcript.path))
     problem = moved(header.problem, there, HERE)
     seats = {name: moved(who, there, HERE) for name, who in header.seats.items()}
-    return Kept(problem, seats, ending, header.peeked, dict(helped), transcript.path)
+    return KeptGame(problem, seats, ending, header.peeked, dict(helped), transcript.path)
 
 
 def listing(*, json: bool) -> str:
