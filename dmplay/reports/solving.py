@@ -57,11 +57,6 @@ def _code() -> list[int]:
     return [file.stat().st_mtime_ns for file in sorted(Path(__file__).parent.parent.rglob("*.py"))]
 
 
-def _told(name: str, found: Solution) -> str:
-    """The solution for people: method, result and a table."""
-    return "\n".join([f"{name}: {found.method}", found.result, "", table(found.rows, 6)])
-
-
 def solved(
     name: str,
     parameters: Mapping[str, object],
@@ -73,4 +68,6 @@ def solved(
     """The solution of a problem; while it is sought, how far that is."""
     with Bar(f"solving {name}", quiet=json, motion=motion) as bar, watched(bar):
         found = cached(name, parameters, wish)
-    return dumps({"problem": name} | found._asdict()) if json else _told(name, found)
+    if json:
+        return dumps({"problem": name} | found._asdict())
+    return "\n".join([f"{name}: {found.method}", found.result, "", table(found.rows, 6)])

@@ -33,7 +33,7 @@ def met(
     if len({*entrants}) < len(entrants):
         raise BadParameter("tournament: an entrant is named twice; each plays itself anyhow")
     problem = match.found().problem
-    seats = range(len(problem.agents))
+    seats = len(problem.agents)
     policies = {name: _side(problem, name, match) for name in entrants}
     facts = {"problem": match.problem, "parameters": match.parameters, "entrants": [*entrants],
              "episodes": episodes, "turns": match.turns, "seed": match.seed}  # fmt: skip
@@ -49,19 +49,24 @@ def met(
             episodes=episodes, turns=match.turns, seed=match.seed, workers=workers,
             executor=executor, progress=bar, played=played, orders=orders,
         )  # fmt: skip
-    if match.form == "json":
-        rest = {"table": found.table.tolist(), "equilibrium": exact, "standings": _standings(found)}
-        return told(json_of(facts | rest), found.short)
-    if match.form == "csv":
-        return told(csv_of(_standings(found)), found.short)
-    many = len(seatings(len(entrants), len(seats), orders))
-    games = counted(episodes, "game", ",")
+    many, games = len(seatings(len(entrants), seats, orders)), counted(episodes, "game", ",")
     head = f"{match.problem}: {many} seatings of {games} of seed {match.seed}"
-    parts = [head, *([table(_cross(found))] if len(seats) == 2 else [])]
-    parts.append(table([_standing(row) for row in _standings(found)]))
+    return told(_written(found, match.form, head, facts, exact), found.short)
+
+
+def _written(found: Tournament, form: str, head: str, facts: dict[str, object], exact: str) -> str:
+    """The tournament in a form; for people under this headline."""
+    standings = _standings(found)
+    if form == "json":
+        rest = {"table": found.table.tolist(), "equilibrium": exact, "standings": standings}
+        return json_of(facts | rest)
+    if form == "csv":
+        return csv_of(standings)
+    cross = [table(_cross(found))] if len(found.table.shape) == 3 else []
+    parts = [head, *cross, table([_standing(row) for row in standings])]
     if found.exact:
         parts.append(f"exact regret: against {exact}, an equilibrium of the problem itself")
-    return told("\n\n".join(parts), found.short)
+    return "\n\n".join(parts)
 
 
 def _side(problem: Problem, name: str, match: Match) -> list[Policy]:
