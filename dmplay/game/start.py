@@ -116,11 +116,16 @@ def seated(request: Request, found: problems.Loaded) -> list[str]:
     for name, who in pairs(request.seats, "--seat").items():
         seats[problem.seat(name)] = str(who)
     turns = request.turns
+    check_turns(turns)
     if turns is None:
         return seats
-    if turns < 1:
-        raise BadParameter(f"--turns: got {turns}, expected at least 1")
     return [agents.for_turns(problem, seat, who, turns) for seat, who in enumerate(seats)]
+
+
+def check_turns(turns: int | None) -> None:
+    """Refuses a game of no turns."""
+    if turns is not None and turns < 1:
+        raise BadParameter(f"--turns: got {turns}, expected at least 1")
 
 
 def _answered(problem: Problem, seats: Sequence[str], *, asks: bool) -> None:

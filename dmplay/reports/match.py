@@ -12,7 +12,7 @@ from dmplay.finding import agents, problems
 from dmplay.game.errand import Printout
 from dmplay.game.request import Request, pairs
 from dmplay.game.seats import HUMAN, seat_policy
-from dmplay.game.start import seated
+from dmplay.game.start import check_turns, seated
 from dmplay.measure.estimate import Estimate
 from dmplay.measure.running import Run
 from dmplay.session import MOST_TURNS
@@ -44,7 +44,8 @@ class Match(NamedTuple):
         return pairs(self.settings, "--set")
 
     def found(self) -> problems.Loaded:
-        """The problem with these parameters."""
+        """The problem with these parameters; raises BadParameter for games of no turns."""
+        check_turns(self.turns)
         return problems.resolve(self.problem, self.parameters)
 
 

@@ -190,6 +190,10 @@ def test_a_histogram_shows_where_returns_lie() -> None:
         (["run", "hexworld", "--agent", "human"], "agent: a person cannot play so many games"),
         (["run", "hexworld", "--vs", "random"], "--vs: hexworld has one seat only; use --agent"),
         (["run", "hexworld", "--turns", "0"], "--turns: got 0, expected at least 1"),
+        (
+            ["tournament", "prisoners-dilemma", "grim", "random", "--turns", "-2"],
+            "--turns: got -2, expected at least 1",
+        ),
         (["run", "hexworld", "--until-se", "0"], "until-se: got 0, expected more than 0"),
         (
             ["run", "hexworld", "--until-se", "1", "--episodes", "5"],
