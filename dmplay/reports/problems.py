@@ -46,8 +46,7 @@ def of_kind(kind: str) -> list[dict[str, str]]:
     known = facts()
     chosen = [one for one in known if one["kind"].lower().startswith(kind.lower())]
     if not chosen:
-        kinds = dict.fromkeys(one["kind"] for one in known)
-        raise UnknownName("kind", kind, [*kinds, "games"])
+        raise UnknownName("kind", kind, [*dict.fromkeys(one["kind"] for one in known), "games"])
     return chosen
 
 
