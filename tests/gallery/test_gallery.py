@@ -25,7 +25,6 @@ from dmplay.terminal import Terminal as Way
 from dmplay.views.style import Look
 from dmplay.words.commands import Leave, typed
 from tests.support.brought import installed
-from tests.support.programs import loaded
 from tests.support.screens import SEQUENCES, Easel, Paper
 from tests.support.terminals import CTRL_C, CTRL_D, CTRL_Z, DOWN, ENTER, ESCAPE, Terminal, colours
 
@@ -267,19 +266,6 @@ def test_an_installed_problem_is_listed_last_and_one_that_is_broken_says_so(
         shown.press("enter")
     assert shown.wants == ("play", "maze")
     shown.press("a")
-
-
-def test_a_first_frame_needs_neither_the_toolkit_nor_agents_nor_views() -> None:
-    never = {"prompt_toolkit", "dmplay.policies.game_2048", "dmplay.views.game_2048"}
-    code = (
-        "from dmplay.terminal import Terminal\n"
-        "from dmplay.screen.shown import Room\nfrom dmplay.gallery.gallery import Gallery\n"
-        "from dmplay.gallery.offers import offers\n"
-        "from dmplay.screen import show\n"
-        "way = Terminal(True, '', True, True, False)\n"
-        "Gallery(offers(), way, '20261122').compose(Room(80, 24))\n"
-    )
-    assert not loaded(code, never)
 
 
 @pytest.mark.slow

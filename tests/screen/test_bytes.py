@@ -45,6 +45,7 @@ class Counted(Painter):
         return (80, 24)
 
 
+@pytest.mark.usefixtures("coarse")
 @pytest.mark.parametrize("name", problem_names())
 def test_half_of_all_keys_cost_no_more_than_is_allowed(name: str, tmp_path: Path) -> None:
     game = new(Request(name, seed=8, turns=2 * MANY, record=tmp_path / "g.dmt"))
