@@ -291,7 +291,7 @@ def toml(value: Any) -> str:
     return json.dumps(value)
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=15)
 @given(told=st.dictionaries(WORDS, VALUE, max_size=4))
 def test_any_file_is_read_or_refused_in_one_line(told: dict[str, Any], place: Path) -> None:
     projects(place, "\n".join(f"{json.dumps(key)} = {toml(v)}" for key, v in told.items()))

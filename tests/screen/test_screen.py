@@ -676,8 +676,7 @@ def test_the_screen_of_a_person_is_the_same_bytes_whatever_the_hidden_state(
 ) -> None:
     keys = (
         "i", "s", "tab", "L", "V", "V", "?", "x", "i", "backspace", "c-r", ":", "state", "enter",
-        ":", "belief", "enter", ":", "legal", "enter", ":", "reroll", "enter", ":", "keys", "enter",
-        "i",
+        ":", "belief", "enter", "i",
     )  # fmt: skip
     told: list[tuple[list[int], list[int], Played, dict[str, object], str]] = []
     for nature in (Nature(0.25, 0.5), Nature(0.75, 0.95)):
