@@ -14,7 +14,7 @@ from dmplay.policies import cart_pole, mountain_car
 from dmplay.solutions import reals
 from dmplay.solvers.grid_iteration import Grid
 
-gc.set_threshold(1_000_000)  # most of what is there stays to the end: modules and thousands of tests
+gc.set_threshold(1_000_000)  # most of what is there stays to the end: modules and tests
 settings.register_profile("same", derandomize=True, deadline=None, database=None, max_examples=25)
 settings.load_profile("same")
 
