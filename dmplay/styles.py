@@ -1,6 +1,7 @@
 """Lines of a screen, and what terminals take: rows of SGR codes, ANSI, prompt-toolkit fragments."""
 
 from collections import defaultdict
+from collections.abc import Sequence
 from functools import cache
 from itertools import pairwise
 
@@ -99,11 +100,11 @@ def ansi(line: Line, theme: str) -> str:
     if isinstance(line, str):
         return line
     if isinstance(line, tuple):
-        return _sent(tuple([(piece, _codes(_words((style,)), theme)) for piece, style in line]))
+        return _sent([(piece, _codes_of(style, theme)) for piece, style in line])
     return "\n".join(map(_sent, rows(line, theme)))
 
 
-def _sent(row: Row) -> str:
+def _sent(row: Sequence[tuple[str, str]]) -> str:
     return "".join([f"\x1b[{codes}m{piece}\x1b[0m" if codes else piece for piece, codes in row])
 
 
@@ -117,6 +118,11 @@ def rows(text: Text, theme: str) -> list[Row]:
             found[-1].append((first, codes))
         found += [[(part, codes)] if part else [] for part in more]
     return [tuple(row) for row in found]
+
+
+@cache
+def _codes_of(style: str, theme: str) -> str:
+    return _codes(_words((style,)), theme)
 
 
 @cache

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from json.encoder import encode_basestring_ascii
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rich.text import Text
 
@@ -30,8 +30,8 @@ from dmplay.screen.shown import NOTHING, Room, Shown, within
 from dmplay.styles import Line, ansi, words
 from dmplay.transcript.format import end_facts
 from dmplay.transcript.header import header_facts
-from dmplay.views.kept import Once
-from dmplay.views.style import Look, whole
+from dmplay.views.kept import Moment, Once
+from dmplay.views.style import Look, Needed, whole
 
 COLUMNS = 80  # of a screen
 AROUND = 8  # rows of title, goal, log, message and keys
@@ -53,37 +53,36 @@ class Drawn:
 
     def __init__(self, room: Room, draw: Callable[[Line], str], end: str) -> None:
         self._room, self._end = room, end
-        self._rows = lru_cache(MOST_ROWS)(lambda row: draw(within(row, room)))
-        self._texts = Once[Text](lambda row: draw(within(row, room)), MOST_ROWS)
-        self._parts = Once[Part](self._drawn, MOST_PARTS)
+        by_words: Callable[[Any], str] = lru_cache(MOST_ROWS)(lambda row: draw(within(row, room)))
+        texts = Once[Any](lambda row: draw(within(row, room)), MOST_ROWS).of
+        self._row = {str: by_words, tuple: by_words, Text: texts, Needed: texts}
+        self._parts = Once[Part](lambda part: end.join(self._rows(part)), MOST_PARTS)
 
-    def screen(self, game: Game, log: list[str]) -> str:
+    def screen(self, game: Game, now: Moment, log: list[str]) -> str:
         """The rows of a screen, with the end of a row between them."""
-        parts = filter(None, Frame(game, self._room, NOTHING, log).parts())
-        return self._end.join(
-            [
-                self._parts.of(part) if isinstance(part, tuple) else self._drawn(part)
-                for part in parts
-            ]
-        )
+        told: list[str] = []
+        for part in Frame(game, self._room, NOTHING, log, now).parts():
+            told += [self._parts.of(part)] if isinstance(part, tuple) else self._rows(part)
+        return self._end.join(told)
 
-    def _drawn(self, part: Part) -> str:
-        texts, rows = self._texts.of, self._rows
-        return self._end.join([texts(row) if isinstance(row, Text) else rows(row) for row in part])
+    def _rows(self, part: Part) -> list[str]:
+        drawn = self._row
+        return [drawn[type(row)](row) for row in part]
 
 
 def screens(game: Playback, room: Room) -> Iterator[Text]:
     """The screen before the first turn and after every turn or event."""
-    return (compose(game, room, NOTHING, log) for log in _told(game))
+    return (compose(game, room, NOTHING, log) for _, log in _told(game))
 
 
-def _told(game: Playback) -> Iterator[list[str]]:
-    """What was told before the first turn and after every turn or event."""
-    log: list[str] = []
-    yield log
+def _told(game: Playback) -> Iterator[tuple[Moment, list[str]]]:
+    """What is known and was told before the first turn and after every turn or event."""
+    now, log = game.moment(), list[str]()
+    yield now, log
     for before in game.run():
-        log.append(game.account.change(game.moment(), before))
-        yield log
+        now = game.moment()
+        log.append(game.account.change(now, before))
+        yield now, log
 
 
 def _roomy(game: Playback, room: Room) -> Room:
@@ -95,7 +94,7 @@ def _roomy(game: Playback, room: Room) -> Room:
 
 def _last(game: Playback, wanted: Wanted) -> Text:
     """The screen after a turn, or after the last."""
-    for log in _told(game):
+    for _, log in _told(game):
         if len(game.session.turns) == wanted.turn or (wanted.turn is None and game.whole):
             if wanted.hint:
                 return _advised(game, wanted.room, log)
@@ -153,7 +152,7 @@ def _written(game: Playback, room: Room) -> Iterator[str]:
     """The screens as a terminal in raw mode is sent them, as they stand in JSON."""
     drawn = Drawn(room, lambda row: _quoted(ansi(row, "default")), _quoted("\r\n"))
     clear = _quoted(CLEAR)
-    return (clear + drawn.screen(game, log) for log in _told(game))
+    return (clear + drawn.screen(game, now, log) for now, log in _told(game))
 
 
 def _quoted(told: str) -> str:
@@ -168,8 +167,8 @@ def _line(value: object) -> str:
 def text(game: Playback, wanted: Wanted) -> Iterator[str]:
     """Every turn in words, with the board under it."""
     drawn = Drawn(wanted.room, lambda row: words(row).rstrip(), "\n")
-    for log in _told(game):
-        yield drawn.screen(game, log).rstrip() + "\n\n"
+    for now, log in _told(game):
+        yield drawn.screen(game, now, log).rstrip() + "\n\n"
 
 
 def rows_of_turns(game: Playback, wanted: Wanted) -> Iterator[str]:

@@ -1,6 +1,7 @@
 """What happened, in the rows that there are for it: the last of it, or what was before."""
 
 from collections.abc import Sequence
+from itertools import chain, repeat
 
 from rich.text import Text
 
@@ -26,7 +27,7 @@ def log_rows(  # noqa: PLR0913 - what is told, where, and from which row on
     """The last events, wrapped, or those before them; a message too long for its row."""
     height, over = room.height, game.session.over
     told = log if over or back else log[-height:]
-    lines = [*events(game, told), *map(clean, long)]
+    lines = [*events(game, told), *map(clean, long)] if over or long else told
     if height > (1 if back else LOG + 1) and (over or back):
         many = sum(len(rows_of(line, room.width)) for line in lines)
         if many > height:
@@ -37,13 +38,11 @@ def log_rows(  # noqa: PLR0913 - what is told, where, and from which row on
 
 def _last(lines: Sequence[str], room: Room) -> Sequence[Line]:
     """The last lines that there is room for, each told whole unless there is none for one."""
-    shown: list[Line] = []
-    for line in reversed(lines if room.height else []):
-        rows = rows_of(line, room.width)
-        if len(shown) + len(rows) > room.height:
-            return shown or _cut(rows, room.height, room)
-        shown[:0] = rows
-    return shown
+    told = [*map(rows_of, lines[-room.height :] if room.height else [], repeat(room.width))]
+    left = room.height - sum(map(len, told))
+    while left < 0 and len(told) > 1:
+        left += len(told.pop(0))
+    return [*chain(*told)] if left >= 0 else _cut(told[0], room.height, room)
 
 
 def _column(log: Sequence[str], room: Room) -> Sequence[Line]:

@@ -119,9 +119,10 @@ def _ranked(actions: Sequence[Key], advice: Advice | None) -> Iterator[list[Key]
 
 def _tails(game: Game, shown: Shown) -> tuple[str, ...]:
     """The shell's keys, most of them first."""
-    over = shown.past or _ended(game)
-    names = OVER_KEYS if over else ROW_KEYS[3 if game.unaided else game.waiting is None :]
-    return _named(_moving(game, shown), names)
+    # A recording is never over: one goes back in it.
+    ended = game.asked is not None and game.session.over
+    names = ROW_KEYS[3 if game.unaided else game.waiting is None :]
+    return _named(_moving(game, shown, ended=ended), OVER_KEYS if shown.past or ended else names)
 
 
 @lru_cache(16)
@@ -131,18 +132,13 @@ def _named(first: Sequence[str], names: Sequence[Sequence[str]]) -> tuple[str, .
     return (*tails, "  ".join(map(_shown, names[-1])))
 
 
-def _moving(game: Game, shown: Shown) -> tuple[str, ...]:
+def _moving(game: Game, shown: Shown, *, ended: bool) -> tuple[str, ...]:
     """The keys that lead through a game nobody plays, or that is over."""
     if shown.past:
         return "← → turns", "Enter plays on"
     if game.people:
         return ("Enter looks back",) * bool(game.session.over and game.session.turns)
-    return () if _ended(game) else ("Space step", "P play")
-
-
-def _ended(game: Game) -> bool:
-    """Whether it is over, and no recording, in which one goes back."""
-    return game.asked is not None and game.session.over
+    return () if ended else ("Space step", "P play")
 
 
 @cache

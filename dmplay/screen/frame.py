@@ -39,10 +39,14 @@ def compose(game: Game, room: Room, shown: Shown, log: Sequence[str]) -> Text:
 class Frame:
     """A game as it stands, in the room there is, with what the front end adds."""
 
-    def __init__(self, game: Game, room: Room, shown: Shown, log: Sequence[str]) -> None:
+    def __init__(
+        self, game: Game, room: Room, shown: Shown, log: Sequence[str], now: Moment | None = None
+    ) -> None:
         self._game, self._room, self._shown, self._log = game, room, shown, log
-        self._now = game.moment()
+        self._now = now or game.moment()
         self._body = room.height - 3 - aimed(room)  # rows of board and log
+        long = len(shown.message) >= room.width and not (shown.page or shown.curtain)
+        self._long = long and room.height > SMALL + LOG  # whether the log tells the message
 
     def parts(self) -> list[Part]:
         """The whole screen before its rows are fitted; most that comes again is the same object.
@@ -95,13 +99,6 @@ class Frame:
             return f"part {min(self._shown.part, many - 1) + 1} of {many}. Space goes on"
         return self._log[-1] if self._log else self._game.account.situation(self._now)
 
-    @property
-    def _long(self) -> bool:
-        """Whether the log tells the message, as its row would cut it."""
-        room, shown = self._room, self._shown
-        hidden = shown.page or shown.curtain or room.height <= SMALL + LOG
-        return len(shown.message) >= room.width and not hidden
-
     def _upper(self) -> list[Part]:
         """Exactly `height - 2` rows.
 
@@ -124,29 +121,37 @@ class Frame:
 
     def _board_and_log(self) -> list[Part]:
         """The goal, board, panel and log."""
-        game, room, now, body = self._game, self._room, self._now, self._body
-        laid = self._laid()
+        game, room, laid = self._game, self._room, self._laid()
         long = [self._shown.message] if self._long else []
-        whole = Room(room.width, max(body - 1, 0), room.ascii)
-        left = whole if isinstance(laid, Needed) else laid.log
-        begins = not game.session.turns
-        more = heading.more(game, now, room if aimed(room) else None, left) if begins else []
         if isinstance(laid, Needed):
-            top: Part = [*self._aim(now), laid]
-            if self._log or long:
-                return [top, log_rows(game, left, long, self._log, self._shown.back)]
-            stands = wrapped([game.account.situation(now), *more], room)
-            return [top, stands[: left.height]]
-        told = self._log or more
-        log = log_rows(game, left, long, told, self._shown.back, column=laid.beside)
+            return self._needed(laid, long)
+        told = self._log or self._more(laid.log)
+        log = log_rows(game, laid.log, long, told, self._shown.back, column=laid.beside)
         if not laid.beside:
             return [laid.rows, log]
         rows = [*laid.rows]
-        width, first = room.width - left.width, aimed(room) + body - left.height
+        width, first = room.width - laid.log.width, aimed(room) + self._body - laid.log.height
         rows += [" " * width] * (first + len(log) - len(rows))
         for place, line in enumerate(log, first):
             rows[place] = lettered(rows[place]).copy().append_text(lettered(line))
         return [rows]
+
+    def _needed(self, laid: Needed, long: list[str]) -> list[Part]:
+        """What the board needs in its place, and the log or how the game stands."""
+        game, room, now = self._game, self._room, self._now
+        left = Room(room.width, max(self._body - 1, 0), room.ascii)
+        top: Part = [*self._aim(now), laid]
+        if self._log or long:
+            return [top, log_rows(game, left, long, self._log, self._shown.back)]
+        stands = wrapped([game.account.situation(now), *self._more(left)], room)
+        return [top, stands[: left.height]]
+
+    def _more(self, left: Room) -> list[str]:
+        """What of the goal has no room above, before the first turn."""
+        game, room = self._game, self._room
+        if game.session.turns:
+            return []
+        return heading.more(game, self._now, room if aimed(room) else None, left)
 
     def _laid(self) -> "_Laid | Needed":
         """The board and what is around it; of a game that is only looked at that comes again."""

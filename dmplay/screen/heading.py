@@ -13,6 +13,7 @@ from dmplay.terminal import clean
 from dmplay.views.kept import Moment
 
 BETWEEN = "; "  # clauses
+ENDLESS = (None, MOST_TURNS)  # limits that are not told
 
 
 def title(game: Game, now: Moment, room: Room) -> Line:
@@ -23,7 +24,8 @@ def title(game: Game, now: Moment, room: Room) -> Line:
         told, last = gap[1:] + gap.join(facts), gap + end if now.ending else ""
         if len(first) + len(told) + len(last) <= room.width:
             break
-    return (first, "bold"), (told, ""), *([(last, "bold")] if last else [])
+    row = (first, "bold"), (told, "")
+    return (*row, (last, "bold")) if last else row
 
 
 def _forms(game: Game, now: Moment) -> Iterator[tuple[str, str, Sequence[str]]]:
@@ -40,12 +42,13 @@ def _forms(game: Game, now: Moment) -> Iterator[tuple[str, str, Sequence[str]]]:
 
 def _facts(game: Game, now: Moment, called: str) -> list[str]:
     """Turn, score, who you are, and who the others are."""
-    limit = f"/{game.session.limit}" if game.session.limit not in (None, MOST_TURNS) else ""
-    facts = [f"turn {now.turn}{limit}"]
+    limit = game.session.limit
+    facts = [f"turn {now.turn}" if limit in ENDLESS else f"turn {now.turn}/{limit}"]
     if now.paid:
         facts.append(f"{called} {brief(game.account.returned(now))}")
     you = game.watcher if game.people else None
-    return [*facts, *_seated(tuple(game.problem.agents), game.seats, you)]
+    facts += _seated(tuple(game.problem.agents), game.seats, you)
+    return facts
 
 
 @lru_cache(16)  # who changes seldom

@@ -224,9 +224,11 @@ def _beside(  # noqa: PLR0913, PLR0917 - a line, and where it goes
     if len(row) > LONGEST_LINE:
         fault = "a line of over a million characters"
         raise BadTranscript(path, line, LONGEST_LINE + 1, fault)
+    if row[0] not in "#|":
+        return False
     if row == "#" or row.startswith("# "):
         notes.append((before + len(frame), row))
-    elif row.startswith("|"):
+    elif row[0] == "|":
         frame.append(sys.intern(row[2:]))
     else:
         return False

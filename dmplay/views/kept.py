@@ -5,7 +5,7 @@ from dataclasses import replace
 from functools import cached_property
 from operator import attrgetter
 from types import ModuleType
-from typing import Any, Generic, NamedTuple, TypeVar, cast, overload
+from typing import Any, Generic, TypeVar, cast, overload
 
 import numpy as np
 from rich.text import Text
@@ -64,9 +64,9 @@ class Moment:
         """What the seat believes."""
         return raw(self.view.belief)
 
-    def facts(self, names: Sequence[str]) -> list[Hashable]:
-        """What has these names, as what can be compared."""
-        return [getattr(self, name) for name in names]
+    def facts(self, known: "Question") -> Hashable:
+        """What was looked at to answer a question, as what can be compared."""
+        return known.facts(self)
 
 
 class Noting(Moment):
@@ -89,10 +89,10 @@ class Noting(Moment):
             beliefs=view.beliefs and Near(view.beliefs, looked, "belief"),
         )
 
-    def facts(self, names: Sequence[str]) -> list[Hashable]:
-        """What has these names, as what can be compared."""
-        self._looked.update(names)
-        return self._now.facts(names)
+    def facts(self, known: "Question") -> Hashable:
+        """What was looked at to answer a question, as what can be compared."""
+        self._looked.update(known.looked)
+        return self._now.facts(known)
 
 
 class Near(Sequence[T]):
@@ -118,14 +118,17 @@ class Near(Sequence[T]):
         return self._told[place]
 
 
-class Question(NamedTuple):
+class Question:
     """The facts that were looked at so far to answer it, and the answers by these."""
 
-    looked: tuple[str, ...]
-    answers: dict[tuple[Hashable, ...], object]
+    def __init__(self, *looked: str) -> None:
+        self.looked = looked
+        self.facts: Callable[[Moment], Hashable] = attrgetter(*looked)
+        self.far = FAR in looked
+        self.answers: dict[Hashable, object] = {}
 
 
-NOTHING_YET = Question((STANDS,), {})
+NOTHING_YET = Question(STANDS)
 
 
 class Kept:
@@ -171,9 +174,9 @@ class Kept:
     ) -> T:
         """The answer to a question about a moment, and to what more is wanted of it."""
         known = self._asked.get(what, NOTHING_YET)
-        if not self._pure or FAR in known.looked:
+        if not self._pure or known.far:
             return ask(now)
-        found = known.answers.get((*wanted, *now.facts(known.looked)))
+        found = known.answers.get((wanted, now.facts(known)))
         return self._new(what, now, ask, wanted) if found is None else cast(T, found)
 
     def _new(
@@ -187,10 +190,10 @@ class Kept:
         looked, known = set[str](), self._asked.get(what, NOTHING_YET)
         answer = ask(Noting(now, looked))
         if known is NOTHING_YET or not looked <= {*known.looked} or len(known.answers) == MOST:
-            known = Question((*known.looked, *looked.difference(known.looked)), {})
+            known = Question(*known.looked, *looked.difference(known.looked))
             self._asked[what] = known
-        if FAR not in known.looked:
-            known.answers[*wanted, *now.facts(known.looked)] = answer
+        if not known.far:
+            known.answers[wanted, now.facts(known)] = answer
         return answer
 
 

@@ -23,10 +23,10 @@ def test_a_turn_draws_its_title_and_a_row_of_the_log_and_boards_are_drawn_once(
         return words(row)
 
     drawn, log, game = Drawn(room, draw, "\n"), list[str](), Playback(tmp_path / "g.dmt")
-    written = [drawn.screen(game, log)]
+    written = [drawn.screen(game, game.moment(), log)]
     for before in game.run():
         log.append(game.account.change(game.moment(), before))
-        written.append(drawn.screen(game, log))
+        written.append(drawn.screen(game, game.moment(), log))
     of_turns = sum(many for row, many in often.items() if "turn " in row)
     shown = "".join(written).count("\n")
     assert of_turns < 2.5 * TURNS
