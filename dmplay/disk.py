@@ -23,6 +23,7 @@ def user_folder(env: Mapping[str, str], variable: str, *names: str) -> Path:
 
 
 LARGEST = 64 * 2**20  # bytes of a file that is read
+BUFFER = 2**18  # bytes that are written at once
 
 
 def stream(path: Path) -> bool:
@@ -128,7 +129,7 @@ def _written(path: Path, text: Iterable[str], mode: int) -> None:
     handle, name = _draft(spare, mode)
     named = name == str(spare)
     try:
-        with open(handle, "w", encoding="utf-8", newline="\n") as file:
+        with open(handle, "w", BUFFER, encoding="utf-8", newline="\n") as file:
             played(handle)  # locks it: no other write takes it for one that was left
             file.writelines(text)
             file.flush()
