@@ -46,12 +46,8 @@ class Optimal(Maximising, Reactive):
     def values(self, memory: Memory) -> Reals:
         """Q of each action; the rows of a batch may be at different times."""
         (s,) = memory
-        times = np.clip(s[:, 3], 0, collision_grid.TIMES[-1]).astype(np.int64)
-        q = np.empty((len(s), self._table.shape[-1]))
-        for time in np.unique(times):
-            now = times == time
-            q[now] = collision_grid.interpolate(self._table[time], s[now])
-        return q
+        times = np.floor(np.clip(s[:, 3], 0, collision_grid.TIMES[-1]))
+        return collision_grid.interpolate(self._table, times, s)
 
 
 def roster(problem: Problem, seat: int) -> Roster:

@@ -24,7 +24,7 @@ def encounter(problem: Problem) -> Solution:
     for time in (40, 30, 20, 10, 5):
         for h in (0.0, 100.0):
             state = np.array([[h, 0.0, 0.0, float(time)]])
-            values = collision_grid.interpolate(q[time], state)[0]
+            values = collision_grid.interpolate(q, time, state)[0]
             rows.append(
                 {"seconds": time, "height": h, "value": float(values.max())}
                 | {"best": names(problem, best(values))}

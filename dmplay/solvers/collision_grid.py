@@ -1,5 +1,6 @@
 """Collision avoidance on a grid, solved backward in time (section 7.6, figure F.9)."""
 
+import math
 from functools import lru_cache
 
 import numpy as np
@@ -21,25 +22,28 @@ def states(time: float) -> Reals:
     return np.stack([h, dh, a_prev, np.full(SHAPE, time)], axis=-1).reshape(-1, 4)
 
 
-def interpolate(table: Reals, s: Reals) -> Reals:
-    """The values `[B, ...]` of a table `[3, 21, 21, ...]` at states `[B, 4]`.
+def interpolate(tables: Reals, times: Reals | int, s: Reals) -> Reals:
+    """The values `[B, ...]` of tables `[T, 3, 21, 21, ...]` of some times at states `[B, 4]`.
 
     Height and rate are clamped to the grid; between its points they are bilinear.
     """
-    a_prev = np.searchsorted(RATES, s[:, 2])
-    i, x = _between(HEIGHTS, s[:, 0])
-    j, y = _between(CLIMBS, s[:, 1])
-    x, y = (part.reshape(-1, *(1,) * (table.ndim - 3)) for part in (x, y))
-    low = (1 - y) * table[a_prev, i, j] + y * table[a_prev, i, j + 1]
-    high = (1 - y) * table[a_prev, i + 1, j] + y * table[a_prev, i + 1, j + 1]
-    return np.asarray((1 - x) * low + x * high)
+    layer = times * len(RATES) + sum(s[:, 2] > rate for rate in RATES[:-1])
+    (i, x), (j, y) = _between(HEIGHTS, s[:, 0]), _between(CLIMBS, s[:, 1])
+    kinds, wide = math.prod(tables.shape[4:]), len(CLIMBS)
+    first = ((layer * len(HEIGHTS) + i) * wide + j).astype(np.int64) * kinds
+    before_x, before_y, values = 1 - x, 1 - y, tables.reshape(-1)
+    found = np.empty((kinds, len(s)))
+    for kind, each in enumerate(found):  # one after another, which stays in the cache
+        a, b, c, d = (values[kind + kinds * far :].take(first) for far in (0, 1, wide, wide + 1))
+        low, high = before_y * a + y * b, before_y * c + y * d
+        np.add(before_x * low, x * high, out=each)
+    return found.T.reshape(len(s), *tables.shape[4:])
 
 
-def _between(points: Reals, at: Reals) -> tuple[Ints, Reals]:
+def _between(points: Reals, at: Reals) -> tuple[Reals, Reals]:
     """The grid point at or before each number, and how far it is to the next, 0 to 1."""
-    step = points[1] - points[0]
-    place = (np.clip(at, points[0], points[-1]) - points[0]) / step
-    before = np.minimum(place.astype(np.int64), len(points) - 2)
+    place = (np.clip(at, points[0], points[-1]) - points[0]) / (points[1] - points[0])
+    before = np.minimum(np.floor(place), len(points) - 2)
     return before, place - before
 
 
@@ -62,6 +66,6 @@ def action_values(problem: Problem, time: float, after: Reals) -> Reals:
     s = np.repeat(states(time), len(RATES), axis=0)
     a = np.tile(np.arange(len(RATES)), after.size)[:, None]
     p, outcome = exact(problem, s, a)
-    u = interpolate(after, outcome.state.reshape(-1, 4)).reshape(p.shape)
+    u = interpolate(after[None], 0, outcome.state.reshape(-1, 4)).reshape(p.shape)
     q = (p * (outcome.rewards[:, :, 0] + problem.discount * u)).sum(axis=1)
     return np.asarray(q.reshape(*SHAPE, len(RATES)))

@@ -16,6 +16,13 @@ MOST_SWEEPS = 2000
 USUAL = 200  # sweeps after which about half is done
 
 
+class Around(NamedTuple):
+    """The points around each of some states."""
+
+    first: Ints  # [B]
+    corners: tuple[tuple[int, Reals], ...]  # each point's distance from the first, and weights [B]
+
+
 @dataclass(frozen=True)
 class Grid:
     """A box of the plane with evenly spaced points, its edges among them."""
@@ -29,27 +36,29 @@ class Grid:
         lines = [np.linspace(*one) for one in zip(self.low, self.high, self.points, strict=True)]
         return np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 2)
 
-    def corners(self, s: Reals) -> tuple[Ints, Reals]:
+    def around(self, s: Reals) -> Around:
         """The four points around each state `[B, 2]`, clamped to the box, and their weights."""
         places, parts = [], []
         for low, high, points, at in zip(self.low, self.high, self.points, s.T, strict=True):
             place = (np.clip(at, low, high) - low) / (high - low) * (points - 1)
-            before = np.minimum(place.astype(np.int64), points - 2)
+            before = np.minimum(np.floor(place), points - 2)
             places.append(before)
             parts.append(place - before)
-        (i, j), (x, y) = places, parts
-        first = i * self.points[1] + j
-        corners = np.stack([first, first + 1, first + self.points[1], first + self.points[1] + 1])
-        return corners, np.stack([(1 - x) * (1 - y), (1 - x) * y, x * (1 - y), x * y])
+        (i, j), (x, y), wide = places, parts, self.points[1]
+        before_x, before_y = 1 - x, 1 - y
+        weights = before_x * before_y, before_x * y, x * before_y, x * y
+        first = (i * wide + j).astype(np.int64)
+        return Around(first, tuple(zip((0, 1, wide, wide + 1), weights, strict=True)))
 
 
-def interpolated(values: Reals, corners: Ints, weights: Reals) -> Reals:
+def interpolated(values: Reals, around: Around) -> Reals:
     """The values `[B]` between points, always summed in the same order."""
-    each = values.take(corners)
-    each *= weights
-    for other in each[1:]:
-        each[0] += other
-    return np.asarray(each[0])
+    total = np.zeros(len(around.first))
+    for far, weight in around.corners:  # one after another, which stays in the cache
+        each = values[far:].take(around.first)
+        each *= weight
+        total += each
+    return total
 
 
 class Swept(NamedTuple):
@@ -66,7 +75,7 @@ def optimal(problem: Problem, grid: Grid) -> Swept:
     states, choices = grid.states(), joint_actions(problem)
     moves = [moved(problem, states, a) for a in choices]
     around = [
-        (*grid.corners(after), rewards, problem.discount * going) for after, rewards, going in moves
+        (grid.around(after), rewards, problem.discount * going) for after, rewards, going in moves
     ]
     over = problem.terminal(states)
     values: Reals = np.zeros(len(states))
@@ -75,8 +84,8 @@ def optimal(problem: Problem, grid: Grid) -> Swept:
     while change > settled and sweeps < MOST_SWEEPS:
         budget.spend(ROUND + 30 * values.size * len(around), sweeps / (sweeps + USUAL))
         swept = np.full(len(states), -np.inf)
-        for corners, weights, rewards, kept in around:
-            q = interpolated(values, corners, weights)
+        for points, rewards, kept in around:
+            q = interpolated(values, points)
             q *= kept
             q += rewards
             np.maximum(swept, q, out=swept)
@@ -92,7 +101,7 @@ def action_values(problem: Problem, grid: Grid, values: Reals, s: Reals) -> Real
     columns = []
     for a in joint_actions(problem):
         after, rewards, going = moved(problem, s, a)
-        then = interpolated(values, *grid.corners(after))
+        then = interpolated(values, grid.around(after))
         columns.append(rewards + problem.discount * going * then)
     return np.stack(columns, axis=1)
 
