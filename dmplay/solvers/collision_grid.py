@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 
 from dmplay.budget import ROUND, Budget
-from dmplay.chance import Ints, Reals
+from dmplay.chance import Reals
 from dmplay.core import Problem, exact
 from dmplay.problems.collision_avoidance import RATES
 
