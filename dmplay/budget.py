@@ -5,7 +5,7 @@ and spends work as it goes. Whoever waits for the result may watch, and stop it.
 """
 
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from contextvars import ContextVar
 from dataclasses import dataclass
 
@@ -107,16 +107,10 @@ def watched(watch: Watch) -> Iterator[None]:
         _watching.reset(before)
 
 
-@contextmanager
-def between(low: float, high: float) -> Iterator[None]:
+def between(low: float, high: float) -> AbstractContextManager[None]:
     """Has what is spent meanwhile be told as the work from one share to another."""
     watch = _watching.get()
-    if watch is None:
-        yield
-        return
-    whole = watch
-    with watched(lambda share: whole(low + (high - low) * share)):
-        yield
+    return watched(lambda share: watch(low + (high - low) * share)) if watch else nullcontext()
 
 
 def part(number: int, many: int) -> AbstractContextManager[None]:
