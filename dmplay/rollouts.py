@@ -256,7 +256,7 @@ def _block(  # noqa: PLR0913, PLR0917
     state = problem.start(draw(NATURE, 0, problem.draws.start))
     discounted = problem.discount != 1.0
     sums = [np.zeros((len(games), len(policies))) for _ in range(1 + discounted + bool(luck))]
-    ended = list[Memory]()  # games, and what came of them
+    ended = list[tuple[int, Memory]]()  # after so many turns: games, and what came of them
     weight, played = 1.0, 0
     memories = [
         asked("turn 1", one.begin, problem.first_sight(state, seat))
@@ -268,7 +268,7 @@ def _block(  # noqa: PLR0913, PLR0917
         over = problem.terminal(state)
         if over.any():  # these games are kept, and the others go on
             live, (off,), (on,) = (row, state, *sums), over.nonzero(), (~over).nonzero()
-            ended.append(_noted(_rows(live, off), played, over[off]))
+            ended.append((played, _rows(live, off)))
             row, state, *sums = _rows(live, on)
             memories = [_rows(memory, on) for memory in memories]
         if not len(row):
@@ -284,18 +284,17 @@ def _block(  # noqa: PLR0913, PLR0917
             asked(where[seat], policy.update, memory, problem.percept(seat, actions, outcome))
             for seat, (policy, memory) in enumerate(zip(policies, memories, strict=True))
         ]
-        paid = [outcome.rewards]
+        sums[0] += outcome.rewards
         if discounted:
-            paid.append(weight * outcome.rewards)
+            sums[1] += weight * outcome.rewards
         if luck:
-            paid.append(weight * luck(state, actions, outcome))
-        for whole, more in zip(sums, paid, strict=True):
-            np.add(whole, more, out=whole)
+            sums[-1] += weight * luck(state, actions, outcome)
         state, played = outcome.state, turn
         weight *= problem.discount
-    ended.append(_noted((row, state, *sums), played, problem.terminal(state)))
-    row, *parts = map(np.concatenate, zip(*ended, strict=True))
-    length, over, state, totals, *others = _rows(tuple(parts), np.argsort(row))
+    ended.append((played, (row, state, *sums)))
+    over = np.ones(len(games), bool)
+    over[row] = problem.terminal(state)
+    length, state, totals, *others = _whole(ended)
     lucky = others.pop() if luck else np.zeros_like(totals)
     returns = others.pop() if discounted else totals.copy()
     found = Rollout(returns, totals, length, over, state, lucky)
@@ -303,10 +302,14 @@ def _block(  # noqa: PLR0913, PLR0917
     return found._replace(**{name: getattr(found, name)[:0] for name in unkept})
 
 
-def _noted(live: Memory, turns: int, over: Bools) -> Memory:
-    """Games that are played no further: which, for how many turns, whether over, and the rest."""
-    row, *rest = live
-    return row, np.full(len(row), turns), over, *rest
+def _whole(ended: Sequence[tuple[int, Memory]]) -> Memory:
+    """How many turns each game lasted, and what came of it, in the order of the games."""
+    lasted, parts = zip(*ended, strict=True)
+    row, *rest = map(np.concatenate, zip(*parts, strict=True))
+    length = np.repeat(lasted, [len(part[0]) for part in parts])
+    place = np.empty_like(row)
+    place[row] = np.arange(len(row))
+    return _rows((length, *rest), place)
 
 
 def _rows(arrays: Memory, which: Ints) -> Memory:
