@@ -1,6 +1,7 @@
 """A policy memory that is the seat's own belief, for many games at once."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -15,12 +16,31 @@ from dmplay.errors import ImpossibleObservation
 from dmplay.policies.kinds import Seated
 
 
-class _Flow(NamedTuple):
+class Flow(NamedTuple):
     """The likelihood of going from one state to another while observing one thing."""
 
     source: Ints  # [N]
     target: Ints  # [N]
     weight: Reals  # [N]
+
+    @classmethod
+    def of(cls, dense: Reals) -> "Flow":
+        """What an array `[S, S']` holds."""
+        source, target = np.nonzero(dense)
+        return cls(source, target, dense[source, target])
+
+    def carried(self, before: Reals) -> Reals:
+        """What each row `[R, S]` carries along, summed by target in the order of sources."""
+        rows, size = before.shape
+        if len(self.source) < rows:
+            each, found = np.ascontiguousarray(before.T), np.zeros((size, rows))
+            for source, target, weight in zip(*(part.tolist() for part in self), strict=True):
+                found[target] += each[source] * weight
+            return found.T
+        cell = np.arange(rows)[:, None] * size + self.target
+        weight = before.take(self.source, axis=1) * self.weight
+        sums = np.bincount(cell.reshape(-1), weight.reshape(-1), rows * size)
+        return sums.astype(float).reshape(rows, size)
 
 
 @dataclass(frozen=True)
@@ -32,7 +52,7 @@ class Believing(Seated, ABC):
     """
 
     @cached_property
-    def _flows(self) -> dict[int, dict[int, _Flow]]:
+    def _flows(self) -> dict[int, dict[int, Flow]]:
         """The tables made so far, by action and observation."""
         return {}
 
@@ -47,14 +67,11 @@ class Believing(Seated, ABC):
         (before,) = memory
         kinds = self.problem.observation_counts[self.seat]
         turns = percept.action * kinds + percept.observation
-        after = np.empty_like(before)
-        for turn in np.flatnonzero(np.bincount(turns)).tolist():
-            rows = np.flatnonzero(turns == turn)
-            after[rows] = self._posterior(before.take(rows, axis=0), *divmod(turn, kinds))
-        return (after,)
+        return (by_turn(before, turns, self._posterior),)
 
-    def _posterior(self, before: Reals, action: int, observation: int) -> Reals:
+    def _posterior(self, before: Reals, turn: int) -> Reals:
         """Beliefs `[R, S]` after the same action and observation in each row."""
+        action, observation = divmod(turn, self.problem.observation_counts[self.seat])
         after, likelihood = belief.bayes(self._carried(before, action, observation))
         if not likelihood.all():
             raise ImpossibleObservation(
@@ -65,19 +82,19 @@ class Believing(Seated, ABC):
     def _carried(self, before: Reals, action: int, observation: int) -> Reals:
         """How likely each row's `[R, S]` next states are, and this observation."""
         flow = self._after(action).get(observation)
-        return np.zeros_like(before) if flow is None else _carried(before, flow)
+        return np.zeros_like(before) if flow is None else flow.carried(before)
 
     @abstractmethod
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Actions `[B]` from the beliefs `memory[0]` `[B, S]`."""
 
-    def _after(self, action: int) -> dict[int, _Flow]:
+    def _after(self, action: int) -> dict[int, Flow]:
         """What this seat's action leads to, by observation."""
         if action not in self._flows:
             self._flows[action] = self._listed(action)
         return self._flows[action]
 
-    def _listed(self, action: int) -> dict[int, _Flow]:
+    def _listed(self, action: int) -> dict[int, Flow]:
         """The flow of every observation that an action can lead to."""
         problem = self.problem
         states = problem.enumerated()
@@ -98,18 +115,16 @@ class Believing(Seated, ABC):
         return {kind: _flow(parts, size) for kind, parts in flow.items()}
 
 
-def _carried(before: Reals, flow: _Flow) -> Reals:
-    """What each row `[R, S]` carries along the flow, summed by target in the order of sources."""
-    rows, size = before.shape
-    if len(flow.source) < rows:
-        each, found = np.ascontiguousarray(before.T), np.zeros((size, rows))
-        for source, target, weight in zip(*(part.tolist() for part in flow), strict=True):
-            found[target] += each[source] * weight
-        return found.T
-    cell = np.arange(rows)[:, None] * size + flow.target
-    weight = before.take(flow.source, axis=1) * flow.weight
-    sums = np.bincount(cell.reshape(-1), weight.reshape(-1), rows * size)
-    return sums.astype(float).reshape(rows, size)
+def by_turn(before: Reals, turns: Ints, after: Callable[[Reals, int], Reals]) -> Reals:
+    """Beliefs `[B, S]` after a turn, numbered for each row: rows of one turn follow together."""
+    each = np.flatnonzero(np.bincount(turns)).tolist()
+    if len(each) == 1:
+        return np.ascontiguousarray(after(before, each[0]))
+    found = np.empty_like(before)
+    for turn in each:
+        rows = np.flatnonzero(turns == turn)
+        found[rows] = after(before.take(rows, axis=0), turn)
+    return found
 
 
 def _summed(cell: Ints, weight: Reals) -> tuple[Ints, Reals]:
@@ -118,10 +133,10 @@ def _summed(cell: Ints, weight: Reals) -> tuple[Ints, Reals]:
     return cells, np.bincount(place.reshape(-1), weight).astype(float)
 
 
-def _flow(parts: list[tuple[Ints, Reals]], size: int) -> _Flow:
+def _flow(parts: list[tuple[Ints, Reals]], size: int) -> Flow:
     cells, weights = zip(*parts, strict=True)
     cell, weight = _summed(np.concatenate(cells), np.concatenate(weights))
-    return _Flow(cell // size, cell % size, weight)
+    return Flow(cell // size, cell % size, weight)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from dmplay import belief
 from dmplay.chance import Array, Reals
 from dmplay.core import Memory, Percept, Problem, exact, parameter
 from dmplay.errors import BadPolicy
-from dmplay.policies._joint_plan import JointPlan, surprised
+from dmplay.policies._joint_plan import Beside, JointPlan
 from dmplay.policies.crying_baby import FeedWhenCrying
 from dmplay.policies.kinds import Maximising, Seated
 from dmplay.policies.roster import Roster
@@ -79,15 +79,11 @@ class BestResponse(Maximising, Seated):
         return alpha_vectors.infinite(self.faced, self.problem.discount)
 
     @cached_property
-    def _foreseen(self) -> Reals:
-        """The probability of an observation and the next state, `[A, O, S, S]`."""
-        return self.faced.joint.transpose(1, 2, 0, 3)
-
-    @cached_property
-    def _surprising(self) -> Reals:
+    def _turns(self) -> Beside:
+        """By one's own action and what is heard."""
         many = len(ACTIONS)
         random = self._beside(np.full((2 * HEARD, many), 1 / many))
-        return random.joint.transpose(1, 2, 0, 3)
+        return Beside.of(*(one.joint.transpose(1, 2, 0, 3) for one in (self.faced, random)))
 
     def begin(self, observation: Array) -> Memory:
         """The distribution of the start state, and nothing is heard."""
@@ -97,8 +93,7 @@ class BestResponse(Maximising, Seated):
 
     def update(self, memory: Memory, percept: Percept) -> Memory:
         """Bayes' rule; where that partner rules out what was heard, beside a random one."""
-        turn = percept.action, percept.observation
-        return (surprised(memory[0], turn, self._foreseen, self._surprising),)
+        return (self._turns.after(memory[0], (percept.action, percept.observation)),)
 
     def values(self, memory: Memory) -> Reals:
         """Q of each action against that partner."""

@@ -77,6 +77,7 @@ def infinite(tables: Tables, discount: float) -> Stage:
 
 def action_values(stage: Stage, b: Reals) -> Reals:
     """Q `[B, A]` of beliefs `[B, S]`; a row has the same bits in any batch."""
+    b = np.asfortranarray(b)  # state by state, once
     return np.stack([values(plans.vectors, b) for plans in stage.plans]).T
 
 

@@ -92,8 +92,8 @@ def greedy(q: Reals) -> Ints:
         return np.asarray(np.argmax(best(q), axis=-1))
     each = np.ascontiguousarray(q.T)  # of many rows action by action, which is far quicker
     enough = each.max(axis=0) - SLACK
-    found, first = each[0] >= enough, np.zeros(len(q), np.int64)
+    found, first = each[0] >= enough, np.zeros(len(q), np.min_scalar_type(len(each)))
     for one in each[1:]:
         first += ~found
         found |= one >= enough
-    return first
+    return first.astype(np.int64)
