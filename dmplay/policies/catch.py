@@ -64,8 +64,8 @@ class Optimal(Countdown):
             beliefs = np.frombuffer(b"".join(fresh)).reshape(len(fresh), -1)
             found = _searched(self.problem).action_values(beliefs, left)
             known.update(zip(fresh, found, strict=True))
-        each = np.array([known[key] for key in place])
-        return each[[place[key] for key in keys]]
+        which = np.fromiter(map(place.__getitem__, keys), np.int64, len(keys))
+        return np.array([known[key] for key in place]).take(which, axis=0)
 
 
 @lru_cache(maxsize=4)
