@@ -103,7 +103,7 @@ def action_values(problem: Problem, grid: Grid, values: Reals, s: Reals) -> Real
         after, rewards, going = moved(problem, s, a)
         then = interpolated(values, grid.around(after))
         columns.append(rewards + problem.discount * going * then)
-    return np.stack(columns, axis=1)
+    return np.stack(columns).T
 
 
 def moved(problem: Problem, s: Array, a: Array) -> tuple[Array, Reals, Reals]:

@@ -2,6 +2,8 @@ import numpy as np
 import pytest
 
 import dmplay
+from dmplay.policies.collision_avoidance import Optimal
+from dmplay.problems.collision_avoidance import RATES
 from dmplay.session import Session
 from dmplay.solvers import collision_grid
 
@@ -112,3 +114,15 @@ def test_a_collision_is_discounted_by_the_seconds_before_it() -> None:
     q = collision_grid.optimal(dmplay.load("collision-avoidance", discount=0.5))
     level = q[:3, 1, 10, 10, NO_ADVISORY]  # at the intruder's height, without an advisory
     assert level.tolist() == [-1, -0.5, -0.25]
+
+
+def test_encounters_at_different_times_are_worth_what_each_is_alone() -> None:
+    policy = Optimal(LITERAL, 0)
+    rng = np.random.default_rng(5)
+    far, late = rng.uniform(-250, 250, (30, 1)), rng.integers(0, 45, (30, 1))
+    s = np.hstack([far, far / 20, rng.choice(RATES, (30, 1)), late])
+    alone = [policy.values((one[None],)) for one in s]
+    assert (policy.values((s,)) == np.concatenate(alone)).all()
+    grid = collision_grid.states(7)
+    q = collision_grid.optimal(LITERAL)[7].reshape(len(grid), -1)
+    assert (policy.values((grid,)) == q).all()
