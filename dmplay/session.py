@@ -262,6 +262,11 @@ class Session(Displayed):
             for seat, policy in enumerate(policies or [None] * len(problem.agents))
         ]
 
+    def anew(self, policies: Sequence[Policy | None] = ()) -> "Session":
+        """The same game before its first turn, its seats played by these policies, if any."""
+        source, limit, opening = self.source, self.limit, self.opening
+        return Session(self.problem, source, policies, limit=limit, opening=opening)
+
     @property
     def state(self) -> Array:
         """The present state, without the batch axis."""

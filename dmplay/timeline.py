@@ -13,7 +13,7 @@ from dmplay.advice.review import Move
 from dmplay.budget import Stopped
 from dmplay.errors import DmplayError
 from dmplay.game.game import Game
-from dmplay.session import Session, Turn
+from dmplay.session import Turn
 from dmplay.views.canvas import BARS
 
 WORST = 3  # moves that are named
@@ -31,9 +31,8 @@ class Past(Game):
         self._made: list[list[Move]] = [[] for _ in range(self.many)]  # by turn
         for move in made:
             self._made[move.turn - 1].append(move)
-        played = game.session
-        begun = Session(played.problem, played.source, limit=played.limit, opening=played.opening)
-        begun.rerolls = played.rerolls
+        begun = game.session.anew()
+        begun.rerolls = game.session.rerolls
         super().__init__(game.name, begun, game.seats, game.keyboard)
 
     @property

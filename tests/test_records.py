@@ -9,7 +9,7 @@ import pytest
 
 from dmplay import disk, records
 from dmplay.game.request import Branching, Recording, Request, Resumption
-from dmplay.game.start import begin
+from dmplay.game.start import begin, retold
 from dmplay.game.table import Table
 from dmplay.records import Record, all_records
 from dmplay.reports.records import listing
@@ -207,7 +207,9 @@ def test_a_branch_is_marked_and_never_the_best_not_even_once_it_was_left() -> No
     table.put(begin(Branching(first, turn=3, record=Path("c.dmt"))))
     typed(table, "new")
     assert table.game.source
-    assert "branched" not in table.game.source.read_text()
+    retold(table.game, Path("d.dmt"))
+    for path in (table.game.source, Path("d.dmt")):
+        assert "branched" not in path.read_text()
 
 
 def test_a_game_that_is_gone_on_with_counts_and_one_that_was_altered_does_not() -> None:

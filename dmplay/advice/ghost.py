@@ -24,15 +24,8 @@ class Ghost:
         self.seat = min(policies)
         self.beside = beside
         others = {seat: one.policy for seat, one in enumerate(beside.followers) if one}
-        seats = range(len(beside.problem.agents))
         sits = {**others, **policies}
-        self.session = Session(
-            beside.problem,
-            beside.source,
-            [sits.get(seat) for seat in seats],
-            limit=beside.limit,
-            opening=beside.opening,
-        )
+        self.session = beside.anew([*map(sits.get, range(len(beside.followers)))])
 
     @property
     def early(self) -> bool:

@@ -44,7 +44,7 @@ class Move(NamedTuple):
 def moves(session: Session, who: Sequence[int], seats: Sequence[str] = ()) -> Iterator[Move]:
     """Every move of these people that the adviser can value, in order; `seats` says who plays."""
     problem = session.problem
-    past = Session(problem, session.source, limit=session.limit, opening=session.opening)
+    past = session.anew()
     advisers = {}
     for seat in who:
         found = agents.adviser(problem, seat, session.limit, seats)

@@ -27,7 +27,7 @@ def public(session: Session, now: Moment) -> dict[str, object]:
 
 def debrief(session: Session) -> list[dict[str, object]]:
     """The opening and every turn with all that was hidden: the game played once more."""
-    past = Session(session.problem, session.source, limit=session.limit, opening=session.opening)
+    past = session.anew()
     rows = [turn_facts(past)]
     for turn in session.turns:
         past.repeat([turn])

@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from dmplay.core import Policy, Problem
-from dmplay.dice import Dice
 from dmplay.disk import content
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.finding import agents, problems
@@ -118,7 +117,7 @@ def told_in(name: str, path: Path | None) -> str:
 
 
 def header(
-    loaded: problems.Loaded, seats: Sequence[str], dice: Dice, request: Request, path: Path | None
+    loaded: problems.Loaded, seats: Sequence[str], request: Request, path: Path | None
 ) -> Header:
     """The header of a game's transcript there; scripts are named without their place."""
     names = [
@@ -126,7 +125,7 @@ def header(
         for who in (request.person if who == HUMAN else who for who in seats)
     ]
     told = {line.field: getattr(request, line.field) for line in LINES}
-    told |= {"problem": told_in(loaded.name, path), "origin": loaded.origin, "seed": dice.seed}
+    told |= {"problem": told_in(loaded.name, path), "origin": loaded.origin}
     told["parameters"] = loaded.parameters
     told["seats"] = dict(zip(loaded.problem.agents, map(clean, names), strict=True))
     return Header(**told)

@@ -57,12 +57,12 @@ def new(request: Request, shown: Collection[Luck] = ()) -> Game:
     if request.player and HUMAN not in seats:
         raise BadParameter("--player: no person plays this game")
     policies = [seat_policy(problem, seat, who, request.turns) for seat, who in enumerate(seats)]
-    request, dice = _thrown(request)
+    request, dice = _thrown(replace(request, peeked=False, branched=None))
     limit = turn_limit(problem, seats, request.turns)
     session = Session(problem, dice, policies, limit=limit)
     ghost = _ghost(session, seats, request.ghost)
     path = request.record and standard(request.record, OUTPUT)
-    told = header(found, seats, dice, replace(request, peeked=False, branched=None), path)
+    told = header(found, seats, request, path)
     if luck(found.name, dice) in shown:
         told = going_on(told, problem)
     request = replace(request, peeked=told.peeked)
@@ -255,13 +255,12 @@ def retold(game: Game, path: Path) -> None:
     asked, played = game.asked, game.session
     assert asked
     found = problems.resolve(asked.name, asked.configured())
-    dice = Dice(game.seed, asked.episode)
-    session = Session(found.problem, dice, limit=played.limit, opening=played.opening)
+    session = played.anew()
     with TemporaryDirectory() as place:
         draft = Path(place, path.name)
         framing = frame if asked.frames else None
         recorder = Recorder.create(
-            draft, header(found, game.seats, dice, asked, path), session, frame=framing
+            draft, header(found, game.seats, asked, path), session, frame=framing
         )
         _retell(played, len(played.turns), session, recorder)
         if played.over:
@@ -270,7 +269,7 @@ def retold(game: Game, path: Path) -> None:
         recorder.close()
         if recorder.fault:
             raise BadParameter(f"cannot write {draft}: {recorder.fault.strerror}")
-        private = found.problem.hidden and not played.over
+        private = game.problem.hidden and not played.over
         write(path, [draft.read_text(encoding="utf-8")], private=private)
 
 

@@ -14,7 +14,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from dmplay.dice import Dice
 from dmplay.disk import content, write
 from dmplay.errors import BadFile, BadParameter, UnknownName
 from dmplay.finding import problems
@@ -109,7 +108,7 @@ def assigned(request: Request, seeds: tuple[int, ...], path: Path, *, force: boo
         raise BadParameter("assign: no person plays; leave a seat to one")
     for seat, who in enumerate(seats):
         seat_policy(found.problem, seat, who, request.turns)  # refuses what cannot sit there
-    told = header(found, seats, Dice(seeds[0]), request, path)
+    told = header(found, seats, replace(request, seed=seeds[0]), path)
     made = Assignment(told, seeds, path)
     write(path, [f"{row}\n" for row in _rows(made)], force=force)
     return made

@@ -198,7 +198,7 @@ def _like(session: Session, seat: int) -> Iterator[str]:
 
 
 def _plays(policy: Policy, session: Session, seat: int) -> bool:
-    past = Session(session.problem, session.source, limit=session.limit, opening=session.opening)
+    past = session.anew()
     follower = Follower(past, seat, policy)
     for turn in session.turns:
         if not past.waits(seat) and follower.choose() != turn.actions[seat]:
