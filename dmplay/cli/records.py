@@ -69,14 +69,14 @@ def export(
       dmplay export game.dmt --film -o film.svg
       dmplay export game.dmt --csv
     """
-    from dmplay.reports.export import exported
+    from dmplay.game.request import Recording
+    from dmplay.reports.export import Wanted, exported
+    from dmplay.screen.shown import Room
 
     printed = output is None or str(output) == "-"
     ascii_ = here(wishes).ascii if printed else wishes.ascii
-    return exported(
-        file, formats, at, output, width=wishes.width, height=height, hint=hint, ascii_=ascii_,
-        force=force, trusted=trust, peek=peek,
-    )  # fmt: skip
+    wanted = Wanted(Room(wishes.width or 0, height or 0, ascii_), at, hint)
+    return exported(Recording(file, trust, peek), formats, wanted, output, force=force)
 
 
 def review(

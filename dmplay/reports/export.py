@@ -18,7 +18,7 @@ from dmplay.game.errand import Printout
 from dmplay.game.formats import FORMATS
 from dmplay.game.game import Game
 from dmplay.game.playback import Playback
-from dmplay.game.request import Request
+from dmplay.game.request import Recording, Request
 from dmplay.game.seats import people
 from dmplay.keys.keyboard import Keyboard
 from dmplay.keys.keymap import AS_DRAWN
@@ -43,7 +43,7 @@ CLEAR = "\x1b[H\x1b[2J"
 class Wanted(NamedTuple):
     """What is to be seen: the screen's room, the turn of a picture, and whether with a hint."""
 
-    room: Room
+    room: Room = Room(0, 0)  # 0 for as many columns, or rows, as is usual
     turn: int | None = None  # the last one
     hint: bool = False
 
@@ -227,31 +227,26 @@ WRITERS: dict[str, Callable[[Playback, Wanted], Iterator[str]]] = {
 }  # fmt: skip
 
 
-def exported(  # noqa: PLR0913 - a file, and what is wanted of it
-    file: Path,
+def exported(
+    recording: Recording,
     chosen: Sequence[str],
-    turn: int | None,
-    output: Path | None,
+    wanted: Wanted,
+    output: Path | None = None,
     *,
-    width: int | None = None,
-    height: int | None = None,
-    hint: bool = False,
-    ascii_: bool = False,
     force: bool = False,
-    trusted: bool = False,
-    peek: bool = False,
 ) -> Printout:
     """A transcript in the one form chosen; nothing where it is written to a file."""
     if len(chosen) != 1:
         raise BadParameter(f"export: choose one of {', '.join(f'--{name}' for name in FORMATS)}")
     (form,) = chosen
-    if turn is not None and not FORMATS[form].still:
+    if wanted.turn is not None and not FORMATS[form].still:
         stills = " or ".join(f"--{name}" for name, one in FORMATS.items() if one.still)
         raise BadParameter(f"--at: a turn of {stills}, not of --{form}")
-    if hint and form != "svg":
+    if wanted.hint and form != "svg":
         raise BadParameter(f"--hint: on a picture, --svg, not on --{form}")
-    game = Playback(file, trusted=trusted, peek=peek)
+    game = Playback(recording.path, trusted=recording.trusted, peek=recording.peek)
     if output:
         apart(output, game.transcript.path)
+    width, height, ascii_ = wanted.room
     room = _roomy(game, Room(width or COLUMNS, height or FORMATS[form].rows, ascii_))
-    return kept(output, WRITERS[form](game, Wanted(room, turn, hint)), force=force)
+    return kept(output, WRITERS[form](game, wanted._replace(room=room)), force=force)
