@@ -118,7 +118,7 @@ def rollouts(
     So what was played by the time of an interruption was played by all. `luck` tells how much of
     what came of joint actions was luck: 0 where it is not given.
     """
-    which, turns, seed, workers, executor, progress, keep, luck = games
+    which, keep, workers, progress = games.which, games.keep, games.workers, games.progress
     if which.stop < which.start:
         raise BadParameter(f"episodes: got {which.stop - which.start}, expected 0 or more")
     for policies in entrants:
@@ -129,20 +129,21 @@ def rollouts(
     for name in keep:
         if name not in Rollout._fields:
             raise UnknownName("array to keep", name, Rollout._fields)
-    work = partial(_blocks, problem, tuple(map(tuple, entrants)), turns, seed, tuple(keep), luck)
-    alone = executor is None and workers == 1 and progress is None
+    work = partial(_blocks, problem, entrants, games._replace(executor=None, progress=None))
+    alone = games.executor is None and workers == 1 and progress is None
     hands = workers if isinstance(workers, int) else 1
     at_once = alone or len(which) <= LEAST
     size = MOST
     for place, policies in enumerate(() if at_once else entrants):
         with _games_of(place):
-            size = min(size, _grain(problem, policies, seed, hands))
+            size = min(size, _grain(problem, policies, games.seed, hands))
     kept: tuple[Rollout, ...] | None = None
     played = np.zeros(len(which), bool)
     with watched(progress) if progress else nullcontext():
         budget = Budget("a rollout", "try fewer games at a time", math.inf)
         try:
-            for block, parts in done(work, which, size=size, workers=workers, executor=executor):
+            blocks = done(work, which, size=size, workers=workers, executor=games.executor)
+            for block, parts in blocks:
                 kept = kept or tuple(_empty(one, keep, len(which)) for one in parts)
                 rows = slice(block.start - which.start, block.stop - which.start)
                 for whole, one in zip(kept, parts, strict=True):
@@ -164,9 +165,9 @@ def _grain(problem: Problem, policies: Sequence[Policy], seed: int, workers: int
     first turns of one game and of some: of few where one takes long.
     """
 
-    def seconds(games: int) -> float:
+    def seconds(many: int) -> float:
         since = time.perf_counter()
-        _block(problem, policies, PROBED, seed, (), None, range(games))
+        _block(problem, policies, Games(range(many), PROBED, seed, keep=()))
         return time.perf_counter() - since
 
     seconds(1)  # what is made once
@@ -200,20 +201,15 @@ def _rest(kept: tuple[Rollout, ...] | None, keep: Sequence[str], first: int, pla
     return Rest(tuple(found), first + np.flatnonzero(played))
 
 
-def _blocks(  # noqa: PLR0913, PLR0917 - what a worker is sent
-    problem: Problem,
-    entrants: Sequence[Sequence[Policy]],
-    turns: int | None,
-    seed: int,
-    keep: Sequence[str],
-    luck: Luck | None,
-    games: range,
+def _blocks(
+    problem: Problem, entrants: Sequence[Sequence[Policy]], games: Games, which: range
 ) -> tuple[Rollout, ...]:
-    """Has each of the entrants play these games."""
+    """Has each of the entrants play these of the games."""
+    games = games._replace(which=which)
     found = []
     for place, policies in enumerate(entrants):
         with part(place, len(entrants)), _games_of(place):
-            found.append(_block(problem, policies, turns, seed, keep, luck, games))
+            found.append(_block(problem, policies, games))
     return tuple(found)
 
 
@@ -227,35 +223,27 @@ def _games_of(place: int) -> Iterator[None]:
         raise
 
 
-def _block(  # noqa: PLR0913, PLR0917
-    problem: Problem,
-    policies: Sequence[Policy],
-    turns: int | None,
-    seed: int,
-    keep: Sequence[str],
-    luck: Luck | None,
-    games: range,
-) -> Rollout:
+def _block(problem: Problem, policies: Sequence[Policy], games: Games) -> Rollout:
     """Plays these games side by side.
 
     All rows draw every turn, finished or not, so that two policies meet the same luck.
     """
-    limit = turns if turns is not None else problem.horizon
+    which, seed, luck, many = games.which, games.seed, games.luck, len(games.which)
+    limit = problem.horizon if games.turns is None else games.turns
     limit = MOST_TURNS if limit is None else limit
     budget = Budget("a rollout", "try fewer games at a time", math.inf)
     widest = max(*problem.draws, *(policy.draws for policy in policies))
-    budget.hold(24.0 * len(games) * widest)
+    budget.hold(24.0 * many * widest)
 
-    row = np.arange(len(games))  # the games that go on
+    row = np.arange(many)  # the games that go on
 
     def draw(stream: int, turn: int, count: int) -> Reals:
-        only = row if len(row) < len(games) else None
-        first, rows = games.start, len(games)
-        return uniforms(seed, stream, turn, first=first, rows=rows, count=count, only=only)
+        only = row if len(row) < many else None
+        return uniforms(seed, stream, turn, first=which.start, rows=many, count=count, only=only)
 
     state = problem.start(draw(NATURE, 0, problem.draws.start))
     discounted = problem.discount != 1.0
-    sums = [np.zeros((len(games), len(policies))) for _ in range(1 + discounted + bool(luck))]
+    sums = [np.zeros((many, len(policies))) for _ in range(1 + discounted + bool(luck))]
     ended = list[tuple[int, Memory]]()  # after so many turns: games, and what came of them
     weight, played = 1.0, 0
     memories = [
@@ -292,13 +280,13 @@ def _block(  # noqa: PLR0913, PLR0917
         state, played = outcome.state, turn
         weight *= problem.discount
     ended.append((played, (row, state, *sums)))
-    over = np.ones(len(games), bool)
+    over = np.ones(many, bool)
     over[row] = problem.terminal(state)
     length, state, totals, *others = _whole(ended)
     lucky = others.pop() if luck else np.zeros_like(totals)
     returns = others.pop() if discounted else totals.copy()
     found = Rollout(returns, totals, length, over, state, lucky)
-    unkept = {*Rollout._fields} - {*keep}
+    unkept = {*Rollout._fields} - {*games.keep}
     return found._replace(**{name: getattr(found, name)[:0] for name in unkept})
 
 
