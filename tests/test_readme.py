@@ -9,6 +9,7 @@ from dmplay.game.request import Request
 from dmplay.game.start import new
 from dmplay.game.table import Table
 from dmplay.screen import frame
+from dmplay.screen.press import press
 from dmplay.screen.screen import Screen
 from dmplay.screen.shown import Room
 from dmplay.terminal import Terminal
@@ -42,7 +43,7 @@ def test_the_frame_of_the_readme_is_what_the_screen_shows(tmp_path: Path) -> Non
     game = new(Request("hexworld", seed=7, record=tmp_path / "g.dmt"))
     screen = Screen(Table(game), Terminal(True, "", True, False, False))
     for key in "hbhh":
-        screen.press(key)
+        press(screen, key)
     shown = frame.compose(game, Room(80, 16), screen.shown, screen.log).plain
     rows = [row.rstrip() for row in shown.split("\n")]
     assert "\n".join(rows) in README

@@ -1,12 +1,4 @@
-"""What the screen is doing: what it shows, and what moves without a key.
-
-shows    BOARD --opened--> PAGE --closed--> BOARD
-         BOARD --warned--> WARNED --pressed--> BOARD
-         BOARD --asked--> AHEAD --closed--> BOARD
-         BOARD --looked back--> BACK --closed--> BOARD
-moves    WAITING --let go--> AUTO --halted--> WAITING      agents play by themselves
-         CLOCK --halted--> PAUSED --let go--> CLOCK        in real time
-"""
+"""What the screen is doing: what it shows, and what moves without a key."""
 
 from enum import Enum, auto
 
@@ -38,7 +30,7 @@ class Event(Enum):
     HALTED = auto()  # what moves stops
 
 
-TRANSITIONS = {
+TRANSITIONS = {  # of what it shows, and of what moves
     Mode.BOARD: {
         Event.OPENED: Mode.PAGE, Event.WARNED: Mode.WARNED, Event.ASKED: Mode.AHEAD,
         Event.LOOKED_BACK: Mode.BACK,

@@ -1,111 +1,156 @@
-"""Play by single keys on a full screen."""
+"""The play screen: the game at a table as it is seen, and what is said beside it."""
 
-from collections.abc import Callable
-from math import copysign, inf, isinf
-from typing import NamedTuple
+import contextlib
+from collections.abc import Iterator, Sequence
 
-from dmplay.describe import counted
+from rich.text import Text
+
+from dmplay import records
+from dmplay.budget import Stopped
+from dmplay.core import Continuous
+from dmplay.describe import brief
+from dmplay.errors import DmplayError
+from dmplay.game.answer import Page, Told
 from dmplay.game.game import Game
+from dmplay.game.log import Log
+from dmplay.game.table import Table
+from dmplay.painting.painter import Painter
 from dmplay.screen import frame
-from dmplay.screen.modes import Event, Mode
-from dmplay.screen.motion import LASTS
-from dmplay.screen.scene import Scene
-from dmplay.screen.shown import KEYS_SHOWN, MORE
-from dmplay.words.commands import COMMANDS, Leave, help_page, named, own_parts, typed, veiled
-from dmplay.words.game_commands import foresee
+from dmplay.screen.clock import STARTS, Clock
+from dmplay.screen.modes import Event, Mode, Modes
+from dmplay.screen.motion import Motion
+from dmplay.screen.number import Number
+from dmplay.screen.shown import KEYS_SHOWN, Room, Shown, player
+from dmplay.terminal import Terminal
+from dmplay.thought import About, think
+from dmplay.timeline import Past, Verdict
 
-FASTER = 1.5  # the speed times this
-SLOWEST, FASTEST = 0.1, 50.0  # turns a second
-ENDED = "the game is over"
-MANY = 20  # turns that nobody wants to lose by one key
-SCROLLS = {  # rows back, by keys that scroll the log, where they play nothing, and pages
-    "pageup": 8, "pagedown": -8, "home": inf, "end": -inf, "wheel up": 3, "wheel down": -3,
-}  # fmt: skip
-SCROLLING = ("PgUp", "scroll", "the log back; PgDn Home End; Shift where they play")
+OVERLAYS = ("", "values", "policy", "states")
+ADVICE = ("values", "policy")  # of them
+VALUING = About("valuing every state")
 
 
-class Screen(Scene):
-    """A scene that keys and clocks change."""
+class Screen:
+    """The state of the play screen beside the game's own, and how it is shown."""
 
-    def press(self, key: str) -> None:
-        """Does what a key says; raises Leave."""
+    moment = 0.1  # seconds after which what the game does is shown as thinking
+
+    def __init__(
+        self, table: Table, terminal: Terminal, speed: float = 2.0, rate: float | None = None
+    ) -> None:
+        self.table = table
+        table.typed = True
+        table.tells = self.note
+        self.terminal = terminal
+        self.speed = speed  # turns a second in autoplay
+        self.rate = rate  # turns a second in real time; None where each turn waits for a key
+        self.modes = Modes()
         self.message = ""
-        self.motion.cut()
-        if key != "q":
-            self.modes.happens(Event.PRESSED)
-        if self.table.curtained and key != "q":
-            if key in ("enter", "space"):
-                self.table.change_places()
-            return
-        if self.modes.shows is Mode.PAGE:
-            self._turn_page(key)
-            return
-        with self.caught():
-            waiting = self.game.waiting is not None
-            if waiting and (self._number(key) or self._action(key)):
-                return
-            if self.modes.shows is Mode.AHEAD and self._looked(key):
-                return
-            if self._look_back(key):
-                return
-            self.command(key)
+        self.foretold = ""  # what an action may bring, in words
+        self.thinking = ""  # what is computed now, in place of the message
+        self.overlay = 0
+        self._advised: tuple[object, ...] = ()  # where an overlay was counted last
+        self.page: list[str] = []  # an answer of several lines
+        self.part = 0  # of the page
+        self._room = Room(80, 24)
+        self._sit()
+        if table.game.people and table.game.asked and table.game.recorder is None:
+            self.message = "this game is not kept: there is no place to write to"
+        self.message = table.game.warning or self.message
 
-    def _look_back(self, key: str) -> bool:
-        """Steps through the turns of a game that is over; plays on from one."""
-        past = self._past
-        if past and key == "enter":
-            self.say(named("branch").run(self.table, str(past.turn)))
-            return True
-        if past and key == "escape":
-            self.modes.happens(Event.CLOSED)
-            return True
-        if not past and self._plays(key):  # whoever plays fast presses it after the end too
-            return False
-        turn = self._verdict.led(key, past.turn if past else None)
-        if turn is None or self._verdict.past is None:
-            return False
-        self.back = 0
-        if turn == self._verdict.past.many:
-            self.modes.happens(Event.CLOSED)
-        else:
-            self._verdict.past.go(turn)
-            self.modes.happens(Event.LOOKED_BACK)
-        return True
+    def _sit(self) -> None:
+        """Forgets the game before this one."""
+        game = self.game
+        self._log = Log(game)
+        self.number = Number()  # that is being typed
+        self.prefix = ""  # the first arrow of a diagonal
+        self.keys_until = KEYS_SHOWN  # the turn from which on the board names no keys
+        self.clock = Clock(self.rate)
+        self.verdict = Verdict()  # once it is over
+        self.motion = Motion()
+        self.back = 0  # rows that the log is scrolled back
+        record = records.of(game)
+        self._best = brief(record.best.returned) if record and record.best else ""
+        self.modes.begins(clock=bool(self.rate and game.people))
 
-    def _plays(self, key: str) -> bool:
-        """Whether a key is one of the game's own."""
-        keyboard = self.game.keyboard
-        return key in keyboard.nudges or bool(keyboard.pressed(self.game.watcher, key))
+    @property
+    def game(self) -> Game:
+        """The game that is played now."""
+        return self.table.game
 
-    def look_ahead(self) -> None:
-        """Asks for an action, to show what it may bring."""
-        self.game.may_help("whatif")
-        if self.game.waiting is None or self.rate:
-            alone = ENDED if self.game.session.over else "nobody chooses here"
-            self.message = f"what if: {alone if self.game.waiting is None else 'the clock runs'}"
-            return
-        self.modes.happens(Event.ASKED)
-        self.message = "what if: press an action, Enter then plays it, Esc leaves"
+    def room(self, painter: Painter) -> Room:
+        """The terminal, of the size that it has now."""
+        self._room = Room(*painter.size(), self.terminal.ascii)
+        return self._room
 
-    def _looked(self, key: str) -> bool:
-        """Looks ahead no more: Enter plays what was shown, other keys do what they always do."""
-        game, foreseen = self.game, self.game.adviser.foreseen
-        self.modes.happens(Event.CLOSED)
-        game.adviser.look_away()
-        if key == "enter" and foreseen:
-            self.act(foreseen.action)
-        return key in ("enter", "escape", "W")
+    def paint(self, painter: Painter) -> None:
+        """Brings the screen as it is now onto the terminal."""
+        self._count_overlay()
+        room = self.room(painter)
+        drawn = frame.compose(self.past or self.game, room, self.shown, self.log)
+        painter.paint(drawn, player(drawn))
 
-    def _turn_page(self, key: str) -> None:
-        last = len(frame.pages(self._room, self.shown)) - 1
-        rows = _scrolled(key)
-        if rows:
-            step = rows if isinf(rows) else copysign(1, rows)
-            self.part = int(min(max(self.part - step, 0), last))
-        elif key in MORE and self.part < last:
-            self.part += 1
-        else:
-            self.modes.happens(Event.CLOSED)
+    def _count_overlay(self) -> None:
+        """Counts the advice of an overlay once for each turn that it lies on."""
+        game, shown = self.game, self.shown
+        now = (shown.overlay, game, len(game.session.turns), game.watcher)
+        lies = shown.overlay in ADVICE and not (shown.page or shown.curtain or game.session.over)
+        if lies and now != self._advised and game.adviser.overlay(shown.overlay):
+            self._advised = now
+            game.helped()
+
+    @property
+    def shown(self) -> Shown:
+        """What the screen adds to the game."""
+        game, adviser, past = self.game, self.game.adviser, self.past
+        drawn = adviser.ready and not game.unaided
+        unstarted = self.modes.moves is Mode.CLOCK and not self.clock.started
+        starts = STARTS if unstarted and game.waiting is not None else ""
+        shown = Shown(
+            self.thinking or self._answer or starts,
+            OVERLAYS[self.overlay] if drawn else "",
+            self.page if self.modes.shows is Mode.PAGE else (),
+            self.part,
+            self.back,
+            curtain=game.problem.agents[game.watcher] if self.table.curtained else "",
+            keys_until=self.keys_until,
+            passed=self.motion.passed,
+            best=self._best,
+        )
+        if past:
+            return shown._replace(advice=past.advice, past=True)
+        written = self.number.action(game) if self.number.text else None
+        return shown._replace(advice=adviser.given, written=written, outlook=adviser.foreseen)
+
+    @property
+    def _answer(self) -> str:
+        """The message; of what an action may bring, where the board has room for it, or no row has,
+        how to go on.
+        """
+        if not self.foretold or self.message != self.foretold:
+            return self.message
+        numbers = isinstance(self.game.problem.states, Continuous)
+        if len(self.message) < self._room.width and not (numbers or frame.aimed(self._room)):
+            return self.message
+        return f"{self.message.partition(': ')[0]}: Enter plays it, Esc leaves"
+
+    @property
+    def past(self) -> Past | None:
+        """The game at the turn that is looked back at."""
+        return self.verdict.past if self.modes.shows is Mode.BACK else None
+
+    @property
+    def log(self) -> list[str]:
+        """What happened, as the one before the screen may know it."""
+        return self.past.rows(self._room.width) if self.past else self._log.rows
+
+    def _frame(self, room: Room) -> frame.Frame:
+        """What is seen now, in a room."""
+        return frame.Frame(self.past or self.game, room, self.shown, self.log)
+
+    def upper(self, room: Room) -> Text:
+        """The screen above its command row."""
+        return self._frame(room).upper()
 
     def scroll(self, rows: float) -> None:
         """Goes so many rows back in the log, or on."""
@@ -113,189 +158,76 @@ class Screen(Scene):
             most = self._frame(self._room).most_back()
             self.back = int(min(max(self.back + rows, 0), most))
 
-    def _action(self, key: str) -> bool:
-        """Plays the action of a key, or of two arrows for a diagonal."""
-        combination = f"{self.prefix} {key}".strip()
-        self.prefix = ""
-        found = self.game.keyboard.pressed(self.game.watcher, combination)
-        if found is not None:
-            seat, action = found
-            self.act(action, seat)
-        elif key in ("up", "down") and any(" " in one for one in self.game.keyboard.hands.keys):
-            self.prefix = key
-            self.message = f"{key}, then left or right: a diagonal"
+    def turn_page(self, parts: float) -> bool:
+        """Goes so many parts on in the page, or back; whether it went on."""
+        before, last = self.part, len(frame.pages(self._room, self.shown)) - 1
+        self.part = int(min(max(before + parts, 0), last))
+        return self.part > before
+
+    def next_overlay(self) -> None:
+        """Goes on to what else the board can show, at last nothing; says so if it never can."""
+        self.game.may_help("overlay")
+        think(VALUING, self.game.adviser.prepare)
+        before, self.overlay = self.overlay, 0
+        bare = self.upper(self._room).plain
+        for number in range(before + 1, len(OVERLAYS)):
+            self.overlay = number
+            if self.upper(self._room).plain != bare:
+                self.message = f"overlay: {OVERLAYS[number]}"
+                return
+        self.overlay = 0
+        self.message = "overlay: none" if before else "this board has no overlays"
+
+    @contextlib.contextmanager
+    def caught(self) -> Iterator[None]:
+        """Turns an error into a message, and logs what happened before it; readies the overlay."""
+        try:
+            yield
+            if self.overlay:
+                think(VALUING, self.game.adviser.prepare)
+        except (DmplayError, Stopped) as error:
+            self.note()
+            self.overlay = self.overlay if self.game.adviser.ready else 0
+            self.message = str(error) or "cancelled"
+
+    def say(self, words: str) -> None:
+        """Shows an answer: in its row, or as a page that any key closes; logs what it tells of."""
+        rows = words.split("\n") if isinstance(words, Page) else []
+        advice = self.game.adviser.given
+        if rows and not isinstance(words, Told):
+            self.open(rows)
         else:
-            return False
-        return True
+            self.modes.happens(Event.CLOSED)
+            self.message = "" if rows else words
+            if advice and words == str(advice):  # its values are marked
+                cost = "" if advice.action is None else self.game.price(advice.action)
+                self.message = f"{advice.short}{cost}"
+        self.note(rows)
 
-    def _number(self, key: str) -> bool:
-        """Writes or nudges a number, and plays it on Enter."""
-        if key == "enter" and self.number.text:
-            with veiled(self.table):
-                self.act(self.game.keyboard.read(self.game.view(), self.number.taken()))
-            return True
-        ahead = key == "enter" and self.modes.shows is Mode.AHEAD  # plays what was looked at
-        if ahead or not self.number.press(self.game, key):
-            return False
-        self.message = self.number.shown(self.game)
-        return True
+    def open(self, rows: list[str]) -> None:
+        """Shows rows in place of the board."""
+        self.message, self.page, self.part = "", rows, 0
+        self.modes.happens(Event.OPENED)
 
-    def act(self, action: float, seat: int | None = None) -> None:
-        """Plays an action, or shows what it may bring; in real time, keeps it for the clock."""
-        if self.modes.shows is Mode.AHEAD:
-            mine = seat in (None, self.game.watcher)
-            self.message = foresee(self.game, action) if mine else "another's key"
-            self._foretold = self.message if mine else ""
-            return
-        if self.rate:
-            self.clock.held = action
-            self.start_clock()
-            return
-        game = self.game
-        played = game.choose(action, seat)
-        self.note()
-        if played:
-            self._move()
-        if not (played or game.private or game.waiting is None):  # a curtain tells it in private
-            name = game.problem.agents[game.waiting]
-            self.message = f"{name} chooses; the other choice stays hidden until both are in"
-
-    def start_clock(self) -> None:
-        """Lets real time begin, once."""
-        self.message = self.clock.start(len(self.game.session.turns)) or self.message
-
-    @property
-    def pace(self) -> float:
-        """Beats of the clock a second."""
-        return self.clock.pace(len(self.game.session.turns))
-
-    def tick(self) -> None:
-        """A beat of the clock in real time: it counts down, then the last push repeats."""
-        if self.modes.moves is not Mode.CLOCK or self.game.waiting is None:
-            return
-        told = self.clock.counted()
-        if told is not None:
-            self.message = told
-        elif self.clock.held is not None:
-            with self.caught():
-                self.game.choose(self.clock.held)
-                self.note()
-
-    def command(self, key: str) -> None:
-        """Does what a key of the screen or of the shell says."""
-        own = next((one for one in KEYS if one.acts(key, self.game)), None)
-        command = next((c for c in COMMANDS if c.key == key), None)
-        if own:
-            own.run(self)
-        elif _scrolled(key):
-            self.scroll(_scrolled(key))
-        elif command:
-            self.say(command.run(self.table, ""))
-        elif self.rate and self.game.waiting is not None and not self.clock.started:
-            self.start_clock()
-        elif key.isprintable():
-            late = self.game.session.over and self._plays(key)
-            self.message = f"{key}: {ENDED if late else 'no such key; ? shows them'}"
-
-    def show_help(self) -> None:
-        """The keys of the game, of the screen and of the commands; commands without one."""
-        own = [(key.shown, key.name, key.help) for key in KEYS if key.help]
-        self.open(help_page(self.game, [*own, SCROLLING]))
-        self.keys_until = len(self.game.session.turns) + KEYS_SHOWN
-
-    def quicken(self, times: float) -> None:
-        """Lets agents play so many times as fast."""
-        self.speed = min(max(self.speed * times, SLOWEST), FASTEST)
-        self.message = f"{counted(self.speed, 'turn', '.3g')} a second"
-
-    def leave(self) -> None:
-        """Leaves the game; where it is not kept, only when asked twice."""
-        if self.unsaved > MANY and self.modes.shows is not Mode.WARNED:
-            self.modes.happens(Event.WARNED)
-            self.message = f"{self.unsaved} turns are not kept; q once more leaves"
-        else:
-            raise Leave
-
-    def pause(self) -> None:
-        """Lets agents play or stops them; stops the clock of real time or lets it go on."""
-        if self.game.session.over:
-            self.message = ENDED
-        elif not self.game.people and not self.terminal.motion:
-            self.message = "nothing moves by itself; Space steps on, :auto plays to the end"
-        elif self.game.people and not self.rate:
-            self.message = "the game waits for you; there is nothing to pause"
-        else:
-            moving = self.modes.moves in (Mode.AUTO, Mode.CLOCK)
-            self.modes.happens(Event.HALTED if moving else Event.LET_GO)
-            self.message = "paused; P goes on" if moving else ""
-
-    @property
-    def unsaved(self) -> int:
-        """The turns that no transcript holds."""
+    def note(self, told: Sequence[str] = ()) -> None:
+        """Logs what happened since the last time; `told` are the turns of an answer."""
+        if self._log.game is not self.game:
+            self._sit()
+        elif self._log.catch_up(told):
+            self.back = 0
+            self.message = "" if self.message == self.log[-1] else self.message
+        self.verdict.judge(self.game)
         recorder = self.game.recorder
-        return 0 if recorder and not recorder.fault else len(self.game.session.turns)
+        if recorder and recorder.fault:
+            self.message = f"cannot write {recorder.path}: {recorder.fault.strerror}"
 
-    def step(self) -> None:
-        """A turn of a game without people."""
-        if self.game.session.over:
-            self.message = ENDED
-            return
-        before = len(self.game.session.turns)
-        self.game.unattended()
-        self.note()
-        if len(self.game.session.turns) > before and self.speed * LASTS < 1:
-            self._move()
+    def ponder(self, about: About, far: str) -> None:
+        """Tells what is thought of, and how far it is where things may move."""
+        told = f"{about.told} ... {far if self.terminal.motion else ''}"
+        cure = "Ctrl-C cancels"
+        self.thinking = f"{told}{cure}" if len(told + cure) < self._room.width else told
 
-    def _move(self) -> None:
-        """Has the last turn seen to happen, where its view can draw that and things may move."""
-        if self.terminal.motion and getattr(self.game.style, "MOVES", False):
-            self.motion.begin()
-
-    def autoplay(self) -> None:
-        """A turn of a game that plays by itself; an error stops it."""
-        self.modes.happens(Event.HALTED)
-        with self.caught():
-            self.step()
-            self.modes.happens(Event.LET_GO)
-
-    def type(self, line: str) -> None:
-        """Does what a line of the command row says; raises Leave."""
-        self.modes.happens(Event.CLOSED)
-        with self.caught():
-            for part in own_parts(self.table, line):
-                self.say(typed(self.table, part))
-
-
-def _scrolled(key: str) -> float:
-    """How many rows back a key scrolls, with Shift or Ctrl or without; 0 where it does not."""
-    return SCROLLS.get(key.removeprefix("s-").removeprefix("c-"), 0)
-
-
-class Key(NamedTuple):
-    """A key that only the screen has: which, how it is shown, its name, what it does."""
-
-    keys: tuple[str, ...]
-    shown: str
-    name: str
-    help: str  # '' where the shell's command of this key tells
-    run: Callable[[Screen], None]
-    watched: bool = False  # only where nobody plays
-
-    def acts(self, key: str, game: Game) -> bool:
-        """Whether this is the key, and it does something in this game."""
-        return key in self.keys and not (self.watched and game.people)
-
-
-KEYS = (
-    Key(
-        ("V",), "V", "overlay", "values, policy or states on the board, where it has them",
-        Screen.next_overlay,
-    ),
-    Key(("W",), "W", "what if", "what an action may bring, before you play it", Screen.look_ahead),
-    Key(("P", "A"), "P", "pause", "let agents or the clock play, or stop them", Screen.pause),
-    Key(("space", "right"), "Space", "step", "one turn of agents", Screen.step, watched=True),
-    Key(("+",), "+", "faster", "agents play faster", lambda screen: screen.quicken(FASTER)),
-    Key(("-",), "-", "slower", "agents play slower", lambda screen: screen.quicken(1 / FASTER)),
-    Key(("?",), "?", "help", "", Screen.show_help),
-    Key(("q",), "q", "quit", "", Screen.leave),
-)  # fmt: skip
+    def leave_alone(self) -> None:
+        """Goes on without what was cancelled and does not stop."""
+        self.game.leave_alone()
+        self.message = "cancelled, but it does not stop: it slows dmplay down until you leave"

@@ -4,11 +4,12 @@ import contextlib
 import sys
 
 from dmplay.painting.painter import Painter
-from dmplay.screen.staged import Staged
+from dmplay.screen.screen import Screen
+from dmplay.screen.staged import Pressed
 from dmplay.terminal import fills, silent
 
 
-def show(screen: Staged) -> int:
+def show(screen: Screen | Pressed) -> int:
     """Shows the screen until the player leaves; returns the exit code."""
     terminal, out = screen.terminal, sys.stdout
     painter = Painter(out, terminal.theme, terminal.width, fills=fills(out))

@@ -1,4 +1,4 @@
-"""What a full screen offers to the toolkit that shows it."""
+"""What a full screen offers to whatever shows it."""
 
 from typing import Protocol
 
@@ -8,7 +8,7 @@ from dmplay.thought import About
 
 
 class Staged(Protocol):
-    """A screen: it is painted, takes keys, and tells what it thinks of."""
+    """A screen: it is painted, and tells what it thinks of."""
 
     terminal: Terminal
     moment: float  # seconds after which what a key does is shown as thinking
@@ -17,11 +17,15 @@ class Staged(Protocol):
     def paint(self, painter: Painter) -> None:
         """Brings the screen as it is now onto the terminal."""
 
-    def press(self, key: str) -> None:
-        """Does what a key says; raises Leave."""
-
     def ponder(self, about: About, far: str) -> None:
         """Tells what is thought of, and how far it is."""
 
     def leave_alone(self) -> None:
         """Goes on without what was cancelled and does not stop."""
+
+
+class Pressed(Staged, Protocol):
+    """A screen that takes keys itself, and no typed lines."""
+
+    def press(self, key: str) -> None:
+        """Does what a key says; raises Leave."""

@@ -20,10 +20,12 @@ from prompt_toolkit.key_binding import KeyPress
 from prompt_toolkit.keys import Keys
 
 from dmplay.painting.painter import Painter
+from dmplay.screen.acts import autoplay, obey, pace, tick
 from dmplay.screen.meanwhile import LEAVES, Heed, heed
 from dmplay.screen.modes import Mode
+from dmplay.screen.press import press
 from dmplay.screen.screen import Screen
-from dmplay.screen.staged import Staged
+from dmplay.screen.staged import Pressed, Staged
 from dmplay.signals import ENDS, GONE, INTERRUPTED
 from dmplay.thought import PATIENCE, About, Thought
 from dmplay.words.commands import Leave
@@ -43,7 +45,7 @@ WHEEL = {"\x1b[<64": "wheel up", "\x1b[<65": "wheel down"}  # as a terminal repo
 Event = Callable[[], Awaitable[None]]
 
 
-def run(screen: Staged, painter: Painter, input_: Input | None = None) -> int:
+def run(screen: Screen | Pressed, painter: Painter, input_: Input | None = None) -> int:
     """Shows the screen until the player leaves or a signal comes; returns the exit code."""
     input_ = input_ or create_input()
     stage: Stage
@@ -66,8 +68,11 @@ async def _nothing() -> None:
 class Stage(ABC):
     """What happens on the screen, one event after the other, a frame after each."""
 
-    def __init__(self, screen: Staged, painter: Painter, input_: Input) -> None:
+    def __init__(
+        self, screen: Staged, does: Callable[[str], None], painter: Painter, input_: Input
+    ) -> None:
         self.screen = screen
+        self.does = does  # what a key says; raises Leave
         self.painter = painter
         self.input = input_
         self.code = 0  # of a signal that ends the game
@@ -122,15 +127,15 @@ class Stage(ABC):
         self._events.put_nowait((key, event))
 
     def _take(self, presses: list[KeyPress]) -> None:
-        for place, press in enumerate(presses):
-            name = NAMES.get(press.key, press.key)
-            wheel = WHEEL.get(press.data.partition(";")[0])
+        for place, one in enumerate(presses):
+            name = NAMES.get(one.key, one.key)
+            wheel = WHEEL.get(one.data.partition(";")[0])
             key = wheel or str(getattr(name, "value", name))
             if key == ":":
                 self._put(partial(self._command, presses[place + 1 :]), key)
                 return
-            if wheel or press.key not in DEAF:
-                event = self._keys.get(press.key, partial(self._press, key))
+            if wheel or one.key not in DEAF:
+                event = self._keys.get(one.key, partial(self._press, key))
                 self._put(event, "" if event in (self._stop, self._repaint) else key)
 
     def _clocks(self) -> Iterator[Awaitable[None]]:
@@ -186,7 +191,7 @@ class Stage(ABC):
     # What they do
 
     async def _press(self, key: str) -> None:
-        await self._act(partial(self.screen.press, key), key)
+        await self._act(partial(self.does, key), key)
 
     async def _beat(self, beat: Callable[[], None]) -> None:
         if not self._thought:
@@ -291,8 +296,8 @@ class Stage(ABC):
 class Browsing(Stage):
     """A screen whose keys are all alike; one that none is pressed for follows the first frame."""
 
-    def __init__(self, screen: Staged, painter: Painter, input_: Input) -> None:
-        super().__init__(screen, painter, input_)
+    def __init__(self, screen: Pressed, painter: Painter, input_: Input) -> None:
+        super().__init__(screen, screen.press, painter, input_)
         self._put(partial(self._press, ""))
 
     async def _command(self, ahead: list[KeyPress]) -> None:
@@ -309,17 +314,17 @@ class Playing(Stage):
     """The play screen: it has clocks, and a row for commands."""
 
     def __init__(self, screen: Screen, painter: Painter, input_: Input) -> None:
-        super().__init__(screen, painter, input_)
+        super().__init__(screen, partial(press, screen), painter, input_)
         self._played = screen
         self._history = InMemoryHistory()
 
     def _clocks(self) -> Iterator[Awaitable[None]]:
         screen = self._played
-        yield self._clock(
-            lambda: screen.speed, screen.autoplay, lambda: screen.modes.moves is Mode.AUTO
-        )
+        beat, running = partial(autoplay, screen), lambda: screen.modes.moves is Mode.AUTO
+        yield self._clock(lambda: screen.speed, beat, running)
         if screen.rate:
-            yield self._clock(lambda: screen.pace, screen.tick, lambda: screen.clock.started)
+            beat, running = partial(tick, screen), lambda: screen.clock.started
+            yield self._clock(partial(pace, screen), beat, running)
 
     def _next_step(self) -> asyncio.TimerHandle | None:
         motion = self._played.motion
@@ -349,4 +354,4 @@ class Playing(Stage):
         self.painter.forget()
         self._take(get_typeahead(self.input))
         if typed is not None:
-            await self._act(partial(self._played.type, typed))
+            await self._act(partial(obey, self._played, typed))

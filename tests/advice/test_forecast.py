@@ -12,7 +12,9 @@ from dmplay.dice import NATURE, Dice
 from dmplay.errors import BadParameter, IllegalAction
 from dmplay.game.request import Request
 from dmplay.game.table import Table
+from dmplay.screen.acts import obey
 from dmplay.screen.modes import Mode
+from dmplay.screen.press import press
 from dmplay.screen.screen import Screen
 from dmplay.session import Session
 from dmplay.terminal import Terminal
@@ -130,12 +132,12 @@ def test_a_look_ahead_shows_action_after_action_and_enter_plays_the_last() -> No
     shown = screen("hexworld")
     seen = []
     for key in ("W", "l", "n"):
-        shown.press(key)
+        press(shown, key)
         seen.append((shown.message, shown.shown.outlook and shown.shown.outlook.action))
     assert [action for _, action in seen] == [None, 0.0, 5.0]
     assert seen[2][0] == "if se: 0.70 (8,1), 0.15 (8,2), 0.15 (7,1)"
     assert not shown.game.session.turns
-    shown.press("enter")
+    press(shown, "enter")
     assert [turn.actions[0] for turn in shown.game.session.turns] == [5]
     assert shown.shown.outlook is None
     assert shown.modes.shows is Mode.BOARD
@@ -151,18 +153,18 @@ def test_what_a_large_board_tells_is_not_told_below_it() -> None:
 def test_a_look_ahead_is_left_by_any_other_key(key: str) -> None:
     shown = screen("hexworld")
     for one in ("W", "l", key):
-        shown.press(one)
+        press(shown, one)
     assert shown.modes.shows is Mode.BOARD
     assert shown.shown.outlook is None
     assert not shown.game.session.turns
-    shown.press("n")
+    press(shown, "n")
     assert len(shown.game.session.turns) == 1
 
 
 def test_a_diagonal_of_two_arrows_is_looked_at_not_played() -> None:
     shown = screen("hexworld")
     for key in ("W", "down", "right"):
-        shown.press(key)
+        press(shown, key)
     assert shown.shown.outlook is not None
     assert shown.shown.outlook.action == 5.0
     assert not shown.game.session.turns
@@ -171,16 +173,16 @@ def test_a_diagonal_of_two_arrows_is_looked_at_not_played() -> None:
 def test_a_number_is_looked_at_on_enter_and_played_on_the_next() -> None:
     shown = screen("simple-regulator")
     for key in ("W", ".", "2", "enter"):
-        shown.press(key)
+        press(shown, key)
     assert shown.message.startswith("if 0.2: ")
-    shown.press("enter")
+    press(shown, "enter")
     assert [float(turn.actions[0]) for turn in shown.game.session.turns] == [0.2]
 
 
 def test_a_look_ahead_is_counted_as_help_for_each_action_shown() -> None:
     shown = screen("hexworld")
     for key in ("W", "l", "n", "escape"):
-        shown.press(key)
+        press(shown, key)
     typed(shown.table, "whatif e")
     assert shown.game.session.help == {"agent": 3}
 
@@ -204,7 +206,7 @@ def test_words_ask_for_the_action_to_look_at() -> None:
 
 def test_the_board_is_told_what_was_asked_in_words_until_the_next_move() -> None:
     shown = screen("hexworld")
-    shown.type("whatif e")
+    obey(shown, "whatif e")
     assert shown.shown.outlook is not None
-    shown.press("l")
+    press(shown, "l")
     assert shown.shown.outlook is None

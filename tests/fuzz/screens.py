@@ -13,6 +13,8 @@ from dmplay.game.errand import Sitting
 from dmplay.game.start import begin
 from dmplay.game.table import Table
 from dmplay.painting.painter import Painter
+from dmplay.screen.acts import obey
+from dmplay.screen.press import press
 from dmplay.screen.screen import Screen
 from dmplay.terminal import Terminal
 from dmplay.words.commands import Leave
@@ -75,9 +77,9 @@ def _played(case: Case, canvas: Canvas) -> str:
 
 def _pressed(shown: Screen, key: str, canvas: Canvas) -> None:
     if not key.startswith(COMMAND):
-        shown.press(key)
+        press(shown, key)
         return
     line = key.removeprefix(COMMAND)
     found = Candidates(shown.table).get_completions(Document(line), CompleteEvent())
     canvas.paper.write("\n".join(one.display_text for one in found))
-    shown.type(line)
+    obey(shown, line)

@@ -10,6 +10,7 @@ from dmplay.game.game import Game
 from dmplay.game.request import Request, Resumption
 from dmplay.game.start import begin, new
 from dmplay.game.table import Table
+from dmplay.screen.press import press
 from dmplay.screen.screen import Screen
 from dmplay.terminal import Terminal
 from tests.support.screens import Easel, Paper
@@ -25,7 +26,7 @@ def shown(game: Game, *keys: str, size: tuple[int, int] = (80, 24), ascii_: bool
     """The screen after these keys."""
     screen = Screen(Table(game), Terminal(True, "", True, True, ascii_))
     for key in keys:
-        screen.press(key)
+        press(screen, key)
     easel = Easel(Paper(), *size)
     screen.paint(easel)
     return easel.paper.text

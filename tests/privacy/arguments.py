@@ -6,7 +6,7 @@ In braces stands what the game knows: an action, another action, the seat, the p
 from collections.abc import Mapping, Sequence
 
 from dmplay.game.formats import FORMATS
-from dmplay.screen.screen import KEYS
+from dmplay.screen.press import KEYS
 from dmplay.words.commands import COMMANDS
 from tests.privacy.fronts import FILE
 from tests.privacy.pairs import BROUGHT, LOOKED_AT, Pair

@@ -18,7 +18,9 @@ from dmplay.game.table import Table
 from dmplay.painting.painter import Painter
 from dmplay.painting.writing import Place
 from dmplay.prompt import toolbar
+from dmplay.screen.acts import obey
 from dmplay.screen.modes import Mode
+from dmplay.screen.press import press
 from dmplay.screen.screen import Screen
 from dmplay.terminal import Terminal
 from dmplay.words.commands import Leave
@@ -193,7 +195,7 @@ class Looked:
         """Presses a `<key>`, unless it plays, or types a line into the command row."""
         key = done.removeprefix("<").removesuffix(">")
         if done == key:
-            self.screen.type(done)
+            obey(self.screen, done)
         elif self.screen.game.keyboard.pressed(self.screen.game.watcher, key) is None:
             self.press(key)
             return
@@ -201,10 +203,10 @@ class Looked:
 
     def press(self, key: str) -> None:
         """Presses a key, and reads to the end what it shows."""
-        self.screen.press(key)
+        press(self.screen, key)
         self._look(key)
         while self.screen.modes.shows is Mode.PAGE:
-            self.screen.press("space")
+            press(self.screen, "space")
             self._look(f"{key}, and more")
 
     def _look(self, done: str) -> None:

@@ -18,6 +18,7 @@ from dmplay.game.start import new
 from dmplay.game.table import Table
 from dmplay.painting.painter import Painter
 from dmplay.painting.writing import Place
+from dmplay.screen.press import press
 from dmplay.screen.screen import Screen
 from dmplay.terminal import Terminal
 from tests.support import pictures
@@ -91,11 +92,11 @@ def _moments(screen: Screen, played: Played) -> Iterator[str]:
     yield "the beginning"
     _press(screen, played.first)
     yield "the middle"
-    screen.press("W")
+    press(screen, "W")
     _press(screen, played.ahead)
     yield f"what if {played.ahead}"
-    screen.press("escape")
-    screen.press("tab")
+    press(screen, "escape")
+    press(screen, "tab")
     yield "a hint"
     _press(screen, played.then)
     yield "the end"
@@ -108,7 +109,7 @@ def _press(screen: Screen, words: str) -> None:
         for _ in range(int(times or 1)):
             numbers = screen.game.keyboard.types_numbers(screen.game.watcher)
             for one in (*key, "enter") if numbers else (key,):
-                screen.press(one)
+                press(screen, one)
 
 
 def _drawn(screen: Screen, moment: str) -> Iterator[tuple[str, str]]:

@@ -5,6 +5,7 @@ import pytest
 
 from dmplay.game.table import Table
 from dmplay.screen.footer import keys
+from dmplay.screen.press import press
 from dmplay.screen.screen import Screen
 from dmplay.screen.shown import Room, Shown
 from dmplay.terminal import Terminal
@@ -33,7 +34,7 @@ def test_a_ranked_row_of_keys_leaves_out_names_then_numbers_never_help(
     width: int, row: str
 ) -> None:
     shown = screen("hexworld")
-    shown.press("tab")
+    press(shown, "tab")
     assert keys(shown.game, Room(width, 24), shown.shown).plain.startswith(row)
 
 
@@ -50,7 +51,7 @@ def test_the_marks_of_a_hint_stay_until_the_next_move() -> None:
     shown = screen("hexworld")
     marked = []
     for key in ("e", "tab", "L", "n", "backspace", "n", "y", "tab"):
-        shown.press(key)
+        press(shown, key)
         marked.append(shown.shown.advice is not None)
     # A turn taken back is the same turn, and the same hint.
     assert marked == [False, True, True, False, True, False, False, True]
@@ -58,7 +59,7 @@ def test_the_marks_of_a_hint_stay_until_the_next_move() -> None:
 
 def test_what_is_marked_is_what_each_action_loses_against_the_best() -> None:
     shown = screen("hexworld")
-    shown.press("tab")
+    press(shown, "tab")
     assert shown.shown.advice is not None
     values, regret = shown.shown.advice.values, shown.shown.advice.regret
     assert values is not None
@@ -69,7 +70,7 @@ def test_what_is_marked_is_what_each_action_loses_against_the_best() -> None:
 def test_an_action_that_is_not_legal_has_no_regret() -> None:
     shown = screen("2048")
     for key in ("left", "tab"):
-        shown.press(key)
+        press(shown, key)
     given = shown.shown.advice
     assert given is not None
     assert given.regret is not None
@@ -81,7 +82,7 @@ def test_an_action_that_is_not_legal_has_no_regret() -> None:
 
 def test_nothing_is_marked_where_the_adviser_knows_no_values() -> None:
     shown = screen("simple-regulator")
-    shown.press("tab")
+    press(shown, "tab")
     assert shown.message.startswith("hint (")
     assert shown.shown.advice is not None
     assert shown.shown.advice.regret is None

@@ -12,6 +12,7 @@ from dmplay.game.request import Request
 from dmplay.game.start import new
 from dmplay.game.table import Table
 from dmplay.painting.painter import Painter
+from dmplay.screen.press import press
 from dmplay.screen.screen import Screen
 from dmplay.screen.shown import KEYS_SHOWN
 from dmplay.terminal import Terminal
@@ -56,7 +57,7 @@ def test_half_of_all_keys_cost_no_more_than_is_allowed(name: str, tmp_path: Path
     spent = []
     for key in islice(cycle(KEYS[name]), MANY):
         before = paper.tell()
-        screen.press(key)
+        press(screen, key)
         screen.paint(painter)
         spent.append(len(paper.getvalue()[before:].encode()))
     assert median(spent[KEYS_SHOWN + 1 :]) <= MOST, "once the board names no keys"

@@ -6,7 +6,9 @@ from prompt_toolkit.input import create_pipe_input
 from dmplay.game.table import Table
 from dmplay.painting.painter import Painter
 from dmplay.screen import toolkit
+from dmplay.screen.acts import step
 from dmplay.screen.motion import STEPS
+from dmplay.screen.press import press
 from dmplay.screen.screen import Screen
 from dmplay.terminal import Terminal
 from tests.support.screens import Easel, Paper, Watched, game, play
@@ -36,8 +38,8 @@ def looks(shown: Screen) -> list[str]:
 def test_a_slide_is_seen_in_a_few_steps_and_ends_as_one_without_them() -> None:
     moving, still = screen(), screen(motion=False)
     for key in CORNER:
-        moving.press(key)
-        still.press(key)
+        press(moving, key)
+        press(still, key)
         steps = looks(moving)
         assert len({*steps}) == len(steps) == STEPS + 1
         assert looks(still) == steps[-1:]
@@ -46,8 +48,8 @@ def test_a_slide_is_seen_in_a_few_steps_and_ends_as_one_without_them() -> None:
 def test_a_key_cuts_the_slide_before_it_short() -> None:
     moving, still = screen(), screen(motion=False)
     for key in (*CORNER, ":"):
-        moving.press(key)
-        still.press(key)
+        press(moving, key)
+        press(still, key)
     assert not moving.motion.moves
     assert looks(moving) == looks(still)
 
@@ -79,7 +81,7 @@ def test_steps_come_by_themselves() -> None:
 def _after(keys: tuple[str, ...]) -> Screen:
     still = screen(motion=False)
     for key in keys:
-        still.press(key)
+        press(still, key)
     return still
 
 
@@ -88,14 +90,14 @@ def test_agents_that_play_faster_than_a_slide_are_not_seen_to_slide(
     speed: float, moves: bool
 ) -> None:
     watched = screen("corner", speed=speed)
-    watched.step()
+    step(watched)
     assert watched.motion.moves == moves
 
 
 def test_what_is_taken_back_does_not_slide_and_other_problems_stand_still() -> None:
     moving, other = screen(), screen(name="hexworld")
     for key in ("down", "backspace"):
-        moving.press(key)
-    other.press("l")
+        press(moving, key)
+    press(other, "l")
     assert (len(moving.game.session.turns), len(other.game.session.turns)) == (0, 1)
     assert [shown.motion.moves for shown in (moving, other)] == [False, False]

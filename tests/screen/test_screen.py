@@ -21,8 +21,10 @@ from dmplay.game.request import Request, Resumption
 from dmplay.game.seats import HUMAN
 from dmplay.game.start import begin, new
 from dmplay.game.table import Table
+from dmplay.screen.acts import autoplay
 from dmplay.screen.footer import keys
 from dmplay.screen.frame import compose
+from dmplay.screen.press import press as do
 from dmplay.screen.screen import Screen
 from dmplay.screen.shown import Room, Shown
 from dmplay.screen.wrapping import panel_rows
@@ -324,8 +326,8 @@ def test_a_screen_without_room_for_a_board_is_played_in_text() -> None:
 
 def test_agents_that_play_behind_a_page_are_logged_turn_by_turn() -> None:
     screen = Screen(Table(game("hexworld", "optimal")), Terminal(True, "", True, False, False))
-    screen.press("?")
-    screen.autoplay()
+    do(screen, "?")
+    autoplay(screen)
     assert [row.partition(".")[0] for row in screen.log] == ["turn 1"]
 
 

@@ -9,6 +9,7 @@ from dmplay.game.game import Game
 from dmplay.game.table import Table
 from dmplay.painting.painter import LISTEN
 from dmplay.screen.frame import compose
+from dmplay.screen.press import press
 from dmplay.screen.screen import Screen
 from dmplay.screen.shown import Room
 from dmplay.terminal import Terminal
@@ -23,7 +24,7 @@ def over(size: tuple[int, int]) -> Screen:
     shown = Screen(Table(game("crying-baby")), Terminal(True, "", True, True, False))
     shown._room = Room(*size)
     for key in "fsifsifsifsifsifsifs":
-        shown.press(key)
+        press(shown, key)
     assert shown.game.session.over
     return shown
 
@@ -36,12 +37,12 @@ def rows(shown: Screen) -> list[str]:
 def test_every_line_of_the_debrief_can_be_read(size: tuple[int, int]) -> None:
     shown = over(size)
     read = []
-    shown.press("home")
+    press(shown, "home")
     for _ in range(60):
         read += rows(shown)
         if not shown.back:
             break
-        shown.press("wheel down")
+        press(shown, "wheel down")
     told = " ".join(" ".join(row.split()) for row in read)
     for turn in range(1, 21):
         assert f"turn {turn}. " in told
@@ -54,11 +55,11 @@ def test_the_last_rows_tell_where_they_are() -> None:
     (where,) = re.findall(r"rows (\d+)-(\d+) of (\d+): PgUp PgDn Home End", "\n".join(rows(shown)))
     assert where[1] == where[2]
     for key in ("home", "pageup", "wheel up"):
-        shown.press(key)
+        press(shown, key)
         assert f"rows 1-{int(where[1]) - int(where[0]) + 1} of {where[2]}" in "\n".join(rows(shown))
-    shown.press("pagedown")
+    press(shown, "pagedown")
     assert "rows 9-" in "\n".join(rows(shown)), "what went past the first row is not to be undone"
-    shown.press("end")
+    press(shown, "end")
     assert f"rows {where[0]}-{where[1]} of {where[2]}" in "\n".join(rows(shown))
 
 

@@ -11,6 +11,7 @@ from dmplay.game.game import Game
 from dmplay.game.request import Request
 from dmplay.game.start import new
 from dmplay.game.table import Table
+from dmplay.screen.press import press
 from dmplay.screen.screen import Screen
 from dmplay.terminal import Terminal
 from tests.support.games import read
@@ -37,7 +38,7 @@ def over(name: str, *, ascii_: bool = False, played: Game | None = None) -> Scre
 def pressed(screen: Screen, *keys: str, size: tuple[int, int] = LARGE) -> str:
     """What the screen shows after these keys."""
     for key in keys:
-        screen.press(key)
+        press(screen, key)
     easel = Easel(Paper(), *size)
     screen.paint(easel)
     return easel.paper.text

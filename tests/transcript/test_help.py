@@ -190,7 +190,7 @@ def test_the_screen_of_such_a_game_shows_no_help(tmp_path: Path) -> None:
 
 def test_an_overlay_does_not_stay_over_such_a_game(tmp_path: Path) -> None:
     screen = Screen(Table(begun(tmp_path)), Terminal(True, "", True, True, False))
-    screen.command("V")
+    screen.next_overlay()
     assert screen.shown.overlay == "values"
     screen.table.put(begun(tmp_path, strict="hints", record=tmp_path / "s.dmt"))
     assert not screen.shown.overlay

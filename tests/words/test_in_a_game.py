@@ -9,6 +9,7 @@ from dmplay.errors import BadParameter, UnknownName
 from dmplay.game.request import Request
 from dmplay.game.start import new
 from dmplay.game.table import Table
+from dmplay.screen.acts import obey
 from dmplay.screen.screen import Screen
 from dmplay.terminal import Terminal, Wishes, decide
 from dmplay.words.commands import typed
@@ -74,7 +75,7 @@ def test_a_picture_is_written_to_a_file_not_over_the_board(
 
 def test_turns_that_agents_play_are_logged_and_do_not_cover_the_board() -> None:
     shown = Screen(Table(game("2048", "random")), Terminal(True, "", True, True, False))
-    shown.type("auto 5")
+    obey(shown, "auto 5")
     assert len(shown.log) == 5
     assert not shown.page
     assert not shown.message
