@@ -40,8 +40,3 @@ def __getattr__(name: str) -> object:
 
 def __dir__() -> list[str]:
     return [*globals(), *_HOMES]
-
-
-def _notebook(game: object) -> dict[str, str]:
-    shown: dict[str, str] = import_module("dmplay.reports.notebook").bundle(game)
-    return shown

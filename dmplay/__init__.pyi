@@ -22,5 +22,3 @@ from dmplay.tabular import Tables as Tables
 from dmplay.tabular import Tabular as Tabular
 
 __version__: str
-
-def _notebook(game: object) -> dict[str, str]: ...

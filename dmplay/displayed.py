@@ -1,13 +1,14 @@
 """What a notebook shows of a game. Drawing is far below the game itself, and so is found late."""
 
-import dmplay
+from importlib import import_module
 
 
 class Displayed:
     """A game that a notebook shows as its board, as text and as HTML."""
 
     def _repr_mimebundle_(self, include: object = None, exclude: object = None) -> dict[str, str]:
-        return dmplay._notebook(self)
+        shown: dict[str, str] = import_module("dmplay.reports.notebook").bundle(self)
+        return shown
 
     def _repr_html_(self) -> str:
         return self._repr_mimebundle_()["text/html"]
