@@ -18,18 +18,19 @@ from dmplay.words.commands import is_command
 
 def do(errand: Errand) -> int:
     """Plays a game that is wanted, or prints a report; the exit code."""
-    if isinstance(errand, str):
-        errand = Printout(errand)
-    if isinstance(errand, Printout):
-        return _print(errand)
-    if isinstance(errand, Service):
-        from dmplay.cli.service import speaks
+    match errand:
+        case str():
+            return _print(Printout(errand))
+        case Printout():
+            return _print(errand)
+        case Service():
+            from dmplay.cli.service import speaks
 
-        return speaks(*errand)
-    if isinstance(errand, Hosting):
-        from dmplay.cli.service import host
+            return speaks(*errand)
+        case Hosting():
+            from dmplay.cli.service import host
 
-        return host(errand)
+            return host(errand)
     from dmplay import front  # the front ends are of no use to a report
 
     if isinstance(errand, Sitting):

@@ -55,9 +55,9 @@ def play(
         raise BadParameter("--rate: real time moves by itself; leave out --no-motion")
     how = "hints" if strict_hints else strict
     request = Request(
-        problem, variant, set_, seed, episode, agent, vs, seat, turns, record, frames, force,
-        how, reveal, player=player, keys=options.wanted_keys(keys), ghost=ghost,
-        asks=here(wishes).asks,
+        problem, variant, set_, seed, episode, agent=agent, others=vs, seats=seat, ghost=ghost,
+        turns=turns, record=record, frames=frames, force=force, strict=how, reveal=reveal,
+        player=player, keys=options.wanted_keys(keys), asks=here(wishes).asks,
     )  # fmt: skip
     if assignment:
         from dmplay.measure.assignment import read

@@ -43,9 +43,10 @@ def _match(problem: str, given: Mapping[str, Any], wishes: Wishes, agent: str = 
     from dmplay.reports.match import Match
 
     return Match(
-        Request(problem, given["variant"]).name, given["set_"], agent, given.get("vs", ""),
-        given.get("seat", ()), given["turns"], given["seed"], options.many(given["workers"]),
-        given["executor"], form_of(json=wishes.json, csv=given["csv"]), wishes.motion,
+        Request(problem, given["variant"]).name, given["set_"], agent,
+        others=given.get("vs", ""), seats=given.get("seat", ()), turns=given["turns"],
+        seed=given["seed"], workers=options.many(given["workers"]), engine=given["executor"],
+        form=form_of(json=wishes.json, csv=given["csv"]), motion=wishes.motion,
     )  # fmt: skip
 
 

@@ -236,7 +236,7 @@ def spread(
     Typer has no groups of options; it reads them from a signature.
     """
 
-    def spread(command: Command) -> Command:
+    def spreading(command: Command) -> Command:
         @wraps(command)
         def run(**given: Any) -> object:
             gathered = gather({option: given.pop(option) for option in options})
@@ -254,4 +254,4 @@ def spread(
         run.__signature__ = changed  # type: ignore[attr-defined] # which inspect takes for its own
         return run
 
-    return spread
+    return spreading

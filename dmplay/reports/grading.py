@@ -16,6 +16,9 @@ from dmplay.reports.tables import csv_of, table
 from dmplay.signals import INTERRUPTED
 from dmplay.solutions.solution import Row
 
+WIDE = 80  # columns of a paragraph
+LISTS = ("marks", "same", "tries", "unlike")  # of words
+
 
 def graded(
     paths: Sequence[Path],
@@ -49,10 +52,6 @@ def written(found: Graded, files: int, form: str = "") -> str:
     lacking = [f"{who} has no game of seed {_words(seeds)}" for who, seeds in found.missing.items()]
     games = table([_for_people(one) for one in found.grades])
     return "\n\n".join(filter(None, [head, games, "\n".join(lacking), fill(PROVES, WIDE)]))
-
-
-WIDE = 80  # columns of a paragraph
-LISTS = ("marks", "same", "tries", "unlike")  # of words
 
 
 def _row(one: Grade) -> Row:
