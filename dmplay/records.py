@@ -106,12 +106,12 @@ def all_records() -> list[Record]:
 def of(game: Game) -> Record | None:
     """The record of the kind of game that is played; None where it could not count."""
     seat = _seat(game.problem, game.seats)
-    if seat is None or game.asked is None or problems.is_elsewhere(game.name):
+    if seat is None or game.request is None or problems.is_elsewhere(game.name):
         return None
     usual = problems.parameters(problems.load(game.name))
     own = problems.parameters(game.problem)
     changed = {name: value for name, value in own.items() if value != usual[name]}
-    return found(all_records(), game.name, changed, game.asked.turns, seat)
+    return found(all_records(), game.name, changed, game.request.turns, seat)
 
 
 def found(

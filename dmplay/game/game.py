@@ -45,14 +45,14 @@ class Game:
         seats: Sequence[str],
         keyboard: Keyboard,
         recorder: Recorder | None = None,
-        asked: Request | None = None,
+        request: Request | None = None,
     ) -> None:
         self.name = name
         self.seats = tuple(seats)
         self.people = keyboard.people
         self.keyboard = keyboard
         self.recorder = recorder
-        self.asked = asked  # None for a recording
+        self.request = request  # None for a recording
         self.style = style_of(session.problem)
         self.warning = ""  # for whoever goes on with it, or looks at it
         self.notes = ""  # for the end of the transcript
@@ -90,17 +90,17 @@ class Game:
     @property
     def strict(self) -> bool:
         """Whether nothing may be taken back."""
-        return self.asked is not None and bool(self.asked.strict)
+        return self.request is not None and bool(self.request.strict)
 
     @property
     def unaided(self) -> bool:
         """Whether nobody may be given advice."""
-        return self.asked is not None and self.asked.strict == "hints"
+        return self.request is not None and self.request.strict == "hints"
 
     @property
     def reveal(self) -> bool:
         """Whether what is hidden is shown."""
-        return self.asked is not None and self.asked.reveal
+        return self.request is not None and self.request.reveal
 
     @property
     def sealed(self) -> bool:
@@ -116,13 +116,13 @@ class Game:
     @property
     def shows_seed(self) -> bool:
         """Whether the player knows the seed: a fresh one is told after the game."""
-        return self.asked is None or self.asked.seed_known or self.session.over
+        return self.request is None or self.request.seed_known or self.session.over
 
     @property
     def again(self) -> str:
         """The command that plays a game of fresh dice once more; '' for another."""
-        fresh = self.asked is not None and self.asked.fresh
-        return self.asked.command(self.name, self.seed) if self.asked and fresh else ""
+        fresh = self.request is not None and self.request.fresh
+        return self.request.command(self.name, self.seed) if self.request and fresh else ""
 
     @property
     def private(self) -> bool:

@@ -252,7 +252,7 @@ def _retell(told: Session, turns: int, session: Session, recorder: Recorder) -> 
 
 def retold(game: Game, path: Path) -> None:
     """Writes a game of which no whole transcript is kept, as far as it came."""
-    asked, played = game.asked, game.session
+    asked, played = game.request, game.session
     assert asked
     found = problems.resolve(asked.name, asked.configured())
     session = played.anew()

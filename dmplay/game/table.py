@@ -86,7 +86,7 @@ class Table:
         """Whether these dice were played in another game; a branch tells of that by itself."""
         if not game.session.turns:
             return dice in self._played
-        branch = game.asked is not None and game.asked.branched is not None
+        branch = game.request is not None and game.request.branched is not None
         return not branch and self._played.get(dice, game.source) != game.source
 
     @property
@@ -129,7 +129,7 @@ class Table:
         """Begins the same game again but for these changes under the same dice, known or not as
         before.
         """
-        asked = self._asked()
+        asked = self._request()
         record = asked.record and following(asked.record)
         keep = asked.keep or self.game.recorder is not None
         wanted = replace(asked, record=record, force=False, keep=keep)
@@ -137,10 +137,10 @@ class Table:
         self.put(new(wanted, self._shown))
         return self.began()
 
-    def _asked(self) -> Request:
-        if self.game.asked is None:
+    def _request(self) -> Request:
+        if self.game.request is None:
             raise BadParameter("a recording is only looked at; branch plays on")
-        return self.game.asked
+        return self.game.request
 
     def began(self) -> str:
         """What game began, and where the one before it is."""

@@ -108,8 +108,8 @@ def _advised(game: Playback, room: Room, log: list[str]) -> Text:
     if game.session.over:
         raise BadParameter("--hint: nobody chooses after the end; --at shows an earlier turn")
     hands = Keyboard(game.problem, people(game.seats) or [0], AS_DRAWN)
-    asked = Request(game.name, seed_known=game.shows_seed)
-    played = Game(game.name, game.session, game.seats, hands, asked=asked)
+    request = Request(game.name, seed_known=game.shows_seed)
+    played = Game(game.name, game.session, game.seats, hands, request=request)
     told = played.adviser.hint()
     advice = played.adviser.given
     shown = Shown(message=advice.short if advice else told, advice=advice)

@@ -120,7 +120,7 @@ def _ranked(actions: Sequence[Key], advice: Advice | None) -> Iterator[list[Key]
 def _tails(game: Game, shown: Shown) -> tuple[str, ...]:
     """The shell's keys, most of them first."""
     # A recording is never over: one goes back in it.
-    ended = game.asked is not None and game.session.over
+    ended = game.request is not None and game.session.over
     names = ROW_KEYS[3 if game.unaided else game.waiting is None :]
     return _named(_moving(game, shown, ended=ended), OVER_KEYS if shown.past or ended else names)
 

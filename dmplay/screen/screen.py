@@ -54,7 +54,7 @@ class Screen:
         self.part = 0  # of the page
         self._room = Room(80, 24)
         self._sit()
-        if table.game.people and table.game.asked and table.game.recorder is None:
+        if table.game.people and table.game.request and table.game.recorder is None:
             self.message = "this game is not kept: there is no place to write to"
         self.message = table.game.warning or self.message
 

@@ -60,7 +60,7 @@ def agent(table: Table, argument: str) -> str:
         return f"seats: {', '.join(f'{name} {who}' for name, who in seats)}."
     name, who = (game.problem.agents[0], words[0]) if len(words) == 1 else words[:2]
     seat_policy(game.problem, game.problem.seat(name), who)  # refuses what cannot sit there
-    sitting = [*(game.asked.seats if game.asked else ()), f"{name}={who}"]
+    sitting = [*(game.request.seats if game.request else ()), f"{name}={who}"]
     return table.asks(f"agent {argument}") or table.restart(seats=sitting)
 
 
@@ -72,14 +72,14 @@ def set_(table: Table, argument: str) -> str:
         return answer([f"{name} {value}" for name, value in known.items()])
     key, _, value = argument.replace("=", " ", 1).partition(" ")
     problems.configured(game.problem, {key: value.strip()})  # refuses what cannot be
-    settings = [*(game.asked.settings if game.asked else ()), f"{key}={value.strip()}"]
+    settings = [*(game.request.settings if game.request else ()), f"{key}={value.strip()}"]
     return table.asks(f"set {argument}") or table.restart(settings=settings)
 
 
 def save(table: Table, argument: str) -> str:
     """Copies the transcript so far to a file; alone, tells where it is kept."""
     game, recorder = table.game, table.game.recorder
-    if recorder is None and not (argument and game.asked):
+    if recorder is None and not (argument and game.request):
         raise BadParameter("save: no transcript is written; --record FILE writes one")
     if recorder and not argument:
         return f"kept as you play: {recorder.path}"

@@ -99,7 +99,7 @@ def test_a_game_begins_anew_with_what_was_set_before(tmp_path: Path) -> None:
     typed(seat, "agent predator random")
     typed(seat, "set discount=0.5")
     typed(seat, "new")
-    asked = seat.game.asked
+    asked = seat.game.request
     assert asked is not None
     assert (asked.strict, asked.turns, seat.game.seats[0]) == (True, 9, "random")
     assert seat.game.problem.discount == 0.5

@@ -92,7 +92,7 @@ def test_a_kill_a_resumption_a_branch_and_a_copy_lose_no_help(tmp_path: Path) ->
 def test_a_game_that_is_not_kept_saves_its_help_too(tmp_path: Path) -> None:
     kept = begun(tmp_path)
     assert kept.recorder is not None
-    game = Game("hexworld", kept.session, kept.seats, kept.keyboard, None, kept.asked)
+    game = Game("hexworld", kept.session, kept.seats, kept.keyboard, None, kept.request)
     typed(Table(game), "hint")
     typed(Table(game), f"save {tmp_path / 'copy.dmt'}")
     assert check(tmp_path / "copy.dmt").help == {"agent": 1}
