@@ -58,28 +58,17 @@ def new(request: Request, shown: Collection[Luck] = ()) -> Game:
         raise BadParameter("--player: no person plays this game")
     policies = [seat_policy(problem, seat, who, request.turns) for seat, who in enumerate(seats)]
     request, dice = _thrown(replace(request, peeked=False, branched=None))
-    limit = turn_limit(problem, seats, request.turns)
-    session = Session(problem, dice, policies, limit=limit)
+    session = Session(problem, dice, policies, limit=turn_limit(problem, seats, request.turns))
     ghost = _ghost(session, seats, request.ghost)
-    path = request.record and standard(request.record, OUTPUT)
-    told = header(found, seats, request, path)
     if luck(found.name, dice) in shown:
-        told = going_on(told, problem)
-    request = replace(request, peeked=told.peeked)
-    removed = 0
-    if path is None and (request.keep or HUMAN in seats):
-        removed, path = saves.cleared(), saves.new(found.name)
-        names = {name: told_in(who, path) for name, who in told.seats.items()}
-        told = replace(told, problem=told_in(found.name, path), seats=names)
+        told = going_on(header(found, seats, request, None), problem)
+        request = replace(request, peeked=told.peeked)
+    path, removed = _place(request, seats, found.name)
     recorder = None
     if path:
-        recorder = Recorder.create(
-            path,
-            told,
-            session,
-            frame=frame if request.frames else None,
-            force=request.force,
-        )
+        told = header(found, seats, request, path)
+        framing = frame if request.frames else None
+        recorder = Recorder.create(path, told, session, frame=framing, force=request.force)
         recorder.private = saves.keeps(path)
         if ghost:
             recorder.note(ghost.note)
@@ -88,6 +77,16 @@ def new(request: Request, shown: Collection[Luck] = ()) -> Game:
     game.removed = removed
     game.haunt(ghost)
     return game
+
+
+def _place(request: Request, seats: Sequence[str], name: str) -> tuple[Path | None, int]:
+    """Where a new game is written, if it is; how many older ones that are kept made room for it."""
+    if request.record:
+        return standard(request.record, OUTPUT), 0
+    if not request.keep and HUMAN not in seats:
+        return None, 0
+    removed = saves.cleared()
+    return saves.new(name), removed
 
 
 def _ghost(session: Session, seats: Sequence[str], name: str) -> Ghost | None:
@@ -159,7 +158,6 @@ def resumed(wanted: Resumption, shown: Collection[Luck] = ()) -> Game:
     before = noted(transcript.notes, found.problem)
     ghost = _ghost(session, seats, wanted.ghost or before)
     recorder = Recorder.resume(path, transcript.content, session, _framing(transcript))
-    recorder.private = saves.keeps(path)
     if not transcript.blocks:
         recorder.turn()
     game = _repeated(found, transcript.header, seats, wanted, recorder)
@@ -226,6 +224,7 @@ def _repeated(
     recorder: Recorder,
 ) -> Game:
     """A game that goes on from a transcript."""
+    recorder.private = saves.keeps(recorder.path)
     asked = repeated(replace(header, problem=found.name), seats, recorder.path, wanted.keys)
     keyboard = Keyboard(found.problem, people(seats), wanted.keys)
     return Game(found.name, recorder.session, seats, keyboard, recorder, asked)

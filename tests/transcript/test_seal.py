@@ -407,7 +407,9 @@ def test_kept_games_are_their_owners_alone_also_after_the_end(tmp_path: Path) ->
     folders = path.parent, path.parent.parent
     assert (mode(path), *map(mode, folders)) == (0o600, 0o700, 0o700)
     resumed(Resumption(path)).finish()
-    assert mode(path) == 0o600
+    other = path.with_stem("other")
+    branched(Branching(path, turn=0, record=other)).finish()
+    assert (mode(path), mode(other)) == (0o600, 0o600)
 
 
 @pytest.mark.usefixtures("umask")
