@@ -14,12 +14,14 @@ from prompt_toolkit.input import create_pipe_input
 from prompt_toolkit.output import DummyOutput
 
 from dmplay import prompt
+from dmplay.cli.app import root
 from dmplay.cli.errands import understood
 from dmplay.errors import UnknownName
 from dmplay.finding.names import problem_names
 from dmplay.game.checking import check
 from dmplay.game.table import Table
 from dmplay.terminal import Terminal as Wished
+from dmplay.terminal import Wishes
 from dmplay.transcript.reading import read
 from dmplay.words.commands import COMMANDS, TOPICS, typed
 from dmplay.words.completion.candidates import Candidates, candidates
@@ -298,6 +300,20 @@ def test_the_screen_opens_from_a_terminal_only(place: Path) -> None:
 )
 def test_what_can_follow_is_offered(line: str, among: str, place: Path) -> None:
     assert set(among.split()) <= set(candidates(shell().table, line))
+
+
+def test_the_options_of_the_command_line_are_offered_but_for_how_a_game_is_shown(
+    place: Path,
+) -> None:
+    table = shell().table
+    known = {
+        name: {max(one.opts, key=len) for one in root().commands[name].params} - {"file", "problem"}
+        for name in ("play", "export")
+    }
+    look = {f"--{name}" for name in (*Wishes._fields, "quiet", "speed", "rate")}
+    play = known["play"] - look - {"--strict-hints"} | {"--strict=hints"}
+    assert {*candidates(table, "play hexworld ")} == play
+    assert {one for one in candidates(table, "export ") if one.startswith("-")} == known["export"]
 
 
 @pytest.mark.parametrize(

@@ -13,11 +13,14 @@ from dmplay.words.completion import lists
 from dmplay.words.completion.problem import agents, parameters, seats
 
 OPTIONS = (
-    "--variant", "--set", "--seed", "--episode", "--agent", "--vs", "--seat", "--turns", "--record",
-    "--frames", "--force", "--reveal", "--strict",
-    "--strict=hints", "--player", "--assignment",
+    "--variant", "--set", "--seed", "--episode", "--agent", "--vs", "--seat", "--ghost", "--turns",
+    "--record", "--frames", "--force", "--reveal", "--strict", "--strict=hints", "--keys",
+    "--player", "--assignment", "--trust",
 )  # fmt: skip
-EXPORT = (*(f"--{name}" for name in FORMATS), "--at", "--output", "--peek")
+EXPORT = (
+    *(f"--{name}" for name in FORMATS), "--at", "--hint", "--width", "--height", "--ascii",
+    "--output", "--force", "--peek", "--trust",
+)  # fmt: skip
 
 
 class Candidates(Completer):
@@ -80,7 +83,8 @@ def _options(rest: list[str], last: str) -> list[str]:
     if not rest:
         return _specs()
     values = {
-        "--agent": agents, "--vs": agents, "--seat": _seated, "--set": parameters,
+        "--agent": agents, "--vs": agents, "--ghost": agents, "--seat": _seated,
+        "--set": parameters,
     }  # fmt: skip
     if last in values:
         return values[last](rest[0])
