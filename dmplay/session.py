@@ -7,12 +7,10 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from operator import add
-from threading import Lock
-from typing import Generic, NamedTuple, Protocol, TypeVar, overload
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
-from dmplay import belief as beliefs
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import (
     Continuous,
@@ -31,17 +29,15 @@ from dmplay.describe import counted, ended
 from dmplay.dice import NATURE
 from dmplay.displayed import Displayed
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
+from dmplay.knowledge import Beliefs, SoFar, Telling, Told
 from dmplay.rules import Place, rules
 from dmplay.tabular import Tabular
 
 MOST_TURNS = 10_000  # where nothing else ends a game
 LARGEST_BELIEF = 4096  # states that a view shows a belief over, where it is quick to have
 LARGEST_ROWS = 2**16  # of them where what can happen is listed
-PART = 256  # turns of a part of what a seat was told
-WORKING = Lock()  # had by who works out beliefs: a view may be drawn beside a thought
 LONGEST_LIST = 64  # states; a longer belief, written as a list, is no use to a reader
 
-T = TypeVar("T")
 P_co = TypeVar("P_co", bound=Problem, covariant=True)
 
 
@@ -60,113 +56,6 @@ class Turn(NamedTuple):
     state: Array  # [...]
     observations: Array  # [n], or the state
     rewards: Reals  # [n]
-
-
-class Telling(Generic[T]):
-    """What a seat was told, in parts: what is taken back leaves the parts before it as they are."""
-
-    def __init__(self, parts: Sequence[list[T]] = ()) -> None:
-        self.parts = [*parts]
-        self.many = sum(map(len, self.parts))
-
-    def __getitem__(self, place: int) -> T:
-        return self.parts[place // PART][place % PART]
-
-    def append(self, one: T) -> None:
-        """Adds what came last."""
-        self.extend([one])
-
-    def extend(self, some: Sequence[T]) -> None:
-        """Adds all that came last, in order."""
-        room = -self.many % PART  # of the last part
-        if room:
-            self.parts[-1].extend(some[:room])
-        self.parts += [[*some[at : at + PART]] for at in range(room, len(some), PART)]
-        self.many += len(some)
-
-    def until(self, end: int) -> "Telling[T]":
-        """The first so many, or all: other lists where more is to come."""
-        end = min(end, self.many)
-        whole = self.parts[: end // PART]
-        return Telling([*whole, self.parts[end // PART][: end % PART]] if end % PART else whole)
-
-
-class Past(Sequence[T]):
-    """What a seat was told so far, of what may grow: as long as it is now."""
-
-    def __init__(self, told: Telling[T]) -> None:
-        self._parts, self._many = told.parts, told.many
-
-    def __len__(self) -> int:
-        return self._many
-
-    @overload
-    def __getitem__(self, place: int) -> T: ...
-    @overload
-    def __getitem__(self, place: slice) -> tuple[T, ...]: ...
-    def __getitem__(self, place: int | slice) -> T | tuple[T, ...]:
-        if isinstance(place, slice):
-            return tuple(self[at] for at in range(self._many)[place])
-        at = place + self._many if place < 0 else place
-        if not 0 <= at < self._many:
-            raise IndexError(f"got {place}, expected one of {self._many}")
-        return self._parts[at // PART][at % PART]
-
-
-class _Told(NamedTuple):
-    """All that one seat was told, in lists of its own: nothing leads from them to the game."""
-
-    observations: Telling[Array]  # one more than turns
-    actions: Telling[float]
-    joint: Telling[Array]
-    rewards: Telling[float]
-    beliefs: Telling[Reals]  # as many as were looked at so far, one more than turns at most
-    said: Telling[str]  # what its actions were called, where that depends on the state
-
-    def until(self, turns: int) -> "_Told":
-        """What it was told up to a turn."""
-        return _Told(
-            self.observations.until(turns + 1),
-            self.actions.until(turns),
-            self.joint.until(turns),
-            self.rewards.until(turns),
-            self.beliefs.until(turns + 1),
-            self.said.until(turns),
-        )
-
-
-class Beliefs(Past[Reals]):
-    """What a seat believed before the first turn and after each: worked out when it is looked at,
-    from nothing but what the seat was told.
-    """
-
-    def __init__(self, problem: Problem, seat: int, told: _Told) -> None:
-        super().__init__(told.beliefs)
-        self._many = told.observations.many
-        self._problem, self._seat, self._from = problem, seat, told
-
-    @overload
-    def __getitem__(self, place: int) -> Reals: ...
-    @overload
-    def __getitem__(self, place: slice) -> tuple[Reals, ...]: ...
-    def __getitem__(self, place: int | slice) -> Reals | tuple[Reals, ...]:
-        places = range(self._many)[place]
-        last = max(places, default=-1) if isinstance(places, range) else places
-        known = self._from.beliefs
-        with WORKING:
-            for turn in range(known.many, last + 1):
-                known.append(own(self._after(turn)))
-        return super().__getitem__(place)
-
-    def _after(self, turn: int) -> Reals:
-        """What it believed after a turn, by what it believed before."""
-        if not turn:
-            return beliefs.first(self._problem, self._seat, self._from.observations[0])
-        did: list[int | None] = [None] * len(self._problem.agents)
-        saw = list(did)
-        did[self._seat] = int(self._from.actions[turn - 1])
-        saw[self._seat] = int(self._from.observations[turn])
-        return beliefs.update(self._problem, self._from.beliefs[turn - 1], did, saw).belief
 
 
 @dataclass(frozen=True)
@@ -256,7 +145,7 @@ class Session(Displayed):
         self._rules = rules(problem, self.first)
         self._known: _Now | None = None
         self._sums: list[tuple[float, ...]] = []  # the next weight, returns [n], totals [n]
-        self._told: dict[int, _Told] = {}  # by seat, for its views
+        self._told: dict[int, Told] = {}  # by seat, for its views
         self.followers = [
             None if policy is None else Follower(self, seat, policy)
             for seat, policy in enumerate(policies or [None] * len(problem.agents))
@@ -471,10 +360,10 @@ class Session(Displayed):
         seats = range(len(self.followers))
         return np.array([Beliefs(self.problem, seat, self._told_to(seat))[-1] for seat in seats])
 
-    def _told_to(self, seat: int, *, paid: bool = False) -> _Told:
+    def _told_to(self, seat: int, *, paid: bool = False) -> Told:
         """What a seat was told, up to the last turn; rewards only where they may be known."""
         if seat not in self._told:
-            self._told[seat] = _Told(*(Telling() for _ in _Told._fields))
+            self._told[seat] = Told(*(Telling() for _ in Told._fields))
             self._told[seat].observations.append(lasting(self.observation(seat, 0)))
         told = self._told[seat]
         hidden = self.problem.hidden
@@ -502,16 +391,16 @@ class Session(Displayed):
         return View(
             problem=problem,
             seat=seat,
-            observations=Past(told.observations),
-            actions=Past(told.actions),
-            joint=None if problem.hidden else Past(told.joint),
-            rewards=Past(told.rewards) if paid else None,
+            observations=SoFar(told.observations),
+            actions=SoFar(told.actions),
+            joint=None if problem.hidden else SoFar(told.joint),
+            rewards=SoFar(told.rewards) if paid else None,
             legal=self.legal(seat),
             beliefs=Beliefs(problem, seat, told) if self.believes else None,
             ending=ending,
             limit=self.limit,
             called=self.labels(seat) if problem.called(self.state) else None,
-            said=Past(told.said),
+            said=SoFar(told.said),
         )
 
     def returns(self) -> Reals:

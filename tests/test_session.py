@@ -16,10 +16,11 @@ from dmplay.core import Labels, Memory, Percept
 from dmplay.dice import Dice
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
 from dmplay.game.account import Account
+from dmplay.knowledge import PART
 from dmplay.policies.script import Script
 from dmplay.problems.crying_baby import CryingBaby
 from dmplay.rollouts import rollout
-from dmplay.session import PART, Follower, Turn
+from dmplay.session import Follower, Turn
 from dmplay.views.kept import Moment
 from tests.support.brought import Key
 from tests.support.games import Scripted, session

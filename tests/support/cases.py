@@ -13,9 +13,9 @@ from dmplay.core import Policy, Problem
 from dmplay.dice import NATURE, uniforms
 from dmplay.finding import problems
 from dmplay.finding.names import problem_names
+from dmplay.knowledge import SoFar
 from dmplay.laws import samples
 from dmplay.policies.general import Random
-from dmplay.session import Past
 
 SEED = samples.SEED
 SOME = 3  # turns of a game that is played on for a while
@@ -62,8 +62,8 @@ def same(one: Any, other: Any) -> bool:
     if isinstance(one, np.ndarray):
         kind = isinstance(other, np.ndarray) and one.dtype == other.dtype
         return kind and one.shape == other.shape and one.tobytes() == other.tobytes()
-    if isinstance(one, tuple | list | Past):
-        pairs = isinstance(other, tuple | list | Past) and len(one) == len(other)
+    if isinstance(one, tuple | list | SoFar):
+        pairs = isinstance(other, tuple | list | SoFar) and len(one) == len(other)
         return pairs and all(same(*pair) for pair in zip(one, other, strict=True))
     if is_dataclass(one) and not isinstance(one, Problem):
         return type(one) is type(other) and all(
