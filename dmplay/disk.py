@@ -6,11 +6,12 @@ import os
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-from dmplay.errors import BadParameter
+from dmplay.errors import BadParameter, NoRoom
 
 GIVEN = Path("/dev/fd")  # what the caller has opened, as a shell does for <(...)
 READ, WRITTEN = ("/dev/stdin", "/dev/null"), ("/dev/stdout", "/dev/null")
 OWN, ALL = 0o600, 0o666  # who may read and write a file, as far as the umask lets them
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # how a system says that a disk is
 DRAFT = ".dmplay-"  # how the name begins of what is not whole yet
 
 
@@ -119,7 +120,8 @@ def write(path: Path, text: Iterable[str], *, force: bool = False, private: bool
     except FileExistsError:
         raise BadParameter(f"{path} exists; give another name, or --force") from None
     except OSError as error:
-        raise BadParameter(f"cannot write {path}: {error.strerror}") from None
+        refused = NoRoom if error.errno in FULL else BadParameter
+        raise refused(f"cannot write {path}: {error.strerror}") from None
 
 
 def _written(path: Path, text: Iterable[str], mode: int) -> None:

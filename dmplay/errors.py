@@ -8,6 +8,7 @@ DmplayError
 |-- EpisodeOver (RuntimeError)           a turn after the end
 |-- BadPolicy (RuntimeError)             a policy that does not keep its contract
 |   `-- Forfeit                          a program that does not answer as it must
+|-- NoRoom (OSError)                     what is written does not fit on the disk
 |-- TooMuch (RuntimeError)               a computation beyond its budget of work or memory
 |-- LostGames (RuntimeError)            games whose worker died each time they were played
 |-- BadFile (ValueError)                 a file that is not in its format: line and column
@@ -67,6 +68,10 @@ class Forfeit(BadPolicy):
 
     def __str__(self) -> str:
         return f"{self.seat} forfeits, {self.reason}: {self.told}".removeprefix(" forfeits, ")
+
+
+class NoRoom(DmplayError, OSError):
+    """A file that does not fit on the disk."""
 
 
 class TooMuch(DmplayError, RuntimeError):

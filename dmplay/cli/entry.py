@@ -18,7 +18,7 @@ COMPLETING = "_DMPLAY_COMPLETE"  # set by a shell that asks what can follow
 NAMED = "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION"  # has typer take a shell by its name
 SCRIPTS = ("--install-completion", "--show-completion")
 OPEN = {"=": "VALUE", ":": "VALUE", "/": "..."}  # endings after which a word goes on
-USAGE_CODE = 2
+USAGE_CODE, REFUSED_CODE = 2, 1  # what was said is wrong, or the system cannot do it
 UNREAD = 1  # typer's code where nobody reads the help
 
 
@@ -43,7 +43,7 @@ def run() -> int:
         from dmplay.terminal import clean
 
         print(f"error: {clean(sentence(error))}", file=sys.stderr)
-        return USAGE_CODE
+        return REFUSED_CODE if isinstance(error, OSError) else USAGE_CODE
     except typer.Abort:  # Ctrl-C
         raise KeyboardInterrupt from None
     except Exception as error:  # of code that is not ours: a problem or an agent that was brought
