@@ -1,6 +1,9 @@
 """What a recorded game can be written as: name, what it is, whether it shows one turn."""
 
+from pathlib import Path
 from typing import NamedTuple
+
+from dmplay.errors import BadParameter
 
 
 class Format(NamedTuple):
@@ -22,3 +25,13 @@ FORMATS = {
     "csv": Format("a row a turn"),
     "json": Format("the game as one object"),
 }
+# By which a file is taken for what it is.
+ENDINGS = {"svg", "html", "cast", "csv", "json", "txt", "png", "jpg", "jpeg", "gif", "webp", "pdf"}
+
+
+def fits(path: Path | None, form: str) -> None:
+    """Refuses to write a form into a file whose name ends as another's does."""
+    ending = FORMATS[form].ending
+    if path and ending and path.suffix[1:].lower() in ENDINGS - {ending}:
+        rather = path.with_suffix(f".{ending}")
+        raise BadParameter(f"-o {path}: it is written as {ending.upper()}; name it {rather}")

@@ -12,6 +12,7 @@ from rich.text import Text
 from dmplay.disk import write
 from dmplay.figures.every import figure, figures
 from dmplay.game.errand import Printout
+from dmplay.game.formats import fits
 from dmplay.styles import ansi
 from dmplay.terminal import Terminal
 from dmplay.views.canvas import plainly, size
@@ -83,6 +84,7 @@ def named() -> str:
 def drawn(name: str, output: Path | None, *, svg: bool, force: bool = False) -> Printout:
     """A figure; as a picture where that or a file is asked for."""
     title, draw = figure(name)
+    fits(output, "svg")
     if svg or output:
         return kept(output, [picture(draw(), title)], force=force)
     return Printout(draw())

@@ -15,7 +15,7 @@ from dmplay.describe import counted
 from dmplay.disk import apart
 from dmplay.errors import BadParameter
 from dmplay.game.errand import Printout
-from dmplay.game.formats import FORMATS
+from dmplay.game.formats import FORMATS, fits
 from dmplay.game.game import Game
 from dmplay.game.playback import Playback
 from dmplay.game.request import Recording, Request
@@ -244,6 +244,7 @@ def exported(
         raise BadParameter(f"--at: a turn of {stills}, not of --{form}")
     if wanted.hint and form != "svg":
         raise BadParameter(f"--hint: on a picture, --svg, not on --{form}")
+    fits(output, form)
     game = Playback(recording.path, trusted=recording.trusted, peek=recording.peek)
     if output:
         apart(output, game.transcript.path)

@@ -1,12 +1,14 @@
 """The book's figures, drawn from the problems and their solutions."""
 
 from functools import cache
+from pathlib import Path
 
 import pytest
 from rich.text import Text
 
-from dmplay.errors import UnknownName
+from dmplay.errors import BadParameter, UnknownName
 from dmplay.figures import every
+from dmplay.game.formats import fits
 from dmplay.reports import drawing
 from dmplay.views.canvas import plainly, size
 from tests.support.glyphs import GLYPHS
@@ -37,6 +39,18 @@ def test_a_figure_is_found_however_it_is_written(name: str) -> None:
 def test_a_figure_that_is_not_there_is_told() -> None:
     with pytest.raises(UnknownName, match=r"unknown figure 'F.3'; did you mean"):
         every.figure("F.3")
+
+
+def test_a_file_whose_name_says_another_format_is_refused(tmp_path: Path) -> None:
+    for name in ("f.png", "f.PDF", "f.cast", "f.txt"):
+        with pytest.raises(BadParameter, match=r"f\.\w+: it is written as SVG; name it \S+f\.svg"):
+            drawing.drawn("T.2", tmp_path / name, svg=False)
+    for name in ("f.svg", "F.2", "f"):
+        drawing.drawn("T.2", tmp_path / name, svg=False)
+    assert {path.name for path in tmp_path.iterdir()} == {"f.svg", "F.2", "f"}
+    with pytest.raises(BadParameter, match="it is written as HTML; name it g"):
+        fits(Path("g.svg"), "html")
+    fits(Path("g.svg"), "csv")  # which may have any name
 
 
 def test_blanks_name_no_figure() -> None:
