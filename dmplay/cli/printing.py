@@ -56,7 +56,7 @@ def solve(
         int | None,
         typer.Option("--turns", metavar="N", min=1, help="of each, or of a plan"),
     ] = None,
-    workers: options.Workers = "1",
+    workers: options.Workers = "",
     work: Annotated[
         float | None,
         typer.Option("--work", metavar="TIMES", min=0.01, max=100, help="as much work, for bounds"),
@@ -78,7 +78,7 @@ def solve(
     from dmplay.solutions.played import Wish
 
     asked = Request(problem, variant, set_)
-    wish = Wish(episodes, turns, options.many(workers), work)
+    wish = Wish(episodes, turns, options.many(workers) if workers else None, work)
     return solving.solved(
         asked.name, asked.configured(), wish, json=wishes.json, motion=wishes.motion
     )

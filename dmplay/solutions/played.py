@@ -25,7 +25,7 @@ GAMES, SEED = 1000, 1
 FEW = 10  # games of those who search in what another library plays, which is done turn by turn
 TURNS = 20  # of a game that may go on in the same few states for ever
 AT_A_TIME = 100
-WISHES = {"episodes": "simulated", "turns": "simulated", "work": "brought between two bounds"}
+DONE = {"turns": "played or planned to a last turn", "work": "brought between two bounds"}
 
 
 class Played(NamedTuple):
@@ -41,15 +41,16 @@ class Wish:
 
     episodes: int | None = None
     turns: int | None = None
-    workers: Workers = 1
+    workers: Workers | None = None
     work: float | None = None  # times the usual, between bounds
     met: set[str] = field(default_factory=set)  # what of these was heard
 
     def check(self, told: str) -> None:
-        """Refuses a number of games or turns where nothing was simulated, and work likewise."""
-        for name, done in WISHES.items():
-            if getattr(self, name) is not None and name not in self.met:
-                raise BadParameter(f"--{name}: nothing is {done} here; {told}")
+        """Refuses a number of games, turns or workers where nothing heard it, and work likewise."""
+        for name in ("episodes", "turns", "workers", "work"):
+            if getattr(self, name) not in (None, "auto") and name not in self.met:
+                done = DONE.get(name, "simulated")
+                raise BadParameter(f"--{name}: nothing is {done} here; the method is {told}")
 
 
 _wish: ContextVar[Wish | None] = ContextVar("wish", default=None)
@@ -70,16 +71,16 @@ def games(
 ) -> Played:
     """Games of one seed, some at a time where one process plays them all."""
     wish = _wish.get() or Wish()
-    wish.met |= {"episodes", "turns"}
-    episodes, turns = wish.episodes or episodes, wish.turns or turns
-    at_a_time = AT_A_TIME if wish.workers == 1 else episodes
+    wish.met |= {"episodes", "turns", "workers"}
+    episodes, turns, workers = wish.episodes or episodes, wish.turns or turns, wish.workers or 1
+    at_a_time = AT_A_TIME if workers == 1 else episodes
     parts = []
     for first in range(0, episodes, at_a_time):
         many = min(at_a_time, episodes - first)
         with between(first / episodes, (first + many) / episodes):
             played = rollout(
                 problem, policies, episodes=many, seed=SEED, first=first, turns=turns,
-                workers=wish.workers,
+                workers=workers,
             )  # fmt: skip
         parts.append(Played(played.returns, played.turns))
     returns, lengths = zip(*parts, strict=True)

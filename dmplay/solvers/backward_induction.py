@@ -16,12 +16,12 @@ from dmplay.chance import Bools, Ints, Reals
 from dmplay.core import Problem
 from dmplay.errors import BadPolicy, TooMuch
 from dmplay.solvers.graph import BLOCK, Graph
-from dmplay.solvers.value_iteration import slack
+from dmplay.solvers.value_iteration import LASTING, slack
 
 STILL = 1e-12  # a change that ends the induction, where values are about 1
 WORK, MOST = 1e11, 10_000  # turns
 PATIENCE = 50  # turns after which changes must be less, or what all states may pay by changing so
-ENDLESS = "games need not end; give a discount below 1, or a horizon"
+ENDLESS = f"games need not end; give {LASTING}"
 
 
 class Induced(NamedTuple):

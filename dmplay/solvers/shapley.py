@@ -16,6 +16,7 @@ from dmplay.core import Problem
 from dmplay.errors import BadPolicy
 from dmplay.solvers import zero_sum
 from dmplay.solvers.graph import Graph
+from dmplay.solvers.value_iteration import LASTING
 from dmplay.solvers.zero_sum import Every
 
 GAP = 1e-9  # between the bounds, where values are about 1
@@ -25,7 +26,7 @@ WORK = 1e11
 KEPT = 20  # turns for which both keep to what they play
 AT_A_TIME = 2**14  # matrix games that are solved together
 DIGITS = 9  # of payoffs that are played by: the last bits differ between processors
-ENDLESS = "got a game of two at once without end, expected a discount below 1, or a horizon"
+ENDLESS = f"got a game of two at once without end, expected {LASTING}"
 OPPOSED = "got rewards that are not opposed, expected one to lose what the other gains, to scale"
 
 

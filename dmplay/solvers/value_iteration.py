@@ -11,7 +11,8 @@ MOST = 10_000  # sweeps where nothing is discounted
 STILL = 1e-12  # a change that ends them
 SLACK = 1e-9  # values this close are equal: the last bits differ between processors
 ROUNDING = 1e-13  # of the greatest value: what rounding may leave of it
-ENDLESS = "nothing is discounted and games need not end; give a discount below 1, or a horizon"
+LASTING = "a discount below 1, or a last turn: --turns N, or a horizon of the problem"
+ENDLESS = f"nothing is discounted and games need not end; give {LASTING}"
 
 
 def action_values(tables: Tables, discount: float, values: Reals) -> Reals:

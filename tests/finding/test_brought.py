@@ -217,7 +217,10 @@ def test_solving_takes_as_much_work_as_is_wished(monkeypatch: pytest.MonkeyPatch
     assert found.endswith("; more work brings them closer: --work 20")
     with (
         wished(wish := Wish(work=2.0)),
-        pytest.raises(BadParameter, match=r"^--work: nothing is brought between two bounds"),
+        pytest.raises(
+            BadParameter,
+            match=r"^--work: nothing is brought between two bounds here; the",
+        ),
     ):
         wish.check(every.solution(Lamp()).method)
 
@@ -344,7 +347,7 @@ def test_some_turns_of_a_game_without_end_are_planned() -> None:
     assert values is not None
     assert values.tolist() == [[0.5, 1.5], [3.0, 1.0]]
     endless = dmplay.agent(lamp, 0, "plan")
-    with pytest.raises(TooMuch, match="give a discount below 1, or a horizon"):
+    with pytest.raises(TooMuch, match="give a discount below 1, or a last turn: --turns N"):
         endless.values(endless.begin(np.array([0])))
 
 

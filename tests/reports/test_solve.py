@@ -194,5 +194,10 @@ def test_what_is_simulated_is_as_many_games_and_turns_as_wished(
     assert told == understood([*words, "--json", "--workers", "auto"])
     once = str(understood(["solve", "2048", "--episodes", "2", "--turns", "1", "--json"]))
     assert json.loads(once)["result"] == "2 games of seed 1, 1 turn each"
-    with pytest.raises(BadParameter, match="--episodes: nothing is simulated here; value iter"):
-        understood(["solve", "hexworld", "--episodes", "8"])
+    for one in ("episodes", "workers"):
+        told = f"--{one}: nothing is simulated here; the method is value iteration"
+        with pytest.raises(BadParameter, match=told):
+            understood(["solve", "hexworld", f"--{one}", "8"])
+    told = "--turns: nothing is played or planned to a last turn here; the method is support"
+    with pytest.raises(BadParameter, match=told):
+        understood(["solve", "prisoners-dilemma", "--turns", "8"])

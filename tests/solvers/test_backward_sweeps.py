@@ -175,7 +175,10 @@ class Free(Stairs):
 
 
 def test_what_has_no_value_is_refused_in_one_line() -> None:
-    idle, told = Idle(steps=4), r"^value iteration: .* give a discount below 1, or a horizon$"
+    idle, told = (
+        Idle(steps=4),
+        r"^value iteration: .* give a discount below 1, or a last turn: --turns N,",
+    )
     with pytest.raises(TooMuch, match=told):
         solution(idle)
     with pytest.raises(TooMuch, match=told):

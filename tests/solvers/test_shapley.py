@@ -99,5 +99,5 @@ def test_those_who_are_not_opposed_are_refused() -> None:
     drawn = graph.explored(Pair())
     with pytest.raises(BadPolicy, match="got rewards that are not opposed"):
         shapley.solved(Pair(), drawn, None)
-    with pytest.raises(BadPolicy, match="expected a discount below 1, or a horizon"):
+    with pytest.raises(BadPolicy, match="expected a discount below 1, or a last turn: --turns N"):
         shapley.solved(Rivals(discount=1.0), drawn, None)
