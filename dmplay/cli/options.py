@@ -2,15 +2,14 @@
 
 import inspect
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from functools import wraps
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
 
-from dmplay.cli import config
-from dmplay.errors import BadParameter, DmplayError
+from dmplay.cli import config, fitting
+from dmplay.errors import BadParameter
 from dmplay.finding.topics import topics
 from dmplay.game.formats import FORMATS
 from dmplay.terminal import Wishes
@@ -20,47 +19,24 @@ from dmplay.words.completion import lists
 def _agents(ctx: typer.Context, incomplete: str) -> list[str]:
     from dmplay.words.completion.problem import agents
 
-    return agents(_problem(ctx), incomplete)
+    return agents(fitting.problem(ctx), incomplete)
 
 
 def _seats(ctx: typer.Context, incomplete: str) -> list[str]:
     from dmplay.words.completion.problem import seats
 
-    return seats(_problem(ctx), incomplete)
+    return seats(fitting.problem(ctx), incomplete)
 
 
 def _parameters(ctx: typer.Context) -> list[str]:
     from dmplay.words.completion.problem import parameters
 
-    return parameters(_problem(ctx))
+    return parameters(fitting.problem(ctx))
 
 
 def _variants(ctx: typer.Context) -> list[str]:
-    base = _problem(ctx)
+    base = fitting.problem(ctx)
     return [spec.partition(":")[2] for spec in lists.problems(f"{base}:") if ":" in spec]
-
-
-def _problem(ctx: typer.Context) -> str:
-    """The problem that stands before the cursor, with its variant."""
-    # An option that still lacks its value leaves the arguments before it unread.
-    base = ctx.params.get("problem") or next((word for word in ctx.args if word[:1] != "-"), "")
-    variant = ctx.params.get("variant")
-    return f"{base}:{variant}" if variant else str(base)
-
-
-def _fitting(
-    ctx: typer.Context, option: typer.CallbackParam, settings: list[str]
-) -> tuple[str, ...]:
-    """The parameters that are set; of those in a file, which is for all problems, what fits."""
-    source = ctx.get_parameter_source(str(option.name))
-    if not settings or source is None or source.name != "DEFAULT_MAP":
-        return tuple(settings)
-    from dmplay.finding import problems
-
-    with suppress(DmplayError):  # of a name that is none, which is told where it is played
-        known = problems.parameters(problems.found(_problem(ctx), {}).problem)
-        settings = [one for one in settings if one.partition("=")[0].strip() in known]
-    return tuple(settings)
 
 
 def wanted_keys(preset: str | None) -> Any:
@@ -75,9 +51,16 @@ def _argument(word: str, told: str, complete: Callable[..., list[str]]) -> Any:
     return typer.Argument(metavar=word, help=told, autocompletion=complete)
 
 
-def _option(word: str, told: str, complete: Callable[..., list[str]], *flags: str) -> Any:
+def _option(
+    word: str, told: str, complete: Callable[..., list[str]], *flags: str, **more: Any
+) -> Any:
     """An option, its value as the help writes it, and what completes that."""
-    return typer.Option(*flags, metavar=word, help=told, autocompletion=complete)
+    return typer.Option(*flags, metavar=word, help=told, autocompletion=complete, **more)
+
+
+def _seated(told: str, *flags: str) -> Any:
+    """An option that names an agent."""
+    return _option("AGENT", told, _agents, *flags, callback=fitting.agent)
 
 
 def _everywhere(name: str, told: str, *flags: str, **more: Any) -> Any:
@@ -101,14 +84,17 @@ Set = Annotated[
         "a parameter; may be repeated",
         metavar="K=V",
         autocompletion=_parameters,
-        callback=_fitting,
+        callback=fitting.parameters,
     ),
 ]
 Seed = Annotated[int | None, _option("N", "the dice; new ones if not given", lists.seeds, "--seed")]
-Agent = Annotated[str, _option("AGENT", "who plays the first seat", _agents, "--agent")]
-Ghost = Annotated[str, _option("AGENT", "who plays the same dice beside you", _agents, "--ghost")]
-Others = Annotated[str, _option("AGENT", "who plays all other seats", _agents, "--vs")]
-Seats = Annotated[list[str], _option("NAME=A", "who plays one seat", _seats, "--seat")]
+Agent = Annotated[str, _seated("who plays the first seat", "--agent")]
+Ghost = Annotated[str, _seated("who plays the same dice beside you", "--ghost")]
+Others = Annotated[str, _seated("who plays all other seats", "--vs")]
+Seats = Annotated[
+    list[str],
+    _option("NAME=A", "who plays one seat", _seats, "--seat", callback=fitting.seats),
+]
 File = Annotated[Path, _argument("FILE", "a transcript", lists.transcripts)]
 LastFile = Annotated[
     Path | None,

@@ -18,7 +18,7 @@ from dmplay.cli.app import root
 from dmplay.cli.config import GENERAL, LOOKS_AND_NUMBERS
 from dmplay.cli.errands import understood
 from dmplay.cli.settings import defaults, in_force, options
-from dmplay.errors import DmplayError
+from dmplay.errors import BadParameter, DmplayError
 from dmplay.game.errand import Sitting
 from dmplay.game.request import Request
 from tests.support import programs
@@ -390,3 +390,30 @@ def test_no_reader_of_files_is_loaded_where_there_is_none(place: Path) -> None:
             [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=place
         )
         assert done.stdout.splitlines()[-1] == loaded
+
+
+def test_an_agent_that_a_file_names_sits_where_it_plays_and_is_refused_with_the_file(
+    place: Path,
+) -> None:
+    users(
+        place, '[play]\nagent = "optimal"\nvs = "grim"\nghost = "optimal"\nseat = ["agent2=nash"]'
+    )
+    for words, sitting in (
+        (["hexworld"], ("optimal", "", "", [])),
+        (["2048"], ("human", "", "", [])),
+        (["hexworld", "--agent", "human"], ("human", "", "optimal", [])),
+        (["hexworld", "--agent", "random", "--vs", "chase"], ("random", "chase", "", [])),
+        (["travelers-dilemma"], ("human", "", "", ["agent2=nash"])),
+        (["prisoners-dilemma"], ("human", "grim", "", ["agent2=nash"])),
+    ):
+        found = understood(["play", *words])
+        assert isinstance(found, Sitting)
+        assert isinstance(found.wanted, Request)
+        told = found.wanted
+        assert (told.agent, told.others, told.ghost, [*told.seats]) == sitting
+    wrong = {"agent": '"grimm"', "vs": '"grimm"', "ghost": '"grimm"', "seat": '["agent2=grimm"]'}
+    for option, name in wrong.items():
+        users(place, f"[play]\n{option} = {name}\n")
+        refused = rf"config\.toml: play\.{option}: unknown agent 'grimm'; did you mean grim\?"
+        with pytest.raises(BadParameter, match=refused):
+            understood(["play", "prisoners-dilemma"])
