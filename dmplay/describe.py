@@ -90,6 +90,15 @@ def several(told: str, noun: str) -> str:
 
 def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
     """Rows of words with each column as wide as its widest."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    widths = [max(map(_wide, column)) for column in zip(*rows, strict=True)]
     each = (zip(row, widths, strict=True) for row in rows)
-    return ["  ".join(word.ljust(width) for word, width in row).rstrip() for row in each]
+    return ["  ".join(w + " " * (width - _wide(w)) for w, width in row).rstrip() for row in each]
+
+
+def _wide(word: str) -> int:
+    """How many columns of a terminal a word takes."""
+    if word.isascii():
+        return len(word)
+    from unicodedata import combining, east_asian_width  # which few words need
+
+    return sum(0 if combining(c) else 1 + (east_asian_width(c) in "WF") for c in word)

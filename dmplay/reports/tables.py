@@ -8,18 +8,19 @@ from math import isfinite
 
 from dmplay.describe import aligned
 from dmplay.solutions.solution import Row
+from dmplay.terminal import clean
 
 
 def table(rows: Sequence[Row], digits: int = 5) -> str:
     """The rows under the names of their columns, which are those of the first."""
-    cells = [list(rows[0])] if rows else []
+    cells = [[cell(name) for name in rows[0]]] if rows else []
     cells += [[cell(value, digits) for value in row.values()] for row in rows]
     return "\n".join(aligned(cells))
 
 
 def cell(value: object, digits: int = 5) -> str:
     """A value as it stands in a table."""
-    return f"{value:.{digits}g}" if isinstance(value, float) else str(value)
+    return f"{value:.{digits}g}" if isinstance(value, float) else clean(str(value))
 
 
 def csv_of(rows: Sequence[Row]) -> str:

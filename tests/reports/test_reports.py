@@ -16,6 +16,7 @@ from dmplay.game.start import new
 from dmplay.reports import games
 from dmplay.reports import problems as reports
 from dmplay.reports.reviewing import reviewed
+from dmplay.reports.tables import table
 from dmplay.terminal import Wishes
 from tests.files.sources import TIGER, kept
 
@@ -157,3 +158,12 @@ def test_the_list_has_as_many_columns_as_there_is_room_for(width: int) -> None:
     assert headings.split() == list(known[0])[:many]
     assert len(rows) == len(known)
     assert not any("…" in row or len(row) > width for row in rows)
+
+
+def test_a_column_is_as_wide_as_what_a_terminal_shows_of_it() -> None:
+    names = ("a\x1b[31mb", "\u540d\u524d", "e\u0301", "plain")
+    told = table([{"file": name, "n": 1} for name in names]).split("\n")
+    assert told == [
+        "file        n", "a\\x1b[31mb  1", "\u540d\u524d        1", "e\u0301           1",
+        "plain       1",
+    ]  # fmt: skip
