@@ -57,10 +57,25 @@ def seats(ctx: typer.Context, option: typer.CallbackParam, named: list[str]) -> 
     )
 
 
+def wish(ctx: typer.Context, option: typer.CallbackParam, value: object) -> object:
+    """What is for people, or for a transcript; of a file, where there is one or the other."""
+    if not _of_a_file(ctx, option):
+        return value
+    who = [ctx.params.get("agent"), ctx.params.get("vs"), *(ctx.params.get("seat") or ())]
+    person = any(str(one).endswith("human") for one in who)
+    heard = person or (option.name == "frames" and ctx.params.get("record"))
+    return value if heard else option.default
+
+
+def _of_a_file(ctx: typer.Context, option: typer.CallbackParam) -> bool:
+    """Whether a file of settings sets this option."""
+    source = ctx.get_parameter_source(str(option.name))
+    return source is not None and source.name == "DEFAULT_MAP" and not ctx.resilient_parsing
+
+
 def _played(ctx: typer.Context, option: typer.CallbackParam) -> Problem | None:
     """The problem, where a file sets this option; None of a name that is none, told elsewhere."""
-    source = ctx.get_parameter_source(str(option.name))
-    if source is None or source.name != "DEFAULT_MAP" or ctx.resilient_parsing:
+    if not _of_a_file(ctx, option):
         return None
     from dmplay.finding import problems
     from dmplay.game.request import pairs

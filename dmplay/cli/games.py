@@ -58,6 +58,7 @@ def play(
         problem, variant, set_, seed, episode, agent=agent, others=vs, seats=seat, ghost=ghost,
         turns=turns, record=record, frames=frames, force=force, strict=how, reveal=reveal,
         player=player, keys=options.wanted_keys(keys), asks=here(wishes).asks,
+        timed=bool(rate),
     )  # fmt: skip
     if assignment:
         from dmplay.measure.assignment import read

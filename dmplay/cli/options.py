@@ -134,7 +134,12 @@ Speed = Annotated[
 Rate = Annotated[
     float | None,
     typer.Option(
-        "--rate", metavar="X", min=0.1, max=1000, help="real time: turns a second, 50 if bare"
+        "--rate",
+        metavar="X",
+        min=0.1,
+        max=1000,
+        help="real time: turns a second, 50 if bare",
+        callback=fitting.wish,
     ),
 ]
 Episode = Annotated[
@@ -149,7 +154,10 @@ Unattended = Annotated[
 Record = Annotated[
     Path | None, typer.Option("--record", "-o", metavar="FILE", help="write a transcript")
 ]
-Frames = Annotated[bool, typer.Option("--frames", help="boards in the transcript too")]
+Frames = Annotated[
+    bool,
+    typer.Option("--frames", help="boards in the transcript too", callback=fitting.wish),
+]
 Force = Annotated[bool, typer.Option("--force", help="overwrite the file")]
 Reveal = Annotated[bool, typer.Option("--reveal", help="show the hidden state")]
 Strict = Annotated[

@@ -27,6 +27,7 @@ class Request:
     turns: int | None = None
     record: Path | None = None
     frames: bool = False
+    timed: bool = field(default=False, kw_only=True)  # whether it is to be played in real time
     force: bool = False
     strict: bool | str = False
     reveal: bool = False
@@ -65,7 +66,7 @@ class Request:
             "--episode": [str(self.episode)] if self.episode else [],
         }
         words = [word for option, each in options.items() for one in each for word in (option, one)]
-        wishes = {"--strict": self.strict, "--reveal": self.reveal, "--frames": self.frames}
+        wishes = {"--strict": self.strict, "--reveal": self.reveal}
         words += [option for option, wish in wishes.items() if wish is True]
         words += ["--strict=hints"] if self.strict == "hints" else []
         return shlex.join(["dmplay", name, *words, "--seed", str(seed)])

@@ -54,8 +54,8 @@ def new(request: Request, shown: Collection[Luck] = ()) -> Game:
     hands(problem, request.keys)  # refuses what cannot be, before anything is written
     seats = seated(request, found)
     _answered(problem, seats, asks=request.asks)
-    if request.player and HUMAN not in seats:
-        raise BadParameter("--player: no person plays this game")
+    if HUMAN not in seats:
+        _alone(request)
     policies = [seat_policy(problem, seat, who, request.turns) for seat, who in enumerate(seats)]
     request, dice = _thrown(replace(request, peeked=False, branched=None))
     session = Session(problem, dice, policies, limit=turn_limit(problem, seats, request.turns))
@@ -77,6 +77,16 @@ def new(request: Request, shown: Collection[Luck] = ()) -> Game:
     game.removed = removed
     game.haunt(ghost)
     return game
+
+
+def _alone(request: Request) -> None:
+    """Refuses what is of use to a person alone, or to a transcript, in a game that has neither."""
+    if request.player:
+        raise BadParameter("--player: no person plays this game")
+    if request.timed:
+        raise BadParameter("--rate: real time is for people; agents alone play at --speed")
+    if request.frames and not (request.record or request.keep):
+        raise BadParameter("--frames: no transcript is written; add -o FILE")
 
 
 def _place(request: Request, seats: Sequence[str], name: str) -> tuple[Path | None, int]:

@@ -417,3 +417,16 @@ def test_an_agent_that_a_file_names_sits_where_it_plays_and_is_refused_with_the_
         refused = rf"config\.toml: play\.{option}: unknown agent 'grimm'; did you mean grim\?"
         with pytest.raises(BadParameter, match=refused):
             understood(["play", "prisoners-dilemma"])
+
+
+def test_what_a_file_wishes_for_people_and_transcripts_is_for_games_with_them(place: Path) -> None:
+    users(place, "[play]\nrate = 20.0\nframes = true\n")
+    for words, granted in (
+        (["hexworld"], (20.0, True)),
+        (["hexworld", "--agent", "random"], (None, False)),
+        (["hexworld", "--agent", "random", "-o", "g.dmt"], (None, True)),
+    ):
+        found = understood(["play", *words])
+        assert isinstance(found, Sitting)
+        assert isinstance(found.wanted, Request)
+        assert (found.rate, found.wanted.frames) == granted

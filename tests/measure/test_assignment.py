@@ -111,9 +111,14 @@ def test_what_cannot_be_assigned_or_played_so_is_one_line(words: str, told: str)
         understood(words.split())
 
 
-def test_nobody_is_named_who_does_not_play() -> None:
-    with pytest.raises(BadParameter, match="--player: no person plays this game"):
-        new(request("hexworld", "--agent", "optimal", "--player", "Ada"))
+def test_what_is_for_people_or_a_transcript_is_refused_where_agents_play_alone() -> None:
+    for words, told in (
+        (("--player", "Ada"), "--player: no person plays this game"),
+        (("--rate", "5"), "--rate: real time is for people; agents alone play at --speed"),
+        (("--frames",), "--frames: no transcript is written; add -o FILE"),
+    ):
+        with pytest.raises(BadParameter, match=told):
+            new(request("hexworld", "--agent", "optimal", *words))
 
 
 @pytest.mark.parametrize(
