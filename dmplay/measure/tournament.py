@@ -13,11 +13,12 @@ from dmplay.blocks import Workers
 from dmplay.budget import Watch, part, watched
 from dmplay.chance import Reals
 from dmplay.core import Policy, Problem
-from dmplay.errors import BadParameter, BadPolicy, DmplayError, UnknownName
+from dmplay.errors import BadParameter, BadPolicy, DmplayError, TooMuch, UnknownName
 from dmplay.measure.estimate import Estimate, estimate
 from dmplay.measure.some import some
 from dmplay.rollouts import Games
-from dmplay.solvers.matrix_game import Profile, nash, responses
+from dmplay.solvers import regret_matching
+from dmplay.solvers.matrix_game import nash
 
 Played = MutableMapping[tuple[int, ...], Reals]  # returns [E, n] by who sits where
 SEATS = ("all", "given")  # every order of who sits where; or only that in which they are named
@@ -28,15 +29,16 @@ UNKNOWN = Estimate(math.nan, math.inf, -math.inf, math.inf)
 class Tournament(NamedTuple):
     """What each entrant earned against each, and what that is worth as a game.
 
-    In the empirical game of two seats an action is an entrant, its payoff the mean return.
+    In the empirical game an action is an entrant, its payoff the mean return.
     """
 
     entrants: tuple[str, ...]
     table: Reals  # [K] * n + [n], the mean return of each seat by who sits where; nan if not played
     earned: tuple[Estimate, ...]  # of each entrant, over all its pairings and seats, a game
-    replies: tuple[int, ...] | None  # the best entrant against each; of two seats
-    equilibrium: Profile | None  # the first that is found; of two seats
+    replies: tuple[int, ...] | None  # the best entrant where each holds all other seats
+    equilibrium: tuple[Reals, ...] | None  # [K] a seat: the first of two seats, else one found near
     regrets: Reals | None  # [K], what an entrant loses in it against the best, mean of its seats
+    gain: float | None  # what a seat gains in it at most by another entrant
     exact: tuple[Estimate, ...] | None  # the same in the exact equilibrium, where that is played
     short: str = ""  # why not all was played; '' where it was
 
@@ -120,19 +122,48 @@ def _summed(names: tuple[str, ...], seats: int, played: Played) -> Tournament:
             shares[who].append(returns[:, seat])
     # The games of one dice are not independent: they are one observation.
     earned = tuple(estimate(np.mean(share, axis=0)) if share else UNKNOWN for share in shares)
-    if seats > 2 or np.isnan(table).any():
-        return Tournament(names, table, earned, None, None, None, None)
-    both = table[:, :, 0] + table[:, :, 1].T
-    replies = tuple(int(who) for who in both.argmax(axis=0))
-    found = next(iter(nash(table)), None)
-    regrets = None if found is None else _regrets(table, found)
-    return Tournament(names, table, earned, replies, found, regrets, _lost(many, played))
+    if np.isnan(table).any():
+        return Tournament(names, table, earned, None, None, None, None, None)
+    found, regrets, gain = _equilibrium(table), None, None
+    if found is not None:
+        regrets = _rounded(np.mean([lost for lost, _ in _losses(table, found)], axis=0), table)
+        gain = float(_rounded(np.max([more for _, more in _losses(table, found)]), table))
+    lost = _lost(many, played) if seats == 2 else None
+    return Tournament(names, table, earned, _replies(table), found, regrets, gain, lost)
 
 
-def _regrets(table: Reals, profile: Profile) -> Reals:
-    """What each entrant loses against the best reply to an equilibrium, mean of both seats."""
-    each = [values.max() - values for values in responses(table, profile)]
-    lost = np.asarray(np.mean(each, axis=0))
+def _replies(table: Reals) -> tuple[int, ...]:
+    """Who earns most, over all seats, where each entrant holds all others."""
+    many, seats = len(table), table.shape[-1]
+    worth = np.zeros((many, many))
+    for who, reply, seat in product(range(many), range(many), range(seats)):
+        sits = [reply if place == seat else who for place in range(seats)]
+        worth[who, reply] += table[(*sits, seat)]
+    return tuple(int(who) for who in worth.argmax(axis=1))
+
+
+def _equilibrium(table: Reals) -> tuple[Reals, ...] | None:
+    """What is played in an equilibrium of two seats, or of more in what comes near one."""
+    if table.shape[-1] == 2:
+        return next(iter(nash(table)), None)
+    try:
+        return regret_matching.equilibrium(table).mixes
+    except TooMuch:
+        return None
+
+
+def _losses(table: Reals, mixes: tuple[Reals, ...]) -> list[tuple[Reals, float]]:
+    """What each entrant loses in a seat against the best reply there, and what the mix does."""
+    worths = [regret_matching.replies(table, mixes, seat) for seat in range(len(mixes))]
+    best = [worth.max() for worth in worths]
+    return [
+        (most - worth, float(most - mix @ worth))
+        for most, worth, mix in zip(best, worths, mixes, strict=True)
+    ]
+
+
+def _rounded(lost: Reals, table: Reals) -> Reals:
+    """What is lost, or nothing where that is how numbers are kept."""
     return np.where(lost > ROUNDING * np.abs(table).max(), lost, 0.0)
 
 

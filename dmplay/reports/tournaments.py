@@ -58,12 +58,16 @@ def _written(found: Tournament, form: str, head: str, facts: dict[str, object], 
     """The tournament in a form; for people under this headline."""
     standings = _standings(found)
     if form == "json":
-        rest = {"table": found.table.tolist(), "equilibrium": exact, "standings": standings}
+        rest = {"table": found.table.tolist(), "equilibrium": exact, "exploitability": found.gain,
+                "standings": standings}  # fmt: skip
         return json_of(facts | rest)
     if form == "csv":
         return csv_of(standings)
     cross = [table(_cross(found))] if len(found.table.shape) == 3 else []
     parts = [head, *cross, table([_standing(row) for row in standings])]
+    if found.gain is not None and len(found.table.shape) > 3:
+        more = f"more than {found.gain:.2g}" if found.gain else "anything"
+        parts.append(f"equilibrium: of this table; by another entrant no seat gains {more} in it")
     if found.exact:
         parts.append(f"exact regret: against {exact}, an equilibrium of the problem itself")
     return "\n\n".join(parts)
@@ -102,8 +106,8 @@ def _standings(found: Tournament) -> list[Row]:
         if found.replies is not None:
             row["best reply to it"] = found.entrants[found.replies[who]]
         if found.equilibrium is not None and found.regrets is not None:
-            share = (found.equilibrium.first[who] + found.equilibrium.second[who]) / 2
-            row |= {"share in equilibrium": float(share), "regret": float(found.regrets[who])}
+            share = float(np.mean([mix[who] for mix in found.equilibrium]))
+            row |= {"share in equilibrium": share, "regret": float(found.regrets[who])}
         if found.exact is not None:
             lost = found.exact[who]
             row |= {"exact regret": lost.mean, "exact error": lost.error}

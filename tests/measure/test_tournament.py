@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from functools import partial
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -68,9 +69,10 @@ def test_the_entrants_are_the_actions_of_a_game() -> None:
     found = met("grim", "always-defect")
     assert found.replies == (0, 1)
     assert found.equilibrium is not None
-    assert found.equilibrium.first.tolist() == [1.0, 0.0]
+    assert found.equilibrium[0].tolist() == [1.0, 0.0]
     assert found.regrets is not None
     assert found.regrets.tolist() == [0.0, 7.0]
+    assert found.gain == 0.0
 
 
 def test_nobody_loses_anything_by_its_part_of_the_equilibrium() -> None:
@@ -207,7 +209,33 @@ def test_three_who_hunt_have_a_table_for_each_seat() -> None:
     names = {name: [dmplay.agent(hunt, seat, name) for seat in range(3)] for name in both}
     found = tournament(hunt, names, episodes=2, turns=2)
     assert found.table.shape == (2, 2, 2, 3)
-    assert found.equilibrium is None
+    assert found.exact is None
+
+
+def test_three_seats_have_an_equilibrium_too_and_what_is_to_be_gained_in_it() -> None:
+    """All but the last seat want what the first does; the last wants it the other way round."""
+    hunt = dmplay.load("predator-prey:circle", predators=2)
+    policy = [dmplay.agent(hunt, seat, "random") for seat in range(3)]
+    played: Played = {
+        seats: np.array([[paid, paid, -paid]] * 2)
+        for seats in product(range(2), repeat=3)
+        for paid in [float(len({*seats}) == 1) + 0.5 * (seats == (1, 1, 1))]
+    }
+    found = tournament(hunt, {"a": policy, "b": policy}, played=played)
+    assert found.replies == (0, 1)
+    assert found.equilibrium is not None
+    assert found.regrets is not None
+    assert found.gain is not None
+    assert 0.0 <= found.gain < 0.05
+    for seat, mix in enumerate(found.equilibrium):
+        worth = np.einsum("ijk,jk->i", *_others(found.table, found.equilibrium, seat))
+        assert worth.max() - mix @ worth <= found.gain + 1e-12
+
+
+def _others(table: Reals, mixes: tuple[Reals, ...], seat: int) -> tuple[Reals, Reals]:
+    """What each entrant of a seat is paid beside each pair, and how often that pair sits there."""
+    first, second = [mix for place, mix in enumerate(mixes) if place != seat]
+    return np.moveaxis(table[..., seat], seat, 0), np.outer(first, second)
 
 
 @pytest.mark.parametrize(
