@@ -43,6 +43,17 @@ class Match(NamedTuple):
         """Those that are set."""
         return pairs(self.settings, "--set")
 
+    @property
+    def values(self) -> dict[str, object]:
+        """The same as the problem has them."""
+        known = problems.parameters(self.found().problem)
+        return {name: known[name] for name in self.parameters}
+
+    @property
+    def title(self) -> str:
+        """What is played, for people."""
+        return " ".join([self.problem, *self.settings])
+
     def found(self) -> problems.Loaded:
         """The problem with these parameters; raises BadParameter for games of no turns."""
         check_turns(self.turns)

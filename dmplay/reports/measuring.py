@@ -12,6 +12,7 @@ from dmplay.game.errand import Printout
 from dmplay.game.request import pairs
 from dmplay.measure.comparing import Comparison, Difference, compare
 from dmplay.measure.engines import engine
+from dmplay.measure.estimate import Estimate
 from dmplay.measure.running import Run, run
 from dmplay.policies.point_based import PointBased
 from dmplay.reports.match import Lineup, Match, Setting, bounded, estimated, lineup, sweep, told
@@ -71,9 +72,10 @@ def _written(match: Match, found: Sequence[Setting], kept: Sequence[Row], *, asc
     if match.form:
         rows = [row for one in found for row in _rows(one)]
         games = {"kept": kept} if kept else {}
-        facts = {"problem": match.problem, "seed": match.seed, "runs": rows} | games
+        common = {"parameters": {} if found[0].swept else match.values, "seed": match.seed}
+        facts = {"problem": match.problem} | common | {"runs": rows} | games
         return json_of(facts) if match.form == "json" else csv_of(rows)
-    head = _summary(match, found[0].run) if len(found) == 1 else _sweep(match, found)
+    head = _summary(found[0].match, found[0].run) if len(found) == 1 else _sweep(match, found)
     rows = [row for one in found for row in _for_people(one)]
     known = [line for one in found for line in _known(one.lineup)]
     parts = [head, "\n".join([table(rows), *known])]
@@ -94,7 +96,7 @@ def _rows(one: Setting) -> Iterator[Row]:
     """What each seat earned, for programs."""
     for earned, name in zip(one.run.earned, one.lineup.names, strict=True):
         yield {
-            **one.swept,
+            **(one.match.values if one.swept else {}),
             "seat": earned.seat,
             "agent": name,
             "games": one.run.episodes,
@@ -111,21 +113,27 @@ def _for_people(one: Setting) -> Iterator[Row]:
     """The same with its numbers put together."""
     for earned, name in zip(one.run.earned, one.lineup.names, strict=True):
         returns, totals = earned.returns, earned.totals
+        many = np.isfinite(returns.error)
         yield {
             **one.swept,
             "seat": earned.seat,
             "agent": name,
-            "return": f"{returns.mean:.5g} ± {returns.error:.2g}",
-            "95 % interval": f"{returns.low:.5g} to {returns.high:.5g}",
+            "return": _measured(returns),
+            "95 % interval": f"{returns.low:.5g} to {returns.high:.5g}" if many else "-",
             "least, quartiles, most": "  ".join(f"{value:.4g}" for value in earned.quantiles),
-            "total": f"{totals.mean:.5g} ± {totals.error:.2g}",
+            "total": _measured(totals),
         }
+
+
+def _measured(one: Estimate) -> str:
+    """A mean with its error, where more than one game tells it."""
+    return f"{one.mean:.5g}" + (f" ± {one.error:.2g}" if np.isfinite(one.error) else "")
 
 
 def _summary(match: Match, result: Run) -> str:
     speed = result.episodes / max(result.seconds, 1e-9)
     return (
-        f"{match.problem}: {counted(result.episodes, 'game', ',')} of seed {match.seed}, "
+        f"{match.title}: {counted(result.episodes, 'game', ',')} of seed {match.seed}, "
         f"{several(brief(result.turns), 'turn')} each, {100 * result.ended:.3g} % of them to an "
         f"end; {counted(speed, 'game', ',.0f')} a second"
     )
@@ -213,12 +221,13 @@ def _compared(
         for (one, other), difference in result.differences.items()
     ]
     if match.form == "json":
-        facts = {"problem": match.problem, "seed": match.seed, "games": len(result.returns)}
+        common = {"problem": match.problem, "parameters": match.values, "seed": match.seed}
+        facts = common | {"games": len(result.returns)}
         return json_of(facts | {"decided": result.decided, "agents": earned, "pairs": rows})
     if match.form == "csv":
         return csv_of(rows)
     played = counted(len(result.returns), "game", ",")
-    head = f"{match.problem}: {played} of seed {match.seed}, on the same dice; {seconds:.3g} s"
+    head = f"{match.title}: {played} of seed {match.seed}, on the same dice; {seconds:.3g} s"
     tables = [table(earned), table([_pair_for_people(row) for row in rows])]
     return "\n\n".join([head, *tables, *_verdict(entrants, result, decide)])
 
@@ -234,6 +243,8 @@ def _pair(one: str, other: str, found: Difference) -> Row:
 
 def _pair_for_people(row: Row) -> Row:
     saved = row["games saved"]
+    same = row["difference"] == row["standard error"] == 0.0
+    dice = "the same play" if same else f"{saved:.3g} x" if saved else "-"
     return {
         "agent": row["agent"],
         "against": row["against"],
@@ -242,7 +253,7 @@ def _pair_for_people(row: Row) -> Row:
         "interval": f"{row['low']:+.4g} to {row['high']:+.4g}",
         "ahead": f"{100 * float(str(row['ahead'])):.3g} %",
         "behind": f"{100 * float(str(row['behind'])):.3g} %",
-        "dice of its own would take": "the same play" if saved is None else f"{saved:.3g} x",
+        "dice of its own would take": dice,
     }
 
 

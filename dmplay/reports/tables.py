@@ -24,11 +24,11 @@ def cell(value: object, digits: int = 5) -> str:
 
 
 def csv_of(rows: Sequence[Row]) -> str:
-    """The rows as comma-separated values, their names first."""
+    """The rows as comma-separated values, their names first; a number that is none is empty."""
     written = io.StringIO()
     writer = csv.DictWriter(written, list(rows[0]), lineterminator="\n")
     writer.writeheader()
-    writer.writerows(rows)
+    writer.writerows([{name: _finite(one) for name, one in row.items()} for row in rows])
     return written.getvalue().rstrip("\n")
 
 

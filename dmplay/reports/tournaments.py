@@ -50,7 +50,7 @@ def met(
             executor=executor, progress=bar, played=played, orders=orders,
         )  # fmt: skip
     many, games = len(seatings(len(entrants), seats, orders)), counted(episodes, "game", ",")
-    head = f"{match.problem}: {many} seatings of {games} of seed {match.seed}"
+    head = f"{match.title}: {many} seatings of {games} of seed {match.seed}"
     return told(_written(found, match.form, head, facts, exact), found.short)
 
 

@@ -65,8 +65,22 @@ def test_the_run_of_a_problem_tells_each_seat() -> None:
 
 def test_a_sweep_has_a_row_for_each_setting() -> None:
     told = json.loads(ran("run", "hexworld", "--set", "slip=0,0.3", "--episodes", "50", "--json"))
-    assert [row["slip"] for row in told["runs"]] == ["0", "0.3"]
+    assert [row["slip"] for row in told["runs"]] == [0.0, 0.3]
     assert told["runs"][0]["mean return"] > told["runs"][1]["mean return"]
+
+
+def test_what_was_set_is_told_and_what_one_game_cannot_tell_is_not() -> None:
+    words = ("--set", "slip=0.1", "--episodes", "1")
+    told = ran("run", "hexworld", *words)
+    assert told.startswith("hexworld slip=0.1: 1 game of seed 0, ")
+    assert "inf" not in told
+    assert ",,,," in ran("run", "hexworld", *words, "--csv")  # neither error nor interval
+    for command in (("run", "hexworld"), ("compare", "hexworld", "optimal", "random")):
+        data = json.loads(ran(*command, *words, "--json"))
+        assert data["parameters"] == {"slip": 0.1}
+    assert ran("compare", "hexworld", "optimal", "random", *words).split()[-1] == "-"
+    both = ("compare", "prisoners-dilemma", "grim", "always-defect", "--episodes", "2")
+    assert ran(*both).split()[-1] == "-"  # as sure as can be, but not the same play
 
 
 def test_a_table_for_programs_has_a_row_for_each_seat() -> None:
