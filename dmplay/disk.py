@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-from dmplay.errors import BadParameter, NoRoom
+from dmplay.errors import BadParameter, DmplayError, NoRoom
 
 GIVEN = Path("/dev/fd")  # what the caller has opened, as a shell does for <(...)
 READ, WRITTEN = ("/dev/stdin", "/dev/null"), ("/dev/stdout", "/dev/null")
@@ -39,13 +39,13 @@ def content(path: Path) -> bytes:
     with path.open("rb") as file:
         read = file.read(LARGEST + 1)
     if len(read) > LARGEST:
-        raise OSError(errno.EFBIG, f"larger than {LARGEST // 2**20} MB")
+        raise OSError(errno.EFBIG, f"larger than {LARGEST // 2**20} MB", str(path))
     return read
 
 
 def _bounded(path: Path) -> None:
     if path.exists() and not (path.is_file() or path.is_dir()):
-        raise OSError(errno.EINVAL, "a FIFO, a socket or a device, not a file")
+        raise OSError(errno.EINVAL, "a FIFO, a socket or a device, not a file", str(path))
 
 
 def by_umask() -> int:
@@ -120,8 +120,38 @@ def write(path: Path, text: Iterable[str], *, force: bool = False, private: bool
     except FileExistsError:
         raise BadParameter(f"{path} exists; give another name, or --force") from None
     except OSError as error:
-        refused = NoRoom if error.errno in FULL else BadParameter
-        raise refused(f"cannot write {path}: {error.strerror}") from None
+        raise _refused(path, error) from None
+
+
+def rows(path: Path) -> Iterator[str]:
+    """The whole lines of a file that grows, however long it is; a torn last one is none."""
+    _bounded(path)
+    with path.open(encoding="utf-8", newline="\n") as file:
+        yield from (row for row in file if row.endswith("\n"))
+
+
+def put(path: Path, at: int, text: str) -> int:
+    """Puts text, all or none, behind the first bytes of a file; how many there are then."""
+    raw = left = memoryview(text.encode())
+    try:
+        with path.open("r+b", buffering=0) as file:
+            file.truncate(at)
+            file.seek(at)
+            try:
+                while left:
+                    left = left[file.write(left) :]
+            except OSError:
+                file.truncate(at)
+                raise
+    except OSError as error:
+        raise _refused(path, error) from None
+    return at + len(raw)
+
+
+def _refused(path: Path, error: OSError) -> DmplayError:
+    """Why a file cannot be written: the disk is full, or it is none to write."""
+    kind = NoRoom if error.errno in FULL else BadParameter
+    return kind(f"cannot write {path}: {error.strerror}")
 
 
 def _written(path: Path, text: Iterable[str], mode: int) -> None:

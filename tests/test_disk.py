@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.disk import content, played, write
-from dmplay.errors import BadParameter
+from dmplay.disk import content, played, put, write
+from dmplay.errors import NoRoom
 from tests.support.games import recorded
 from tests.support.programs import run, shell
 
@@ -155,8 +155,10 @@ def test_a_write_that_the_disk_cuts_leaves_the_old_file_or_none(tmp_path: Path) 
     resource.setrlimit(resource.RLIMIT_FSIZE, (100, most))
     try:
         for path in (old, tmp_path / "new"):
-            with pytest.raises(BadParameter, match=r"cannot write .*: File too large"):
+            with pytest.raises(NoRoom, match=r"cannot write .*: File too large"):
                 write(path, "x" * 1000, force=True)
+        with pytest.raises(NoRoom, match="old: File too large"):
+            put(old, 4, "x" * 1000)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (least, most))
     assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("old", "mine")]

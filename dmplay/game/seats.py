@@ -48,8 +48,10 @@ def _script(problem: Problem, seat: int, rest: str) -> tuple[float, ...]:
     if _is_file(rest):
         try:
             rows = content(Path(rest)).decode().splitlines()
-        except (OSError, UnicodeDecodeError) as error:
-            raise BadParameter(f"{rest}: {error}") from None
+        except OSError as error:
+            raise BadParameter(f"{rest}: {error.strerror}") from None
+        except UnicodeDecodeError:
+            raise BadParameter(f"{rest}: got what is no UTF-8, expected lines of actions") from None
         words = [
             (f"{rest}:{number}", word)
             for number, row in enumerate(rows, 1)

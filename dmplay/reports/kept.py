@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from dmplay.chance import Reals
-from dmplay.disk import content, write
+from dmplay.disk import put, rows, write
 from dmplay.errors import BadParameter
 
 
@@ -20,15 +20,29 @@ class Kept(dict[tuple[int, ...], Reals]):
         Raises BadParameter for a file of something else, and OSError.
         """
         super().__init__()
-        self._path, head = path, json.dumps(told)
-        rows = content(path).decode().splitlines() if path.exists() else []
-        if rows and rows[0] != head:
-            raise BadParameter(f"{path}: of another tournament; name another file, or remove it")
-        self._rows = rows or [head]
-        for row in map(json.loads, rows[1:]):
-            super().__setitem__(tuple(row["seats"]), np.array(row["returns"]))
+        self._path, self._size = path, 0
+        self._head = f"{json.dumps(told)}\n"
+        for number, row in enumerate(rows(path) if path.exists() else (), 1):
+            if number == 1 and row != self._head:
+                what = "of another tournament; name another file, or remove it"
+                raise BadParameter(f"{path}: {what}")
+            if number > 1:
+                self._read(number, row)
+            self._size += len(row.encode())
+        if not self._size and path.exists() and path.stat().st_size:
+            raise BadParameter(f"{path}: of no tournament; name another file, or remove it")
+
+    def _read(self, number: int, row: str) -> None:
+        try:
+            told = json.loads(row)
+            super().__setitem__(tuple(told["seats"]), np.array(told["returns"], float))
+        except (ValueError, TypeError, KeyError):
+            raise BadParameter(f"{self._path}:{number}: not a seating; remove the line") from None
 
     def __setitem__(self, seating: tuple[int, ...], returns: Reals) -> None:
         super().__setitem__(seating, returns)
-        self._rows.append(json.dumps({"seats": seating, "returns": returns.tolist()}))
-        write(self._path, (f"{row}\n" for row in self._rows), force=True)
+        if not self._size:
+            write(self._path, [self._head], force=True)
+            self._size = len(self._head.encode())
+        row = json.dumps({"seats": seating, "returns": returns.tolist()})
+        self._size = put(self._path, self._size, f"{row}\n")

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import dmplay
+from dmplay import disk
 from dmplay.chance import Array, Bools, Reals
 from dmplay.cli.errands import understood
 from dmplay.core import Memory, Policy
@@ -106,6 +107,28 @@ def test_a_file_of_another_tournament_is_refused(tmp_path: Path) -> None:
     Kept(tmp_path / "cup.jsonl", {"seed": 0})[0, 0] = np.zeros((1, 2))
     with pytest.raises(BadParameter, match=r"cup.jsonl: of another tournament; name another file"):
         Kept(tmp_path / "cup.jsonl", {"seed": 1})
+
+
+def test_what_is_kept_may_be_of_any_size_and_is_gone_on_with_after_a_kill(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    path = tmp_path / "cup"
+    Kept(path, {"seed": 0})[0, 0] = np.zeros((9, 2))
+    whole = path.read_bytes()
+    monkeypatch.setattr(disk, "LARGEST", 100)
+    assert len(whole) > 100
+    path.write_bytes(whole + whole[30:60])  # a line that was not written to its end
+    again = Kept(path, {"seed": 0})
+    assert [*again] == [(0, 0)]
+    again[0, 1] = np.ones((1, 2))
+    assert path.read_bytes() == whole + b'{"seats": [0, 1], "returns": [[1.0, 1.0]]}\n'
+    for text, told in (
+        (b"no end of line", "cup: of no tournament; name another file"),
+        (b'{"seed": 0}\n{"seats": 3}\n', "cup:2: not a seating; remove the line"),
+    ):
+        path.write_bytes(text)
+        with pytest.raises(BadParameter, match=told):
+            Kept(path, {"seed": 0})
 
 
 def test_a_tournament_is_told_as_data(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
