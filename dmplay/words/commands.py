@@ -20,7 +20,7 @@ from dmplay.words.lesson import lesson
 
 Run = Callable[[Table, str], str]
 NO_TEXT = re.compile(r"[\x00\ud800-\udfff]")  # NUL, and halves of characters
-SYNONYMS = {"value": "values", "exit": "quit", "resume": "load"}
+SYNONYMS = {"value": "values", "exit": "quit", "q": "quit", "?": "help", "resume": "load"}
 
 
 class Leave(Exception):

@@ -146,8 +146,12 @@ def test_what_is_typed_is_done(
     assert [shown.count(one) for one in told] == [told.count(one) for one in told]
 
 
-def test_quit_leaves_with_0(place: Path) -> None:
+def test_quit_leaves_with_0_and_so_does_its_key_and_help_is_its_key_too(
+    place: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert session("quit\r") == 0
+    assert session("? keys\rq\r") == 0
+    assert "keys: which key does what" in capsys.readouterr().out
 
 
 def test_an_error_is_told_and_asked_again(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
