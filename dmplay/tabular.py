@@ -9,11 +9,12 @@ from math import prod
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from dmplay.budget import ROUND, Budget
 from dmplay.chance import Array, Categorical, Chance, Ints, Reals
 from dmplay.columns import Column, batch, column, columns, lines, listed
-from dmplay.core import Outcome, Problem, exact, reached
+from dmplay.core import Outcome, Problem, exact, locked, reached
 from dmplay.errors import BadParameter
 from dmplay.rows import Rows
 
@@ -28,6 +29,11 @@ class _Arrays(NamedTuple):
     observation: Reals | None  # [A, S', O]; None where every agent sees the state
 
 
+def _read_only(numbers: ArrayLike) -> Reals:
+    """An array into which nobody writes."""
+    return locked(np.asarray(numbers))
+
+
 class Tables(_Arrays):
     """A finite problem as arrays; A counts joint actions and O joint observations, row-major.
 
@@ -37,13 +43,11 @@ class Tables(_Arrays):
     __slots__ = ()
 
     def __new__(
-        cls, transition: Reals, rewards: Reals, observation: Reals | None = None
+        cls, transition: ArrayLike, rewards: ArrayLike, observation: ArrayLike | None = None
     ) -> "Tables":
-        """Takes the arrays as they are, for reading alone."""
-        for array in (transition, rewards, observation):
-            if array is not None:
-                array.setflags(write=False)
-        return super().__new__(cls, transition, rewards, observation)
+        """Takes arrays as they are, for reading alone; lists of lists are made arrays."""
+        seen = None if observation is None else _read_only(observation)
+        return super().__new__(cls, _read_only(transition), _read_only(rewards), seen)
 
     @property
     def seen(self) -> Reals:

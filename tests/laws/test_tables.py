@@ -48,3 +48,13 @@ def test_nobody_writes_into_the_tables_of_a_game() -> None:
         assert isinstance(problem.tables, Tables)
         for array in problem.tables:
             assert array is None or not array.flags.writeable
+
+
+def test_tables_may_be_lists() -> None:
+    halves, even = [[[1.0, 0.0], [0.0, 1.0]]] * 2, [[[0.5, 0.5]] * 2] * 2
+    for array in Tables(halves, [[[0], [1]]] * 2, even):
+        assert array is not None
+        assert array.shape[:2] == (2, 2)
+        assert not array.flags.writeable
+    with pytest.raises(ValueError, match="inhomogeneous"):
+        Tables([[[1.0, 0.0], [1.0]]], [[[0]]])
