@@ -63,7 +63,7 @@ def _file(kind: type) -> str:
 
 @cache
 def _tree(file: str, changed: float) -> ast.Module:
-    return ast.parse(Path(file).read_text(encoding="utf-8"))
+    return ast.parse(Path(file).read_bytes())  # in the encoding that it names
 
 
 def _class(kind: type) -> ast.ClassDef | None:
