@@ -80,6 +80,9 @@ def _imported(name: str, file: Path) -> ModuleType:
     _beside(file)
     try:
         return importlib.import_module(name)
+    except SystemExit as error:
+        told = 'put what runs under `if __name__ == "__main__":`'
+        raise BadParameter(f"{blamed(error)}; {told}") from None
     except SyntaxError as error:
         where = named(error.filename or str(file), error.lineno)
         raise BadParameter(f"{where}: {error.msg}") from None
