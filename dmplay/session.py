@@ -501,6 +501,7 @@ def actions_chosen(policy: Policy, chosen: object, rows: int, where: object) -> 
     answer = np.asarray(chosen)
     if answer.shape != (rows,) or answer.dtype.kind not in "biuf":
         wanted = "one action" if rows == 1 else f"{rows} actions"
-        told = f"{type(policy).__name__} chose {chosen!r}, expected an array of {wanted}"
+        given = " ".join(repr(chosen).split())
+        told = f"{type(policy).__name__} chose {given}, expected an array of {wanted}"
         raise BadPolicy(f"{where}: {told}")
     return answer

@@ -230,6 +230,7 @@ class Saying(Script):
         ("hexworld", 1.5, r"got action 1\.5"),
         ("hexworld", math.nan, "got action nan"),
         ("hexworld", "e", "Saying chose array.*, expected an array of"),
+        ("hexworld", "e" * 80, r"Saying chose array[^\n]*, expected an array of"),
         ("simple-regulator", 10.5, r"got 10\.5, expected a number from -10 to 10"),
         ("2048", 0, "left is not legal now; expected one of down, right, up"),
     ],

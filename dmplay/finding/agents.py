@@ -11,7 +11,7 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
 
-from dmplay.core import Policy, Problem
+from dmplay.core import WHOLE, Policy, Problem
 from dmplay.errors import BadParameter, BadPolicy, UnknownName
 from dmplay.finding import modules
 from dmplay.finding.names import name_of, problem_names
@@ -63,6 +63,8 @@ def agent(problem: Problem, seat: int, name: str) -> Policy:
     missing = [part for part in ("draws", "begin", "update", "choose") if not hasattr(made, part)]
     if missing:
         raise BadPolicy(f"{name}: not a policy, it lacks {', '.join(missing)}")
+    if not isinstance(made.draws, WHOLE) or made.draws < 0:
+        raise BadPolicy(f"{name}: draws: got {made.draws!r}, expected how many, 0 or more")
     return made
 
 

@@ -173,6 +173,15 @@ def test_an_agent_in_a_file_plays(tmp_path: Path) -> None:
         dmplay.agent(problem, 0, f"{tmp_path}/bots.py:Nothing")
 
 
+@pytest.mark.parametrize("draws", [-1, "x", None, 0.5])
+def test_an_agent_draws_so_many_uniforms(draws: object, tmp_path: Path) -> None:
+    (tmp_path / "bots.py").write_text(
+        f"from dmplay.policies.general import Random\nclass Bot(Random):\n    draws = {draws!r}\n"
+    )
+    with pytest.raises(BadPolicy, match=f"Bot: draws: got {draws!r}, expected how many, 0 or"):
+        dmplay.agent(dmplay.load("hexworld"), 0, f"{tmp_path}/bots.py:Bot")
+
+
 def test_a_class_with_no_more_than_it_needs_plays_and_is_asked_again(tmp_path: Path) -> None:
     (tmp_path / "bots.py").write_text(PLAIN)
     problem, name = dmplay.load("hexworld"), f"{tmp_path}/bots.py:Plain"
