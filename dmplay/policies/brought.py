@@ -47,12 +47,17 @@ def _fitting(problem: Problem) -> dict[str, type[Seated]]:
     if not one or not isinstance(problem.states, int):
         return {}
     ends = problem.discount < 1.0
-    if not _can(lambda: exact(problem, problem.enumerated()[:1], np.zeros((1, 1), np.int64))):
+    if not _can(lambda: problem.observation_counts) or not _can(lambda: _first(problem)):
         return {}
     found: dict[str, type[Seated]] = {"optimal": Optimal, "point-based": PointBased}
     if problem.states > FEW or not _can(lambda: tabulate(problem)):
         return found
     return found | {"plan": Plan} | ({"qmdp": Qmdp} if ends else {})
+
+
+def _first(problem: Problem) -> object:
+    """What may come of the first action in the first state."""
+    return exact(problem, problem.enumerated()[:1], np.zeros((1, 1), np.int64))
 
 
 def _can(list_them: Callable[[], object]) -> bool:

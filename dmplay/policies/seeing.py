@@ -200,7 +200,10 @@ def _alone(problem: Problem) -> dict[str, type[Seated]]:
         return {"optimal": Seeing} | ({} if problem.horizon is None else {"plan": Foreseeing})
     if problem.horizon is not None:
         return {"optimal": Foreseeing}
-    ends = problem.terminal(problem.enumerated()).any()
+    try:
+        ends = problem.terminal(problem.enumerated()).any()
+    except TooMuch:
+        return {}
     return ({"optimal": Seeing} if ends else {}) | {"plan": Foreseeing}
 
 

@@ -11,6 +11,7 @@ from dmplay import Interval, Labels, Outcome, Tables, Tabular
 from dmplay.advice import adviser as advising
 from dmplay.budget import within
 from dmplay.chance import Array, Bools, Categorical, Chance
+from dmplay.core import Texts
 from dmplay.dice import Dice
 from dmplay.errors import BadParameter, BadPolicy, TooMuch
 from dmplay.finding.agents import adviser, for_turns, roster
@@ -24,7 +25,7 @@ from dmplay.solutions.played import Wish, wished
 from dmplay.solvers import alpha_vectors
 from dmplay.solvers import point_based as solver
 from tests.support.blocks import TIGER
-from tests.support.brought import Counted, Key, Vault
+from tests.support.brought import Counted, Heap, Key, Vault
 from tests.support.hidden import four_by_three
 from tests.support.programs import run
 from tests.support.quick import quickly
@@ -77,6 +78,21 @@ class Flip(Counted):
     def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         paid = np.where(a[:, 0] == s, 1.0, 0.0)
         return Outcome(events[0], paid[:, None], np.asarray(events[0] != s, int)[:, None])
+
+
+@dataclass(frozen=True)
+class Spoken(Flip):
+    """The coin, told of in words."""
+
+    observations = (Texts(),)  # type: ignore[assignment]
+
+
+@dataclass(frozen=True)
+class Beans(Heap):
+    """A heap of which no list can be made, and whose game goes on for ever."""
+
+    discount: float = 1.0
+    states = 2**60
 
 
 @dataclass(frozen=True)
@@ -133,6 +149,8 @@ def game(problem: dmplay.Problem, limit: int | None = None) -> Game:
         (Lamp(), ["optimal"], "optimal"),
         (Lamp(discount=1.0), ["plan"], "search"),
         (Dial(), [], "search"),
+        (Spoken(), [], "search"),
+        (Beans(), [], "search"),
     ],
 )
 def test_a_problem_has_the_agents_that_its_kind_allows(
