@@ -123,6 +123,9 @@ FAULTS = [
     ("walk", "import numpy as np", "import numpy_as_np", "import numpy_as_np",
      "ModuleNotFoundError: No module named 'numpy_as_np'"),
     ("walk", "def opening(self, rows):", "def opening(self, rows)", "def opening", "expected ':'"),
+    ("walk", "import numpy as np", "import sys\nsys.exit('done')", "sys.exit",
+     'SystemExit: done; put what runs under `if __name__ == "__main__":`'),
+    ("walk", "return ()", "return []", "def opening", "got [], expected (Pick(...),), a tuple, or"),
     ("walk", "@dataclass(frozen=True)\nclass Walk", "@dataclass\nclass Walk", "@dataclass",
      "TypeError: cannot inherit non-frozen dataclass from a frozen one"),
     ("walk", "    def opening", "    def __init__(self, size):\n        self.size = size\n\n"
@@ -174,6 +177,19 @@ def test_each_planted_fault_is_found_and_its_line_is_told(
             wrong.append(f"{fault!r}: expected {where} {what}, got {found}")
     assert not wrong, "\n".join(wrong)
     assert len(FAULTS) >= 40
+
+
+def test_the_line_of_a_fault_is_found_in_whatever_encoding_a_file_names(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.dont_write_bytecode", True)
+    source = TIGER.replace("names, horizon", "called, horizon").replace("Listen", "H\xf6re")
+    for mark, encoding in (("# coding: latin-1\n", "latin-1"), ("#\n", "utf-8-sig")):
+        Path("own.py").write_text(mark + source, encoding=encoding)
+        at = (mark + source).split("class Tiger")[0].count("\n") + 1
+        with pytest.raises(DmplayError, match=f"^./own.py:{at} Tiger lacks names"):
+            checked.report("./own.py", {}, json=False)
 
 
 def test_nothing_is_wrong_with_what_is_right(

@@ -238,8 +238,10 @@ def _observed(problem: Problem, rows: tuple[int, int], seen: Array) -> Facts:
         holds = bool(((seen >= 0) & (seen < problem.observation_counts)).all())
         yield _seen(holds, seen, "expected the numbers of their labels")
     else:
-        lines = all(map(_text, seen.flat))
-        yield _seen(lines, seen, f"expected lines of at most {LONGEST} characters")
+        wrong = [str(one) for one in seen.flat if not _text(one)]
+        told = f"expected printable text, not empty, of at most {LONGEST_TEXT:,} characters"
+        got = f"move: got the observation {wrong[0]!r:.99}" if wrong else ""
+        yield Fact(not wrong, "move", f"{got}, {told}")
 
 
 def _seen(holds: bool, seen: Array, expected: str) -> Fact:
@@ -315,7 +317,7 @@ def _chances(said: str, told: object) -> Facts:
     """What nature draws."""
     kinds = Categorical | Pick | Span | Normal
     holds = isinstance(told, tuple) and all(isinstance(chance, kinds) for chance in told)
-    yield Fact(holds, said, f"{said}: got {told!r}, expected what can be drawn, or ()")
+    yield Fact(holds, said, f"{said}: got {told!r}, expected (Pick(...),), a tuple, or ()")
     assert isinstance(told, tuple)
     for chance in told:
         if isinstance(chance, Categorical):

@@ -7,7 +7,7 @@ import pytest
 
 from dmplay import Labels, Outcome, Tables
 from dmplay.chance import Array, Categorical, Chance, Normal, Pick, Span
-from dmplay.core import Problem
+from dmplay.core import Problem, Texts
 from dmplay.errors import BadParameter
 from dmplay.finding.problems import resolve
 from dmplay.laws.sound import sound
@@ -109,6 +109,14 @@ def test_a_first_turn_that_cannot_be_is_told(name: str, value: object, what: str
 def test_observations_are_numbers_of_labels(seen: Array) -> None:
     hidden = type("Hidden", (Heap,), {"observations": (Labels(("x", "y")),)})
     assert "move: got the observations" in told(changed(hidden, "move", _moved(SEEN, PAID, seen)))
+
+
+@pytest.mark.parametrize("seen", ["", " ", "red \x1b[31m", "long" * 5001])
+def test_observations_in_words_are_printable(seen: str) -> None:
+    telling = type("Telling", (Heap,), {"observations": (Texts(),)})
+    said = _moved(SEEN, PAID, np.array([["fine"], [seen]]))
+    what = "expected printable text, not empty, of at most 20,000 characters"
+    assert f"move: got the observation {seen!r:.99}, {what}" in told(changed(telling, "move", said))
 
 
 @pytest.mark.parametrize(
