@@ -8,12 +8,19 @@ from dmplay.errors import DmplayError
 
 USAGE: type[Exception] = typer.BadParameter.__mro__[1]  # click's, wherever typer keeps it
 EXTRA = "unexpected extra argument"
+MOST = 2000  # characters of a sentence
 KINDS = {  # click's names of kinds, the longer first, in plain words
     "int range": "whole number", "float range": "number", "int": "whole number", "float": "number",
 }  # fmt: skip
 
 
 def sentence(error: Exception) -> str:
+    """An error in one line, the middle of a very long one left out."""
+    told = _whole(error)
+    return told if len(told) <= MOST else f"{told[: MOST // 2]} ... {told[-MOST // 2 :]}"
+
+
+def _whole(error: Exception) -> str:
     """An error in one line; click's in our form, lower case first and without a full stop."""
     if isinstance(error, DmplayError):
         return str(error)

@@ -81,7 +81,9 @@ def _parts(text: Text, end: int) -> Iterator[tuple[str, Part]]:
     words = part.words
     colons = [number for number, word in enumerate(words) if word == ":"]
     keys = [n - 1 - (n > 1 and words[n - 1] in LISTS) for n in colons]
-    if keys[:1] != [0] and words:
+    if not words:
+        return
+    if keys[:1] != [0]:
         raise part.fault(0, UnknownName("word", words[0], KEYS))
     known: set[str] = set()
     for first, colon, last in zip(keys, colons, [*keys[1:], len(words)], strict=True):

@@ -62,17 +62,17 @@ class Statement(NamedTuple):
 
 
 def beginning(text: Text, *, team: bool) -> int:
-    """Where the first of these lines begins."""
+    """Where the first of these lines begins; where there is none, where one would."""
     found = (BEGINS_LINE if team else BEGINS).search(text.content)
-    if found is None:
-        raise text.fault(len(text.content.rstrip()), "expected T: lines, which say what happens")
-    return found.start(1)
+    return found.start(1) if found else len(text.content.rstrip())
 
 
 def statements(text: Text, forms: Mapping[str, Form]) -> Iterator[Statement]:
     """Every one of these lines, in order."""
     begins = BEGINS_LINE if forms["T"].team else BEGINS
     found = [*begins.finditer(text.content)]
+    if not found:
+        raise text.fault(len(text.content.rstrip()), "expected T: lines, which say what happens")
     ends = [one.start() for one in found[1:]] + [len(text.content)]
     for one, end in zip(found, ends, strict=True):
         if one[1] not in forms:

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from dmplay.cli.sentence import sentence
+from dmplay.errors import BadParameter
 from tests.support.brought import NO_AGENT, WALK
 from tests.support.programs import homeless, run
 
@@ -36,6 +38,11 @@ def test_what_cannot_be_meant_is_one_line(
     done = run(tmp_path, *words, stdin=stdin)
     assert (done.returncode, done.stderr.count(message)) == (2, 1)
     assert "unexpected" not in done.stderr
+
+
+def test_the_middle_of_a_very_long_error_is_left_out() -> None:
+    told = sentence(BadParameter("a" * 5000 + "z" * 5000))
+    assert told == "a" * 1000 + " ... " + "z" * 1000
 
 
 @pytest.mark.parametrize(
@@ -350,7 +357,7 @@ def test_a_fault_of_our_own_is_one_line_and_a_file(tmp_path: Path) -> None:
     assert done.returncode == 1
     assert done.stderr.startswith("error: unexpected TypeError; ")
     (log,) = tmp_path.glob("dmplay-*.log")
-    assert "dice.py" in log.read_text()
+    assert "session.py" in log.read_text()
     shown = run(tmp_path, *words, "--debug")
     assert "Traceback" in shown.stderr
 

@@ -242,6 +242,8 @@ FAULTS = [  # a change, and where and what the error is
     (("R: listen : * : * : * -1", "R: listen -1"), "23:11: expected 2 names, each before a colon"),
     ((OPENS, ""), "T: action open-left, state tiger-left: expected probabilities, got none"),
     ((TIGER[TIGER.index("T:") :], ""), "expected T: lines, which say what happens"),
+    ((TIGER, ""), "1:1: no states: line; a file names its states"),
+    ((TIGER, "\x1f\x8b\x08"), "1:2: unknown word '\\x8b\\x08'; expected one of agents, discount"),
     (("observations: hear-left hear-right\n", ""), "14:1: got O:, but the file names no observ"),
     (("discount", "agents: 2\ndiscount"), "2:9: agents: are for a .dpomdp; expected one agent"),
 ]  # fmt: skip

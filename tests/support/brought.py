@@ -106,11 +106,14 @@ class Vault(Tabular):
 
 
 NO_AGENT = """\
+from json import loads
+
+
 class Agent:
-    draws = None
+    draws = 0
 
     def __init__(self, problem, seat):
-        self.begin = self.update = self.choose = print
+        self.begin = self.update = self.choose = loads
 """
 
 WALK = '''\
