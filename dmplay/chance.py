@@ -21,7 +21,10 @@ SHORT = 127  # edges that eight bits count
 
 @dataclass(frozen=True)
 class Categorical:
-    """One of K outcomes; a row's event is the number of cumulative probabilities <= u."""
+    """One of K outcomes; a row's event is the number of cumulative probabilities <= u.
+
+    `cumulative` `[B or 1, K - 1]` rises in each row; `of` makes it from probabilities.
+    """
 
     cumulative: Reals  # [B or 1, K - 1], rising
     draws: ClassVar[int] = 1
@@ -57,7 +60,7 @@ class Categorical:
 
 @dataclass(frozen=True)
 class Pick:
-    """One of 0 .. n-1, each as likely; a row's event is floor(u * n)."""
+    """One of 0 .. n-1, each as likely, `n` `[B]` of 1 to `most`; a row's event is floor(u * n)."""
 
     n: Ints  # [B], at least 1
     most: int
@@ -94,7 +97,7 @@ def _pick(n: float, most: int) -> Pick:
 
 @dataclass(frozen=True)
 class Span:
-    """A real number uniform between two bounds."""
+    """A real number uniform between two bounds `[B]`."""
 
     low: Reals  # [B]
     high: Reals  # [B]
@@ -107,7 +110,9 @@ class Span:
 
 @dataclass(frozen=True)
 class Normal:
-    """A Gaussian number, by Box and Muller's transform of two uniforms."""
+    """A Gaussian number of this mean and standard deviation `[B]`, by Box and Muller's transform
+    of two uniforms.
+    """
 
     mean: Reals  # [B]
     deviation: Reals  # [B or 1]

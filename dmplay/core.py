@@ -213,7 +213,11 @@ class Draws(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What one joint action brings about, for B rows and n agents."""
+    """What one joint action brings about, for B rows and n agents.
+
+    `state` `[B, ...]`, `rewards` `[B, n]`, and `observations`: where states are hidden `[B, n]` by
+    the index of a label (or text, or `[B, n, many]` numbers), else the next state itself.
+    """
 
     state: Array  # [B, ...]
     rewards: Reals  # [B, n]
@@ -281,6 +285,21 @@ def locked(array: Array) -> Array:
     """An array that was just made, into which nobody writes from now on."""
     array.setflags(write=False)
     return array
+
+
+def check_problem(problem: object, turns: int | None) -> None:
+    """Refuses what is no problem, as its name is not, and less than no turns."""
+    if not isinstance(problem, Problem):
+        raise BadParameter(f"got {problem!r}, expected a problem, as of dmplay.load")
+    if turns is not None and turns < 0:
+        raise BadParameter(f"turns: got {turns}, expected 0 or more")
+
+
+def check_policy(policy: object, seat: int) -> None:
+    """Refuses what is no policy, as an agent's name is not."""
+    if not hasattr(policy, "choose"):
+        told = f"expected a policy, as of dmplay.agent(problem, {seat}, ...)"
+        raise BadPolicy(f"seat {seat}: got {policy!r}, {told}")
 
 
 def asked(where: object, answer: Callable[..., T], *given: object) -> T:
@@ -624,7 +643,12 @@ class Exact(NamedTuple):
 
 
 def exact(problem: Problem, s: Array, a: Array) -> Exact:
-    """Every outcome of the joint actions `a` `[B, n]` in the states `s`, by enumeration."""
+    """Every outcome of the joint actions `a` `[B, n]` in the states `s` `[B, ...]`, as indices.
+
+    The probabilities are `[B, K]`, the arrays of the outcome `[B, K, ...]`. Raises BadParameter
+    where chance draws real numbers, TooMuch where there are too many to list. Neither states nor
+    actions are looked at whether they can be.
+    """
     chances = _finite(problem, problem.chance(s, a))
     rows = len(s)
     probabilities, events = _joint(chances, rows)

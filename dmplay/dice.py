@@ -10,6 +10,7 @@ from numpy.random.bit_generator import ISeedSequence
 from numpy.typing import NDArray
 
 from dmplay.chance import Ints, Reals
+from dmplay.errors import BadParameter
 
 NEW_SEEDS = 10**9  # few enough to type
 NATURE = 0  # the stream of nature; seat i draws from stream 1 + i
@@ -89,13 +90,21 @@ def _cut(raw: Seed) -> Reals:
 
 @dataclass(frozen=True)
 class Dice:
-    """The dice of one episode of a seed; those of many turns are thrown when one is asked for."""
+    """The dice of one episode of a seed; those of many turns are thrown when one is asked for.
+
+    Both are whole numbers from 0 on; raises BadParameter for anything else.
+    """
 
     seed: int
     episode: int = 0
     _thrown: dict[tuple[int, int], tuple[int, Reals]] = field(
         default_factory=dict, repr=False, compare=False
     )  # by stream and count, the latest turns
+
+    def __post_init__(self) -> None:
+        """Takes NumPy's numbers for plain ones."""
+        for name in ("seed", "episode"):
+            object.__setattr__(self, name, _whole(name, getattr(self, name)))
 
     def draw(self, stream: int, turn: int, reroll: int, count: int) -> Reals:
         """Uniforms `[1, count]`."""
@@ -112,6 +121,12 @@ class Dice:
             thrown = _cut(_outputs(seeds, self.episode * count, count))
             self._thrown[stream, count] = turn - place, thrown
         return thrown[place : place + 1].copy()
+
+
+def _whole(name: str, number: object) -> int:
+    if not isinstance(number, int | np.integer) or number < 0:
+        raise BadParameter(f"{name}: got {number!r}, expected a whole number, 0 or more")
+    return int(number)
 
 
 def _seeds(seed: int, stream: int, turns: Ints) -> Seed:

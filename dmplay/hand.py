@@ -8,7 +8,7 @@ from dmplay.core import Policy, Problem
 from dmplay.describe import counted
 from dmplay.dice import Dice, fresh
 from dmplay.displayed import Displayed
-from dmplay.errors import BadPolicy
+from dmplay.errors import BadPolicy, IllegalAction
 from dmplay.finding import agents as known
 from dmplay.finding import problems
 from dmplay.session import Session
@@ -59,8 +59,10 @@ class Hand(Displayed):
         return self.learnt()
 
     def learnt(self, agent: str = "") -> Facts:
-        """What the last turn taught a seat."""
+        """What the last turn taught a seat; raises IllegalAction where none was played."""
         seat = self._seat(agent)
+        if not self.session.turns:
+            raise IllegalAction("no turn was played that could teach anything")
         percept = self.session.percept(seat, len(self.session.turns))
         return learnt(self.session.problem, seat, percept, 0)
 

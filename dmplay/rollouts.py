@@ -23,9 +23,11 @@ from dmplay.core import (
     Policy,
     Problem,
     asked,
+    check_policy,
+    check_problem,
     own,
 )
-from dmplay.dice import NATURE, uniforms
+from dmplay.dice import NATURE, Dice, uniforms
 from dmplay.errors import BadParameter, BadPolicy, DmplayError, LostGames, UnknownName
 from dmplay.session import MOST_TURNS, actions_chosen
 
@@ -102,7 +104,8 @@ def rollout(  # noqa: PLR0913 - each is the caller's to choose
 
     Row r is the game that a session plays with `Dice(seed, first + r)`, whatever the workers or
     the executor, the blocks and their order. `progress` is told the share that is played. Raises
-    Lost when workers died again and again, and Interrupted.
+    Lost when workers died again and again, and Interrupted; what cannot be played is a BadPolicy,
+    an IllegalAction or a BadParameter.
     """
     which = range(first, first + episodes)
     games = Games(which, turns, seed, workers, executor, progress, keep)
@@ -121,11 +124,15 @@ def rollouts(
     which, keep, workers, progress = games.which, games.keep, games.workers, games.progress
     if which.stop < which.start:
         raise BadParameter(f"episodes: got {which.stop - which.start}, expected 0 or more")
+    seed = Dice(seed, which.start).seed
+    check_problem(problem, turns)
     for policies in entrants:
         given: object = policies
         if not isinstance(given, Sequence) or len(given) != len(problem.agents):
             told = f"{len(given)} policies" if isinstance(given, Sequence) else f"{given!r}"
             raise BadPolicy(f"got {told}, expected one for each of {problem.agents}")
+        for seat, policy in enumerate(given):
+            check_policy(policy, seat)
     for name in keep:
         if name not in Rollout._fields:
             raise UnknownName("array to keep", name, Rollout._fields)

@@ -21,6 +21,8 @@ from dmplay.core import (
     Policy,
     Problem,
     asked,
+    check_policy,
+    check_problem,
     lasting,
     locked,
     own,
@@ -121,7 +123,11 @@ class _Now(NamedTuple):
 
 
 class Session(Displayed):
-    """One game; a seat without a policy is played from outside, through `advance`."""
+    """One game; a seat without a policy is played from outside, through `advance`.
+
+    It has `limit` turns at most, by default the problem's horizon. Raises BadPolicy where there is
+    not a policy, or None, for each seat.
+    """
 
     def __init__(
         self,
@@ -132,6 +138,7 @@ class Session(Displayed):
         limit: int | None = None,
         opening: Reals | None = None,
     ) -> None:
+        check_problem(problem, limit)
         self.problem = problem
         self.source = source
         self.limit = problem.horizon if limit is None else limit
@@ -150,6 +157,9 @@ class Session(Displayed):
             None if policy is None else Follower(self, seat, policy)
             for seat, policy in enumerate(policies or [None] * len(problem.agents))
         ]
+        if len(self.followers) != len(problem.agents):
+            told = f"{len(self.followers)} policies"
+            raise BadPolicy(f"got {told}, expected one, or None, for each of {problem.agents}")
 
     def anew(self, policies: Sequence[Policy | None] = ()) -> "Session":
         """The same game before its first turn, its seats played by these policies, if any."""
@@ -245,7 +255,10 @@ class Session(Displayed):
 
         Who only waits is not asked.
         """
-        given = list(actions) or [None] * len(self.problem.agents)
+        agents = self.problem.agents
+        given = list(actions) or [None] * len(agents)
+        if len(given) != len(agents):
+            raise IllegalAction(f"got {len(given)} actions, expected one for each of {agents}")
         if None not in given:
             return given
         every = enumerate(zip(given, self.followers, strict=True))
@@ -433,6 +446,7 @@ class Follower:
     """A policy that follows one seat of a session: to play it, or only to advise."""
 
     def __init__(self, session: Session, seat: int, policy: Policy) -> None:
+        check_policy(policy, seat)
         self.session, self.seat, self.policy = session, seat, policy
         self._memories: list[Memory] = []
 

@@ -37,13 +37,16 @@ def _read_only(numbers: ArrayLike) -> Reals:
 class Tables(_Arrays):
     """A finite problem as arrays; A counts joint actions and O joint observations, row-major.
 
-    Nobody writes into them: a game and its policies read the same.
+    `transition` is `[S, A, S']`; `rewards`, of n agents, `[S, A, n]`, or `[S, A, S', n]` or
+    `[S, A, S', O, n]` where they depend on more; `observation` `[A, S', O]`, or None where every
+    agent sees the state. Rows of probabilities sum to 1. Nobody writes into them: a game and its
+    policies read the same.
     """
 
     __slots__ = ()
 
     def __new__(
-        cls, transition: ArrayLike, rewards: ArrayLike, observation: ArrayLike | None = None
+        cls, transition: "ArrayLike", rewards: "ArrayLike", observation: "ArrayLike | None" = None
     ) -> "Tables":
         """Takes arrays as they are, for reading alone; lists of lists are made arrays."""
         seen = None if observation is None else _read_only(observation)

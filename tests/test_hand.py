@@ -1,9 +1,14 @@
 """A game by hand: words and numbers go in and come out, and nothing that a seat may not know."""
 
+import re
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
 import pytest
 
 import dmplay
-from dmplay.errors import BadPolicy, EpisodeOver, UnknownName
+from dmplay.errors import BadPolicy, DmplayError, EpisodeOver, UnknownName
 
 
 def test_a_person_of_python_plays_with_words() -> None:
@@ -42,6 +47,60 @@ def test_numbers_are_played_as_numbers() -> None:
     bounds = game.legal()
     assert isinstance(bounds, dict)
     assert game.act(bounds["low"])["action"] == bounds["low"]
+
+
+HEXWORLD = dmplay.load("hexworld")
+WALKER = dmplay.agent(HEXWORLD, 0, "random")
+NAMED: Any = "hexworld"  # a name where there should be what it names
+
+
+@pytest.mark.parametrize(
+    ("asked", "told"),
+    [
+        (lambda: dmplay.rollout(NAMED, [WALKER], episodes=1), "got 'hexworld', expected a problem"),
+        (
+            lambda: dmplay.Session(NAMED, dmplay.Dice(1)),
+            "got 'hexworld', expected a problem, as of",
+        ),
+        (lambda: dmplay.run(NAMED, [WALKER]), "got 'hexworld', expected a problem, as of dmplay.l"),
+        (lambda: dmplay.agent(NAMED, 0, "random"), "got 'hexworld', expected a problem"),
+        (lambda: dmplay.compare(NAMED, [[WALKER]] * 2), "got 'hexworld', expected a problem"),
+        (lambda: dmplay.tournament(NAMED, {}), "got 'hexworld', expected a problem"),
+        (lambda: dmplay.rollout(HEXWORLD, [NAMED], episodes=1), "seat 0: got 'hexworld', expected"),
+        (lambda: dmplay.Session(HEXWORLD, dmplay.Dice(1), [NAMED]), "seat 0: got 'hexworld', expe"),
+        (
+            lambda: dmplay.Session(HEXWORLD, dmplay.Dice(1), [WALKER] * 2),
+            "got 2 policies, exp",
+        ),
+        (lambda: dmplay.rollout(HEXWORLD, [WALKER], episodes=1, turns=-1), "turns: got -1, expect"),
+        (lambda: dmplay.rollout(HEXWORLD, [WALKER], episodes=1, seed=-1), "seed: got -1, expected"),
+        (lambda: dmplay.rollout(HEXWORLD, [WALKER], episodes=1, first=-1), "episode: got -1, exp"),
+        (lambda: dmplay.play("hexworld", turns=-1), "turns: got -1, expected 0 or more"),
+        (lambda: dmplay.play("hexworld", seed=NAMED), "seed: got 'hexworld', expected a whole num"),
+        (lambda: dmplay.play("hexworld").learnt(), "no turn was played that could teach"),
+        (
+            lambda: dmplay.play("hexworld").session.advance([0, 1]),
+            "got 2 actions, expected one",
+        ),
+        (lambda: dmplay.compare(HEXWORLD, [[WALKER]] * 2, seat=1), "seat: got 1, expected 0 to 0"),
+        (lambda: dmplay.compare(HEXWORLD, []), "got 0 agents, expected two or more"),
+        (lambda: dmplay.agent(HEXWORLD, 0, "human"), "got 'human', expected one that chooses by"),
+        (lambda: dmplay.agent(HEXWORLD, 0, "bot"), "random, search, or bot:COMMAND"),
+    ],
+)
+def test_what_python_is_given_by_mistake_is_told_by_name(
+    asked: Callable[[], object], told: str
+) -> None:
+    with pytest.raises(DmplayError, match=re.escape(told)):
+        asked()
+
+
+def test_numbers_of_numpy_are_numbers() -> None:
+    seed, first = np.int64(7), np.uint8(2)
+    played = dmplay.rollout(HEXWORLD, [WALKER], episodes=3, seed=seed, first=first)  # type: ignore[arg-type]
+    same = dmplay.rollout(HEXWORLD, [WALKER], episodes=3, seed=7, first=2)
+    assert played.returns.tolist() == same.returns.tolist()
+    assert dmplay.Dice(seed, first) == dmplay.Dice(7, 2)  # type: ignore[arg-type]
 
 
 def test_seats_are_said_to_be_too_many_or_too_few() -> None:

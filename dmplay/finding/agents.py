@@ -11,7 +11,7 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
 
-from dmplay.core import WHOLE, Policy, Problem
+from dmplay.core import WHOLE, Policy, Problem, check_problem
 from dmplay.errors import BadParameter, BadPolicy, UnknownName
 from dmplay.finding import modules
 from dmplay.finding.names import name_of, problem_names
@@ -38,7 +38,12 @@ def roster(problem: Problem, seat: int = 0) -> Roster:
 
 
 def agent(problem: Problem, seat: int, name: str) -> Policy:
-    """The agent of this name for a seat."""
+    """The agent of this name for a seat.
+
+    Raises UnknownName with the nearest names, BadPolicy where it does not play this problem, and
+    BadParameter for what its parameters, or the seat, cannot be.
+    """
+    check_problem(problem, None)
     if seat not in range(len(problem.agents)):
         raise BadParameter(f"seat: got {seat!r}, expected 0 to {len(problem.agents) - 1}")
     if is_program(name):
@@ -140,6 +145,10 @@ def _listed(module: str, problem: Problem, seat: int) -> Roster:
 def _of_roster(problem: Problem, seat: int, name: str) -> Seated:
     base, _, given = name.partition(":")
     known = roster(problem, seat).agents
+    if base in modules.TAKEN:
+        others = ", ".join(known)
+        told = f"expected one that chooses by itself: {others}, or bot:COMMAND"
+        raise BadPolicy(f"agent: got {name!r}, {told}")
     if base not in known:
         _check_fits(problem, seat, base)
         raise UnknownName("agent", base, _names(problem, seat))

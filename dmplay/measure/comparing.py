@@ -10,7 +10,8 @@ import numpy as np
 from dmplay.blocks import Workers
 from dmplay.budget import Watch
 from dmplay.chance import Reals
-from dmplay.core import DECIMALS, Policy, Problem
+from dmplay.core import DECIMALS, Policy, Problem, check_problem
+from dmplay.describe import counted
 from dmplay.errors import BadParameter, BadPolicy, DmplayError
 from dmplay.measure.estimate import Estimate, always, estimate
 from dmplay.measure.luck import luck
@@ -62,8 +63,12 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
     the first is wrongly taken for better or worse in at most this share of comparisons. Errors
     begin with the name of whose games they came up in, where `names` are given.
     """
+    check_problem(problem, turns)
     if len(entrants) < 2:
-        raise BadParameter(f"got {len(entrants)} agent, expected two or more to compare")
+        got = counted(len(entrants), "agent")
+        raise BadParameter(f"got {got}, expected two or more to compare")
+    if seat not in range(len(problem.agents)):
+        raise BadParameter(f"seat: got {seat!r}, expected 0 to {len(problem.agents) - 1}")
     if decide is not None and len(entrants) > 2:
         raise BadParameter(f"decide: got {len(entrants)} agents, expected two")
     if decide is not None and not 0 < decide < 1:

@@ -12,7 +12,8 @@ import numpy as np
 from dmplay.blocks import Workers
 from dmplay.budget import Watch, part, watched
 from dmplay.chance import Reals
-from dmplay.core import Policy, Problem
+from dmplay.core import Policy, Problem, check_problem
+from dmplay.describe import counted
 from dmplay.errors import BadParameter, BadPolicy, DmplayError, TooMuch, UnknownName
 from dmplay.measure.estimate import Estimate, estimate
 from dmplay.measure.some import some
@@ -64,11 +65,12 @@ def tournament(  # noqa: PLR0913 - each is the caller's to choose
     number after all others. Seatings that are in `played` are not played again; those that are
     played are put there. Ctrl-C ends it with these.
     """
+    check_problem(problem, turns)
     seats, names = len(problem.agents), tuple(entrants)
     if seats == 1:
         raise BadParameter("a tournament wants two seats or more; here agents are compared")
     if len(names) < 2:
-        raise BadParameter(f"got {len(names)} entrant, expected two or more")
+        raise BadParameter(f"got {counted(len(names), 'entrant')}, expected two or more")
     if orders not in SEATS:
         raise UnknownName("order", orders, SEATS, "seats")
     played = {} if played is None else played

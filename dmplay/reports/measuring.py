@@ -185,7 +185,8 @@ def compared(
 ) -> Printout:
     """Agents in the first seat on the same dice: what each earns, and every pair's difference."""
     if len(entrants) < 2:
-        raise BadParameter(f"got {len(entrants)} agent, expected two or more to compare")
+        got = counted(len(entrants), "agent")
+        raise BadParameter(f"got {got}, expected two or more to compare")
     problem = match.found().problem
     for name in pairs(match.seats, "--seat"):
         if not problem.seat(name):
