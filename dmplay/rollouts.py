@@ -124,8 +124,8 @@ def rollouts(
     which, keep, workers, progress = games.which, games.keep, games.workers, games.progress
     if which.stop < which.start:
         raise BadParameter(f"episodes: got {which.stop - which.start}, expected 0 or more")
-    seed = Dice(seed, which.start).seed
-    check_problem(problem, turns)
+    games = games._replace(seed=Dice(games.seed, which.start).seed)
+    check_problem(problem, games.turns)
     for policies in entrants:
         given: object = policies
         if not isinstance(given, Sequence) or len(given) != len(problem.agents):

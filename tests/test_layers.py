@@ -19,9 +19,9 @@ FLOORS = (
     "describe", "hexes", "tiles", "matrix_game", "rows", "tabular", "laws", "belief", "displayed",
     "rules", "knowledge", "session", "blocks", "rollouts", "problems", "files", "guests",
     "solvers", "policies", "transcript", "bots", "finding", "hand", "terminal", "signals",
-    "styles", "painting", "views", "loops", "gym", "zoo", "figures", "solutions", "advice", "keys", "game", "timeline",
-    "conformance", "records", "measure", "words", "screen", "gallery", "reports", "prompt", "front",
-    "mcp", "cli", "pytest_plugin", "__main__",
+    "styles", "painting", "views", "loops", "gym", "zoo", "figures", "solutions", "advice", "keys",
+    "game", "timeline", "conformance", "records", "measure", "words", "screen", "gallery",
+    "reports", "prompt", "front", "mcp", "cli", "pytest_plugin", "__main__",
 )  # fmt: skip
 SCREENS = {"rich", "typer", "prompt_toolkit"}
 ALLOWED = {  # what a floor may load beside the standard library and numpy

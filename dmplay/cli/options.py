@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from dmplay.cli import config, fitting
+from dmplay.cli import config
 from dmplay.errors import BadParameter
 from dmplay.finding.topics import topics
 from dmplay.game.formats import FORMATS
@@ -16,26 +16,48 @@ from dmplay.terminal import Wishes
 from dmplay.words.completion import lists
 
 
+def problem_of(ctx: typer.Context) -> str:
+    """The problem that stands before the cursor, with its variant."""
+    # An option that still lacks its value leaves the arguments before it unread.
+    base = ctx.params.get("problem") or next((word for word in ctx.args if word[:1] != "-"), "")
+    variant = ctx.params.get("variant")
+    return f"{base}:{variant}" if variant else str(base)
+
+
+def _heeded(kind: str) -> Callable[[typer.Context, typer.CallbackParam, Any], object]:
+    """What is typed of an option; what a file of settings says of it, as far as that fits."""
+
+    def callback(ctx: typer.Context, option: typer.CallbackParam, value: Any) -> object:
+        source = ctx.get_parameter_source(str(option.name))
+        if source is None or source.name != "DEFAULT_MAP" or ctx.resilient_parsing:
+            return tuple(value) if isinstance(value, list) else value
+        from dmplay.cli import fitting
+
+        return fitting.KINDS[kind](ctx, option, value, problem_of(ctx))
+
+    return callback
+
+
 def _agents(ctx: typer.Context, incomplete: str) -> list[str]:
     from dmplay.words.completion.problem import agents
 
-    return agents(fitting.problem(ctx), incomplete)
+    return agents(problem_of(ctx), incomplete)
 
 
 def _seats(ctx: typer.Context, incomplete: str) -> list[str]:
     from dmplay.words.completion.problem import seats
 
-    return seats(fitting.problem(ctx), incomplete)
+    return seats(problem_of(ctx), incomplete)
 
 
 def _parameters(ctx: typer.Context) -> list[str]:
     from dmplay.words.completion.problem import parameters
 
-    return parameters(fitting.problem(ctx))
+    return parameters(problem_of(ctx))
 
 
 def _variants(ctx: typer.Context) -> list[str]:
-    base = fitting.problem(ctx)
+    base = problem_of(ctx)
     return [spec.partition(":")[2] for spec in lists.problems(f"{base}:") if ":" in spec]
 
 
@@ -60,7 +82,7 @@ def _option(
 
 def _seated(told: str, *flags: str) -> Any:
     """An option that names an agent."""
-    return _option("AGENT", told, _agents, *flags, callback=fitting.agent)
+    return _option("AGENT", told, _agents, *flags, callback=_heeded("agent"))
 
 
 def _everywhere(name: str, told: str, *flags: str, **more: Any) -> Any:
@@ -84,7 +106,7 @@ Set = Annotated[
         "a parameter; may be repeated",
         metavar="K=V",
         autocompletion=_parameters,
-        callback=fitting.parameters,
+        callback=_heeded("parameters"),
     ),
 ]
 Seed = Annotated[int | None, _option("N", "the dice; new ones if not given", lists.seeds, "--seed")]
@@ -93,7 +115,7 @@ Ghost = Annotated[str, _seated("who plays the same dice beside you", "--ghost")]
 Others = Annotated[str, _seated("who plays all other seats", "--vs")]
 Seats = Annotated[
     list[str],
-    _option("NAME=A", "who plays one seat", _seats, "--seat", callback=fitting.seats),
+    _option("NAME=A", "who plays one seat", _seats, "--seat", callback=_heeded("seats")),
 ]
 File = Annotated[Path, _argument("FILE", "a transcript", lists.transcripts)]
 LastFile = Annotated[
@@ -139,7 +161,7 @@ Rate = Annotated[
         min=0.1,
         max=1000,
         help="real time: turns a second, 50 if bare",
-        callback=fitting.wish,
+        callback=_heeded("wish"),
     ),
 ]
 Episode = Annotated[
@@ -156,7 +178,7 @@ Record = Annotated[
 ]
 Frames = Annotated[
     bool,
-    typer.Option("--frames", help="boards in the transcript too", callback=fitting.wish),
+    typer.Option("--frames", help="boards in the transcript too", callback=_heeded("wish")),
 ]
 Force = Annotated[bool, typer.Option("--force", help="overwrite the file")]
 Reveal = Annotated[bool, typer.Option("--reveal", help="show the hidden state")]

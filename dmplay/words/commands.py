@@ -20,7 +20,8 @@ from dmplay.words.lesson import lesson
 
 Run = Callable[[Table, str], str]
 NO_TEXT = re.compile(r"[\x00\ud800-\udfff]")  # NUL, and halves of characters
-SYNONYMS = {"value": "values", "exit": "quit", "q": "quit", "?": "help", "resume": "load"}
+SYNONYMS = {"value": "values", "exit": "quit", "resume": "load"}
+SHORT = {"q": "quit", "?": "help"}  # which actions may be called too
 
 
 class Leave(Exception):
@@ -232,7 +233,7 @@ TOPICS: Mapping[str, tuple[Command, ...]] = {
 }
 COMMANDS = tuple(command for topic in TOPICS.values() for command in topic)
 NAMED = {command.name: command for command in COMMANDS}
-NAMED |= {other: NAMED[name] for other, name in SYNONYMS.items()}
+NAMED |= {other: NAMED[name] for other, name in (SYNONYMS | SHORT).items()}
 
 
 def named(name: str, topics: Sequence[str] = ()) -> Command:

@@ -89,7 +89,9 @@ def test_a_wrong_state_is_named(file: Path) -> None:
 )
 def test_an_agent_that_there_is_not_is_a_fault(file: Path, name: str) -> None:
     altered(file, "script", name)
-    assert findings(file)[0].startswith("game.dmt:3: seats: unknown agent ")
+    assert findings(file)[0].startswith(
+        ("game.dmt:3: seats: unknown agent ", "game.dmt:3: seats: agent: got 'human:1', expected ")
+    )
 
 
 @pytest.mark.parametrize(
