@@ -37,7 +37,7 @@ COLUMNS = 80  # of a screen
 AROUND = 8  # rows of title, goal, log, message and keys
 MOST_PARTS, MOST_ROWS = 2**10, 2**8  # that are remembered as they were drawn
 DICE = ("seed", "episode")
-CLEAR = "\x1b[H\x1b[2J"
+CLEAR = r"\u001b[H\u001b[2J"  # the screen, as it stands in JSON
 
 
 class Wanted(NamedTuple):
@@ -137,7 +137,7 @@ def cast(game: Playback, wanted: Wanted) -> Iterator[str]:
     size = {"width": wanted.room.width, "height": wanted.room.height}
     yield _line({"version": 2, **size, "title": f"dmplay {game.name}"})
     for second, shown in enumerate(_written(game, wanted.room)):
-        yield f'[{float(second)}, "o", "{shown}"]\n'
+        yield f'[{second}.0, "o", "{CLEAR}{shown}"]\n'
 
 
 def cast3(game: Playback, wanted: Wanted) -> Iterator[str]:
@@ -145,14 +145,13 @@ def cast3(game: Playback, wanted: Wanted) -> Iterator[str]:
     term = {"cols": wanted.room.width, "rows": wanted.room.height}
     yield _line({"version": 3, "term": term, "title": f"dmplay {game.name}"})
     for number, shown in enumerate(_written(game, wanted.room)):
-        yield f'[{float(number > 0)}, "o", "{shown}"]\n'
+        yield f'[{float(number > 0)}, "o", "{CLEAR}{shown}"]\n'
 
 
 def _written(game: Playback, room: Room) -> Iterator[str]:
     """The screens as a terminal in raw mode is sent them, as they stand in JSON."""
     drawn = Drawn(room, lambda row: _quoted(ansi(row, "default")), _quoted("\r\n"))
-    clear = _quoted(CLEAR)
-    return (clear + drawn.screen(game, now, log) for now, log in _told(game))
+    return (drawn.screen(game, now, log) for now, log in _told(game))
 
 
 def _quoted(told: str) -> str:
