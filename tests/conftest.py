@@ -9,12 +9,15 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a second thread only waits
 
 import pytest
 from hypothesis import settings
+from hypothesis.internal.conjecture import providers
+from hypothesis.internal.constants_ast import Constants
 
 from dmplay.policies import cart_pole, mountain_car
 from dmplay.solutions import reals
 from dmplay.solvers.grid_iteration import Grid
 
-gc.set_threshold(1_000_000)  # most of what is there stays to the end: modules and tests
+gc.set_threshold(5_000, 9_999)  # old things are looked through at the end
+providers._get_local_constants = Constants  # what is tried is not what is loaded
 settings.register_profile("same", derandomize=True, deadline=None, database=None, max_examples=25)
 settings.load_profile("same")
 
@@ -33,6 +36,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 def pytest_collection_finish() -> None:
     """What stays to the end is not looked through again."""
+    gc.freeze()
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_unconfigure() -> None:
+    """What pytest looked through at the end is not looked through again."""
     gc.freeze()
 
 

@@ -1,6 +1,7 @@
 """The program in this process: its words in a folder of a case, between streams of text."""
 
 import contextlib
+import gc
 import io
 import os
 import sys
@@ -113,6 +114,7 @@ def _spoken(case: Case) -> Iterator[None]:
     """Its words, what is typed, and the same luck each time for a game without a seed."""
     luck = Random(str(case.words)).randbytes
     with contextlib.ExitStack() as stack:
+        stack.callback(gc.set_threshold, *gc.get_threshold())
         for place, name, value in (
             (sys, "argv", ["dmplay", *case.words]),
             (sys, "stdin", stack.enter_context(Keyboard(case.typed, terminal=case.terminal))),
