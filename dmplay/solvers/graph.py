@@ -85,7 +85,7 @@ def whole(problem: Problem) -> Graph:
     held = 0.0
     while first < len(states):
         some = states[first : first + step]
-        part = _listed(problem, some)
+        part = _listed(problem, some, _able(problem, some))
         held += BYTES * len(part.actions) + KEPT * len(part.p)
         budget.hold(held / (first + len(some)) * len(states))
         budget.spend(5 * ROUND + 100.0 * len(part.p), first / len(states))
@@ -103,7 +103,10 @@ def explored(problem: Problem) -> Graph:
     while len(front):
         fresh = [front[:0]]
         for first in range(0, len(front), AT_A_TIME):
-            part = _listed(problem, front[first : first + AT_A_TIME])
+            some = front[first : first + AT_A_TIME]
+            able = _able(problem, some)
+            budget.expect(1000.0 * len(able[0]))
+            part = _listed(problem, some, able)
             after, new = _met(part.after, places)
             budget.spend(5 * ROUND + 1000.0 * len(part.p), len(places) / MOST)
             held += BYTES * len(part.actions) + KEPT * len(part.p)
@@ -138,9 +141,9 @@ class _Part(NamedTuple):
     after: Array  # states, or their places
 
 
-def _listed(problem: Problem, states: Array) -> _Part:
+def _listed(problem: Problem, states: Array, able: tuple[Ints, Ints]) -> _Part:
     """What may be done in some states, and what comes of it."""
-    row, actions = _able(problem, states)
+    row, actions = able
     counts, small = np.bincount(row, minlength=len(states)), _small(actions)
     if not len(row):
         none = np.zeros(0)
