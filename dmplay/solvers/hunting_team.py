@@ -81,7 +81,7 @@ class HuntingTeam(Team):
         went = np.matmul(walks[first, None], fled).reshape(len(first), 1, rows, size, size, size)
         went = np.matmul(walks[second, None, None], went)
         caught = np.where(self._caught, joint.reshape(rows, size, size, size), 0.0)
-        met = np.matmul(self._fed[first, None].swapaxes(-1, -2), np.moveaxis(caught, 3, 1))
+        met = np.matmul(self._fed[first, None].swapaxes(-1, -2), caught.transpose(0, 3, 1, 2))
         fed = np.matmul(met[:, None], self._fed[second, None]).sum(axis=3)
         led = went + fed[..., None] / size
         return np.asarray(led.reshape(len(first), len(second), rows, size**3))
@@ -96,6 +96,6 @@ class HuntingTeam(Team):
         fled = np.matmul(went, self._flights.swapaxes(1, 2)).swapaxes(0, 1)
         born = values.reshape(rows, 1, size, size, size).mean(axis=4)
         fed = np.matmul(np.matmul(self._fed[first], born), self._fed[second].swapaxes(1, 2))
-        caught = np.moveaxis(fed, 1, 3)
+        caught = fed.transpose(0, 2, 3, 1)
         free = fled.reshape(rows, size, size, size)
         return np.asarray(np.where(self._caught, caught, free).reshape(rows, -1))

@@ -179,7 +179,7 @@ class PlanGraph:
             each = team.varied(action, seat)
             self.budget.spend(many * len(rows) * (ROUND + 2.0 * team.work))
             came = team.onward_each(met[rows], action, seat)
-            seen = np.stack([self._seen(one, seat) for one in each])  # [A, O, R, S']
+            seen = self._seen(each, seat)
             for place, row in enumerate(rows.tolist()):
                 paid[own[row]] += met[row] @ team.rewards[:, each]
                 joint = came[:, place, None, None] * seen
@@ -189,11 +189,12 @@ class PlanGraph:
         total = paid + team.discount * ahead.max(axis=3).sum(axis=2)
         return total, ahead.argmax(axis=3)
 
-    def _seen(self, action: int, seat: int) -> Reals:
-        """How likely an agent and the others observe what they do `[O, R, S']`."""
-        seen = self.team.seen[action].T.reshape(*self.team.observations, -1)
-        kinds, states = self.team.observations[seat], len(self.team.start)
-        return np.asarray(np.moveaxis(seen, seat, 0).reshape(kinds, -1, states))
+    def _seen(self, actions: list[int], seat: int) -> Reals:
+        """How likely an agent and the others observe what they do `[A, O, R, S']`."""
+        many, kinds = len(actions), self.team.observations[seat]
+        seen = self.team.seen[actions].swapaxes(1, 2).reshape(many, *self.team.observations, -1)
+        seen = np.moveaxis(seen, seat + 1, 1)
+        return np.asarray(seen.reshape(many, kinds, -1, len(self.team.start)))
 
     def _others_then(self, turn: int, seat: int) -> Ints:
         """Where the others' observations lead them `[Q, R]`, jointly."""
