@@ -175,5 +175,14 @@ def _joint(  # noqa: PLR0913, PLR0917 - who acts, when, and by which dice
 
 @cache
 def _draws(seeds: range, stream: int, turn: int, count: int, reroll: int = 0) -> Array:
+    if not reroll:
+        return np.stack([_thrown(seed, stream, count)[turn] for seed in seeds])
     each = [uniforms(seed, stream, turn, reroll=reroll, rows=1, count=count) for seed in seeds]
     return np.concatenate(each)
+
+
+@cache
+def _thrown(seed: int, stream: int, count: int) -> Array:
+    """The draws `[T, count]` of all turns, which are had together sooner than turn by turn."""
+    turns = range(TURNS + 1)
+    return np.concatenate([uniforms(seed, stream, turn, rows=1, count=count) for turn in turns])
