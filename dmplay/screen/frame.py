@@ -18,7 +18,7 @@ from dmplay.screen.shown import NOTHING, Room, Shown, within
 from dmplay.screen.wrapping import panel_rows, wrapped
 from dmplay.styles import Line, lettered
 from dmplay.terminal import clean
-from dmplay.views.canvas import by_rows, size
+from dmplay.views.canvas import cut, size
 from dmplay.views.kept import Moment
 from dmplay.views.style import PANEL, Look, Needed
 
@@ -262,7 +262,7 @@ def _beside_board(known: Facts, board: Text, room: Room, body: int) -> _Laid:
     rows = [row.copy() for row in _joined(board.plain, tuple(board.spans), known, width, body)]
     first = size(board)[0] + 1
     for row in rows[len(facts) :]:
-        row.pad_right(first - len(row.plain))
+        row.append(" " * (first - len(row)))
     return _Laid((*rows,), Room(room.width - first, body - len(facts) - 1, room.ascii), beside=True)
 
 
@@ -281,12 +281,11 @@ def _joined(
     plain: str, spans: tuple[Span, ...], known: Facts, width: int, most: int
 ) -> tuple[Text, ...]:
     """The rows of a drawing with facts beside them; a game shows few that differ, often."""
-    board, facts = Text(plain, spans=[*spans]), panel_rows(known, width)
-    rows, first = by_rows(board), size(board)[0] + 2
+    rows, facts = cut(plain, spans), panel_rows(known, width)
+    first = max(map(len, rows)) + 2
     rows += [Text("") for _ in range(len(rows), min(len(facts), most))]
     for row, fact in zip(rows, facts, strict=False):
-        row.pad_right(first - len(row.plain))
-        row.append(fact)
+        row.append(" " * (first - len(row))).append(fact)
     return tuple(rows)
 
 

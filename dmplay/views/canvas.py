@@ -1,6 +1,7 @@
 """A grid of characters with styles, drawn as text."""
 
 from bisect import bisect_right
+from collections.abc import Sequence
 from itertools import accumulate, groupby
 
 from rich.style import Style
@@ -125,16 +126,21 @@ def size(text: Text) -> tuple[int, int]:
 
 def by_rows(text: Text) -> list[Text]:
     """The rows of a drawing, each with its own pieces."""
-    each = text.plain.split("\n")
+    return cut(text.plain, text.spans)
+
+
+def cut(plain: str, spans: Sequence[Span]) -> list[Text]:
+    """The rows of a drawing of these characters and pieces."""
+    each = plain.split("\n")
     starts = [0, *accumulate(len(row) + 1 for row in each[:-1])]
-    spans: list[list[Span]] = [[] for _ in each]
-    for start, end, style in text.spans:
+    own: list[list[Span]] = [[] for _ in each]
+    for start, end, style in spans:
         y = bisect_right(starts, start) - 1
         while y < len(each) and starts[y] < end:
             x = starts[y]
-            spans[y].append(Span(max(start - x, 0), min(end - x, len(each[y])), style))
+            own[y].append(Span(max(start - x, 0), min(end - x, len(each[y])), style))
             y += 1
-    return [Text(row, spans=own) for row, own in zip(each, spans, strict=True)]
+    return [Text(row, spans=pieces) for row, pieces in zip(each, own, strict=True)]
 
 
 def plainly(text: Text) -> Text:
