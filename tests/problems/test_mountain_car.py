@@ -87,6 +87,7 @@ def test_a_discount_to_which_the_goal_is_faint_changes_no_turn() -> None:
     assert len(list(course(near, dmplay.agent(near, 0, "optimal"), [-0.5, 0.0], 500))) == 106
 
 
+@pytest.mark.usefixtures("coarse")
 @pytest.mark.parametrize("game", [PROBLEM, GYM])
 def test_the_optimal_agent_comes_there_from_anywhere_before_one_who_pumps(
     game: dmplay.Problem,
