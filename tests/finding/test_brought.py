@@ -22,7 +22,7 @@ from dmplay.policies.point_based import Optimal
 from dmplay.session import Session
 from dmplay.solutions import every
 from dmplay.solutions.played import Wish, wished
-from dmplay.solvers import alpha_vectors
+from dmplay.solvers import alpha_vectors, value_iteration
 from dmplay.solvers import point_based as solver
 from tests.support.blocks import TIGER
 from tests.support.brought import Counted, Heap, Key, Vault
@@ -166,7 +166,10 @@ def test_the_turns_of_a_game_that_has_no_end_are_planned_once_they_are_known() -
     assert [name.partition(":")[0] for name in names] == ["search", "plan", "search"]
 
 
-def test_what_may_pay_for_ever_undiscounted_is_searched_or_planned() -> None:
+def test_what_may_pay_for_ever_undiscounted_is_searched_or_planned(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(value_iteration, "MOST", 1000)
     best = dmplay.agent(Fused(), 0, "optimal")
     with pytest.raises(TooMuch, match="values change by 1 a turn; nothing is discounted"):
         dmplay.rollout(Fused(), [best], episodes=1, turns=2)
@@ -294,7 +297,7 @@ class Arms(Tabular):
 
 
 def test_a_hint_of_too_many_plans_is_soon_given(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(point_based, "EXACT", 2e7)
+    monkeypatch.setattr(point_based, "EXACT", 5e6)
     hint = quickly(game(Arms(discount=0.3)).adviser.hint)
     assert hint.startswith("hint (optimal): ")
     with pytest.raises(TooMuch, match=r"^alpha vectors: 641 MB, more than 512; there"):

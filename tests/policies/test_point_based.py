@@ -34,16 +34,16 @@ def test_bounds_are_told_outwards_in_as_many_digits_as_differ(
 
 
 def test_who_is_in_a_hurry_has_less_and_who_is_not_the_whole() -> None:
-    agent = PointBased(hallway(ROOMS), 0, gap=0.4)
-    with within(4e7):
+    agent = PointBased(hallway(ROOMS), 0, gap=0.5)
+    with within(2e7):
         hurried = agent.bounds
         assert agent.bounds is hurried
         assert agent.basis.startswith("point-based, value ")
     whole = agent.bounds
     assert whole.close
     assert whole.at_least >= hurried.at_least
-    assert whole.at_most - whole.at_least <= 0.4 * whole.at_most
-    with within(4e7):
+    assert whole.at_most - whole.at_least <= 0.5 * whole.at_most
+    with within(2e7):
         assert agent.bounds is whole
     assert not agent.basis
 
@@ -51,7 +51,7 @@ def test_who_is_in_a_hurry_has_less_and_who_is_not_the_whole() -> None:
 def test_more_work_brings_bounds_closer_and_is_asked_for_as_long_as_it_helps(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(solver, "WORK", 6e7)
+    monkeypatch.setattr(solver, "WORK", 4e7)
     some, more = (PointBased(hallway(ROOMS), 0, gap=0.0, work=work) for work in (1.0, 5.0))
     assert more.bounds.at_most - more.bounds.at_least < some.bounds.at_most - some.bounds.at_least
     assert closer(some.bounds, 1.0, "--work ") == "; more work brings them closer: --work 10"

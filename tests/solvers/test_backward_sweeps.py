@@ -209,8 +209,8 @@ def test_a_graph_is_let_go_once_its_states_are_in_order() -> None:
 
 
 def test_a_field_told_by_its_moves_is_that_told_in_rows() -> None:
-    by_moves = backward_sweeps.optimal(graph.whole(Field(side=33)), 0.99)
-    told = solution(InRows(side=33))
+    by_moves = backward_sweeps.optimal(graph.whole(Field(side=32)), 0.99)
+    told = solution(InRows(side=32))
     assert told.result.startswith(f"value {by_moves.values[0]:.6g} at the start, at most ")
     assert told.rows == [
         {"state": "0", "value": pytest.approx(by_moves.values[0]), "best": "east south"}
