@@ -40,10 +40,14 @@ class Grid:
         """The four points around each state `[B, 2]`, clamped to the box, and their weights."""
         places, parts = [], []
         for low, high, points, at in zip(self.low, self.high, self.points, s.T, strict=True):
-            place = (np.clip(at, low, high) - low) / (high - low) * (points - 1)
+            place = np.clip(at, low, high)
+            place -= low
+            place /= high - low
+            place *= points - 1
             before = np.minimum(np.floor(place), points - 2)
+            place -= before
             places.append(before)
-            parts.append(place - before)
+            parts.append(place)
         (i, j), (x, y), wide = places, parts, self.points[1]
         before_x, before_y = 1 - x, 1 - y
         weights = before_x * before_y, before_x * y, x * before_y, x * y
