@@ -86,7 +86,7 @@ def least(one: Column, other: Column) -> Column:
 def within(numbers: Column, low: float, high: float) -> Column:
     """Numbers, or the bound that they are beyond."""
     if isinstance(numbers, ndarray):
-        return np.clip(numbers, low, high)
+        return numbers.clip(low, high)
     return min(max(numbers, low), high)
 
 

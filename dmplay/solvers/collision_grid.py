@@ -42,7 +42,7 @@ def interpolate(tables: Reals, times: Reals | int, s: Reals) -> Reals:
 
 def _between(points: Reals, at: Reals) -> tuple[Reals, Reals]:
     """The grid point at or before each number, and how far it is to the next, 0 to 1."""
-    place = (np.clip(at, points[0], points[-1]) - points[0]) / (points[1] - points[0])
+    place = (at.clip(points[0], points[-1]) - points[0]) / (points[1] - points[0])
     before = np.minimum(np.floor(place), len(points) - 2)
     return before, place - before
 

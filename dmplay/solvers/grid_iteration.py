@@ -40,7 +40,7 @@ class Grid:
         """The four points around each state `[B, 2]`, clamped to the box, and their weights."""
         places, parts = [], []
         for low, high, points, at in zip(self.low, self.high, self.points, s.T, strict=True):
-            place = np.clip(at, low, high)
+            place = at.clip(low, high)
             place -= low
             place /= high - low
             place *= points - 1
