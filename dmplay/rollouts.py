@@ -261,8 +261,9 @@ def _block(problem: Problem, policies: Sequence[Policy], games: Games) -> Rollou
         share = (turn - 1) / limit
         budget.spend(0, share)
         over = problem.terminal(state)
-        if over.any():  # these games are kept, and the others go on
-            live, (off,), (on,) = (row, state, *sums), over.nonzero(), (~over).nonzero()
+        (off,) = over.nonzero()
+        if len(off):  # these games are kept, and the others go on
+            live, (on,) = (row, state, *sums), (~over).nonzero()
             ended.append((played, _rows(live, off)))
             row, state, *sums = _rows(live, on)
             memories = [_rows(memory, on) for memory in memories]
@@ -319,7 +320,7 @@ def _choice(where: str, policy: Policy, memory: Memory, legal: Bools | None, u: 
 def _able(known: Labels | Interval, chosen: Array, legal: Bools | None, where: str) -> Array:
     """Actions `[B]` as they will act; raises IllegalAction where a session would."""
     named = bool(known.labels)
-    ends = chosen.min(), chosen.max()
+    ends = np.minimum.reduce(chosen), np.maximum.reduce(chosen)
     for one in np.unique(chosen) if named and chosen.dtype.kind == "f" else ends:
         known.check(one.item(), where)
     if not named:
