@@ -1,5 +1,6 @@
 """What is wrong with words of the command line, in a sentence."""
 
+import re
 from typing import Any
 
 import typer
@@ -9,6 +10,7 @@ from dmplay.errors import DmplayError
 USAGE: type[Exception] = typer.BadParameter.__mro__[1]  # click's, wherever typer keeps it
 EXTRA = "unexpected extra argument"
 MOST = 2000  # characters of a sentence
+GUESS = re.compile(r"(?: \(Possible options: |\. Did you mean )(.+?)[)?]$")  # click's
 KINDS = {  # click's names of kinds, the longer first, in plain words
     "int range": "whole number", "float range": "number", "int": "whole number", "float": "number",
 }  # fmt: skip
@@ -32,8 +34,13 @@ def _whole(error: Exception) -> str:
     if EXTRA in message:
         extra = message.partition(EXTRA)[2].partition(" (")[2].removesuffix(")")
         message = _unvalued(context) or f"got {extra!r} besides, expected no more words"
+    guess = GUESS.search(message)
     where = getattr(context, "command_path", "dmplay")
-    return f"{variable}{message[:1].lower()}{message[1:]}; see {where} --help"
+    after = f"see {where} --help"
+    if guess:
+        message = message[: guess.start()]
+        after = f"did you mean {guess[1].replace(', ', ' or ')}?".replace("'", "")
+    return f"{variable}{message[:1].lower()}{message[1:]}; {after}"
 
 
 def _unvalued(context: Any) -> str:

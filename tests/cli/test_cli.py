@@ -130,6 +130,8 @@ def test_the_seed_is_told_with_the_command_that_plays_again(tmp_path: Path) -> N
         (["verfy", "x"], "unknown command 'verfy'; did you mean verify"),
         (["hexworld", "--sed", "3"], "no such option: --sed"),
         (["solve"], "missing argument 'PROBLEM'; see dmplay solve --help"),
+        (["hexworld", "--sed", "7"], "no such option: --sed; did you mean --seed or --"),
+        (["config", "shw"], "no such command 'shw'; did you mean show?"),
         (["hexworld", "--seed", "x"], "invalid value for '--seed'"),
         (["hexworld", "--ghost", "--seed", "3"], "--ghost: got '--seed', expected a value; see"),
         (["hexworld", "a", "b"], "got 'a b' besides, expected no more words; see dmplay play"),
