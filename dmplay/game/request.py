@@ -53,11 +53,16 @@ class Request:
         """The parameters that differ from the default."""
         return {**self.parameters, **pairs(self.settings, "--set")}
 
+    @property
+    def told(self) -> list[str]:
+        """The same, as they are typed."""
+        before = [f"{key}={json.dumps(one)}" for key, one in self.parameters.items()]
+        return [*before, *self.settings]
+
     def command(self, name: str, seed: int) -> str:
         """The command that plays the same game with the same dice."""
-        settings = [f"{key}={json.dumps(value)}" for key, value in self.parameters.items()]
         options = {
-            "--set": [*settings, *self.settings],
+            "--set": self.told,
             "--seat": self.seats,
             "--agent": [self.agent] if self.agent != PERSON else [],
             "--vs": [self.others] if self.others else [],

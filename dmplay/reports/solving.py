@@ -70,4 +70,5 @@ def solved(
         found = cached(name, parameters, wish)
     if json:
         return dumps({"problem": name} | found._asdict())
-    return "\n".join([f"{name}: {found.method}", found.result, "", table(found.rows, 6)])
+    title = " ".join([name, *(f"{key}={one}" for key, one in parameters.items())])
+    return "\n".join([f"{title}: {found.method}", found.result, "", table(found.rows, 6)])

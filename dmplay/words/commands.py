@@ -53,13 +53,19 @@ def _outer(name: str) -> Run:
     return lambda table, argument: table.ask([name, *words_of(argument)])
 
 
-def _about(name: str) -> Run:
-    """A command of the command line about a problem, the one that is played if none is named."""
+def _about(name: str, *, set_: bool = False) -> Run:
+    """A command of the command line about a problem, the one that is played if none is named.
+
+    That one with its parameters, where the command takes them.
+    """
 
     def run(table: Table, argument: str) -> str:
         words = words_of(argument)
-        here = [table.game.name] if table.playing and all(w.startswith("-") for w in words) else []
-        return table.ask([name, *here, *words])
+        if not table.playing or not all(word.startswith("-") for word in words):
+            return table.ask([name, *words])
+        told = table.game.request.told if table.game.request and set_ else []
+        more = [word for one in told for word in ("--set", one)]
+        return table.ask([name, table.game.name, *more, *words])
 
     return run
 
@@ -221,7 +227,7 @@ TOPICS: Mapping[str, tuple[Command, ...]] = {
         Command("records", "", "your best games, and your last", _outer("records")),
         Command("info", "[PROBLEM]", "all about a problem", _about("info")),
         Command("agents", "[PROBLEM]", "who can play it", _about("agents")),
-        Command("solve", "[PROBLEM]", "its values or equilibria", _about("solve")),
+        Command("solve", "[PROBLEM]", "its values or equilibria", _about("solve", set_=True)),
         Command("figure", "[NAME]", "a figure of the book", _outer("figure")),
         Command("guide", "[TOPIC]", "how to play, and bring your own", _outer("guide")),
     ),

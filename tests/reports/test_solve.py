@@ -164,10 +164,12 @@ def test_a_solution_is_printed_kept_and_told_as_data(tmp_path: Path) -> None:
     cache = str(tmp_path / "cache")
     words = ["solve", "hexworld", "--set", "slip=0.1"]
     first = run(tmp_path, *words, XDG_CACHE_HOME=cache)
-    assert first.stdout.startswith("hexworld: value iteration\n")
+    assert first.stdout.startswith("hexworld slip=0.1: value iteration\n")
     (kept,) = (tmp_path / "cache" / "dmplay" / "solve").iterdir()
     kept.write_text(kept.read_text().replace("value iteration", "from the cache"))
-    assert run(tmp_path, *words, XDG_CACHE_HOME=cache).stdout.startswith("hexworld: from the cache")
+    assert run(tmp_path, *words, XDG_CACHE_HOME=cache).stdout.startswith(
+        "hexworld slip=0.1: from the cache"
+    )
     kept.write_text("torn")
     data = run(tmp_path, *words, "--json", XDG_CACHE_HOME=cache).stdout
     assert json.loads(data)["method"] == "value iteration"

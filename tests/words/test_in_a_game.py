@@ -33,6 +33,14 @@ def test_a_question_about_a_problem_means_the_one_that_is_played(
     assert typed(table, command) != typed(table, f"{command} prisoners-dilemma")
 
 
+def test_a_game_is_solved_with_the_parameters_that_it_has(table: Table) -> None:
+    table.typed = False
+    typed(table, "set slip 0")
+    told = typed(table, "solve")
+    assert told.startswith("hexworld slip=0: value iteration\n")
+    assert told == typed(table, "solve hexworld --set slip=0")
+
+
 @pytest.mark.parametrize("line", ["set slip 0", "agent agent optimal"])
 def test_what_would_end_a_game_is_asked_first(line: str, table: Table) -> None:
     played = table.game
