@@ -112,11 +112,7 @@ def _closing(table: Table, *, quiet: bool = False) -> Iterator[None]:
         with leaving():
             try:
                 yield
-            except (
-                KeyboardInterrupt,
-                OSError,
-                SystemExit,
-            ):  # or the terminal is gone
+            except (KeyboardInterrupt, OSError, SystemExit):  # or the terminal is gone
                 table.end("interrupted")
                 raise
     finally:

@@ -117,9 +117,7 @@ def _session(shell: Shell, input_: Input | None, output: Output | None) -> Promp
         completer=FuzzyCompleter(Candidates(shell.table), WORD=True),
         complete_while_typing=False,
         bottom_toolbar=lambda: toolbar(shell),
-        input_processors=[
-            ConditionalProcessor(Veil(), Condition(lambda: shell.table.secret)),
-        ],
+        input_processors=[ConditionalProcessor(Veil(), Condition(lambda: shell.table.secret))],
         enable_suspend=True,
         key_bindings=bindings,
         color_depth=None if shell.terminal.color else ColorDepth.DEPTH_1_BIT,

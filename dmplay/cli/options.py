@@ -114,13 +114,11 @@ Agent = Annotated[str, _seated("who plays the first seat", "--agent")]
 Ghost = Annotated[str, _seated("who plays the same dice beside you", "--ghost")]
 Others = Annotated[str, _seated("who plays all other seats", "--vs")]
 Seats = Annotated[
-    list[str],
-    _option("NAME=A", "who plays one seat", _seats, "--seat", callback=_heeded("seats")),
+    list[str], _option("NAME=A", "who plays one seat", _seats, "--seat", callback=_heeded("seats"))
 ]
 File = Annotated[Path, _argument("FILE", "a transcript", lists.transcripts)]
 LastFile = Annotated[
-    Path | None,
-    _argument("FILE", "a transcript; the last game if not given", lists.transcripts),
+    Path | None, _argument("FILE", "a transcript; the last game if not given", lists.transcripts)
 ]
 MaybeName = Annotated[
     str,
@@ -132,8 +130,7 @@ Assignment = Annotated[
 Player = Annotated[str, typer.Option("--player", metavar="NAME", help="who you are")]
 Paths = Annotated[list[Path], _argument("PATH...", "files and folders", lists.transcripts)]
 Figure = Annotated[
-    str,
-    _argument("FIGURE", "F.2, F.9 ... F.16, T.1, T.2; their names if not given", lists.figures),
+    str, _argument("FIGURE", "F.2, F.9 ... F.16, T.1, T.2; their names if not given", lists.figures)
 ]
 Topic = Annotated[
     str,
@@ -177,8 +174,7 @@ Record = Annotated[
     Path | None, typer.Option("--record", "-o", metavar="FILE", help="write a transcript")
 ]
 Frames = Annotated[
-    bool,
-    typer.Option("--frames", help="boards in the transcript too", callback=_heeded("wish")),
+    bool, typer.Option("--frames", help="boards in the transcript too", callback=_heeded("wish"))
 ]
 Force = Annotated[bool, typer.Option("--force", help="overwrite the file")]
 Reveal = Annotated[bool, typer.Option("--reveal", help="show the hidden state")]

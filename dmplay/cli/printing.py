@@ -53,8 +53,7 @@ def solve(
         int | None, typer.Option("--episodes", metavar="N", min=2, help="games, if simulated")
     ] = None,
     turns: Annotated[
-        int | None,
-        typer.Option("--turns", metavar="N", min=1, help="of each, or of a plan"),
+        int | None, typer.Option("--turns", metavar="N", min=1, help="of each, or of a plan")
     ] = None,
     workers: options.Workers = "",
     work: Annotated[

@@ -195,11 +195,7 @@ def branched(wanted: Branching, shown: Collection[Luck] = ()) -> Game:
     names = dict(zip(found.problem.agents, told, strict=True))
     place = told_in(found.name, wanted.record)
     header = replace(
-        transcript.header,
-        problem=place,
-        origin=found.origin,
-        seats=names,
-        branched=wanted.turn,
+        transcript.header, problem=place, origin=found.origin, seats=names, branched=wanted.turn
     )
     header = going_on(header, found.problem, transcript.path)
     if luck(found.name, header.dice) not in shown:

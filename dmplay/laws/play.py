@@ -97,9 +97,7 @@ def sampled(problem: Problem, found: Turns) -> Facts:
     yield Fact(same(placed, problem.start(found.opening)), "start", told)
     events = sample(problem.chance(found.s, found.a), found.u)
     both = zip(
-        problem.move(found.s, found.a, events),
-        problem.step(found.s, found.a, found.u),
-        strict=True,
+        problem.move(found.s, found.a, events), problem.step(found.s, found.a, found.u), strict=True
     )
     told = "step: got another outcome than move gives for the same draws"
     yield Fact(all(same(*pair) for pair in both), "step", told)

@@ -208,11 +208,7 @@ def compared(
 
 
 def _compared(
-    match: Match,
-    entrants: Sequence[str],
-    result: Comparison,
-    decide: float | None,
-    seconds: float,
+    match: Match, entrants: Sequence[str], result: Comparison, decide: float | None, seconds: float
 ) -> str:
     """The comparison in its form."""
     each = zip(entrants, result.earned, strict=True)

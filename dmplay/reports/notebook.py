@@ -40,10 +40,7 @@ def bundle(game: Session | Playback) -> dict[str, str]:
     board = fit(style_of(session.problem), view, look)
     head, facts = f"{title}  {_stands(session, view)}", _facts(view)
     plain = "\n".join(row.rstrip() for row in board.plain.split("\n"))
-    return {
-        "text/plain": "\n".join([head, plain, *facts]),
-        "text/html": _html(head, facts, board),
-    }
+    return {"text/plain": "\n".join([head, plain, *facts]), "text/html": _html(head, facts, board)}
 
 
 def _seat(session: Session, *, secret: bool) -> int | None:

@@ -98,10 +98,7 @@ class Shown(NamedTuple):
     @property
     def tiles(self) -> list[Tile]:
         """What is drawn: in a cell a number, a dot, or how likely a tile comes there."""
-        return [
-            *(self._in(row, column) for row in range(4) for column in range(4)),
-            *self.slid,
-        ]
+        return [*(self._in(row, column) for row in range(4) for column in range(4)), *self.slid]
 
     def _in(self, row: int, column: int) -> Tile:
         exponent = int(self.board[row, column])
