@@ -63,9 +63,9 @@ def _variants(ctx: typer.Context) -> list[str]:
 
 def wanted_keys(preset: str | None) -> Any:
     """The keys of a preset, and those of the files."""
-    from dmplay.keys.keymap import Keys as Wanted
+    from dmplay.keys import keymap
 
-    return Wanted(preset or "", config.keys())
+    return keymap.Keys(preset or "", config.keys())
 
 
 def _argument(word: str, told: str, complete: Callable[..., list[str]]) -> Any:

@@ -70,13 +70,13 @@ def export(
       dmplay export game.dmt --csv
     """
     from dmplay.game.request import Recording
-    from dmplay.reports.export import Wanted, exported
+    from dmplay.reports.export import Aspect, exported
     from dmplay.screen.shown import Room
 
     printed = output is None or str(output) == "-"
     ascii_ = here(wishes).ascii if printed else wishes.ascii
-    wanted = Wanted(Room(wishes.width or 0, height or 0, ascii_), at, hint)
-    return exported(Recording(file, trust, peek), formats, wanted, output, force=force)
+    aspect = Aspect(Room(wishes.width or 0, height or 0, ascii_), at, hint)
+    return exported(Recording(file, trust, peek), formats, aspect, output, force=force)
 
 
 def review(
@@ -92,6 +92,7 @@ def review(
       dmplay review game.dmt
       dmplay review game.dmt --write
     """
+    from dmplay.game.request import Recording
     from dmplay.reports.reviewing import reviewed
 
-    return reviewed(file, write=write, json=json, trusted=trust, peek=peek)
+    return reviewed(Recording(file, trust, peek), write=write, json=json)

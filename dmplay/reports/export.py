@@ -40,7 +40,7 @@ DICE = ("seed", "episode")
 CLEAR = r"\u001b[H\u001b[2J"  # the screen, as it stands in JSON
 
 
-class Wanted(NamedTuple):
+class Aspect(NamedTuple):
     """What is to be seen: the screen's room, the turn of a picture, and whether with a hint."""
 
     room: Room = Room(0, 0)  # 0 for as many columns, or rows, as is usual
@@ -92,15 +92,15 @@ def _roomy(game: Playback, room: Room) -> Room:
     return room._replace(width=width, height=height + AROUND)
 
 
-def _last(game: Playback, wanted: Wanted) -> Text:
+def _last(game: Playback, aspect: Aspect) -> Text:
     """The screen after a turn, or after the last."""
     for _, log in _told(game):
-        if len(game.session.turns) == wanted.turn or (wanted.turn is None and game.whole):
-            if wanted.hint:
-                return _advised(game, wanted.room, log)
-            return compose(game, wanted.room, Shown(), log)
+        if len(game.session.turns) == aspect.turn or (aspect.turn is None and game.whole):
+            if aspect.hint:
+                return _advised(game, aspect.room, log)
+            return compose(game, aspect.room, Shown(), log)
     turns = counted(len(game.session.turns), "turn")
-    raise BadParameter(f"--at: got {wanted.turn}, the game has {turns}")
+    raise BadParameter(f"--at: got {aspect.turn}, the game has {turns}")
 
 
 def _advised(game: Playback, room: Room, log: list[str]) -> Text:
@@ -116,35 +116,35 @@ def _advised(game: Playback, room: Room, log: list[str]) -> Text:
     return compose(played, room, shown, log)
 
 
-def svg(game: Playback, wanted: Wanted) -> Iterator[str]:
+def svg(game: Playback, aspect: Aspect) -> Iterator[str]:
     """A picture of the screen after a turn."""
-    yield picture(_last(game, wanted), f"dmplay {game.name}", width=wanted.room.width)
+    yield picture(_last(game, aspect), f"dmplay {game.name}", width=aspect.room.width)
 
 
-def film(game: Playback, wanted: Wanted) -> Iterator[str]:
+def film(game: Playback, aspect: Aspect) -> Iterator[str]:
     """The screen turn by turn, as an animated picture."""
-    shown, title = screens(game, wanted.room), f"dmplay {game.name}"
-    yield from pictures(shown, 1 + game.steps, title, wanted.room.width)
+    shown, title = screens(game, aspect.room), f"dmplay {game.name}"
+    yield from pictures(shown, 1 + game.steps, title, aspect.room.width)
 
 
-def html(game: Playback, wanted: Wanted) -> Iterator[str]:
+def html(game: Playback, aspect: Aspect) -> Iterator[str]:
     """A page of its own with every turn, open at one."""
-    return page(game, wanted.turn, Look(*wanted.room, large=True))
+    return page(game, aspect.turn, Look(*aspect.room, large=True))
 
 
-def cast(game: Playback, wanted: Wanted) -> Iterator[str]:
+def cast(game: Playback, aspect: Aspect) -> Iterator[str]:
     """A screen recording, asciicast version 2, a second a turn."""
-    size = {"width": wanted.room.width, "height": wanted.room.height}
+    size = {"width": aspect.room.width, "height": aspect.room.height}
     yield _line({"version": 2, **size, "title": f"dmplay {game.name}"})
-    for second, shown in enumerate(_written(game, wanted.room)):
+    for second, shown in enumerate(_written(game, aspect.room)):
         yield f'[{second}.0, "o", "{CLEAR}{shown}"]\n'
 
 
-def cast3(game: Playback, wanted: Wanted) -> Iterator[str]:
+def cast3(game: Playback, aspect: Aspect) -> Iterator[str]:
     """The same as asciicast version 3, where each screen tells how long after the last it comes."""
-    term = {"cols": wanted.room.width, "rows": wanted.room.height}
+    term = {"cols": aspect.room.width, "rows": aspect.room.height}
     yield _line({"version": 3, "term": term, "title": f"dmplay {game.name}"})
-    for number, shown in enumerate(_written(game, wanted.room)):
+    for number, shown in enumerate(_written(game, aspect.room)):
         yield f'[{float(number > 0)}, "o", "{CLEAR}{shown}"]\n'
 
 
@@ -163,14 +163,14 @@ def _line(value: object) -> str:
     return f"{json.dumps(value)}\n"
 
 
-def text(game: Playback, wanted: Wanted) -> Iterator[str]:
+def text(game: Playback, aspect: Aspect) -> Iterator[str]:
     """Every turn in words, with the board under it."""
-    drawn = Drawn(wanted.room, lambda row: words(row).rstrip(), "\n")
+    drawn = Drawn(aspect.room, lambda row: words(row).rstrip(), "\n")
     for now, log in _told(game):
         yield drawn.screen(game, now, log).rstrip() + "\n\n"
 
 
-def rows_of_turns(game: Playback, wanted: Wanted) -> Iterator[str]:
+def rows_of_turns(game: Playback, aspect: Aspect) -> Iterator[str]:
     """A row a turn as comma-separated values, a column a fact and seat."""
     columns: dict[str, None] = {}
     rows: list[tuple[object, ...]] = []  # each as long as there were columns then
@@ -194,7 +194,7 @@ def _columns(facts: Mapping[str, object]) -> Iterator[tuple[str, object]]:
             yield f"{key} {name}".strip(), json.dumps(one) if isinstance(one, list) else one
 
 
-def data(game: Playback, wanted: Wanted) -> Iterator[str]:
+def data(game: Playback, aspect: Aspect) -> Iterator[str]:
     """The whole game as one JSON object."""
     told = header_facts(game.transcript.header).items()
     facts = {key: value for key, value in told if game.shows_seed or key not in DICE}
@@ -220,7 +220,7 @@ def _facts(game: Playback) -> Iterator[dict[str, object]]:
         yield game.account.turn() | event
 
 
-WRITERS: dict[str, Callable[[Playback, Wanted], Iterator[str]]] = {
+WRITERS: dict[str, Callable[[Playback, Aspect], Iterator[str]]] = {
     "svg": svg, "film": film, "html": html, "cast": cast, "cast3": cast3, "text": text,
     "csv": rows_of_turns, "json": data,
 }  # fmt: skip
@@ -229,7 +229,7 @@ WRITERS: dict[str, Callable[[Playback, Wanted], Iterator[str]]] = {
 def exported(
     recording: Recording,
     chosen: Sequence[str],
-    wanted: Wanted,
+    aspect: Aspect,
     output: Path | None = None,
     *,
     force: bool = False,
@@ -238,15 +238,15 @@ def exported(
     if len(chosen) != 1:
         raise BadParameter(f"export: choose one of {', '.join(f'--{name}' for name in FORMATS)}")
     (form,) = chosen
-    if wanted.turn is not None and not FORMATS[form].still:
+    if aspect.turn is not None and not FORMATS[form].still:
         stills = " or ".join(f"--{name}" for name, one in FORMATS.items() if one.still)
         raise BadParameter(f"--at: a turn of {stills}, not of --{form}")
-    if wanted.hint and form != "svg":
+    if aspect.hint and form != "svg":
         raise BadParameter(f"--hint: on a picture, --svg, not on --{form}")
     fits(output, form)
     game = Playback(recording.path, trusted=recording.trusted, peek=recording.peek)
     if output:
         apart(output, game.transcript.path)
-    width, height, ascii_ = wanted.room
+    width, height, ascii_ = aspect.room
     room = _roomy(game, Room(width or COLUMNS, height or FORMATS[form].rows, ascii_))
-    return kept(output, WRITERS[form](game, wanted._replace(room=room)), force=force)
+    return kept(output, WRITERS[form](game, aspect._replace(room=room)), force=force)

@@ -1,19 +1,20 @@
 """The review of a transcript, printed or kept in it."""
 
 from json import dumps
-from pathlib import Path
 
 from dmplay.advice.review import MARK, moves, notes, table
 from dmplay.disk import write as write_file
 from dmplay.errors import BadParameter
 from dmplay.game.playback import Playback
+from dmplay.game.request import Recording
 from dmplay.game.seats import people
 from dmplay.transcript.report import marks
 
 
-def reviewed(path: Path, *, write: bool, json: bool, trusted: bool, peek: bool = False) -> str:
+def reviewed(recording: Recording, *, write: bool = False, json: bool = False) -> str:
     """The review of a transcript; kept as notes after its end where asked to."""
-    game = Playback(path, trusted=trusted, peek=peek)
+    path = recording.path
+    game = Playback(path, trusted=recording.trusted, peek=recording.peek)
     list(game.run())
     who = people(game.seats)
     found = list(moves(game.session, who, game.seats))

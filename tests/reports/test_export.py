@@ -15,7 +15,7 @@ from dmplay.game.checking import check
 from dmplay.game.errand import Printout
 from dmplay.game.request import Recording
 from dmplay.reports.drawing import film
-from dmplay.reports.export import Wanted, exported
+from dmplay.reports.export import Aspect, exported
 from tests.support.games import read, recorded
 from tests.support.programs import run
 
@@ -217,7 +217,7 @@ def test_a_film_holds_one_of_its_pictures_at_a_time() -> None:
 @pytest.mark.parametrize("form", ["text", "cast", "film"])
 def test_what_is_printed_is_drawn_when_it_is_told(form: str, tmp_path: Path) -> None:
     recorded(tmp_path / "g.dmt", "hexworld", "random", turns=9)
-    parts = exported(Recording(tmp_path / "g.dmt"), [form], Wanted()).parts
+    parts = exported(Recording(tmp_path / "g.dmt"), [form], Aspect()).parts
     assert iter(parts) is parts  # made one by one, and by nobody before
 
 

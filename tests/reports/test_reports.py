@@ -11,7 +11,7 @@ from dmplay.cli.errands import do
 from dmplay.describe import summary
 from dmplay.errors import UnknownName
 from dmplay.game.errand import Printout
-from dmplay.game.request import Request
+from dmplay.game.request import Recording, Request
 from dmplay.game.start import new
 from dmplay.reports import games
 from dmplay.reports import problems as reports
@@ -146,7 +146,7 @@ def test_a_kept_game_is_listed_by_the_names_that_find_its_problem_and_agents_fro
 
 def test_a_review_says_that_nobody_played(tmp_path: Path) -> None:
     new(Request("hexworld", seed=7, agent="random", turns=1, record=tmp_path / "g.dmt")).finish()
-    told = reviewed(tmp_path / "g.dmt", write=False, json=False, trusted=False)
+    told = reviewed(Recording(tmp_path / "g.dmt"))
     assert told == "review: no person plays in this game"
 
 

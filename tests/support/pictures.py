@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 from dmplay.game.playback import Playback
-from dmplay.reports.export import COLUMNS, Wanted, film, svg
+from dmplay.reports.export import COLUMNS, Aspect, film, svg
 from dmplay.screen.shown import Room
 from tests.support.blocks import README, ROOT
 
@@ -17,5 +17,5 @@ def drawn(picture: str) -> str:
     name, _, turn = Path(picture).stem.partition(".")
     game = Playback(ROOT / Path(picture).with_name(f"{name}.dmt"))
     if turn:
-        return "".join(svg(game, Wanted(STILL, int(turn), hint=True)))
-    return "".join(film(game, Wanted(FILM)))
+        return "".join(svg(game, Aspect(STILL, int(turn), hint=True)))
+    return "".join(film(game, Aspect(FILM)))
