@@ -58,21 +58,35 @@ def terminal(case: Case) -> None:
 
 def episode_length(case: Case) -> None:
     for dynamics, by_limits in case.expect["steps"].items():
+        found = lengths(case.given["policy"], case.given["cap"], dynamics)
         for limits, steps in by_limits.items():
-            found = lengths(case.given["policy"], case.given["cap"], dynamics, limits)
-            assert found[tuple(case.given["start"])] == steps
+            assert found[limits][tuple(case.given["start"])] == steps
 
 
 @cache
-def lengths(name: str, cap: int, dynamics: str, limits: str) -> dict[tuple[float, ...], float]:
-    """What the games pay that some case asks of this policy, all played at once."""
+def lengths(name: str, cap: int, dynamics: str) -> dict[str, dict[tuple[float, ...], float]]:
+    """How long the games last that some case asks of this policy, all played at once.
+
+    Limits move nothing: they are looked at along one course, which ends at the widest.
+    """
     given = [case["given"] for case in family("cartpole")["cases"]]
     asked = [one for one in given if (one.get("policy"), one.get("cap")) == (name, cap)]
     starts = [one["start"] for one in asked]
-    game = problem(dynamics, limits)
-    played = courses(game, policy(game, name), starts, cap)
-    paid = np.sum([pay for _, pay in played], axis=0)
-    return dict(zip(map(tuple, starts), paid.tolist(), strict=True))
+    widest = problem(dynamics, "julia")
+    played = [*courses(widest, policy(widest, name), starts, cap)]
+    before = [np.array(starts), *(s for s, _ in played[:-1])]
+    paid = {limits: alive(problem(dynamics, limits), before) for limits in LIMITS}
+    assert (paid["julia"] == np.sum([pay for _, pay in played], axis=0)).all()
+    return {
+        limits: dict(zip(map(tuple, starts), turns.tolist(), strict=True))
+        for limits, turns in paid.items()
+    }
+
+
+def alive(game: Problem, states: list[np.ndarray]) -> np.ndarray:
+    """In how many of these states each game goes on."""
+    going = [~game.terminal(s) for s in states]
+    return np.sum(np.logical_and.accumulate(going), axis=0)
 
 
 def mean_policy_length(case: Case) -> None:
