@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 import dmplay
+from dmplay import disk
 from dmplay.chance import Array, Bools, Reals
 from dmplay.conformance import check
 from dmplay.core import Memory
-from dmplay.errors import IllegalAction
+from dmplay.errors import BadParameter, IllegalAction
 from dmplay.game.checking import check as verified
 from dmplay.game.game import Game
 from dmplay.game.log import Log
@@ -150,3 +151,16 @@ def test_what_is_seen_before_the_first_action_is_told_and_believed() -> None:
     search = dmplay.agent(Peek(), 0, "search")
     belief = search.begin(np.array([0, 1]))[0]
     assert belief.tolist() == [[0.5, 0.5, 0, 0], [0, 0, 0.5, 0.5]]
+
+
+def test_a_script_that_cannot_be_read_is_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    moves = tmp_path / "moves.txt"
+    wanted = Request("hexworld", agent=f"script:{moves}", seed=1)
+    moves.write_bytes(b"e\xff")
+    with pytest.raises(BadParameter, match=r"moves\.txt: got what is no UTF-8, expected lines of"):
+        new(wanted)
+    monkeypatch.setattr(disk, "LARGEST", 1)
+    with pytest.raises(BadParameter, match=r"moves\.txt: larger than 0 MB"):
+        new(wanted)
