@@ -30,7 +30,7 @@ from dmplay.transcript.seal import LEFT
 
 SEEDS = "seeds"
 KEYS = [SEEDS if key == "seed" else key for key in HEADER]
-EXPECTED = "expected whole numbers, each another, such as 7, 8"
+EXPECTED = f"expected whole numbers, each another, at most {LARGEST_SEED}, such as 7, 8"
 SAID = {  # what is not for the player to choose
     "problem": "PROBLEM", "variant": "--variant", "settings": "--set", "agent": "--agent",
     "others": "--vs", "seats": "--seat", "turns": "--turns", "episode": "--episode",

@@ -100,6 +100,7 @@ def test_a_player_is_named_in_the_header_and_old_files_have_no_such_line() -> No
         ("play --assignment walks --player A --seed 1", "--seed: got 1, walks has 8, 7"),
         ("assign hexworld --seeds 7,x -o a", "--seeds: got '7,x', expected whole numbers"),
         ("assign hexworld --seeds 7,7 -o a", "--seeds: got 7, 7, expected whole numbers, each"),
+        (f"assign hexworld --seeds {2**63} -o a", f"each another, at most {2**63 - 1}, such as"),
         ("assign hexworld --seeds 7,8 --games 3 -o a", "--games: got 3, but --seeds says how many"),
         ("assign hexworld --agent optimal -o a", "no person plays; leave a seat to one"),
         ("assign hexworld -o walks", "walks exists; give another name, or --force"),
