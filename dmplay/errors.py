@@ -20,6 +20,7 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 
 MOST_NAMES = 16  # in one message
+LONGEST = 200  # characters of a name that is told
 
 
 class DmplayError(Exception):
@@ -33,6 +34,7 @@ class UnknownName(DmplayError, LookupError):
 
     def __init__(self, what: str, name: str, names: Iterable[str], where: str = "") -> None:
         known = list(names)
+        name = name if len(name) <= LONGEST else f"{name[:LONGEST]}..."
         close = get_close_matches(name.lower(), known, n=3, cutoff=0.5)
         shown = known if len(known) <= MOST_NAMES else [*known[: MOST_NAMES - 2], "...", known[-1]]
         hint = f"did you mean {' or '.join(close)}?" if close else f"expected {_list(shown)}"

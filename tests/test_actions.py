@@ -99,3 +99,9 @@ def test_a_set_is_told_in_words() -> None:
 def test_only_labels_are_names_to_choose_from() -> None:
     assert CARE.labels == CARE
     assert PUSH.labels == ()
+
+
+def test_of_a_very_long_name_the_beginning_is_told() -> None:
+    with pytest.raises(UnknownName) as error:
+        CARE.read("5" * 100_000)
+    assert str(error.value).startswith(f"unknown action '{'5' * 200}...'; expected one of feed")

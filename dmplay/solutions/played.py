@@ -23,7 +23,7 @@ from dmplay.solutions.solution import Row, Solution
 
 GAMES, SEED = 1000, 1
 FEW = 10  # games of those who search in what another library plays, which is done turn by turn
-TURNS = 20  # of a game that may go on in the same few states for ever
+TURNS = 20  # of a game that may go on for ever, in few states or under a search
 AT_A_TIME = 100
 DONE = {"turns": "played or planned to a last turn", "work": "brought between two bounds"}
 
@@ -120,8 +120,10 @@ def simulation(problem: Problem, agents: Sequence[str] = ()) -> Solution:
     """What these agents earn, or the usual ones."""
     names = agents or [_usual(problem, seat) for seat in range(len(problem.agents))]
     policies = [agent(problem, seat, name) for seat, name in enumerate(names)]
-    turns = problem.horizon or (None if problem.states == math.inf else TURNS)
-    slow = isinstance(problem, Guest) and any(isinstance(one, Search) for one in policies)
+    searching = any(isinstance(one, Search) for one in policies)
+    slow = searching and isinstance(problem, Guest)
+    ends = problem.states == math.inf and searching == slow  # as far as is known
+    turns = problem.horizon or (None if ends else TURNS)
     played = games(problem, policies, episodes=FEW if slow else GAMES, turns=turns)
     rows: list[Row] = [
         {"seat": player, "agent": name} | mean(played.returns[:, seat])

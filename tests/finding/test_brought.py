@@ -1,5 +1,6 @@
 """Problems that a user brings: their agents, hints and words, by kind and size alone."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,7 +22,7 @@ from dmplay.policies import point_based
 from dmplay.policies.point_based import Optimal
 from dmplay.session import Session
 from dmplay.solutions import every
-from dmplay.solutions.played import Wish, wished
+from dmplay.solutions.played import Wish, simulation, wished
 from dmplay.solvers import alpha_vectors, value_iteration
 from dmplay.solvers import point_based as solver
 from tests.support.blocks import TIGER
@@ -93,6 +94,20 @@ class Beans(Heap):
 
     discount: float = 1.0
     states = 2**60
+
+
+@dataclass(frozen=True)
+class Tower(Counted):
+    """One that grows for ever."""
+
+    actions = (Labels(("stay", "grow")),)
+    states, placed = math.inf, 0
+
+    def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
+        return ()
+
+    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+        return Outcome(s + a[:, 0], np.asarray(a, float), s + a[:, 0])
 
 
 @dataclass(frozen=True)
@@ -229,6 +244,11 @@ def test_a_long_game_without_a_discount_is_bounded() -> None:
         pytest.raises(BadParameter, match=r"^--turns: got 2000, expected"),
     ):
         every.solution(four_by_three(1.0))
+
+
+def test_a_game_that_nothing_ends_is_searched_for_some_turns() -> None:
+    with wished(Wish(episodes=2)):
+        assert simulation(Tower()).result == "2 games of seed 1, 20 turns each"
 
 
 def test_solving_takes_as_much_work_as_is_wished(monkeypatch: pytest.MonkeyPatch) -> None:
