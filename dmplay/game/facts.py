@@ -11,18 +11,19 @@ OPEN = ("turn", "actions", "state", "observations", "rewards", "belief")  # whic
 
 def public(session: Session, now: Moment) -> dict[str, object]:
     """What the seat may know of the last turn."""
-    hidden = session.problem.hidden
-    agent = session.problem.agents[now.seat]
-    known: dict[str, object] = {}
-    for key, value in turn_facts(session).items():
-        if key not in OPEN or (key == "state" and hidden):
-            continue
-        if key == "rewards" and not now.paid:
-            continue
-        if hidden and isinstance(value, dict):
-            value = {who: told for who, told in value.items() if who == agent}  # noqa: PLW2901
-        known[key] = value
-    return known
+    problem = session.problem
+    secret = ("state",) * problem.hidden + ("rewards",) * (not now.paid)
+    facts = turn_facts(session).items()
+    known = {key: value for key, value in facts if key in OPEN and key not in secret}
+    agent = problem.agents[now.seat]
+    return {key: _own(value, agent) for key, value in known.items()} if problem.hidden else known
+
+
+def _own(value: object, agent: str) -> object:
+    """Of a fact that is told of each agent what is told of this one."""
+    if not isinstance(value, dict):
+        return value
+    return {who: told for who, told in value.items() if who == agent}
 
 
 def debrief(session: Session) -> list[dict[str, object]]:
