@@ -86,7 +86,8 @@ def lengths(name: str, cap: int, dynamics: str) -> dict[str, dict[tuple[float, .
 def alive(game: Problem, states: list[np.ndarray]) -> np.ndarray:
     """In how many of these states each game goes on."""
     going = [~game.terminal(s) for s in states]
-    return np.sum(np.logical_and.accumulate(going), axis=0)
+    turns: np.ndarray = np.sum(np.logical_and.accumulate(going), axis=0)
+    return turns
 
 
 def mean_policy_length(case: Case) -> None:
