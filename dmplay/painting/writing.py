@@ -43,15 +43,15 @@ class Run(NamedTuple):
     place: Place
     stretch: Stretch
 
-    @property
-    def below(self) -> Place:
-        """The place under its first cell."""
-        return Place(self.place.column, self.place.row + 1)
-
-    def goes_on(self, other: "Run | None") -> bool:
-        """Whether the run below is of the same block."""
-        alike = other is not None and self.stretch.ground == other.stretch.ground
-        return alike and (bool(self.stretch.ground) or self.stretch.blank)
+    def going_on(self, waiting: dict[Place, "Run"]) -> "Run | None":
+        """The run below, taken from those that wait, where it is of the same block."""
+        if not (self.stretch.ground or self.stretch.blank):
+            return None
+        below = Place(self.place.column, self.place.row + 1)
+        other = waiting.get(below)
+        if other is None or other.stretch.ground != self.stretch.ground:
+            return None
+        return waiting.pop(below)
 
 
 class Writing:
@@ -88,11 +88,11 @@ class Writing:
         ]
         runs.sort(key=lambda run: _order(run.stretch.ground))
         waiting = {run.place: run for run in runs}
-        while waiting:
-            run: Run | None = waiting.pop(next(iter(waiting)))
+        for first in runs:
+            run = waiting.pop(first.place, None)
             while run:
                 self._run(run, changed[run.place.row].after)
-                run = waiting.pop(run.below, None) if run.goes_on(waiting.get(run.below)) else None
+                run = run.going_on(waiting)
 
     def _run(self, run: Run, row: Sequence[Cell]) -> None:
         self._reach(run.place, row)
