@@ -26,7 +26,7 @@ def keyed(row: str, path: str, line: int) -> tuple[str, object]:
         raise BadTranscript(path, line, None, "half a character")
     try:
         value = _value(row, at)
-        if row.count("[") + row.count("{") > DEEPEST:
+        if len(row) > DEEPEST and row.count("[") + row.count("{") > DEEPEST:
             _shallow(value, DEEPEST)
         return sys.intern(found[1]), value
     except json.JSONDecodeError as error:
