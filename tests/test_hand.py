@@ -84,8 +84,11 @@ NAMED: Any = "hexworld"  # a name where there should be what it names
         ),
         (lambda: dmplay.compare(HEXWORLD, [[WALKER]] * 2, seat=1), "seat: got 1, expected 0 to 0"),
         (lambda: dmplay.compare(HEXWORLD, []), "got 0 agents, expected two or more"),
-        (lambda: dmplay.agent(HEXWORLD, 0, "human"), "got 'human', expected one that chooses by"),
-        (lambda: dmplay.agent(HEXWORLD, 0, "bot"), "random, search, or bot:COMMAND"),
+        (
+            lambda: dmplay.agent(HEXWORLD, 0, "human"),
+            "unknown agent 'human'; expected one of optimal, ran",
+        ),
+        (lambda: dmplay.agent(HEXWORLD, 0, "bot"), "random, search, bot:COMMAND"),
     ],
 )
 def test_what_python_is_given_by_mistake_is_told_by_name(

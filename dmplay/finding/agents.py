@@ -145,10 +145,8 @@ def _listed(module: str, problem: Problem, seat: int) -> Roster:
 def _of_roster(problem: Problem, seat: int, name: str) -> Seated:
     base, _, given = name.partition(":")
     known = roster(problem, seat).agents
-    if base in modules.TAKEN:
-        others = ", ".join(known)
-        told = f"expected one that chooses by itself: {others}, or bot:COMMAND"
-        raise BadPolicy(f"agent: got {name!r}, {told}")
+    if base in modules.TAKEN:  # who does not choose by itself
+        raise UnknownName("agent", name, [*known, "bot:COMMAND"])
     if base not in known:
         _check_fits(problem, seat, base)
         raise UnknownName("agent", base, _names(problem, seat))
