@@ -239,7 +239,7 @@ class Session(Displayed):
 
     def agrees(self, turns: Turn) -> bool:
         """Whether each policy acts in the next turns `[T, ...]` as was done, and tells so at once:
-        it goes by what it learned last alone, and is no waiting seat's.
+        all of them are asked together, and none is a waiting seat's.
         """
         asked = [follower for follower in self.followers if follower]
         if not asked:
@@ -484,7 +484,8 @@ class Follower:
         """Whether the policy acts in the next turns `[T, ...]`, from these states, as was done.
 
         What it remembers after each is found as if it had to forget all the others, and then
-        from that found for the turn before: where both are the same, it is what it remembers.
+        from that found for the turn before: where both are the same, it is what it remembers. Else
+        it is told of one turn after the other, and only asked at once.
         """
         problem, seat, many = self.session.problem, self.seat, len(s)
         outcome = Outcome(turns.state, turns.rewards, turns.observations)
@@ -494,7 +495,7 @@ class Follower:
         pairs = zip(first, after, strict=True)
         before = tuple(locked(np.concatenate([now[:1], then[:-1]])) for now, then in pairs)
         if not all(map(np.array_equal, after, self.policy.update(before, percept))):
-            return False
+            before, after = self._in_turn(percept, many)
         draw, numbers = self.session.source.draw, self.session.numbers(many)
         us = [draw(1 + seat, turn, 0, self.policy.draws) for turn in numbers]
         legal = problem.legal(s)
@@ -503,6 +504,15 @@ class Follower:
         rows = zip(*(part[:, None] for part in after), strict=True)
         self._memories += rows if after else [()] * many
         return np.array_equal(chosen, turns.actions[:, seat])
+
+    def _in_turn(self, percept: Percept, many: int) -> tuple[Memory, Memory]:
+        """What it remembers before and after each of so many turns."""
+        kept = [self.memory()]
+        for turn in range(many):
+            told = (None if part is None else part[turn : turn + 1] for part in percept)
+            kept.append(self.policy.update(kept[-1], Percept._make(told)))
+        each = [locked(np.concatenate(parts)) for parts in zip(*kept, strict=True)]
+        return tuple(part[:-1] for part in each), tuple(part[1:] for part in each)
 
     def values(self) -> Reals | None:
         """The value of each action `[A]` now, where the policy knows it."""

@@ -48,8 +48,9 @@ def feed(
 class Ahead:
     """Feeds blocks to a session, the turns worked out before they come.
 
-    A state that the file tells of is taken for the one before the next turn. A turn stands where
-    all those before it led to the states that were taken: what is false in a file is not believed.
+    A state that the file tells of is taken for the one before the next turn; one of real numbers,
+    which it rounds, is found from the one before it. A turn stands where all those before it led to
+    the states that were taken: what is false in a file is not believed.
     """
 
     def __init__(self, transcript: Transcript, blocks: Sequence[Block], session: Session) -> None:
@@ -60,6 +61,7 @@ class Ahead:
         self._most = min(MANY, ROOM // prod(n for n in each if isinstance(n, int)))
         self._first = 0
         self._turns: list[Turn] = []  # worked out, the first of them at that place
+        self._real = session.first.dtype.kind == "f"  # states that a file rounds
 
     def feed(self, place: int) -> None:
         """Feeds the block at this place; raises BadTranscript where that cannot be."""
@@ -75,11 +77,10 @@ class Ahead:
     def turns(self, place: int) -> Turn | None:
         """As many turns from this place on as can be worked out at once `[T, ...]`, if any can."""
         self._learn(self._blocks[place - 1])
-        states = self._told(place)
-        if len(states) < FEW:
-            return None
         with suppress(Exception):  # what is wrong is told where it is done turn by turn
-            return self._worked_out(self._blocks[place : place + len(states)], np.array(states))
+            states = self._told(place)
+            if len(states) >= FEW:
+                return self._worked_out(self._blocks[place : place + len(states)], np.array(states))
         return None
 
     def _learn(self, block: Block) -> None:
@@ -96,17 +97,29 @@ class Ahead:
         session, keys = self._session, self._blocks[place].keys
         left = self._most if session.limit is None else session.limit - len(session.turns)
         named = keys.index("state") if "state" in keys else None
-        state = session.state if self._exact(session.state) else None
+        known = self._real or self._exact(session.state)
+        state = session.state if known else None
         states: list[Array] = []
         for at in range(place, min(place + min(left, self._most), len(self._blocks))):
             block = self._blocks[at]
             if state is None or block.keys is not keys:
                 break
             states.append(state)
-            if named is not None:
+            if self._real:
+                state = self._after(block, state)
+            elif named is not None:
                 name = block.values[named]
                 state = self._known.get(name) if isinstance(name, str) else None
         return states
+
+    def _after(self, block: Block, s: Array) -> Array:
+        """The state that a turn leads to."""
+        self._real, problem = False, self._session.problem  # unless it can be played
+        u = draws_of(self._transcript, block, problem.draws.step)
+        a = np.array([self._checked(block)])
+        after: Array = problem.step(s[None], a, np.array([u])).state[0]
+        self._real = True
+        return after
 
     def _worked_out(self, blocks: Sequence[Block], s: Array) -> Turn | None:
         """The turns of these blocks from these states, as far as they follow each other."""
@@ -117,9 +130,13 @@ class Ahead:
             return None
         draws = [draws_of(self._transcript, block, count) for block in blocks[:many]]
         s, a, u = locked(s[:many]), locked(a[:many]), locked(np.array(draws))
+        real, self._real = self._real, False  # unless a batch brings the same bits
         state, rewards, observations = problem.step(s, a, u)
         follow = (state[:-1] == s[1:]).reshape(many - 1, -1).all(axis=1)
         many = 1 + _leading(follow)
+        self._real = real and many == len(s)
+        if self._real != real:
+            return None
         after = own(state[:many])
         seen = own(observations[:many]) if problem.hidden else after
         turns = Turn(a[:many], u[:many], after, seen, locked(rewards[:many] + 0.0))

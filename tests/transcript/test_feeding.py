@@ -18,6 +18,7 @@ from dmplay.errors import BadTranscript
 from dmplay.policies.general import Random as Anything
 from dmplay.policies.kinds import Seated
 from dmplay.problems.hexworld import HexWorld
+from dmplay.problems.mountain_car import MountainCar
 from dmplay.transcript import feeding
 from dmplay.transcript.header import Header
 from dmplay.transcript.reading import Transcript, parse, read
@@ -36,6 +37,7 @@ GAMES: Sequence[tuple[str, str, str, list[str]]] = (
     ("predator-prey", "random", "random", []),
     ("prisoners-dilemma", "tit-for-tat", "random", []),
     ("2048", "random", "", []),
+    ("mountain-car", "random", "", []),
 )
 
 
@@ -58,8 +60,29 @@ class Single(HexWorld):
 
 
 @dataclass(frozen=True)
+class Drifting(MountainCar):
+    """A car that moves a little otherwise beside others, or not at all, and counts how often."""
+
+    alone: bool = False
+    drift: float = 1e-15
+    moves: ClassVar[Counter[int]] = Counter()
+
+    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
+        return np.tile([-0.5, 0.0], (rows, 1))
+
+    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+        self.moves[len(s)] += 1
+        assert len(s) == 1 or not self.alone
+        state, rewards, _ = super().move(s, a, events)
+        state = state + self.drift * (len(s) > 1)
+        return Outcome(state, rewards, state)
+
+
+@dataclass(frozen=True)
 class Diary(Seated):
-    """Goes by all that it saw, as the number of the turn."""
+    """Goes by all that it saw, as the number of the turn, and counts how often it is asked."""
+
+    asked: ClassVar[Counter[int]] = Counter()
 
     def begin(self, observation: Array) -> Memory:
         return (np.zeros(len(observation), int),)
@@ -68,7 +91,8 @@ class Diary(Seated):
         return (memory[0] + 1,)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        return memory[0] % 6
+        self.asked[len(u)] += 1
+        return memory[0] % self.problem.action_counts[0]
 
 
 @dataclass(frozen=True)
@@ -192,6 +216,32 @@ def test_agents_are_asked_again_whatever_they_remember_and_however_many_they_pla
     transcript = transcribed(tmp_path / "game.dmt", problem, [kind(problem, 0)], 40)
     assert verify(transcript, problem, [kind(problem, 0)]).ok
     assert not verify(transcript, problem, [dmplay.agent(problem, 0, "optimal")]).ok
+
+
+@pytest.mark.parametrize("problem", [HexWorld(rewards=()), MountainCar()])
+def test_an_agent_that_counts_its_turns_is_asked_of_many_at_once(
+    problem: Problem, tmp_path: Path
+) -> None:
+    diary = Diary(problem, 0)
+    transcript = transcribed(tmp_path / "game.dmt", problem, [diary], 40)
+    Diary.asked.clear()
+    assert verify(transcript, problem, [diary]).ok
+    assert Diary.asked.total() <= 10  # of 40 turns
+
+
+@pytest.mark.parametrize("car", [Drifting(), Drifting(alone=True), Drifting(drift=0.0)])
+def test_real_states_that_cannot_be_worked_out_at_once_are_soon_worked_out_one_by_one(
+    car: Drifting, tmp_path: Path
+) -> None:
+    transcript = transcribed(tmp_path / "game.dmt", car, [Diary(car, 0)], 40)
+    Drifting.moves.clear()
+    assert verify(transcript, car, [Diary(car, 0)]).ok
+    assert Drifting.moves.total() < 150
+    content = transcript.content.replace('"left"', '"lift"').rpartition("lift")
+    Drifting.moves.clear()
+    with pytest.raises(BadTranscript, match="unknown action 'lift'"):
+        replay(parse((content[0].replace("lift", "left") + "".join(content[1:])).encode()), car)
+    assert Drifting.moves.total() < 150
 
 
 def test_an_agent_that_writes_into_what_it_is_given_is_named(tmp_path: Path) -> None:
