@@ -1,5 +1,6 @@
 """The loop by hand: one game in Python, whose actions and observations are words and numbers."""
 
+import os
 from collections.abc import Sequence
 
 from dmplay.bots.end import dismissed
@@ -83,7 +84,7 @@ class Hand(Displayed):
 
 
 def play(
-    problem: str | Problem,
+    problem: str | os.PathLike[str] | Problem,
     agents: Sequence[str | Policy | None] = (),
     seed: int | None = None,
     *,
@@ -92,7 +93,7 @@ def play(
     """A game to be played by hand: an agent for each seat, None for those in hand; without agents
     all are.
     """
-    rules = problems.load(problem) if isinstance(problem, str) else problem
+    rules = problems.load(problem) if isinstance(problem, str | os.PathLike) else problem
     sitting = list(agents) or [None] * len(rules.agents)
     if len(sitting) != len(rules.agents):
         raise BadPolicy(

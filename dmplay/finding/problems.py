@@ -9,6 +9,7 @@ A module of a problem may offer VARIANTS, name -> instance.
 """
 
 import inspect
+import os
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, replace
 from functools import lru_cache
@@ -39,12 +40,13 @@ class Loaded(NamedTuple):
     origin: str = ""  # by which another is told: a file's hash, a library's version
 
 
-def load(name: str, **parameters: object) -> Problem:
-    """The problem of this name with these parameters.
+def load(name: str | os.PathLike[str], **parameters: object) -> Problem:
+    """The problem of this name, or of the file at a path, with these parameters.
 
     Raises UnknownName with the nearest names, or BadParameter.
     """
-    return resolve(name, parameters).problem
+    named = name if isinstance(name, str) else os.path.join(os.curdir, name)
+    return resolve(named, parameters).problem
 
 
 def resolve(

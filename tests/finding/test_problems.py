@@ -1,5 +1,6 @@
 """Names to problems: variants, parameters, actions, seats, and the nearest when one is wrong."""
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -14,6 +15,18 @@ def test_a_problem_is_loaded_with_variant_and_parameters() -> None:
     problem = dmplay.load("hexworld:straight-line", slip=0.2)
     assert (problem.states, getattr(problem, "slip")) == (8, 0.2)  # noqa: B009 - any Problem
     assert dmplay.load("Hex_World".replace("_", "")) == dmplay.load("hexworld:standard")
+
+
+def test_a_path_is_that_of_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "lamp.mdp").write_text(
+        "discount: 0.9\nvalues: cost\nstates: 2\nactions: go\nT: *\nuniform\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    for path in (Path("lamp.mdp"), tmp_path / "lamp.mdp"):
+        assert dmplay.load(path).states == 2
+        assert dmplay.play(path, turns=1).act("go")["observation"] in ("0", "1")
+    with pytest.raises(DmplayError, match=r"\./hexworld"):
+        dmplay.load(Path("hexworld"))
 
 
 def test_a_number_is_read_as_people_type_it() -> None:
