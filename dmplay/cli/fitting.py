@@ -5,6 +5,7 @@ What fits none is refused, with the file that says it.
 
 import os
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import typer
@@ -12,6 +13,11 @@ import typer
 from dmplay.cli import config
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, BadPolicy, DmplayError
+from dmplay.finding import problems
+from dmplay.finding.agents import is_brought
+from dmplay.game.request import Request, pairs
+from dmplay.game.seats import HUMAN, seat_policy
+from dmplay.game.start import seated
 
 
 def _parameters(
@@ -21,9 +27,7 @@ def _parameters(
     played = _played(ctx, name) if settings else None
     if played is None:
         return tuple(settings)
-    from dmplay.finding.problems import parameters
-
-    known = parameters(played)
+    known = problems.parameters(played)
     return tuple(one for one in settings if one.partition("=")[0].strip() in known)
 
 
@@ -33,7 +37,7 @@ def _agent(ctx: typer.Context, option: typer.CallbackParam, who: str, name: str)
     if played is None:
         return who
     seats = range(1, len(played.agents)) if option.name == "vs" else range(1)
-    asked = option.name != "ghost" or ctx.params.get("agent") == "human"
+    asked = option.name != "ghost" or _attended(ctx, name)
     fits = asked and seats and all(_plays(ctx, option, played, seat, who) for seat in seats)
     return who if fits else str(option.default or "")
 
@@ -55,10 +59,8 @@ def _seats(
 
 def _wish(ctx: typer.Context, option: typer.CallbackParam, value: object, name: str) -> object:
     """What is for people, or for a transcript, where there is one or the other."""
-    who = [ctx.params.get("agent"), ctx.params.get("vs"), *(ctx.params.get("seat") or ())]
-    person = any(str(one).endswith("human") for one in who)
-    heard = person or (option.name == "frames" and ctx.params.get("record"))
-    return value if heard else option.default
+    written = option.name == "frames" and ctx.params.get("record")
+    return value if written or _attended(ctx, name) else option.default
 
 
 KINDS: dict[str, Callable[[typer.Context, typer.CallbackParam, Any, str], object]] = {
@@ -69,25 +71,33 @@ KINDS: dict[str, Callable[[typer.Context, typer.CallbackParam, Any, str], object
 }
 
 
-def _played(ctx: typer.Context, name: str) -> Problem | None:
+def _found(ctx: typer.Context, name: str) -> problems.Loaded | None:
     """The problem of this name; None where it is none, which is told elsewhere."""
-    from dmplay.finding import problems
-    from dmplay.game.request import pairs
-
     try:
         told = pairs(ctx.params.get("set_") or (), "--set")
-        return problems.found(name, told).problem
+        return problems.found(name, told)
     except DmplayError:
         return None
+
+
+def _played(ctx: typer.Context, name: str) -> Problem | None:
+    found = _found(ctx, name)
+    return found and found.problem
+
+
+def _attended(ctx: typer.Context, name: str) -> bool:
+    """Whether a person plays; who cannot sit there is refused elsewhere."""
+    found, given = _found(ctx, name), ctx.params
+    told = Request(name, agent=given["agent"], others=given["vs"], seats=given["seat"])
+    with suppress(DmplayError):
+        return found is None or HUMAN in seated(told, found)
+    return False
 
 
 def _plays(
     ctx: typer.Context, option: typer.CallbackParam, played: Problem, seat: int, who: str
 ) -> bool:
     """Whether an agent plays this seat; raises BadParameter for one that plays nothing."""
-    from dmplay.finding.agents import is_brought
-    from dmplay.game.seats import seat_policy
-
     try:
         seat_policy(played, seat, who)
     except DmplayError as error:

@@ -127,7 +127,10 @@ MaybeName = Annotated[
 Assignment = Annotated[
     Path | None, typer.Option("--assignment", metavar="FILE", help="what all are to play")
 ]
-Player = Annotated[str, typer.Option("--player", metavar="NAME", help="who you are")]
+Player = Annotated[
+    str,
+    typer.Option("--player", metavar="NAME", help="who you are", callback=_heeded("wish")),
+]
 Paths = Annotated[list[Path], _argument("PATH...", "files and folders", lists.transcripts)]
 Figure = Annotated[
     str, _argument("FIGURE", "F.2, F.9 ... F.16, T.1, T.2; their names if not given", lists.figures)

@@ -406,6 +406,10 @@ def test_an_agent_that_a_file_names_sits_where_it_plays_and_is_refused_with_the_
         (["2048"], ("human", "", "", [])),
         (["hexworld", "--agent", "human"], ("human", "", "optimal", [])),
         (["hexworld", "--agent", "random", "--vs", "chase"], ("random", "chase", "", [])),
+        (
+            ["hexworld", "--agent", "human", "--seat", "agent=random"],
+            ("human", "", "", ["agent=random"]),
+        ),
         (["travelers-dilemma"], ("human", "", "", ["agent2=nash"])),
         (["prisoners-dilemma"], ("human", "grim", "", ["agent2=nash"])),
     ):
@@ -423,13 +427,15 @@ def test_an_agent_that_a_file_names_sits_where_it_plays_and_is_refused_with_the_
 
 
 def test_what_a_file_wishes_for_people_and_transcripts_is_for_games_with_them(place: Path) -> None:
-    users(place, "[play]\nrate = 20.0\nframes = true\n")
+    users(place, "[play]\nrate = 20.0\nframes = true\nplayer = 'ann'\n")
     for words, granted in (
-        (["hexworld"], (20.0, True)),
-        (["hexworld", "--agent", "random"], (None, False)),
-        (["hexworld", "--agent", "random", "-o", "g.dmt"], (None, True)),
+        (["hexworld"], (20.0, True, "ann")),
+        (["hexworld", "--agent", "random"], (None, False, "")),
+        (["hexworld", "--agent", "random", "-o", "g.dmt"], (None, True, "")),
+        (["hexworld", "--seat", "agent=random"], (None, False, "")),
+        (["catch", "--seat", "nobody=random"], (None, False, "")),  # which is refused later
     ):
         found = understood(["play", *words])
         assert isinstance(found, Sitting)
         assert isinstance(found.wanted, Request)
-        assert (found.rate, found.wanted.frames) == granted
+        assert (found.rate, found.wanted.frames, found.wanted.player) == granted
