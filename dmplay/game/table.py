@@ -132,7 +132,7 @@ class Table:
         asked = self._request()
         record = asked.record and following(asked.record)
         keep = asked.keep or self.game.recorder is not None
-        wanted = replace(asked, record=record, force=False, keep=keep)
+        wanted = replace(asked, record=record, force=False, keep=keep, timed=False)
         wanted = replace(wanted, **changes)  # type: ignore[arg-type] # fields of a request
         self.put(new(wanted, self._shown))
         return self.began()

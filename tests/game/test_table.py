@@ -81,7 +81,7 @@ def test_a_restart_has_the_same_dice_and_a_new_game_has_others(tmp_path: Path) -
 
 
 def test_another_agent_or_parameter_meets_the_same_dice(tmp_path: Path) -> None:
-    seat = table(tmp_path)
+    seat = table(tmp_path, timed=True)  # which no agent alone needs
     start = seat.game.account.situation(seat.game.moment())
     for line in ("agent optimal", "set discount 0.5", "agent human"):
         typed(seat, line)
