@@ -126,7 +126,7 @@ def write(path: Path, text: Iterable[str], *, force: bool = False, private: bool
 def rows(path: Path) -> Iterator[str]:
     """The whole lines of a file that grows, however long it is; a torn last one is none."""
     _bounded(path)
-    with path.open(encoding="utf-8", newline="\n") as file:
+    with path.open(encoding="utf-8", errors="replace", newline="\n") as file:
         yield from (row for row in file if row.endswith("\n"))
 
 

@@ -124,6 +124,8 @@ def test_what_is_kept_may_be_of_any_size_and_is_gone_on_with_after_a_kill(
     assert path.read_bytes() == whole + b'{"seats": [0, 1], "returns": [[1.0, 1.0]]}\n'
     for text, told in (
         (b"no end of line", "cup: of no tournament; name another file"),
+        (b"no text \xff\n", "cup: of another tournament; name another file"),
+        (b'{"seed": 0}\n\xff\n', "cup:2: not a seating; remove the line"),
         (b'{"seed": 0}\n{"seats": 3}\n', "cup:2: not a seating; remove the line"),
     ):
         path.write_bytes(text)
