@@ -128,8 +128,9 @@ def _summed(names: tuple[str, ...], seats: int, played: Played) -> Tournament:
         return Tournament(names, table, earned, None, None, None, None, None)
     found, regrets, gain = _equilibrium(table), None, None
     if found is not None:
-        regrets = _rounded(np.mean([lost for lost, _ in _losses(table, found)], axis=0), table)
-        gain = float(_rounded(np.max([more for _, more in _losses(table, found)]), table))
+        worths = [regret_matching.replies(table, found, seat) for seat in range(seats)]
+        regrets = _rounded(np.mean([one.max() - one for one in worths], axis=0), table)
+        gain = float(_rounded(regret_matching.gains(table, found), table).max())
     lost = _lost(many, played) if seats == 2 else None
     return Tournament(names, table, earned, _replies(table), found, regrets, gain, lost)
 
@@ -152,16 +153,6 @@ def _equilibrium(table: Reals) -> tuple[Reals, ...] | None:
         return regret_matching.equilibrium(table).mixes
     except TooMuch:
         return None
-
-
-def _losses(table: Reals, mixes: tuple[Reals, ...]) -> list[tuple[Reals, float]]:
-    """What each entrant loses in a seat against the best reply there, and what the mix does."""
-    worths = [regret_matching.replies(table, mixes, seat) for seat in range(len(mixes))]
-    best = [worth.max() for worth in worths]
-    return [
-        (most - worth, float(most - mix @ worth))
-        for most, worth, mix in zip(best, worths, mixes, strict=True)
-    ]
 
 
 def _rounded(lost: Reals, table: Reals) -> Reals:
