@@ -12,13 +12,12 @@ from dmplay.game.errand import Printout
 from dmplay.game.request import pairs
 from dmplay.measure.comparing import Comparison, Difference, compare
 from dmplay.measure.engines import engine
-from dmplay.measure.estimate import Estimate
 from dmplay.measure.running import Run, run
 from dmplay.policies.point_based import PointBased
 from dmplay.reports.match import Lineup, Match, Setting, bounded, estimated, lineup, sweep, told
 from dmplay.reports.progress import Bar
 from dmplay.reports.recorded import NONE, Keeping, recorded
-from dmplay.reports.tables import csv_of, json_of, table
+from dmplay.reports.tables import DASH, cell, csv_of, json_of, measured, table
 from dmplay.rollouts import Interrupted, Lost
 from dmplay.solutions.solution import Row
 from dmplay.views.canvas import ASCII
@@ -118,16 +117,11 @@ def _for_people(one: Setting) -> Iterator[Row]:
             **one.swept,
             "seat": earned.seat,
             "agent": name,
-            "return": _measured(returns),
-            "95 % interval": f"{returns.low:.5g} to {returns.high:.5g}" if many else "-",
+            "return": measured(returns.mean, returns.error),
+            "95 % interval": f"{returns.low:.5g} to {returns.high:.5g}" if many else DASH,
             "least, quartiles, most": "  ".join(f"{value:.4g}" for value in earned.quantiles),
-            "total": _measured(totals),
+            "total": measured(totals.mean, totals.error),
         }
-
-
-def _measured(one: Estimate) -> str:
-    """A mean with its error, where more than one game tells it."""
-    return f"{one.mean:.5g}" + (f" ± {one.error:.2g}" if np.isfinite(one.error) else "")
 
 
 def _summary(match: Match, result: Run) -> str:
@@ -241,13 +235,14 @@ def _pair(one: str, other: str, found: Difference) -> Row:
 def _pair_for_people(row: Row) -> Row:
     saved = row["games saved"]
     same = row["difference"] == row["standard error"] == 0.0
-    dice = "the same play" if same else f"{saved:.3g} x" if saved else "-"
+    dice = "the same play" if same else f"{saved:.3g} x" if saved else DASH
+    many = cell(row["standard error"]) != DASH
     return {
         "agent": row["agent"],
         "against": row["against"],
-        "earns more": f"{row['difference']:+.4g} ± {row['standard error']:.2g}",
-        "by luck": f"{row['luck']:+.2g}" if row["luck"] else "-",
-        "interval": f"{row['low']:+.4g} to {row['high']:+.4g}",
+        "earns more": measured(row["difference"], row["standard error"], "+.4g"),
+        "by luck": f"{row['luck']:+.2g}" if row["luck"] else DASH,
+        "interval": f"{row['low']:+.4g} to {row['high']:+.4g}" if many else DASH,
         "ahead": f"{100 * float(str(row['ahead'])):.3g} %",
         "behind": f"{100 * float(str(row['behind'])):.3g} %",
         "dice of its own would take": dice,

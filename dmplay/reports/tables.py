@@ -10,6 +10,8 @@ from dmplay.describe import aligned
 from dmplay.solutions.solution import Row
 from dmplay.terminal import clean
 
+DASH = "-"  # what stands for a number that is none
+
 
 def table(rows: Sequence[Row], digits: int = 5) -> str:
     """The rows under the names of their columns, which are those of the first."""
@@ -20,7 +22,16 @@ def table(rows: Sequence[Row], digits: int = 5) -> str:
 
 def cell(value: object, digits: int = 5) -> str:
     """A value as it stands in a table."""
-    return f"{value:.{digits}g}" if isinstance(value, float) else clean(str(value))
+    if isinstance(value, float):
+        return f"{value:.{digits}g}" if isfinite(value) else DASH
+    return clean(str(value))
+
+
+def measured(mean: object, error: object, form: str = ".5g") -> str:
+    """A mean with its error, where more than one game tells it."""
+    known = cell(mean) != DASH
+    told = f"{mean:{form}}" if known else DASH
+    return told if not known or cell(error) == DASH else f"{told} ± {error:.2g}"
 
 
 def csv_of(rows: Sequence[Row]) -> str:

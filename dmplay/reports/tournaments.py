@@ -15,7 +15,7 @@ from dmplay.measure.tournament import SEATS, Tournament, seatings, tournament
 from dmplay.reports.kept import Kept
 from dmplay.reports.match import Match, estimated, policy, told
 from dmplay.reports.progress import Bar
-from dmplay.reports.tables import csv_of, json_of, table
+from dmplay.reports.tables import csv_of, json_of, measured, table
 from dmplay.solutions.solution import Row
 
 EXACT = ("equilibrium", "nash")  # agents that are one, where a problem has them
@@ -117,8 +117,7 @@ def _standings(found: Tournament) -> list[Row]:
 
 def _standing(row: Row) -> Row:
     shown = {key: value for key, value in row.items() if key not in ("low", "high")}
-    earned = f"{shown['mean return']:.5g} ± {shown.pop('standard error'):.2g}"
-    shown["mean return"] = "-" if earned.startswith("nan") else earned
+    shown["mean return"] = measured(shown["mean return"], shown.pop("standard error"))
     if "exact regret" in shown:
-        shown["exact regret"] = f"{shown['exact regret']:.4g} ± {shown.pop('exact error'):.2g}"
+        shown["exact regret"] = measured(shown["exact regret"], shown.pop("exact error"), ".4g")
     return shown

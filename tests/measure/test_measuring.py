@@ -78,6 +78,9 @@ def test_what_was_set_is_told_and_what_one_game_cannot_tell_is_not() -> None:
     for command in (("run", "hexworld"), ("compare", "hexworld", "optimal", "random")):
         data = json.loads(ran(*command, *words, "--json"))
         assert data["parameters"] == {"slip": 0.1}
+    for name in ("compare", "tournament"):
+        told = ran(name, "prisoners-dilemma", "grim", "tit-for-tat", "--episodes", "1")
+        assert "inf" not in told
     assert ran("compare", "hexworld", "optimal", "random", *words).split()[-1] == "-"
     both = ("compare", "prisoners-dilemma", "grim", "always-defect", "--episodes", "2")
     assert ran(*both).split()[-1] == "-"  # as sure as can be, but not the same play
