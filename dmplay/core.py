@@ -288,11 +288,11 @@ def locked(array: Array) -> Array:
 
 
 def check_problem(problem: object, turns: int | None) -> None:
-    """Refuses what is no problem, as its name is not, and less than no turns."""
+    """Refuses what is no problem, as its name is not, and what is no number of turns."""
     if not isinstance(problem, Problem):
         raise BadParameter(f"got {problem!r}, expected a problem, as of dmplay.load")
-    if turns is not None and turns < 0:
-        raise BadParameter(f"turns: got {turns}, expected 0 or more")
+    if turns is not None and (not isinstance(turns, WHOLE) or turns < 0):
+        raise BadParameter(f"turns: got {turns!r}, expected a whole number, 0 or more")
 
 
 def check_policy(policy: object, seat: int) -> None:

@@ -52,6 +52,7 @@ def test_numbers_are_played_as_numbers() -> None:
 HEXWORLD = dmplay.load("hexworld")
 WALKER = dmplay.agent(HEXWORLD, 0, "random")
 NAMED: Any = "hexworld"  # a name where there should be what it names
+HALF: Any = 2.5
 
 
 @pytest.mark.parametrize(
@@ -73,9 +74,11 @@ NAMED: Any = "hexworld"  # a name where there should be what it names
             "got 2 policies, exp",
         ),
         (lambda: dmplay.rollout(HEXWORLD, [WALKER], episodes=1, turns=-1), "turns: got -1, expect"),
+        (lambda: dmplay.Session(HEXWORLD, dmplay.Dice(1), limit=HALF), "turns: got 2.5, expec"),
+        (lambda: dmplay.rollout(HEXWORLD, [WALKER], episodes=1, turns=NAMED), "turns: got 'hexwo"),
         (lambda: dmplay.rollout(HEXWORLD, [WALKER], episodes=1, seed=-1), "seed: got -1, expected"),
         (lambda: dmplay.rollout(HEXWORLD, [WALKER], episodes=1, first=-1), "episode: got -1, exp"),
-        (lambda: dmplay.play("hexworld", turns=-1), "turns: got -1, expected 0 or more"),
+        (lambda: dmplay.play("hexworld", turns=-1), "turns: got -1, expected a whole number, 0 or"),
         (lambda: dmplay.play("hexworld", seed=NAMED), "seed: got 'hexworld', expected a whole num"),
         (lambda: dmplay.play("hexworld").learnt(), "no turn was played that could teach"),
         (
