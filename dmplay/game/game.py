@@ -88,6 +88,11 @@ class Game:
         return self.recorder.path if self.recorder else None
 
     @property
+    def settings(self) -> list[str]:
+        """The parameters that differ from the default, as they are typed."""
+        return self.request.told if self.request else []
+
+    @property
     def strict(self) -> bool:
         """Whether nothing may be taken back."""
         return self.request is not None and bool(self.request.strict)

@@ -6,6 +6,7 @@ from dmplay.displayed import Displayed
 from dmplay.errors import BadParameter
 from dmplay.game.checking import altered, loaded
 from dmplay.game.game import Game
+from dmplay.game.request import set_to
 from dmplay.game.saves import readable
 from dmplay.game.seats import people
 from dmplay.keys.keyboard import Keyboard
@@ -41,6 +42,11 @@ class Playback(Displayed, Game):
         for before in range(1, place):
             self._ahead.feed(before)
         return session
+
+    @property
+    def settings(self) -> list[str]:
+        """The parameters that differ from the default, as they are typed."""
+        return set_to(self.transcript.header.parameters)
 
     def _sit(self, session: Session) -> None:
         super()._sit(session)

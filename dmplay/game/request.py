@@ -56,8 +56,7 @@ class Request:
     @property
     def told(self) -> list[str]:
         """The same, as they are typed."""
-        before = [f"{key}={json.dumps(one)}" for key, one in self.parameters.items()]
-        return [*before, *self.settings]
+        return [*set_to(self.parameters), *self.settings]
 
     def command(self, name: str, seed: int) -> str:
         """The command that plays the same game with the same dice."""
@@ -117,6 +116,11 @@ def words_of(line: str) -> list[str]:
         return shlex.split(line)
     except ValueError as error:  # a quotation without end
         raise BadParameter(f"got {line!r}: {str(error).lower()}") from None
+
+
+def set_to(parameters: Mapping[str, object]) -> list[str]:
+    """Parameters as they are typed."""
+    return [f"{key}={json.dumps(one)}" for key, one in parameters.items()]
 
 
 def pairs(settings: Sequence[str], option: str) -> dict[str, object]:

@@ -63,7 +63,7 @@ def _about(name: str, *, set_: bool = False) -> Run:
         words = words_of(argument)
         if not table.playing or not all(word.startswith("-") for word in words):
             return table.ask([name, *words])
-        told = table.game.request.told if table.game.request and set_ else []
+        told = table.game.settings if set_ else []
         more = [word for one in told for word in ("--set", one)]
         return table.ask([name, table.game.name, *more, *words])
 

@@ -6,6 +6,7 @@ import pytest
 
 from dmplay.cli.errands import understood
 from dmplay.errors import BadParameter, UnknownName
+from dmplay.game.playback import Playback
 from dmplay.game.request import Request
 from dmplay.game.start import new
 from dmplay.game.table import Table
@@ -39,6 +40,9 @@ def test_a_game_is_solved_with_the_parameters_that_it_has(table: Table) -> None:
     told = typed(table, "solve")
     assert told.startswith("hexworld slip=0: value iteration\n")
     assert told == typed(table, "solve hexworld --set slip=0")
+    assert table.game.recorder
+    recording = Table(Playback(table.game.recorder.path), understood)
+    assert typed(recording, "solve") == told.replace("slip=0", "slip=0.0")
 
 
 @pytest.mark.parametrize("line", ["set slip 0", "agent agent optimal"])
