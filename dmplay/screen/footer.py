@@ -46,16 +46,20 @@ def keys(game: Game, room: Room, shown: Shown = NOTHING) -> Text:
     """The keys that count now, the game's before the shell's; help and quit are always there."""
     if shown.curtain:
         return fitted(Text(" Enter shows the board  q quit"), room)
-    tails = _tails(game, shown)
-    if game.waiting is None:
-        return _alone(tails, room)
-    return _fitted(_forms(game, shown.advice), tails, room)
+    # A recording is never over: one goes back in it.
+    ended = game.request is not None and game.session.over
+    over, waits = bool(shown.past or ended), game.waiting is not None
+    unneeded = 0 if over else 3 if game.unaided else not waits
+    moving = _moving(game, shown, ended=ended)
+    if not waits:
+        return _alone(moving, unneeded, room, over=over)
+    return _fitted(_forms(game, shown.advice), _tails(moving, unneeded, over=over), room)
 
 
 @lru_cache(16)
-def _alone(tails: Sequence[str], room: Room) -> Text:
+def _alone(moving: Sequence[str], unneeded: int, room: Room, *, over: bool) -> Text:
     """The shell's keys alone; nobody writes into the row."""
-    return _fitted([Text("")], tails, room)
+    return _fitted([Text("")], _tails(moving, unneeded, over=over), room)
 
 
 def _fitted(forms: Iterable[Text], tails: Sequence[str], room: Room) -> Text:
@@ -117,18 +121,12 @@ def _ranked(actions: Sequence[Key], advice: Advice | None) -> Iterator[list[Key]
         yield ranked
 
 
-def _tails(game: Game, shown: Shown) -> tuple[str, ...]:
-    """The shell's keys, most of them first."""
-    # A recording is never over: one goes back in it.
-    ended = game.request is not None and game.session.over
-    names = ROW_KEYS[3 if game.unaided else game.waiting is None :]
-    return _named(_moving(game, shown, ended=ended), OVER_KEYS if shown.past or ended else names)
-
-
 @lru_cache(16)
-def _named(first: Sequence[str], names: Sequence[Sequence[str]]) -> tuple[str, ...]:
-    tails = ["  ".join([*first, *map(_shown, some), COLON]) for some in names]
-    tails += ["  ".join([*first, *map(_shown, names[-1])])]
+def _tails(moving: Sequence[str], unneeded: int, *, over: bool) -> tuple[str, ...]:
+    """The shell's keys, most of them first, but for so many of these rows."""
+    names = (OVER_KEYS if over else ROW_KEYS)[unneeded:]
+    tails = ["  ".join([*moving, *map(_shown, some), COLON]) for some in names]
+    tails += ["  ".join([*moving, *map(_shown, names[-1])])]
     return (*tails, "  ".join(map(_shown, names[-1])))
 
 

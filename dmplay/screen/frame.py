@@ -158,7 +158,9 @@ class Frame:
         game = self._game
         if game.people or game.ghost or self._shown != NOTHING:
             return self._laid_out(self._now)
-        wanted = (self._room, self._body, game.reveal and raw(game.session.state))
+        hidden = game.session.problem.hidden
+        state = game.reveal and raw(game.session.state) if hidden else self._now.seen
+        wanted = (self._room, self._body, state)
         return game.account.kept.answer("laid", self._now, self._laid_out, wanted)
 
     def _laid_out(self, now: Moment) -> "_Laid | Needed":

@@ -18,10 +18,10 @@ ENDLESS = (None, MOST_TURNS)  # limits that are not told
 
 def title(game: Game, now: Moment, room: Room) -> Line:
     """The game and how it stands; closer together and without the seed where there is no room."""
-    end = "over" if now.ending == "terminal" else ended(now.ending)
+    end = now.ending and ("over" if now.ending == "terminal" else ended(now.ending))
     first, told, last = "", "", ""
     for first, gap, facts in _forms(game, now):
-        told, last = gap[1:] + gap.join(facts), gap + end if now.ending else ""
+        told, last = gap[1:] + gap.join(facts), gap + end if end else ""
         if len(first) + len(told) + len(last) <= room.width:
             break
     row = (first, "bold"), (told, "")

@@ -47,7 +47,7 @@ NOTHING = Shown()
 def within(row: Line, room: Room) -> Line:
     """A row as it is where it is no wider than the room, else cut."""
     if not isinstance(row, Text):
-        plain = words(row)
+        plain = row if isinstance(row, str) else words(row)
         if plain.isascii() and len(plain) <= room.width:
             return row
     return fitted(lettered(row), room)
