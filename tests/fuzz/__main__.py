@@ -49,6 +49,7 @@ def _warm_up() -> None:
         if module.name not in (AXELROD, "dmplay.__main__"):
             importlib.import_module(module.name)
     facts.honest()
+    sys.dont_write_bytecode = True  # no case leaves what Python makes of its own code
     gc.freeze()  # all of it stays: no worker looks through it for what may go
 
 
