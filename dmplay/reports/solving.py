@@ -69,6 +69,8 @@ def solved(
     with Bar(f"solving {name}", quiet=json, motion=motion) as bar, watched(bar):
         found = cached(name, parameters, wish)
     if json:
-        return dumps({"problem": name} | found._asdict())
+        loaded = problems.resolve(name, parameters)
+        told = {"problem": loaded.name, "parameters": loaded.parameters}
+        return dumps(told | found._asdict())
     title = " ".join([name, *(f"{key}={one}" for key, one in parameters.items())])
     return "\n".join([f"{title}: {found.method}", found.result, "", table(found.rows, 6)])

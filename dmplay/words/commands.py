@@ -61,7 +61,8 @@ def _about(name: str, *, set_: bool = False) -> Run:
 
     def run(table: Table, argument: str) -> str:
         words = words_of(argument)
-        if not table.playing or not all(word.startswith("-") for word in words):
+        named = words and (not words[0].startswith("-") or any(map(is_name, words)))
+        if named or not table.playing:
             return table.ask([name, *words])
         told = table.game.settings if set_ else []
         more = [word for one in told for word in ("--set", one)]

@@ -173,6 +173,7 @@ def test_a_solution_is_printed_kept_and_told_as_data(tmp_path: Path) -> None:
     kept.write_text("torn")
     data = run(tmp_path, *words, "--json", XDG_CACHE_HOME=cache).stdout
     assert json.loads(data)["method"] == "value iteration"
+    assert json.loads(data)["parameters"] == {"slip": 0.1}
     other = run(tmp_path, "solve", "hexworld", "--json", XDG_CACHE_HOME=cache).stdout
     assert json.loads(other)["rows"] != json.loads(data)["rows"]
 

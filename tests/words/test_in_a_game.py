@@ -40,6 +40,10 @@ def test_a_game_is_solved_with_the_parameters_that_it_has(table: Table) -> None:
     told = typed(table, "solve")
     assert told.startswith("hexworld slip=0: value iteration\n")
     assert told == typed(table, "solve hexworld --set slip=0")
+    assert typed(table, "solve --set slip=0.5") == typed(table, "solve hexworld --set slip=0.5")
+    assert typed(table, "solve --json catch") == typed(table, "solve catch --json")
+    with pytest.raises(UnknownName, match="'hexwrld'; did you mean hexworld"):
+        typed(table, "solve hexwrld")
     assert table.game.recorder
     recording = Table(Playback(table.game.recorder.path), understood)
     assert typed(recording, "solve") == told.replace("slip=0", "slip=0.0")
