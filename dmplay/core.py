@@ -322,14 +322,16 @@ def parameter(  # noqa: PLR0913 - each is the problem's to choose
     above: bool = False,
     among: Sequence[str] = (),
 ) -> T:
-    """A dataclass field with its meaning and, for numbers, its bounds (`above`: low excluded).
+    """A dataclass field with its meaning and, for numbers, its bounds.
 
-    Without bounds of its own a number is at most a million, or ten times its default; a word is
-    one of those that it is said to be `among`, or any.
+    Without bounds of its own a number is at most a million, or ten times its default; one that must
+    be `above` its low is so by a millionth at least. A word is one of those that it is said to be
+    `among`, or any.
     """
     far = max(LARGEST, 10 * abs(default)) if isinstance(default, int | float) else LARGEST
     low, high = -far if low is None else low, far if high is None else high
-    facts = {"meaning": meaning, "low": low, "high": high, "above": above, "among": among}
+    low += 1 / LARGEST if above else 0
+    facts = {"meaning": meaning, "low": low, "high": high, "among": among}
     return field(default=default, metadata=facts)
 
 
@@ -362,12 +364,11 @@ def _check(value: object, one: Field[Any]) -> None:
     if flag or isinstance(value, str):
         return
     number: Any = value
-    low, high, above = (one.metadata[key] for key in ("low", "high", "above"))
-    if not (low <= number <= high) or (above and number == low):
+    low, high = (one.metadata[key] for key in ("low", "high"))
+    if not low <= number <= high:
         got = f"{number:g}" if abs(number) <= FARTHEST else "a number beyond all bounds"
         most = f" and at most {high:g}" if high < LARGEST or number > high else ""
-        span = f"{'above' if above else 'at least'} {low:g}{most}"
-        raise BadParameter(f"{one.name}: got {got}, expected a number {span}")
+        raise BadParameter(f"{one.name}: got {got}, expected a number at least {low:g}{most}")
 
 
 @dataclass(frozen=True)

@@ -263,7 +263,7 @@ def test_what_is_no_program_is_refused_before_a_game_begins() -> None:
         "bot:./nobody": "no program './nobody'",
         "bot:'sh": "no closing quotation",
         "bot:clock=soon,sh": "clock: got 'soon', expected a number",
-        "bot:clock=0,sh": "clock: got 0, expected a number above 0",
+        "bot:clock=0,sh": "clock: got 0, expected a number at least 1e-06",
         "bot:belief=1,sh": "belief: got '1', expected true or false",
     }.items():
         with pytest.raises(BadParameter, match=re.escape(why)):

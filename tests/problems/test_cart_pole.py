@@ -3,7 +3,9 @@ import pytest
 
 import dmplay
 from dmplay.errors import BadParameter
+from dmplay.policies.cart_pole import Regulate
 from dmplay.problems._trigonometry import sine_and_cosine
+from dmplay.problems.cart_pole import CartPole
 from dmplay.session import Session
 from dmplay.solvers import riccati
 from tests.truth_kinds.course import course
@@ -114,12 +116,29 @@ def test_the_regulator_solves_the_riccati_equation() -> None:
     assert (b.T @ cost @ a / (1.0 + b.T @ cost @ b))[0] == pytest.approx(k, rel=1e-6)
 
 
+@pytest.fixture
+def few_sweeps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No regulator is looked for any longer than this."""
+    monkeypatch.setattr(riccati, "MOST_SWEEPS", 50)
+
+
+@pytest.mark.usefixtures("few_sweeps")
+def test_a_pole_at_the_bounds_of_its_parameters_moves_by_numbers() -> None:
+    least = {"mass_cart": 1e-6, "length": 1e-6, "dt": 1e-6}
+    most = {"gravity": 1e6, "force": 1e6, "mass_pole": 1e6, "dt": 1e6}
+    for pole in (dmplay.load("cart-pole", **least), dmplay.load("cart-pole", **least | most)):
+        assert isinstance(pole, CartPole)
+        assert np.isfinite(Regulate(pole, 0).regulator.gain).all()
+        pushed = pole.step(np.full((1, 4), 0.05), np.array([[RIGHT]]), np.zeros((1, 0)))
+        assert np.isfinite(pushed.state).all()
+
+
 def test_a_push_that_moves_nothing_leaves_the_regulator_without_weights() -> None:
     still = dmplay.load("cart-pole", force=0)
     regulate = dmplay.agent(still, 0, "regulate")
     chosen = regulate.choose(regulate.begin(np.array([[0.0, 0, 0.1, 0]])), None, np.zeros((1, 0)))
     assert chosen.tolist() == [LEFT]
-    with pytest.raises(BadParameter, match="push: got 0, expected a number above 0"):
+    with pytest.raises(BadParameter, match="push: got 0, expected a number at least 1e-06"):
         dmplay.agent(PROBLEM, 0, "regulate:push=0")
 
 
