@@ -10,7 +10,7 @@ from dmplay.core import Problem
 
 STEP = 1e-5  # of the differences that stand for derivatives
 SETTLED = 1e-10  # relative change after which the cost is taken to be the fixed point
-MOST_SWEEPS = 100_000
+MOST_SWEEPS = 30_000  # half a second: what is so far from settled then is told as it is
 HOPELESS = 1e15  # a cost that no action holds back
 
 
@@ -45,7 +45,7 @@ class Regulator(NamedTuple):
 
 def regulator(system: Linear, state_cost: Reals, action_cost: float) -> Regulator:
     """The regulator of the cost s' Q s + r a^2 a turn."""
-    budget = Budget("the Riccati equation", "try a longer turn or a dearer push", 1e10)
+    budget = Budget("the Riccati equation", "try a longer turn or a dearer push")
     a, b = system
     cost, sweeps, residual = state_cost, 0, np.inf
     while residual > SETTLED and sweeps < MOST_SWEEPS and np.abs(cost).max() <= HOPELESS:

@@ -123,6 +123,15 @@ def few_sweeps(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("few_sweeps")
+def test_a_cost_that_grows_by_the_same_each_turn_is_told_unsettled() -> None:
+    drifting = riccati.Linear(np.eye(4), np.zeros((4, 1)))  # as with turns of hardly any time
+    found = riccati.regulator(drifting, np.eye(4), 1.0)
+    assert found.sweeps == 50
+    assert found.residual == pytest.approx(1 / 51)
+    assert found.gain.tolist() == [0, 0, 0, 0]
+
+
+@pytest.mark.usefixtures("few_sweeps")
 def test_a_pole_at_the_bounds_of_its_parameters_moves_by_numbers() -> None:
     least = {"mass_cart": 1e-6, "length": 1e-6, "dt": 1e-6}
     most = {"gravity": 1e6, "force": 1e6, "mass_pole": 1e6, "dt": 1e6}
