@@ -15,9 +15,12 @@ from typing import BinaryIO, cast
 from dmplay.__main__ import main
 from dmplay.cli import config
 from dmplay.errors import BadTranscript
+from dmplay.transcript import format as transcripts
 from dmplay.transcript.reading import parse
 from tests.fuzz.case import GAME, Case, Told
 from tests.support.terminals import clean_environment
+
+TURNS = 500  # of a game that nothing else ends, as each turn takes its honest time
 
 
 class Keyboard(io.TextIOWrapper):
@@ -111,7 +114,9 @@ def _surrounded(variables: Mapping[str, str]) -> None:
 
 @contextlib.contextmanager
 def _spoken(case: Case) -> Iterator[None]:
-    """Its words, what is typed, and the same luck each time for a game without a seed."""
+    """Its words, what is typed, a sooner end for games among agents, and the same luck each time
+    for one without a seed.
+    """
     luck = Random(str(case.words)).randbytes
     with contextlib.ExitStack() as stack:
         stack.callback(gc.set_threshold, *gc.get_threshold())
@@ -120,6 +125,7 @@ def _spoken(case: Case) -> Iterator[None]:
             (sys, "stdin", stack.enter_context(Keyboard(case.typed, terminal=case.terminal))),
             (sys, "excepthook", sys.excepthook),
             (os, "urandom", luck),
+            (transcripts, "MOST_TURNS", TURNS),
         ):
             stack.callback(setattr, place, name, getattr(place, name))
             setattr(place, name, value)

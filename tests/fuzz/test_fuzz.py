@@ -14,7 +14,7 @@ from tests.fuzz.crew import Task, results
 from tests.fuzz.judging import faults
 from tests.fuzz.kinds import KINDS, Kind, case, count
 from tests.fuzz.mutations import MUTATIONS, Mutation
-from tests.fuzz.program import dmplay
+from tests.fuzz.program import TURNS, dmplay
 from tests.fuzz.trial import tried
 from tests.support.cases import CASES
 
@@ -154,6 +154,12 @@ def test_a_problem_that_is_not_made_wrong_is_right() -> None:
     for form in (brought.TABLES, brought.METHODS):
         source = form.format(**brought.RIGHT).encode()
         assert dmplay(Case(brought.COMMANDS[0], {brought.FILE: source})).ending == "exit 0"
+
+
+def test_a_game_among_agents_that_nothing_ends_ends_sooner_than_elsewhere() -> None:
+    idle = ("mountain-car", "--agent", "always-coast", "--quiet", "-o", GAME)
+    told = dmplay(Case(idle))
+    assert f'"turns": {TURNS}, ' in told.files[GAME].decode()
 
 
 def _ends(drawn: Case) -> Told:
