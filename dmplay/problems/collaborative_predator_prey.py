@@ -15,6 +15,7 @@ from itertools import repeat
 
 import numpy as np
 
+from dmplay.budget import Budget
 from dmplay.chance import Array, Bools, Chance, Ints, Pick, Reals, drawn
 from dmplay.columns import Column, Whole, chosen, column, columns, joined, listed
 from dmplay.core import Labels, Outcome, parameter
@@ -184,7 +185,9 @@ class CollaborativePredatorPrey(Hunt):
     @cached_property
     def flights(self) -> Reals:
         """The probability `[S, H]` of each next hex of the prey in every state."""
-        s, size = self.enumerated(), len(self.hexes)
+        size = len(self.hexes)
+        Budget("where the prey goes", "try a smaller map").hold(16.0 * self.states * size)
+        s = self.enumerated()
         still = np.zeros((len(s), self.predators), np.int64)
         pick = self.chance(s, still)[-1]
         assert isinstance(pick, Pick)

@@ -6,11 +6,12 @@ import pytest
 import dmplay
 from dmplay import Labels, belief
 from dmplay.core import Percept, Policy, Problem
-from dmplay.errors import BadPolicy, ImpossibleObservation
+from dmplay.errors import BadPolicy, ImpossibleObservation, TooMuch
 from dmplay.finding.agents import roster
 from dmplay.game.table import Table
 from dmplay.hexes import notation_of
 from dmplay.problems._hunt import STANDARD
+from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
 from dmplay.transcript.format import turn_facts
 from dmplay.words.commands import typed
 from tests.support.screens import seated
@@ -258,6 +259,13 @@ def test_teams_that_cannot_be_planned_are_refused_and_advised_by_the_chase() -> 
                 dmplay.agent(problem, 0, agent)
     assert roster(dmplay.load(NAME, predators=26), 0).adviser == "chase-belief"
     assert roster(PROBLEM, 0).adviser == "qmdp"
+
+
+def test_a_map_too_large_for_a_list_of_where_the_prey_goes_is_refused_at_once() -> None:
+    wide = dmplay.load(NAME, hexes=[[q, 0] for q in range(91)])
+    assert isinstance(wide, CollaborativePredatorPrey)
+    with pytest.raises(TooMuch, match="where the prey goes: 1,046 MB, more than 512"):
+        _ = wide.flights
 
 
 def test_two_who_always_sense_the_prey_are_advised_to_sweep() -> None:
