@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.blocks import MOST, Workers, done
-from dmplay.budget import Budget, Watch, between, part, watched
+from dmplay.budget import MEMORY, Budget, Watch, between, part, watched
 from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.columns import joined
 from dmplay.core import (
@@ -33,6 +33,7 @@ from dmplay.session import MOST_TURNS, actions_chosen
 
 LEAST, SOME, PROBED = 8, 32, 2  # games of a block; games and turns that tell what they cost
 HANDED = 0.006  # seconds in which an engine hands a block to a worker
+COPIES = 8  # of a memory, which a policy makes while it brings it up to date
 QUICK = 0.005  # seconds that these turns of one game take where many can be tried
 
 
@@ -138,12 +139,8 @@ def rollouts(
             raise UnknownName("array to keep", name, Rollout._fields)
     work = partial(_blocks, problem, entrants, games._replace(executor=None, progress=None))
     alone = games.executor is None and workers == 1 and progress is None
-    hands = workers if isinstance(workers, int) else 1
-    at_once = alone or len(which) <= LEAST
-    size = MOST
-    for place, policies in enumerate(() if at_once else entrants):
-        with _games_of(place):
-            size = min(size, _grain(problem, policies, games.seed, hands))
+    hands = 0 if alone else workers if isinstance(workers, int) else 1
+    size = MOST if len(which) <= LEAST else _size(problem, entrants, games.seed, hands)
     kept: tuple[Rollout, ...] | None = None
     played = np.zeros(len(which), bool)
     with watched(progress) if progress else nullcontext():
@@ -163,6 +160,28 @@ def rollouts(
         except KeyboardInterrupt:
             raise Interrupted(_rest(kept, keep, which.start, played)) from None
     return kept or work(which)
+
+
+def _size(problem: Problem, entrants: Sequence[Sequence[Policy]], seed: int, workers: int) -> int:
+    """The games of a block: so many that their memories fit, and no more than suits workers."""
+    size = MOST
+    for place, policies in enumerate(entrants):
+        with _games_of(place):
+            size = min(size, _room(problem, policies, seed))
+            if workers:
+                size = min(size, _grain(problem, policies, seed, workers))
+    return size
+
+
+def _room(problem: Problem, policies: Sequence[Policy], seed: int) -> int:
+    """The games whose memories may be held at a time, by what one game's take."""
+    state = problem.start(uniforms(seed, NATURE, 0, first=0, rows=1, count=problem.draws.start))
+    held = sum(
+        part.nbytes
+        for seat, one in enumerate(policies)
+        for part in asked("turn 1", one.begin, problem.first_sight(state, seat))
+    )
+    return int(np.clip(MEMORY / (COPIES * max(held, 1)), LEAST, MOST))
 
 
 def _grain(problem: Problem, policies: Sequence[Policy], seed: int, workers: int) -> int:

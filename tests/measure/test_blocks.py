@@ -129,6 +129,19 @@ def test_a_few_games_are_played_without_a_trial_of_what_they_cost() -> None:
     assert told[-1] == 1.0
 
 
+def test_games_whose_memories_would_not_fit_together_are_played_block_by_block() -> None:
+    begun = list[int]()
+
+    class Remembering(Random):
+        def begin(self, observation: Array) -> Memory:
+            begun.append(len(observation))
+            return (np.zeros((len(observation), 2**18)),)  # two megabytes a game
+
+    found = rollout(HEX, [Remembering(HEX, 0)], episodes=70, turns=0, seed=5)
+    assert begun == [1, 32, 32, 6]
+    assert same(found, rollout(HEX, [Random(HEX, 0)], episodes=70, turns=0, seed=5))
+
+
 def test_progress_is_told_and_never_less_than_before() -> None:
     told: list[float] = []
     rollout(HEX, WALKER, episodes=200, seed=5, progress=told.append)
