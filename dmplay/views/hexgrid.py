@@ -74,23 +74,33 @@ def grids(
 ) -> Iterator[Text]:
     """The map in every size, the largest first; of those that grow with the screen what fits.
 
-    Each has a line below it if that is no wider, and none where the line has no room. Nobody
-    writes into them: they come again.
+    Each has a line below it if that is no wider, and none where the line has no room. One that has
+    no room itself is as large, and blank. Nobody writes into them: they come again.
     """
     across = [2 * q + r for q, r in hexes]
     up = [r for _, r in hexes]
-    columns, rows = max(across) - min(across) + 2, max(up) - min(up)
-    large = [
-        size
-        for size in LARGE
-        if columns * size.width // 2 + 1 <= look.width
-        and rows * (size.lines + size.slopes) + size.lines + 2 * size.slopes <= look.height
-    ]
-    for size in (*(large if look.large else ()), NORMAL, COMPACT, DOTS, FINE):
+    span, rise = max(across) - min(across), max(up) - min(up)
+    for size in (*(LARGE if look.large else ()), NORMAL, COMPACT, DOTS, FINE):
+        width, height = _extent(size, span, rise)
+        if width > look.width or height > look.height:
+            if size not in LARGE:
+                yield Text("\n" * (height - 1) + " " * width, no_wrap=True)
+            continue
         cells = tuple([cell(hex_, size) for hex_ in hexes])
         marks = f"; {MARKS}" if look.regret is not None and size.lines < 2 else ""
         told = (f"{caption}{marks}", marks[2:], caption) if caption else ()
         yield from _captioned(tuple(hexes), cells, size, told)
+
+
+def _extent(size: Size, span: int, rise: int) -> tuple[int, int]:
+    """Columns and rows of a map whose hexes are half as many and as many apart; of dots at least
+    so many columns, as what stands beside the last may be blank.
+    """
+    first = span * size.width // 2
+    if not size.lines:
+        return first + 1, rise + 1
+    pitch = size.lines + size.slopes
+    return first + size.width + 1, (rise + 1) * pitch + size.slopes
 
 
 def grid(hexes: Sequence[Hex], cell: Callable[[Hex, Size], Cell], size: Size) -> Text:

@@ -1,6 +1,8 @@
-"""Maps of hexes: what came of a move on them."""
+"""Maps of hexes: what came of a move on them, and what they take to be drawn."""
 
-from dmplay.views.hexgrid import Walk, walked
+from dmplay.views.canvas import size as measured
+from dmplay.views.hexgrid import Cell, Size, Walk, grids, walked
+from dmplay.views.style import Look
 
 
 def test_a_walk_is_straight_on_a_slip_or_a_bump() -> None:
@@ -12,3 +14,27 @@ def test_a_walk_is_straight_on_a_slip_or_a_bump() -> None:
 def test_a_walk_says_itself() -> None:
     walks = Walk("NE", False), Walk("E", True), Walk("", False)
     assert [walk.said for walk in walks] == ["moved NE", "slipped, moved E", "bumped, stayed"]
+
+
+def test_a_map_without_room_is_as_large_but_blank() -> None:
+    def hex_(place: object, size: Size) -> Cell:
+        return Cell("@", dot="@")
+
+    hexes = [(q, 0) for q in range(5)]
+    roomy, narrow = ([*grids(hexes, hex_, Look(columns, 9))] for columns in (31, 30))
+    assert [measured(drawn) for drawn in roomy] == [(31, 4), (21, 3), (18, 1), (9, 1)]
+    assert measured(narrow[0]) == (31, 4)
+    assert not narrow[0].plain.strip()
+    assert [drawn.plain for drawn in narrow[1:]] == [drawn.plain for drawn in roomy[1:]]
+
+
+def test_hexes_far_apart_are_no_work() -> None:
+    drawn = list[object]()
+
+    def hex_(place: object, size: Size) -> Cell:
+        drawn.append(place)
+        return Cell("@")
+
+    smallest = [*grids([(-1000, -1000), (1000, 1000)], hex_, Look(300, 100))][-1]
+    assert measured(smallest) == (6001, 2001)
+    assert not drawn
