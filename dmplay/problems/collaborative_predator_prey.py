@@ -193,9 +193,10 @@ class CollaborativePredatorPrey(Hunt):
         assert isinstance(pick, Pick)
         flights = np.zeros((len(s), size))
         for way, p in enumerate(pick.probabilities().T):
-            events = (*still.T, np.where(p > 0, way, 0))
-            moved = self.move(s, still, events).state[:, -1]
-            flights[np.arange(len(s)), moved] += p
+            taken = np.flatnonzero(p)
+            stays = still[taken]
+            moved = self.move(s[taken], stays, (*stays.T, np.full(len(taken), way))).state[:, -1]
+            flights[taken, moved] += p[taken]
         return flights
 
     def carry(
