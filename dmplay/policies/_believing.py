@@ -115,16 +115,20 @@ class Believing(Seated, ABC):
         return {kind: _flow(parts, size) for kind, parts in flow.items()}
 
 
-def by_turn(before: Reals, turns: Ints, after: Callable[[Reals, int], Reals]) -> Reals:
-    """Beliefs `[B, S]` after a turn, numbered for each row: rows of one turn follow together."""
+def by_turn(b: Reals, turns: Ints, found: Callable[[Reals, int], Array]) -> Array:
+    """What is found `[B, ...]` of beliefs `[B, S]` and a turn, numbered for each row.
+
+    Rows of one turn are looked at together.
+    """
     each = np.flatnonzero(np.bincount(turns)).tolist()
     if len(each) == 1:
-        return np.ascontiguousarray(after(before, each[0]))
-    found = np.empty_like(before)
-    for turn in each:
-        rows = np.flatnonzero(turns == turn)
-        found[rows] = after(before.take(rows, axis=0), turn)
-    return found
+        return np.ascontiguousarray(found(b, each[0]))
+    rows = [np.flatnonzero(turns == turn) for turn in each]
+    parts = [found(b.take(which, axis=0), turn) for which, turn in zip(rows, each, strict=True)]
+    whole: Array = np.empty((len(b), *parts[0].shape[1:]), parts[0].dtype)
+    for which, part in zip(rows, parts, strict=True):
+        whole[which] = part
+    return whole
 
 
 def _summed(cell: Ints, weight: Reals) -> tuple[Ints, Reals]:

@@ -1,7 +1,9 @@
 """Policies for catch, on the belief over proficiencies."""
 
+from collections import defaultdict
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from itertools import count
 
 import numpy as np
 
@@ -56,16 +58,29 @@ class Optimal(Countdown):
         return {}
 
     def ahead(self, b: Reals, left: int) -> Reals:
-        """Q of the beliefs; one that came up before is not searched again."""
+        """Q of the beliefs."""
+        q, which = self._looked_up(b, left)
+        return q.take(which, axis=0)
+
+    def best(self, b: Reals, left: int) -> Array:
+        """The first of the best throws, found once for each belief."""
+        q, which = self._looked_up(b, left)
+        return greedy(q).take(which)
+
+    def _looked_up(self, b: Reals, left: int) -> tuple[Reals, Ints]:
+        """Q `[K, A]` of the K different beliefs, and which of them each row has `[B]`.
+
+        One that came up before is not searched again.
+        """
         known = self._known.setdefault(left, {})
         keys = np.ascontiguousarray(b).view(f"V{b.shape[1] * b.itemsize}")[:, 0].tolist()
-        place = {key: nth for nth, key in enumerate(dict.fromkeys(keys))}
+        place = defaultdict[bytes, int](count().__next__)
+        which = np.fromiter(map(place.__getitem__, keys), np.int64, len(keys))
         if fresh := [key for key in place if key not in known]:
             beliefs = np.frombuffer(b"".join(fresh)).reshape(len(fresh), -1)
             found = _searched(self.problem).action_values(beliefs, left)
             known.update(zip(fresh, found, strict=True))
-        which = np.fromiter(map(place.__getitem__, keys), np.int64, len(keys))
-        return np.array([known[key] for key in place]).take(which, axis=0)
+        return np.array([known[key] for key in place]), which
 
 
 @lru_cache(maxsize=4)

@@ -5,12 +5,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
-import numpy as np
-
-from dmplay.chance import Reals
+from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import Memory, parameter
-from dmplay.policies._believing import Believing, Counting
+from dmplay.policies._believing import Believing, Counting, by_turn
 from dmplay.policies.kinds import Maximising
+from dmplay.solvers.value_iteration import greedy
 
 LONGEST = 1000  # turns that are planned
 LIGHT = 1e-12  # weight of a turn from which on a game is worth what it is without end
@@ -46,18 +45,21 @@ class Countdown(Counting, Planner):
     def ahead(self, b: Reals, left: int) -> Reals:
         """Q `[B, A]` of beliefs `[B, S]` with so many rewards to come."""
 
+    def best(self, b: Reals, left: int) -> Array:
+        """The first of the best actions `[B]`, as of `ahead`."""
+        return greedy(self.ahead(b, left))
+
     def values(self, memory: Memory) -> Reals:
         """Q of each action with the turns that are left."""
-        b, done = memory
-        left = self.horizon - done % self.horizon
-        each = np.flatnonzero(np.bincount(left)).tolist()
-        if len(each) == 1:
-            return self.ahead(b, each[0])
-        q = np.zeros((len(b), self.problem.action_counts[self.seat]))
-        for turns in each:
-            rows = left == turns
-            q[rows] = self.ahead(b[rows], turns)
-        return q
+        return by_turn(memory[0], self._left(memory), self.ahead)
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """The first of the best actions with the turns that are left."""
+        return by_turn(memory[0], self._left(memory), self.best)
+
+    def _left(self, memory: Memory) -> Ints:
+        """The rewards to come `[B]`."""
+        return self.horizon - memory[1] % self.horizon
 
     def in_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
         """One that plans the whole game, where that can be done in time."""

@@ -118,6 +118,18 @@ def test_a_belief_is_searched_once() -> None:
     assert len(policy._known) == 1
     policy.values(memory)
     assert len(policy._known) == 1
+    assert len(policy._known[4]) == 1
+
+
+def test_games_with_as_many_turns_to_go_are_looked_at_together() -> None:
+    policy, b = Optimal(CATCH, 0, horizon=4), np.array([[0.3, 0.3, 0.2, 0.2], [0.6, 0, 0, 0.4]])
+    memory = b[[0, 1, 0, 1, 0]], np.array([1, 2, 3, 3, 1])
+    chosen = policy.choose(memory, None, np.zeros((5, 0)))
+    assert [CATCH.action_name(0, a) for a in chosen] == ["50", "50", "40", "60", "50"]
+    alone = [
+        policy.ahead(b[[row]], left)[0] for row, left in ((0, 3), (1, 2), (0, 1), (1, 1), (0, 3))
+    ]
+    np.testing.assert_array_equal(policy.values(memory), alone)
 
 
 def test_the_optimal_thrower_earns_what_it_values() -> None:
