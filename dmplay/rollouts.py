@@ -328,7 +328,7 @@ def _whole(ended: Sequence[tuple[int, Memory]]) -> Memory:
 
 
 def _rows(arrays: Memory, which: Ints) -> Memory:
-    return tuple(part.take(which, axis=0) for part in arrays)
+    return tuple([part.take(which, axis=0) for part in arrays])
 
 
 def _choice(where: str, policy: Policy, memory: Memory, legal: Bools | None, u: Reals) -> Array:
@@ -338,14 +338,15 @@ def _choice(where: str, policy: Policy, memory: Memory, legal: Bools | None, u: 
 
 def _able(known: Labels | Interval, chosen: Array, legal: Bools | None, where: str) -> Array:
     """Actions `[B]` as they will act; raises IllegalAction where a session would."""
-    named = bool(known.labels)
-    ends = np.minimum.reduce(chosen), np.maximum.reduce(chosen)
-    for one in np.unique(chosen) if named and chosen.dtype.kind == "f" else ends:
-        known.check(one.item(), where)
-    if not named:
-        return chosen
-    done = chosen.astype(np.int64, copy=False)
-    if legal is not None:
+    if known.labels and chosen.dtype.kind == "f":
+        for one in np.unique(chosen):
+            known.check(one.item(), where)
+    done = chosen.astype(np.int64, copy=False) if known.labels else chosen
+    # Read without a sign, what is below 0 is beyond the last label.
+    if not known.labels or np.maximum.reduce(done.view(np.uint64)) >= len(known.labels):
+        for one in (done.min(), done.max()):
+            known.check(one.item(), where)
+    if known.labels and legal is not None:
         able = legal.reshape(-1).take(np.arange(0, legal.size, legal.shape[1]) + done)
         if not able.all():
             row = able.argmin()
