@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.chance import MANY, SHORT, Array, Bools, Categorical, Chance, Pick, drawn, sample
+from dmplay.chance import FEW, MANY, SHORT, Array, Bools, Categorical, Chance, Pick, drawn, sample
 from dmplay.core import (
     GRID,
     WAIT,
@@ -166,7 +166,7 @@ def test_the_nearest_action_to_a_number_lies_within_the_bounds() -> None:
     assert SPAN.nearest(np.array([-3.0, 0.1234567891, 3.0])).tolist() == [-1, 0.123456789, 1]
 
 
-@pytest.mark.parametrize("kinds", [1, 3, SHORT + 1, SHORT + 2])
+@pytest.mark.parametrize("kinds", [1, 3, FEW + 2, SHORT + 1, SHORT + 2])
 def test_many_rows_have_the_events_that_each_has_alone(kinds: int) -> None:
     edges = np.arange(1, kinds) / kinds
     u = np.r_[edges, np.linspace(0.0, 0.999, MANY)][:, None]
@@ -174,6 +174,13 @@ def test_many_rows_have_the_events_that_each_has_alone(kinds: int) -> None:
     every = np.tile(edges, (len(u), 1))
     for chance in (Categorical(edges[None]), Categorical(every)):
         assert chance.sample(u).tolist() == alone
+
+
+def test_where_edges_crowd_each_uniform_lies_between_the_right_two() -> None:
+    edges = np.sort(np.r_[np.full(9, 0.25), 0.25 + 1e-9 * np.arange(9), np.zeros(3), np.ones(3)])
+    u = np.r_[edges[edges < 1], np.linspace(0.249, 0.251, MANY), 0.999999999][:, None]
+    chance = Categorical(edges[None])
+    assert chance.sample(u).tolist() == [chance.event(one) for one in u[:, 0].tolist()]
 
 
 def test_a_row_alone_draws_what_it_draws_beside_others() -> None:
