@@ -1,8 +1,10 @@
-"""What whole games cost beside bare steps, of the agents that go by what they see alone.
+"""What whole games cost beside their steps, of the agents that go by what they see alone.
 
-Bare steps are those of the same turns: the same states and joint actions in batches as large, with
-nature's dice and, where there is one, the legal mask. Needed besides, and no rollout's own, are the
-agents' dice and thoughts and whether a game is over: what remains goes into looking after it all.
+Three floors, all of the same turns: the same states and joint actions in batches as large.
+Bare steps are those with nature's dice and, where there is one, the legal mask. Random steps are
+these with the opening of each game, whether it is over and an action drawn for each seat, as
+`benchmark_step` of Gymnasium and the speed benchmark of pgx time a step. With agents they have the
+agents' own dice and thoughts instead. What remains goes into looking after it all.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -44,6 +46,7 @@ class Noting:
         return self.policy.draws
 
     def begin(self, observation: Array) -> Memory:
+        self.thoughts.append(partial(self.policy.begin, observation))
         return self.policy.begin(observation)
 
     def update(self, memory: Memory, percept: Percept) -> Memory:
@@ -59,16 +62,16 @@ class Noting:
 
 
 def report(runs: int) -> None:
-    """Prints a line an agent: nanoseconds a turn of a game, and how many times the two floors."""
+    """Prints a line an agent: nanoseconds a turn of a game, and how many times each floor."""
     print(f"\n{GAMES} games of {TURNS} turns, medians of {runs} runs: nanoseconds a turn of a game")
-    print(f"{'':<44} whole  bare steps   times  with agents   times")
+    print(f"{'':<44} whole  bare steps   times  random steps   times  with agents   times")
     for name in problem_names():
         problem = dmplay.load(name)
         for agent, policies in _teams(problem):
-            whole, bare, needed = _costs(problem, policies, runs)
-            floor = bare + needed
-            print(f"{name + ' ' + agent:<44}{whole:6.1f}{bare:12.1f}{whole / bare:8.2f}"
-                  f"{floor:13.1f}{whole / floor:8.2f}", flush=True)  # fmt: skip
+            whole, bare, drawn, needed = _costs(problem, policies, runs)
+            floors = (bare, 12), (bare + drawn, 14), (bare + needed, 13)
+            told = "".join(f"{floor:{wide}.1f}{whole / floor:8.2f}" for floor, wide in floors)
+            print(f"{name + ' ' + agent:<44}{whole:6.1f}{told}", flush=True)
 
 
 def _teams(problem: Problem) -> Iterator[tuple[str, list[Policy]]]:
@@ -83,8 +86,8 @@ def _teams(problem: Problem) -> Iterator[tuple[str, list[Policy]]]:
                 continue
 
 
-def _costs(problem: Problem, policies: Sequence[Policy], runs: int) -> tuple[float, float, float]:
-    """What a turn of a game takes in a rollout, as a bare step, and of what is needed besides."""
+def _costs(problem: Problem, policies: Sequence[Policy], runs: int) -> list[float]:
+    """What a turn takes in a rollout, as a bare step, and more as a random one or with agents."""
     turns = list[tuple[Array, Array]]()
 
     def note(s: Array, a: Array, outcome: Outcome) -> Reals:
@@ -100,9 +103,22 @@ def _costs(problem: Problem, policies: Sequence[Policy], runs: int) -> tuple[flo
             u = uniforms(SEED, NATURE, turn, rows=GAMES, count=problem.draws.step)
             problem.step(s, a, u[: len(s)])
 
-    def needed() -> None:
-        for turn, (s, _) in enumerate(turns, 1):
+    def begun() -> None:
+        problem.start(uniforms(SEED, NATURE, 0, rows=GAMES, count=problem.draws.start))
+        for s, _ in turns:
             problem.terminal(s)
+
+    def drawn() -> None:
+        begun()
+        for turn, (s, _) in enumerate(turns, 1):
+            legal = problem.legal(s)
+            for seat, known in enumerate(problem.actions):
+                u = uniforms(SEED, 1 + seat, turn, rows=len(s), count=1)
+                known.draw(u[:, 0], None if legal is None else legal[:, seat])
+
+    def needed() -> None:
+        begun()
+        for turn in range(1, len(turns) + 1):
             for seat, policy in enumerate(policies):
                 uniforms(SEED, 1 + seat, turn, rows=GAMES, count=policy.draws)
         for one in noting:
@@ -113,9 +129,8 @@ def _costs(problem: Problem, policies: Sequence[Policy], runs: int) -> tuple[flo
         rollout(problem, policies, episodes=GAMES, turns=TURNS, seed=SEED)
 
     played = sum(len(s) for s, _ in turns)
-    spent = [[_seconds(work) for work in (whole, bare, needed)] for _ in range(runs)]
-    one, other, third = (median(each) / played * 1e9 for each in zip(*spent, strict=True))
-    return one, other, third
+    spent = [[_seconds(work) for work in (whole, bare, drawn, needed)] for _ in range(runs)]
+    return [median(each) / played * 1e9 for each in zip(*spent, strict=True)]
 
 
 def _seconds(work: Work) -> float:
