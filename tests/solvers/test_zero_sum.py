@@ -38,3 +38,26 @@ def test_each_side_secures_the_value_against_everything() -> None:
             assert mix.sum() == pytest.approx(1)
         assert (row @ payoffs).min() == pytest.approx(value, abs=1e-9)
         assert (payoffs @ column).max() == pytest.approx(value, abs=1e-9)
+
+
+def test_actions_that_are_almost_as_good_are_told_apart() -> None:
+    draw = np.random.default_rng(1)
+    near = draw.integers(0, 3, (600, 3, 3)) + 1e-6 * draw.integers(-2, 3, (600, 3, 3))
+    nearly = np.array([[2.000001, -1e-06, 0.999999], [1, 0, 1], [2.000001, 0, -1e-06]])
+    payoffs = np.concatenate([nearly[None], near])
+    found = zero_sum.every(payoffs)
+    assert found.values[0] == pytest.approx(0, abs=1e-12)
+    assert np.einsum("sa,sab->sb", found.rows, payoffs).min(axis=1) == pytest.approx(
+        found.values, abs=1e-9
+    )
+    assert np.einsum("sab,sb->sa", payoffs, found.columns).max(axis=1) == pytest.approx(
+        found.values, abs=1e-9
+    )
+
+
+def test_a_game_that_rounding_sends_in_circles_is_solved(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(zero_sum, "PIVOTS", 0)  # as if it never came to an end
+    found = zero_sum.every(np.array([[[4.0, 0.0], [1.0, 3.0]]]))
+    assert found.values.tolist() == [2.0]
+    assert found.rows == pytest.approx(np.array([[1 / 3, 2 / 3]]))
+    assert found.columns == pytest.approx(np.array([[0.5, 0.5]]))
