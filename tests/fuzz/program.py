@@ -15,12 +15,14 @@ from typing import BinaryIO, cast
 from dmplay.__main__ import main
 from dmplay.cli import config
 from dmplay.errors import BadTranscript
+from dmplay.policies import collaborative_predator_prey as hunters
 from dmplay.transcript import format as transcripts
 from dmplay.transcript.reading import parse
 from tests.fuzz.case import GAME, Case, Told
 from tests.support.terminals import clean_environment
 
 TURNS = 500  # of a game that nothing else ends, as each turn takes its honest time
+PLANNED = 1e6  # work for the plan of a hunt, beside which searchers act, which takes longer too
 
 
 class Keyboard(io.TextIOWrapper):
@@ -114,8 +116,8 @@ def _surrounded(variables: Mapping[str, str]) -> None:
 
 @contextlib.contextmanager
 def _spoken(case: Case) -> Iterator[None]:
-    """Its words, what is typed, a sooner end for games among agents, and the same luck each time
-    for one without a seed.
+    """Its words, what is typed, less work where much is done rightly, and the same luck each time
+    for a game without a seed.
     """
     luck = Random(str(case.words)).randbytes
     with contextlib.ExitStack() as stack:
@@ -126,6 +128,7 @@ def _spoken(case: Case) -> Iterator[None]:
             (sys, "excepthook", sys.excepthook),
             (os, "urandom", luck),
             (transcripts, "MOST_TURNS", TURNS),
+            (hunters, "PLANNED", PLANNED),
         ):
             stack.callback(setattr, place, name, getattr(place, name))
             setattr(place, name, value)
