@@ -11,6 +11,7 @@ from tests.fuzz.mutations import AGENTS, near
 from tests.support.seats import FOREIGN
 
 PONDEROUS = {"equilibrium", "joint-plan"}  # agents that, as they are, take longer than a case
+SOON = "simulations=100"  # with which a search for the whole of a game chooses within a case
 OPTIONS = (
     "--seed", "--episode", "--turns", "--variant", "--vs", "--seat", "--rate", "--speed", "--width",
     "--keys", "--theme", "--color", "-o", "--record", "--json", "--strict", "--quiet", "--plain",
@@ -48,6 +49,8 @@ def agent(random: Random) -> Case:
     base = random.choice((*roster, *AGENTS))
     known = agents.settings(roster[base]) if base in roster else {}
     given = [_setting(random, known) for _ in range(random.choice((0, 1, 1, 2)) if known else 0)]
+    if base == "search" and not any(one.startswith("simulations") for one in given):
+        given.append(SOON)
     who = f"{base}:{','.join(given)}" if given else base
     if random.random() < 0.2:
         who = absurd.argument(random) + who
