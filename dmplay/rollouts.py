@@ -34,6 +34,7 @@ from dmplay.session import MOST_TURNS, actions_chosen
 LEAST, SOME, PROBED = 8, 32, 2  # games of a block; games and turns that tell what they cost
 HANDED = 0.006  # seconds in which an engine hands a block to a worker
 COPIES = 8  # of a memory, which a policy makes while it brings it up to date
+SPARE = 2**24  # bytes that are freed and kept for the next arrays
 QUICK = 0.005  # seconds that these turns of one game take where many can be tried
 
 
@@ -231,6 +232,7 @@ def _blocks(
     problem: Problem, entrants: Sequence[Sequence[Policy]], games: Games, which: range
 ) -> tuple[Rollout, ...]:
     """Has each of the entrants play these of the games."""
+    np.empty(SPARE, np.uint8)  # until as much is freed at once, glibc returns arrays page by page
     games = games._replace(which=which)
     found = []
     for place, policies in enumerate(entrants):

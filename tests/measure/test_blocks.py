@@ -1,6 +1,7 @@
 """Many games in blocks: the same bits whoever plays them, and what is lost is done again."""
 
 import os
+import platform
 import signal
 import subprocess
 import sys
@@ -140,6 +141,26 @@ def test_games_whose_memories_would_not_fit_together_are_played_block_by_block()
     found = rollout(HEX, [Remembering(HEX, 0)], episodes=70, turns=0, seed=5)
     assert begun == [1, 32, 32, 6]
     assert same(found, rollout(HEX, [Random(HEX, 0)], episodes=70, turns=0, seed=5))
+
+
+HUNTS = """
+import resource
+import dmplay
+
+hunt = dmplay.load("predator-prey")
+pair = [dmplay.agent(hunt, 0, "chase"), dmplay.agent(hunt, 1, "flee")]
+for _ in range(2):  # what is made once is made
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+    dmplay.rollout(hunt, pair, episodes=10_000, turns=20)
+print(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="others keep what is freed their way")
+def test_one_turn_is_played_in_the_memory_of_the_last() -> None:
+    done = subprocess.run([sys.executable, "-c", HUNTS], capture_output=True, check=True)
+    assert int(done.stdout) < 1000  # pages of 4 kB; each turn has some 500 at a time
 
 
 def test_progress_is_told_and_never_less_than_before() -> None:
