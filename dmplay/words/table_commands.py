@@ -10,7 +10,7 @@ from dmplay.game.answer import answer
 from dmplay.game.formats import FORMATS
 from dmplay.game.request import words_of
 from dmplay.game.saves import copied
-from dmplay.game.seats import seat_policy, told_in
+from dmplay.game.seats import people, seat_policy, told_in
 from dmplay.game.start import retold
 from dmplay.game.table import Table
 
@@ -56,12 +56,15 @@ def agent(table: Table, argument: str) -> str:
     game = table.game
     words = argument.split()
     if not words:
-        seats = zip(game.problem.agents, game.seats, strict=True)
-        return f"seats: {', '.join(f'{name} {who}' for name, who in seats)}."
+        told = zip(game.problem.agents, game.seats, strict=True)
+        return f"seats: {', '.join(f'{name} {who}' for name, who in told)}."
     name, who = (game.problem.agents[0], words[0]) if len(words) == 1 else words[:2]
     seat_policy(game.problem, game.problem.seat(name), who)  # refuses what cannot sit there
-    sitting = [*(game.request.seats if game.request else ()), f"{name}={who}"]
-    return table.asks(f"agent {argument}") or table.restart(seats=sitting)
+    seats = [*(game.request.seats if game.request else ()), f"{name}={who}"]
+    sitting = [*game.seats]
+    sitting[game.problem.seat(name)] = who
+    for_people = {} if people(sitting) else {"player": "", "ghost": ""}
+    return table.asks(f"agent {argument}") or table.restart(seats=seats, **for_people)
 
 
 def set_(table: Table, argument: str) -> str:

@@ -94,6 +94,17 @@ def test_another_agent_or_parameter_meets_the_same_dice(tmp_path: Path) -> None:
     assert "--set discount=0.5" in seat.game.again
 
 
+def test_an_agent_takes_the_seat_of_a_person_who_had_a_name_and_a_ghost(tmp_path: Path) -> None:
+    seat = table(tmp_path, problem="prisoners-dilemma", player="ann", ghost="grim")
+    typed(seat, "agent agent2 random")
+    assert seat.game.request is not None
+    assert (seat.game.request.player, seat.game.request.ghost) == ("ann", "grim")
+    typed(seat, "agent grim")
+    assert seat.game.people == []
+    assert read(tmp_path / "game-3.dmt").header.player == ""
+    assert seat.game.ghost is None
+
+
 def test_a_game_begins_anew_with_what_was_set_before(tmp_path: Path) -> None:
     seat = table(tmp_path, problem="predator-prey", strict=True, turns=9)
     typed(seat, "agent predator random")
