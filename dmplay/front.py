@@ -8,7 +8,7 @@ from shlex import quote
 
 from dmplay import __version__
 from dmplay.describe import counted
-from dmplay.errors import DmplayError
+from dmplay.errors import BadParameter, DmplayError
 from dmplay.finding import problems
 from dmplay.gallery.gallery import SHELL, Gallery
 from dmplay.gallery.offers import offers
@@ -33,6 +33,9 @@ help tells the rest, Ctrl-D leaves"""
 def sit(table: Table, sitting: Sitting) -> int:
     """Plays the game that is wanted with the front end that the terminal allows; the exit code."""
     terminal, quiet = here(sitting.wishes), sitting.quiet
+    why = "--quiet" if quiet else terminal.why
+    if sitting.timed and why:
+        raise BadParameter(f"--rate: real time is for the full screen; there is none (from {why})")
     table.put(begin(sitting.wanted))
     code = 0
     with _closing(table, quiet=quiet):

@@ -37,6 +37,7 @@ def play(
     trust: options.Trust = False,
     *,
     wishes: Wishes,
+    ctx: typer.Context,
 ) -> object:
     """Play a problem, or watch agents play it.
 
@@ -51,14 +52,15 @@ def play(
 
     if str(record) == "-" and not quiet:
         raise BadParameter("-o -: only with --quiet; else the game itself is told there")
-    if rate and not wishes.motion:
+    timed = options.is_said(ctx, "rate")
+    if timed and not wishes.motion:
         raise BadParameter("--rate: real time moves by itself; leave out --no-motion")
     how = "hints" if strict_hints else strict
     request = Request(
         problem, variant, set_, seed, episode, agent=agent, others=vs, seats=seat, ghost=ghost,
         turns=turns, record=record, frames=frames, force=force, strict=how, reveal=reveal,
         player=player, keys=options.wanted_keys(keys), asks=here(wishes).asks,
-        timed=bool(rate),
+        timed=timed,
     )  # fmt: skip
     if assignment:
         from dmplay.measure.assignment import read
@@ -66,7 +68,7 @@ def play(
         request = read(assignment).request(request, trusted=trust)
     elif not problem:
         raise BadParameter("missing argument 'PROBLEM'; see dmplay play --help")
-    return Sitting(request, wishes, quiet, speed, rate)
+    return Sitting(request, wishes, quiet, speed, rate if wishes.motion else None)
 
 
 @options.wishes()

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from rich.text import Text
 
+from dmplay.errors import BadParameter
 from dmplay.game.request import Recording, Request, Wanted
 from dmplay.terminal import Wishes
 
@@ -23,9 +24,16 @@ class Sitting(NamedTuple):
     rate: float | None = None  # turns a second in real time
 
     @property
+    def timed(self) -> bool:
+        """Whether real time was asked for, and not only by a file of settings."""
+        return isinstance(self.wanted, Request) and self.wanted.timed
+
+    @property
     def at_a_table(self) -> Wanted:
         """The game as one that people play after another: they may be asked, and it is kept."""
         match self.wanted:
+            case Request(timed=True):
+                raise BadParameter("--rate: real time is for the screen that dmplay play opens")
             case Request():
                 return replace(self.wanted, keep=True, asks=True)
             case Recording():

@@ -27,7 +27,9 @@ class Request:
     turns: int | None = None
     record: Path | None = None
     frames: bool = False
-    timed: bool = field(default=False, kw_only=True)  # whether it is to be played in real time
+    timed: bool = field(
+        default=False, kw_only=True
+    )  # whether real time was said, and not by a file alone
     force: bool = False
     strict: bool | str = False
     reveal: bool = False

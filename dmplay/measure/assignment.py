@@ -68,7 +68,9 @@ class Assignment:
         seed, record = self._next(wanted)
         told = replace(self.header, problem=name, seed=seed, player=wanted.player)
         asked = repeated(told, seats, record, wanted.keys)
-        return replace(asked, frames=wanted.frames, force=wanted.force, asks=wanted.asks)
+        return replace(
+            asked, frames=wanted.frames, force=wanted.force, asks=wanted.asks, timed=wanted.timed
+        )
 
     def _next(self, wanted: Request) -> tuple[int, Path]:
         """The seed of the next game, and its file."""

@@ -21,6 +21,7 @@ from dmplay.cli.settings import defaults, in_force, options
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.game.errand import Sitting
 from dmplay.game.request import Request
+from dmplay.game.table import Table
 from tests.support import programs
 
 GROUP: Any = root()
@@ -424,6 +425,16 @@ def test_an_agent_that_a_file_names_sits_where_it_plays_and_is_refused_with_the_
         refused = rf"config\.toml: play\.{option}: unknown agent 'grimm'; did you mean grim\?"
         with pytest.raises(BadParameter, match=refused):
             understood(["play", "prisoners-dilemma"])
+
+
+def test_real_time_off_the_screen_is_refused_unless_only_a_file_wishes_it(place: Path) -> None:
+    refused = "error: --rate: real time is for the full screen; there is none (from --plain)\n"
+    assert run(place, "cart-pole", "--rate", "--plain").stderr == refused
+    with pytest.raises(BadParameter, match="--rate: real time is for the screen"):
+        Table(program=understood).ask(["play", "cart-pole", "--rate"])
+    users(place, "[play]\nrate = 20.0\n")
+    Table(program=understood).ask(["play", "cart-pole"])
+    assert run(place, "cart-pole", "--plain", "--no-motion", stdin="left\n").returncode == 0
 
 
 def test_what_a_file_wishes_for_people_and_transcripts_is_for_games_with_them(place: Path) -> None:
