@@ -122,9 +122,10 @@ def optimal(graph: Graph, discount: float) -> Swept:
     values, many = np.zeros(len(order)), len(graph.live)
     if not many:
         return Swept(graph, values, np.zeros(0), 0.0, 0)
-    blocks, bare, handed = _blocks(graph, order, near), graph.bare, [graph]
+    ends = discount == 1.0 or many < len(order)
+    blocks, bare, handed = _blocks(graph, order, near, ends=ends), graph.bare, [graph]
     del graph
-    swept = _ordered(handed.pop(), order, blocks, discount)
+    swept = _ordered(handed.pop(), order, blocks, discount, ends=ends)
     cost = 3 * (ROUND * len(swept.blocks) + EACH * len(swept.p))
     far = discount / (1.0 - discount) if discount < 1.0 else 1.0
     gaps, wanted = [np.inf], 0.0
@@ -227,13 +228,14 @@ def _backwards(graph: Graph) -> tuple[Array, Ints]:
     return before, edges(np.bincount(graph.after, minlength=len(graph.states)))
 
 
-def _ordered(graph: Graph, order: Ints, blocks: list[tuple[int, int]], discount: float) -> _Ordered:
+def _ordered(
+    graph: Graph, order: Ints, blocks: list[tuple[int, int]], discount: float, *, ends: bool
+) -> _Ordered:
     """The numbers of a graph in the order of its states."""
     rows, which = gathered(graph.rows, order)
     starts, outcomes = gathered(graph.starts, which)
     place = np.empty(len(order), graph.after.dtype)
     place[order] = np.arange(len(order))
-    ends = discount == 1.0 or len(graph.live) < len(order)
     p, graph = graph.p[outcomes], graph._replace(p=NONE)  # of many, arrays of a gigabyte in all
     after, rewards, graph = graph.after[outcomes], graph.rewards[which, 0], graph.bare
     del outcomes
@@ -250,10 +252,10 @@ def _ordered(graph: Graph, order: Ints, blocks: list[tuple[int, int]], discount:
     return _Ordered(rows, rewards, starts, p, after, stay, which, blocks, ends)
 
 
-def _blocks(graph: Graph, order: Ints, near: Ints) -> list[tuple[int, int]]:
-    """States of one distance, or of a few, that do not have too many outcomes."""
+def _blocks(graph: Graph, order: Ints, near: Ints, *, ends: bool) -> list[tuple[int, int]]:
+    """States that do not have too many outcomes: of one distance, or of a few, where games end."""
     many = len(graph.live)
-    levels = np.flatnonzero(np.diff(near[:many], prepend=-1))
+    levels = np.flatnonzero(np.diff(near[:many], prepend=-1)) if ends else np.zeros(1, int)
     levels = levels[:: max(-(-len(levels) // MOST_BLOCKS), 1)]
     outcomes = edges(np.diff(graph.starts[graph.rows])[order[:many]])
     parts = np.searchsorted(outcomes, np.arange(0, outcomes[-1], BLOCK))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from dmplay import Labels, Outcome, Tabular, agent, rollout
+from dmplay.budget import within
 from dmplay.chance import Array, Bools, Categorical, Chance, Reals
 from dmplay.core import parameter
 from dmplay.errors import TooMuch
@@ -123,6 +124,28 @@ class Ring(Tabular):
         flow = Rows(np.arange(901) * 2, after.ravel(), np.full(1800, 0.5))
         paid = np.random.default_rng(3).normal(size=(900, 1))
         return Sparse(flow, paid)
+
+
+@dataclass(frozen=True)
+class Corridor(Tabular):
+    """A long walk to a treasure that is paid for ever."""
+
+    discount: float = 0.9
+    actions = (Labels(("back", "on")),)
+    names = tuple(f"place{n}" for n in range(2000))
+
+    @cached_property
+    def tables(self) -> Sparse:
+        place = np.arange(4000) // 2
+        after = np.clip(place + np.array([-1, 1] * 2000), 0, 1999)
+        paid = (np.arange(4000) == 3999)[:, None].astype(float)
+        return Sparse(Rows(np.arange(4001), after, np.ones(4000)), paid)
+
+
+def test_all_of_a_long_walk_without_an_end_is_swept_at_once() -> None:
+    with within(1e9):
+        swept = backward_sweeps.optimal(graph.whole(Corridor()), 0.9)
+    np.testing.assert_allclose(swept.values, 10 * 0.9 ** np.arange(1999, -1, -1), atol=1e-6)
 
 
 def test_the_bounds_hold_in_a_ring_without_an_end() -> None:
