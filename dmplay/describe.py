@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import fields
+from decimal import ROUND_CEILING, Context
 
 from dmplay.core import Continuous, Labels, Numbers, Problem, Sight
 
@@ -71,6 +72,12 @@ def score(problem: Problem) -> str:
 def brief(value: float) -> str:
     """A score in few digits: four, or more where all of them are whole."""
     return f"{value:.4g}" if abs(value) < FEW else f"{value:.0f}"
+
+
+def at_most(bound: float, digits: int = 1) -> str:
+    """A bound from above in few digits, rounded up, so that what is told holds too."""
+    up = Context(digits, ROUND_CEILING).create_decimal(repr(float(bound)))
+    return f"{float(up):.{digits}g}"
 
 
 def ended(reason: str | None) -> str:

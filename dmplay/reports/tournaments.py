@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from dmplay.core import Policy, Problem
-from dmplay.describe import counted
+from dmplay.describe import at_most, counted
 from dmplay.errors import BadParameter
 from dmplay.finding import agents
 from dmplay.game.errand import Printout
@@ -66,7 +66,7 @@ def _written(found: Tournament, form: str, head: str, facts: dict[str, object], 
     cross = [table(_cross(found))] if len(found.table.shape) == 3 else []
     parts = [head, *cross, table([_standing(row) for row in standings])]
     if found.gain is not None and len(found.table.shape) > 3:
-        more = f"more than {found.gain:.2g}" if found.gain else "anything"
+        more = f"more than {at_most(found.gain, 2)}" if found.gain else "anything"
         parts.append(f"equilibrium: of this table; by another entrant no seat gains {more} in it")
     if found.exact:
         parts.append(f"exact regret: against {exact}, an equilibrium of the problem itself")

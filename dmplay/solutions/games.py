@@ -6,7 +6,7 @@ import numpy as np
 
 from dmplay.chance import Reals
 from dmplay.core import Problem
-from dmplay.describe import counted
+from dmplay.describe import at_most, counted
 from dmplay.policies import seeing
 from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.solutions.played import planning
@@ -51,7 +51,7 @@ def several(problem: Problem) -> Solution:
 
 def _small(gain: float) -> str:
     """How much is gained at most."""
-    return f"more than {gain:.1g}" if gain > 0 else "anything"
+    return f"more than {at_most(gain)}" if gain > 0 else "anything"
 
 
 def _played(problem: Problem, mixes: Sequence[Reals], pay: Sequence[float]) -> Row:
@@ -74,7 +74,7 @@ def hunt(problem: PredatorPrey) -> Solution:
         for seat, agent in enumerate(problem.agents):
             row[agent] = mixed(problem, seat, found.play[seat][place])
         rows.append(row)
-    gaps = " and ".join(f"{gap:.1g}" for gap in found.gaps)
+    gaps = " and ".join(map(at_most, found.gaps))
     rounds = counted(len(found.changes), "round")
     told = (
         f"change {found.changes[-1]:.1g} after {rounds}; by any other policy "
@@ -103,7 +103,7 @@ def opposed(problem: Problem) -> Solution:
     first = found.values_of(horizon)
     values = np.stack([first, -found.share * first + 0.0], axis=1)
     span = "without end" if horizon is None else counted(horizon, "turn")
-    far = f"at most {found.gap:.1g} from the value of the game" if found.gap else "exact"
+    far = f"at most {at_most(found.gap)} from the value of the game" if found.gap else "exact"
     method = f"Shapley's iteration over {counted(len(first), 'state')}, {span}"
     return Solution(method, f"{worth(problem, found.graph, values)}, {far}", rows)
 

@@ -8,7 +8,7 @@ from dmplay import belief
 from dmplay.budget import within
 from dmplay.chance import Ints
 from dmplay.core import Problem
-from dmplay.describe import counted
+from dmplay.describe import at_most, counted
 from dmplay.errors import BadParameter, BadPolicy, TooMuch
 from dmplay.finding import agents
 from dmplay.policies.point_based import PointBased, closer, told
@@ -63,7 +63,7 @@ def _vectors(problem: Problem) -> Solution:
         for vector, able in zip(stage.vectors, stage.actions, strict=True)
     ]
     value = float((stage.vectors @ start).max())
-    more = f", at most {stage.gap:.1g} more" if stage.gap else ""
+    more = f", at most {at_most(stage.gap)} more" if stage.gap else ""
     return Solution(
         method, f"{counted(len(rows), 'vector')}; value {value:.6g} at the start{more}", rows
     )

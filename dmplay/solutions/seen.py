@@ -8,7 +8,7 @@ import numpy as np
 from dmplay.budget import ROUND, Budget, between
 from dmplay.chance import Ints, Reals
 from dmplay.core import Problem, exact_start
-from dmplay.describe import counted
+from dmplay.describe import at_most, counted
 from dmplay.policies import seeing
 from dmplay.solutions.played import planning
 from dmplay.solutions.solution import Row, Solution, names
@@ -102,9 +102,10 @@ def endless(problem: Problem) -> Solution:
     found = swept.graph
     nobody = np.zeros(len(found.states), np.int64)
     known = _Known(found, swept.values[:, None], nobody, swept.q)
-    far = "at most {:.1g} from the optimum" if problem.discount < 1.0 else "the last change {:.1g}"
+    gap = at_most(swept.gap)
+    far = f"at most {gap} from the optimum" if problem.discount < 1.0 else f"the last change {gap}"
     value = worth(problem, found, known.values)
-    told = f"{value}, {far.format(swept.gap)}, {counted(swept.sweeps, 'sweep')}"
+    told = f"{value}, {far}, {counted(swept.sweeps, 'sweep')}"
     method = f"value iteration over {counted(len(found.states), 'state')}"
     return Solution(f"{method}, backwards from where games end", told, _rows(problem, known))
 
@@ -117,7 +118,7 @@ def turns(problem: Problem) -> Solution:
     q = found.graph.worth(np.arange(len(found.graph.rewards)), problem.discount, before)
     own = q[np.arange(len(q)), found.mover[found.graph.owner]]
     known = _Known(found.graph, found.values_of(horizon), found.mover, own)
-    far = f"at most {found.gap:.1g} from that of longer games" if found.gap else "exact"
+    far = f"at most {at_most(found.gap)} from that of longer games" if found.gap else "exact"
     span = "without end" if horizon is None else counted(horizon, "turn")
     method = f"backward induction over {counted(len(before), 'state')}, {span}"
     return Solution(

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from dmplay import Labels, agent, rollout
+from dmplay.describe import at_most
 from dmplay.finding.agents import roster
 from dmplay.matrix_game import MatrixGame
 from dmplay.solutions.every import solution
@@ -16,6 +17,7 @@ PENNIES = np.zeros((2, 2, 2, 3))
 for joint in product(range(2), repeat=3):  # each wants to be like the next, the last unlike
     a, b, c = joint
     PENNIES[joint] = [a == b, b == c, c != a]
+UNEVEN = np.arange(24.0).reshape(2, 2, 2, 3) % 5
 
 
 @dataclass(frozen=True)
@@ -25,6 +27,13 @@ class Three(MatrixGame):
     agents = ("one", "two", "three")
     actions = (Labels(("heads", "tails")),) * 3
     payoffs = PENNIES
+
+
+@dataclass(frozen=True)
+class Uneven(Three):
+    """A game in which what all play on average is no equilibrium."""
+
+    payoffs = UNEVEN
 
 
 def test_hands_are_thrown_a_third_of_the_time() -> None:
@@ -58,6 +67,12 @@ def test_an_equilibrium_in_pure_actions_is_found_exactly() -> None:
     found = regret_matching.equilibrium(payoffs)
     assert found.rounds == 0
     assert found.gains.tolist() == [0, 0, 0]
+
+
+def test_what_could_be_gained_is_told_no_smaller_than_it_is() -> None:
+    assert regret_matching.equilibrium(UNEVEN).gains.max() == pytest.approx(0.20246, abs=1e-5)
+    assert solution(Uneven()).result.endswith("nobody gains more than 0.3")
+    assert [at_most(0.2, 2), at_most(1e-9), at_most(0.20246, 2)] == ["0.2", "1e-09", "0.21"]
 
 
 def test_three_are_advised_and_told_how_near_they_are() -> None:
