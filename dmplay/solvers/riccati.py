@@ -10,7 +10,7 @@ from dmplay.core import Problem
 
 STEP = 1e-5  # of the differences that stand for derivatives
 SETTLED = 1e-10  # relative change after which the cost is taken to be the fixed point
-HOPELESS = 1e15  # a cost that no action holds back, or numbers too far apart to be told
+HOPELESS = 1e15  # a cost that no action holds back
 
 
 class Linear(NamedTuple):
@@ -46,25 +46,37 @@ def regulator(system: Linear, state_cost: Reals, action_cost: float) -> Regulato
     """The regulator of the cost s' Q s + r a^2 a turn.
 
     The costs of 1, 2, 4, ... turns are found from one another, by the structure-preserving doubling
-    of Chu, Fan, Lin and Wang (2004).
+    of Chu, Fan, Lin and Wang (2004), in square roots, of which none comes below 0 by rounding.
     """
     budget = Budget("the Riccati equation", "try a longer turn or a dearer push")
     a, b = system
-    cost, left, reach = state_cost, a, b @ b.T / action_cost  # left: what is of s, by itself
-    sweeps, change = 1, np.inf
+    sizes, axes = np.linalg.eigh(state_cost)
+    root, reach = axes * np.sqrt(np.maximum(sizes, 0.0)), b / np.sqrt(action_cost)
+    left = a  # of s after the turns
+    cost, sweeps, change = state_cost, 1, np.inf
     while change > SETTLED and np.abs(cost).max() <= HOPELESS:
         budget.spend(ROUND)
-        both = np.eye(len(a)) + reach @ cost
-        if np.linalg.cond(both) > HOPELESS:
-            break
-        more = left.T @ cost @ np.linalg.solve(both, left)
-        reach = reach + left @ np.linalg.solve(both, reach) @ left.T
-        left = left @ np.linalg.solve(both, left)
-        cost = cost + more
-        change = float(np.abs(more).max() / np.abs(cost).max())
+        both = root.T @ reach
+        held = _divided(reach.T, both.T)
+        more = _divided(root.T @ left, both)
+        reach = _joined(reach, left @ held.T)
+        root = _joined(root, more.T)
+        left = left @ (left - held.T @ (held @ cost @ left))
+        cost = root @ root.T
+        change = float(np.abs(more.T @ more).max() / np.abs(cost).max())
         sweeps *= 2
     feedback = (b.T @ cost @ a) / (action_cost + b.T @ cost @ b)
     swept = state_cost + a.T @ cost @ (a - b @ feedback)
     residual = float(np.abs(swept - cost).max() / np.abs(swept).max())
     radius = float(np.abs(np.linalg.eigvals(a - b @ feedback)).max())
     return Regulator(np.asarray(feedback[0]), sweeps, residual, radius)
+
+
+def _divided(part: Reals, by: Reals) -> Reals:
+    """`part` by a square root of I + by by'."""
+    return np.asarray(np.linalg.solve(_joined(np.eye(len(by)), by), part))
+
+
+def _joined(one: Reals, other: Reals) -> Reals:
+    """A square root of the sum of what these are square roots of."""
+    return np.asarray(np.linalg.qr(np.hstack([one, other]).T, "r")).T

@@ -131,6 +131,13 @@ def test_a_cost_that_grows_by_the_same_each_turn_is_given_up_without_weights() -
     assert found.radius == 1
 
 
+@pytest.mark.parametrize("push", [1e-6, 1e6])
+def test_a_strong_cart_is_held_whatever_a_push_costs(push: float) -> None:
+    found = Regulate(CartPole(force=1e6), 0, push=push).regulator
+    assert found.residual < 1e-10
+    assert found.radius == pytest.approx(0.98665, abs=1e-5)
+
+
 def test_a_pole_at_the_bounds_of_its_parameters_moves_by_numbers() -> None:
     least = {"mass_cart": 1e-6, "length": 1e-6, "dt": 1e-6}
     most = {"gravity": 1e6, "force": 1e6, "mass_pole": 1e6, "dt": 1e6}
