@@ -1,10 +1,11 @@
 """What whole games cost beside their steps, of the agents that go by what they see alone.
 
 Three floors, all of the same turns: the same states and joint actions in batches as large.
-Bare steps are those with nature's dice and, where there is one, the legal mask. Random steps are
-these with the opening of each game, whether it is over and an action drawn for each seat, as
-`benchmark_step` of Gymnasium and the speed benchmark of pgx time a step. With agents they have the
-agents' own dice and thoughts instead. What remains goes into looking after it all.
+Bare steps are those with nature's dice, of games that are over too, and the legal mask, where
+there is one. Random steps have besides the opening of each game, whether it is over and an action
+drawn for each seat, as `benchmark_step` of Gymnasium and the speed benchmark of pgx time a step.
+With agents, their own dice and thoughts stand for the drawn actions. What remains goes into looking
+after it all.
 """
 
 from collections.abc import Callable, Iterator, Sequence
