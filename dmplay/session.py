@@ -76,6 +76,7 @@ class View(Generic[P_co]):
     limit: int | None
     called: Labels | None = None  # what its actions are called now, where that depends on the state
     said: Sequence[str] = ()  # and what its own were called, then
+    you: str = "you"  # who has it, as told to who looks on: by name where agents alone play
 
     @property
     def turn(self) -> int:

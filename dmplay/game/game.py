@@ -135,6 +135,11 @@ class Game:
         return len(self.people) > 1 and self.problem.hidden
 
     @property
+    def watched(self) -> bool:
+        """Whether agents alone play it, now."""
+        return self.request is not None and not self.people
+
+    @property
     def watcher(self) -> int:
         """The seat whose view is shown: the person to choose, else the first."""
         waiting = self.waiting
@@ -162,10 +167,10 @@ class Game:
         The watcher's is made anew only when a turn, the seat or the end is new.
         """
         if seat is not None:
-            return Moment(self.session, seat, paid=self.paid)
+            return Moment(self.session, seat, paid=self.paid, watched=self.watched)
         watcher = self.watcher
         if self._now is None or not self._now.lasts(watcher):
-            self._now = Moment(self.session, watcher, paid=self.paid)
+            self._now = Moment(self.session, watcher, paid=self.paid, watched=self.watched)
         return self._now
 
     def view(self, seat: int | None = None) -> View[Problem]:

@@ -88,13 +88,14 @@ def _choice(canvas: Canvas, x: int, y: int, name: str, *, chosen: bool) -> None:
 
 def named(view: View[MatrixGame]) -> list[str]:
     """Both agents by name, and which of them the seat is."""
-    you = {view.seat: " (you)"}
+    you = {view.seat: " (you)"} if view.you == "you" else {}
     return [name + you.get(seat, "") for seat, name in enumerate(view.problem.agents)]
 
 
 def called(view: View[MatrixGame]) -> list[str]:
     """Both agents, as the seat calls them."""
-    return ["you" if seat == view.seat else name for seat, name in enumerate(view.problem.agents)]
+    agents = enumerate(view.problem.agents)
+    return [view.you if seat == view.seat else name for seat, name in agents]
 
 
 def _cell(view: View[MatrixGame], canvas: Canvas, at: tuple[int, int], y: int, look: Look) -> None:
@@ -213,4 +214,5 @@ def situation(view: View[MatrixGame]) -> str:
         for j, theirs in enumerate(columns)
     ]
     before = [f"last round: {told(view)}"] if view.turn else []
-    return " ".join([f"you are {problem.agents[view.seat]}.", *before, *cells])
+    you = [f"you are {problem.agents[view.seat]}."] if view.you == "you" else []
+    return " ".join([*you, *before, *cells])

@@ -154,8 +154,9 @@ def _caption(view: View[CollaborativePredatorPrey], look: Look, here: Hex | None
     sensed = f"sensed {seen(view)}"
     if view.beliefs is None:
         return [f"{sensed}. belief too large"]
-    you, full = "you" if here else "where you may be", "#" if look.ascii else "█"
-    readings = f"@ {you}, {full} where the prey may be", f"@ you, {full} prey if likely", sensed
+    you, full = view.you, "#" if look.ascii else "█"
+    place = you if here else f"where {you} may be"
+    readings = f"@ {place}, {full} where the prey may be", f"@ {you}, {full} prey if likely", sensed
     return [next(one for one in readings if len(one) <= look.width or one == sensed)]
 
 
@@ -182,9 +183,10 @@ def _numbered(view: View[CollaborativePredatorPrey], look: Look) -> Iterator[Tex
         both = digits.rjust(2) + (spark([you], look.ascii) if you >= 1e-9 else " ")
         return Cell(both, dot=both if both.strip() else ".", style=style)
 
-    small = ("% prey, bar: you", "% prey, bar: you", "bar: prey")
+    both = f"% prey, bar: {view.you}"
+    small = (both, both, "bar: prey")
     drawings = [*map(Text.copy, hexgrid.grids(problem.hexes, cell, look))]
-    legends = ["o prey, @ you"] * (len(drawings) - len(small)) + [*small]
+    legends = [f"o prey, @ {view.you}"] * (len(drawings) - len(small)) + [*small]
     for drawn, legend in zip(drawings, legends, strict=True):
         said = f"sensed {seen(view)}. {legend if known else 'belief too large'}"
         drawn.append(f"\n{said[: look.width]}")
@@ -278,7 +280,7 @@ def _believed(view: View[CollaborativePredatorPrey], many: int) -> str:
     sentences = []
     for name, shares in known._asdict().items():
         each = ", ".join(f"{hex_} {share:.3f}" for hex_, share in _likeliest(view, shares, many))
-        sentences.append(f"{name} likeliest at {each}.")
+        sentences.append(f"{view.you if name == 'you' else name} likeliest at {each}.")
     return " ".join(sentences)
 
 

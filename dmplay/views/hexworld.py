@@ -86,7 +86,7 @@ def _caption(view: View[HexWorld], look: Look) -> str:
     if look.regret is not None:
         return hexgrid.walls(view.problem.hexes, here, look)
     ghost = ", & ghost" * (look.ghost is not None)
-    return f"@ you{ghost}, ◆ pays, ✗ costs{', letters are keys' * look.keys}"
+    return f"@ {view.you}{ghost}, ◆ pays, ✗ costs{', letters are keys' * look.keys}"
 
 
 def _came(view: View[HexWorld]) -> tuple[str, str]:

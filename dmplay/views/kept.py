@@ -29,7 +29,10 @@ T = TypeVar("T")
 class Moment:
     """What a seat may know now: the last turn at hand; a view is made where more is looked at."""
 
-    def __init__(self, session: Session, seat: int, *, paid: bool = False) -> None:
+    def __init__(
+        self, session: Session, seat: int, *, paid: bool = False, watched: bool = False
+    ) -> None:
+        self.watched = watched  # whether agents alone play
         self.session, self.seat, self.turn = session, seat, len(session.turns)
         self.last = session.turns[-1] if session.turns else None
         self.ending = session.ending
@@ -52,7 +55,8 @@ class Moment:
     @cached_property
     def view(self) -> View[Problem]:
         """All that the seat may know."""
-        return self.session.view(self.seat, paid=self.paid)
+        view = self.session.view(self.seat, paid=self.paid)
+        return replace(view, you=view.problem.agents[self.seat]) if self.watched else view
 
     @property
     def joint(self) -> Hashable:

@@ -81,7 +81,8 @@ def boards(view: View[PredatorPrey], look: Look) -> Iterator[Text]:
             return Cell("*", note, "*", "bold reverse" if view.seat in here_now else "bold yellow")
         chances = _chances(view, may.get(hex_, {}), size)
         if marks:
-            you = "you" if look.large and view.seat in here_now else ""
+            mine = look.large and view.seat in here_now
+            you = view.you if mine and len(view.you) < size.width else ""
             # The key of a way that leads to somebody stands below; beside, where losses are told.
             shown = marks[0]
             if look.regret is not None and way.mark:
@@ -131,11 +132,16 @@ def _caption(view: View[PredatorPrey], look: Look) -> str:
         return "any key feeds" if view.seat in view.problem.hunters else "caught: any key"
     if look.regret is not None:
         return hexgrid.walls(view.problem.hexes, _places(view)[view.seat], look)
-    you = f"{glyph(view.problem, view.seat)} is you"
+    you = f"{glyph(view.problem, view.seat)} is {_the(view)}"
     others = [seat for seat in range(len(view.problem.agents)) if seat != view.seat]
     if len(others) == 1:
         you += f", {glyph(view.problem, others[0])} is the {view.problem.agents[others[0]]}"
     return you if look.large else ""
+
+
+def _the(view: View[PredatorPrey]) -> str:
+    """Who looks: you, or an agent that is watched."""
+    return view.you if view.you == "you" else f"the {view.you}"
 
 
 def _chosen(view: View[PredatorPrey], seat: int) -> int:
@@ -191,7 +197,7 @@ def panel(view: View[PredatorPrey]) -> list[tuple[str, str]]:
     reward = f"{view.rewards[-1]:g}" if view.rewards else "-"
     rows = [("last", view.last.upper() or "-"), ("moved", moved), ("reward", reward)]
     for seat, agent in enumerate(problem.agents):
-        name = "you" if seat == view.seat else agent
+        name = view.you if seat == view.seat else agent
         rows.append((f"{glyph(problem, seat)} {name}", notation_of(places[seat])))
     rows += [
         *_scores(view),
@@ -235,8 +241,10 @@ def situation(view: View[PredatorPrey]) -> str:
     """Where you are, the six ways on in action order, and how far the others are."""
     problem, places = view.problem, _places(view)
     here = places[view.seat]
-    sentences = [f"at {notation_of(here)}, you are {problem.agents[view.seat]}."]
-    if _feeding(view)[view.seat]:
+    watched = view.you != "you"
+    who = f"{view.you} at {notation_of(here)}." if watched else ""
+    sentences = [who or f"at {notation_of(here)}, you are {problem.agents[view.seat]}."]
+    if _feeding(view)[view.seat] and not watched:
         feeds = view.seat in problem.hunters
         sentences.append(
             "you feed: any action stays here."

@@ -324,6 +324,23 @@ def test_a_screen_without_room_for_a_board_is_played_in_text() -> None:
     assert shown.last.split("\n")[2:4] == [" turn 1. at (6,2).", "   chose W, moved …"]
 
 
+@pytest.mark.parametrize(
+    ("problem", "agent", "called"),
+    [
+        ("predator-prey", "chase", "A is the predator, o is the prey"),
+        ("prisoners-dilemma", "grim", "agent1   -1"),
+        ("hexworld", "optimal", "@ agent"),
+        ("collaborative-predator-prey", "sweep", "@ where predator1 may be"),
+    ],
+)
+def test_an_agent_that_is_watched_is_called_by_its_name(
+    problem: str, agent: str, called: str
+) -> None:
+    watched = new(Request(problem, agent=agent, seed=7))
+    drawn = compose(watched, Room(100, 30), Shown(), []).plain
+    assert called in drawn
+
+
 def test_agents_that_play_behind_a_page_are_logged_turn_by_turn() -> None:
     screen = Screen(Table(game("hexworld", "optimal")), Terminal(True, "", True, False, False))
     do(screen, "?")
