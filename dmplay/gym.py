@@ -20,7 +20,7 @@ from gymnasium.vector.utils import batch_space
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Problem
 from dmplay.dice import Dice, fresh
-from dmplay.errors import BadParameter
+from dmplay.errors import BadParameter, IllegalAction
 from dmplay.finding import problems
 from dmplay.finding.names import problem_names
 from dmplay.loops.luck import Fast, Recorded
@@ -148,7 +148,10 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         """Plays a turn in every row; one that was over begins anew, whatever its action."""
         if self._rows is None:
             raise BadParameter(NOT_BEGUN)
-        rewards, terminated, truncated = self._rows.play(self._seat.act(actions))
+        told = np.asarray(actions)
+        if told.shape[:1] != (self.num_envs,):
+            raise IllegalAction(f"step: got shape {told.shape}, expected {self.num_envs} actions")
+        rewards, terminated, truncated = self._rows.play(self._seat.act(told))
         seen = self._rows.seen.copy()
         return seen, rewards, terminated, truncated.copy(), self._told(self._rows)
 

@@ -7,7 +7,7 @@ from gymnasium import spaces
 
 from dmplay.chance import Array, Bools
 from dmplay.core import Interval, Labels, Numbers, Policy, Problem, Texts
-from dmplay.errors import BadParameter
+from dmplay.errors import BadParameter, IllegalAction
 from dmplay.finding import agents, problems
 from dmplay.session import Session
 
@@ -54,10 +54,21 @@ class Seat:
         raise BadParameter("what is observed is text, of which there is no space")
 
     def act(self, told: Array) -> Array:
-        """The actions `[B]` that values of the space are."""
+        """The actions `[B]` that values of the space are, the nearest of numbers out of bounds.
+
+        Raises IllegalAction for what is no action, and says which.
+        """
         if isinstance(self._known, Interval):
-            return self._known.nearest(np.asarray(told, float)[:, 0])
-        return np.asarray(told, np.int64)
+            numbers = told.reshape(len(told), -1).astype(float)
+            if numbers.shape[1] != 1:
+                raise IllegalAction(f"step: got {numbers.shape[1]} numbers, expected one")
+            return self._known.nearest(numbers[:, 0])
+        if told.dtype.kind not in "iu" or told.ndim != 1:
+            for one in told.tolist():
+                self._known.check(one, "step")
+        elif told.min() < 0 or told.max() >= len(self._known):
+            self._known.check(told[(told < 0) | (told >= len(self._known))][0], "step")
+        return told.astype(np.int64)
 
     def seen(self, observation: Array, joint: Array | None) -> Array:
         """The values of the space `[B, ...]` for what was observed, after these joint actions."""

@@ -12,7 +12,7 @@ from gymnasium.utils.env_checker import check_env
 import dmplay
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Interval, Memory, Problem
-from dmplay.errors import BadParameter
+from dmplay.errors import BadParameter, IllegalAction
 from dmplay.finding import agents
 from dmplay.gym import Env, VectorEnv
 from dmplay.policies.kinds import Reactive
@@ -127,6 +127,38 @@ def test_a_move_that_is_not_legal_changes_nothing_and_no_turn_passes() -> None:
     assert not np.array_equal(held[1], first[1])
     moved, *_ = rows.step(np.array([able, 3]))
     assert np.array_equal(moved[0], env.step(able)[0])  # by the dice of turn 1
+
+
+@pytest.mark.parametrize(
+    ("actions", "message"),
+    [
+        ([0, 1, 9], "step: got action 9, expected 0 to 5"),
+        ([0, -1, 1], "step: got action -1, expected 0 to 5"),
+        ([0, 0.5, 1], "step: got action 0.5, expected 0 to 5"),
+        (["e", "w", "e"], "step: got action e, expected 0 to 5"),
+        ([0, 1], "step: got shape (2,), expected 3 actions"),
+        (0, "step: got shape (), expected 3 actions"),
+    ],
+)
+def test_what_is_no_action_is_refused_and_no_row_moves(actions: object, message: str) -> None:
+    rows = VectorEnv("hexworld", 3)
+    rows.reset(seed=SEED)
+    with pytest.raises(IllegalAction) as refused:
+        rows.step(np.asarray(actions))
+    assert str(refused.value) == message
+    seen, *_ = rows.step(np.array([0, 1.0, 2]))
+    rows.reset(seed=SEED)
+    np.testing.assert_array_equal(rows.step(np.array([0, 1, 2]))[0], seen)
+
+
+def test_a_number_is_one_number() -> None:
+    env = Env("simple-regulator")
+    env.reset(seed=SEED)
+    seen, *_ = env.step(0.5)
+    env.reset(seed=SEED)
+    np.testing.assert_array_equal(env.step([0.5])[0], seen)
+    with pytest.raises(IllegalAction, match="step: got 2 numbers, expected one"):
+        env.step([1, 2])
 
 
 def test_an_environment_is_made_by_name_and_draws_its_board() -> None:
