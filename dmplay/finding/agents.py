@@ -236,8 +236,13 @@ def _named(name: str, found: Seated) -> str:
     """The name of an agent with those of its parameters that are not as by default."""
     plain = settings(type(found))
     changed = {key: getattr(found, key) for key in plain if getattr(found, key) != plain[key]}
-    told = ",".join(f"{key}={value}" for key, value in changed.items())
+    told = ",".join(f"{key}={_told(value)}" for key, value in changed.items())
     return f"{name}:{told}" if told else name
+
+
+def _told(value: object) -> str:
+    """A parameter's value as it is written in a name."""
+    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def _parameters(make: type[Seated]) -> list[Field[Any]]:
