@@ -20,12 +20,16 @@ from dmplay.policies.roster import ADVISER, PARTNER
 from dmplay.solvers import rewards_ahead, uct
 from dmplay.solvers.cast import Actors, Cast, some
 from dmplay.solvers.rewards_ahead import RewardsAhead
-from dmplay.solvers.search_tree import Asked, Tree, Worth
+from dmplay.solvers.search_nodes import Nodes
+from dmplay.solvers.search_subtree import packed, under
+from dmplay.solvers.search_tree import GOLDEN, Asked, Tree, Worth
+from dmplay.solvers.uct import Found
 from dmplay.solvers.value_iteration import best
 
 FEW_HIDDEN = 30  # states that random play comes to soon: there it tells more than seeing them all
 LONGEST = 10**6  # turns of a game that are counted
 USUAL = "usual"
+FOUND = len(Found._fields)
 FAR = 10**9  # turns left where a game has no end of its own
 
 
@@ -59,6 +63,7 @@ class Search(Believing):
     others: str = parameter(USUAL, "who the others are taken to be: usual, random or an agent")
     rollout: str = parameter(USUAL, "who plays on beyond the tree: usual, random or an agent")
     horizon: int = parameter(0, "turns of a game; 0: those of the problem, if any", 0, LONGEST)
+    reuse: bool = parameter(False, "whether a turn goes on with the tree of the turn before")
     company: Company | None = field(default=None, compare=False, repr=False)
 
     whole_game = True
@@ -75,6 +80,8 @@ class Search(Believing):
                 exact(self.problem, first, np.zeros((1, len(self.problem.agents)), np.int64))
             except (BadParameter, TooMuch) as error:
                 raise BadPolicy(f"search needs a belief, as states are hidden: {error}") from None
+            if self.reuse and self.problem.legal(first) is not None:
+                raise BadPolicy("search: reuse needs states that are seen, or all actions legal")
         for part, name in (("others", self.others), ("rollout", self.rollout)):
             if name.partition(":")[0] == "search":
                 raise BadParameter(f"{part}: got {name!r}, expected an agent that does not search")
@@ -100,7 +107,7 @@ class Search(Believing):
     @cached_property
     def _tree(self) -> Tree:
         parts = self.simulations, self.depth, self.exploration
-        return Tree(self.problem, self.seat, *parts, self._cast.actors, self._worth)
+        return Tree(self.problem, self.seat, *parts, self._cast.actors, self._worth, self.reuse)
 
     @cached_property
     def _ahead(self) -> RewardsAhead | None:
@@ -166,7 +173,41 @@ class Search(Believing):
         """The state, or the belief where it is hidden; no turn done; what the cast remembers.
 
         Where states are hidden that is what the own part of it does, and guesses of the rest.
+        Where trees are used again, also the tree, and what it tells of the choice to come.
         """
+        memory = self._begun(observation)
+        return self._planned(memory) if self.reuse else memory
+
+    def update(self, memory: Memory, percept: Percept) -> Memory:
+        """The same after one more turn."""
+        if not self.reuse:
+            return self._updated(memory, percept)
+        tree, saw = self._tree, percept.observation
+        first = len(memory) - tree.packed - FOUND
+        memory, trees = memory[:first], memory[first:-FOUND]
+        if not tree.seen:
+            saw = uct.key_of(self.problem, saw)
+        elif not self.problem.hidden:
+            saw = self.problem.index(saw)
+        trees = under(tree, trees, percept.action, saw)
+        return self._planned(self._updated(memory, percept), trees)
+
+    def _planned(self, memory: Memory, trees: Memory = ()) -> Memory:
+        """What is known, then the trees that grow from some that were kept, and what they tell.
+
+        Their luck is the same in all games, so that the same history always leads to the same ones.
+        """
+        luck = (1 + memory[1]) * GOLDEN % 1.0
+        self._tree.hold(len(luck))
+        grown = []
+        for rows in self._tree.blocks(len(luck)):
+            now, before = (tuple(part[rows] for part in each) for each in (memory, trees))
+            found, nodes, _ = self._searched(now, None, luck[rows], before)
+            grown.append((*packed(nodes), *found))
+        return (*memory, *map(np.concatenate, zip(*grown, strict=True)))
+
+    def _begun(self, observation: Array) -> Memory:
+        """What is known before the first turn."""
         done = np.zeros(len(observation), np.int64)
         if not self.problem.hidden:
             return (observation, done, *chain(*self._cast.begun(observation)))
@@ -175,8 +216,8 @@ class Search(Believing):
         guesses = self._guessing.begin(beliefs) if self._guessing else ()
         return (beliefs, done, *own, *guesses)
 
-    def update(self, memory: Memory, percept: Percept) -> Memory:
-        """The same after one more turn."""
+    def _updated(self, memory: Memory, percept: Percept) -> Memory:
+        """What is known after one more turn."""
         known, done, *rest = memory
         if not self.problem.hidden:
             cast = zip(self._cast.actors, self._cast.split(tuple(rest)), strict=True)
@@ -208,31 +249,50 @@ class Search(Believing):
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """An action with the greatest mean return; of several, any."""
-        tree = self._tree
         parts = [
             self._chosen(
                 tuple(part[some] for part in memory),
                 None if legal is None else legal[some],
                 u[some, 0],
             )
-            for some in (slice(first, first + tree.rows) for first in range(0, len(u), tree.rows))
+            for some in self._tree.blocks(len(u))
         ]
-        return np.concatenate(parts) if parts else self.problem.actions[self.seat].grid()[:0]
+        return np.concatenate(parts)
 
     def _chosen(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """The actions `[B]` for some rows that are searched together."""
-        self._tree.budget(len(u))  # refuses too much before it is drawn for
-        told = spread(u, self.simulations + self._tree.draws)
-        roots, cast = self._started(memory, told[:, : self.simulations])
-        turns = self.turns
-        left = np.full(len(u), FAR) if turns is None else turns - memory[1] % turns
-        found = uct.search(self._tree, Asked(roots, left, cast, legal), told[:, self.simulations :])
+        if self.reuse:
+            found = Found(*memory[-FOUND:])
+            told = spread(u, self._own.draws if self._own else 0)
+        else:
+            found, _, told = self._searched(memory, legal, u)
         able = best(found.means)
         if self._own:
-            mine = tuple(part[:, 0] for part in cast[self.seat])
-            usual = self._own.choose(mine, legal, told[:, : self._own.draws])
+            usual = self._own.choose(self._mine(memory), legal, told[:, : self._own.draws])
             able = found.kept(able, usual)
         return np.asarray(found.actions[np.arange(len(u)), among(able, u)])
+
+    def _searched(
+        self, memory: Memory, legal: Bools | None, u: Reals, trees: Memory = ()
+    ) -> tuple[Found, Nodes, Reals]:
+        """What a search finds out, the trees that it grows, and what its uniforms `[B]` told."""
+        tree, problem, turns = self._tree, self.problem, self.turns
+        tree.budget(len(u))  # refuses too much before it is drawn for
+        told = spread(u, self.simulations + tree.draws)
+        roots, cast = self._started(memory, told[:, : self.simulations])
+        left = np.full(len(u), FAR) if turns is None else turns - memory[1] % turns
+        if self.reuse:
+            able = problem.legal(roots[:, 0])
+            legal = None if able is None else able[:, self.seat]
+            over = problem.terminal(roots.reshape(-1, *roots.shape[2:])).reshape(len(u), -1)
+            left = np.where(over.all(axis=1), 0, left)
+        asked = Asked(roots, left, cast, legal, trees)
+        return *uct.search(tree, asked, told[:, self.simulations :]), told
+
+    def _mine(self, memory: Memory) -> Memory:
+        """What the own part of the cast remembers."""
+        rest = memory[2:]
+        return self._parted(rest)[0] if self.problem.hidden else self._cast.split(rest)[self.seat]
 
     def _started(self, memory: Memory, u: Reals) -> tuple[Array, tuple[Memory, ...]]:
         """States `[B, N, ...]` in which simulations start, and what the cast remembers there."""

@@ -19,7 +19,7 @@ class Nodes:
     def __init__(self, tree: Tree, asked: Asked) -> None:
         self.tree = tree
         rows = len(asked.left)
-        self.nodes = tree.simulations + 1  # of one row: a simulation adds at most one
+        self.nodes = tree.nodes
         many, slots = rows * self.nodes, tree.slots
         self.visits = np.zeros((many, slots))
         self.sums = np.zeros((many, slots))
@@ -33,9 +33,16 @@ class Nodes:
         if not tree.seen:
             self.keys = np.zeros((many * slots, tree.kinds), np.int64)  # of each edge
             self.kin = np.zeros(many * slots, np.int64)  # how many of them
-            if not tree.problem.hidden:
+            if tree.places:
                 self.kept = np.empty((many, *asked.roots.shape[2:]), asked.roots.dtype)
                 self.paid = np.zeros(many)
+
+    @property
+    def known(self) -> list[Array]:
+        """What is known of each node by itself."""
+        parts: list[Array] = [self.visits, self.sums]
+        parts += [self.offers, self.offered, self.steps] if self.tree.widens else []
+        return parts + ([self.kept, self.paid] if self.tree.places else [])
 
     def fresh(self, node: Ints) -> Ints:
         """The first lane `[K]` in each node that offers nothing yet."""
@@ -208,7 +215,7 @@ class Nodes:
         self.children.reshape(-1, self.tree.kinds)[at, place] = fresh
         self.keys[at, place] = key[lane]
         np.add.at(self.kin, at, 1)
-        if not self.tree.problem.hidden:
+        if self.tree.places:
             self.kept[fresh] = outcome.state[lane]
             self.paid[fresh] = outcome.rewards[lane, self.tree.seat]
 

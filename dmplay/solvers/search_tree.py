@@ -38,6 +38,7 @@ class Tree:
     exploration: float
     actors: Actors = ()
     worth: Worth | None = field(default=None, compare=False)
+    reuse: bool = False  # whether it goes on with trees that were kept
 
     @cached_property
     def cast(self) -> Cast:
@@ -75,10 +76,29 @@ class Tree:
         return self.seen or SOME_SEEN
 
     @property
+    def places(self) -> bool:
+        """Whether a node is one of the many states that are seen."""
+        return not self.seen and not self.problem.hidden
+
+    @property
+    def nodes(self) -> int:
+        """How many nodes a row has room for: a simulation adds at most one to those kept."""
+        return self.simulations * (1 + self.reuse) + 1
+
+    @property
+    def packed(self) -> int:
+        """How many arrays packed trees are."""
+        return 4 + 3 * self.widens + 2 * self.places
+
+    @property
     def rows(self) -> int:
         """How many rows can be searched together."""
-        table = (self.simulations + 1) * self.slots * self.kinds
+        table = self.nodes * self.slots * self.kinds
         return max(1, ENTRIES // max(table, self.draws))
+
+    def blocks(self, rows: int) -> list[slice]:
+        """The rows that are searched together, one block after another."""
+        return [slice(at, at + self.rows) for at in range(0, max(rows, 1), self.rows)]
 
     @property
     def draws(self) -> int:
@@ -98,10 +118,15 @@ class Tree:
     def budget(self, rows: int) -> Budget:
         """What a search of so many rows may cost; refuses one that would be too much."""
         budget = Budget("search", "try fewer simulations, or a smaller depth", WORK)
-        table = (self.simulations + 1) * self.slots * (2 + 2 * self.kinds)
+        table = self.nodes * self.slots * (2 + 2 * self.kinds)
         budget.hold(8.0 * rows * (table + 2 * self.draws))
         budget.expect(sum(self.depth * self.turn(rows, wave) for wave in self.waves))
         return budget
+
+    def hold(self, rows: int) -> None:
+        """Refuses to remember the trees of too many rows."""
+        budget = Budget("search", "try fewer games at a time, or fewer simulations")
+        budget.hold(8.0 * rows * self.nodes * (self.packed + 2 * self.slots))
 
     def turn(self, rows: int, wave: range) -> float:
         """What one turn of one wave takes."""
@@ -129,3 +154,4 @@ class Asked(NamedTuple):
     left: Ints  # [B], turns to come
     memories: tuple[Memory, ...]  # [B, simulations, ...], of each of the cast
     legal: Bools | None = None  # [B, A]
+    trees: Memory = ()  # that were kept, if any

@@ -18,6 +18,7 @@ from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import Memory, Outcome, Problem
 from dmplay.solvers.cast import Cast
 from dmplay.solvers.search_nodes import Nodes
+from dmplay.solvers.search_subtree import planted
 from dmplay.solvers.search_tree import Asked, Tree
 
 SURE = 3.0  # standard errors by which another action is better than the usual one
@@ -41,14 +42,14 @@ class Found(NamedTuple):
         return np.where(stays[:, None], same, able)
 
 
-def search(tree: Tree, asked: Asked, u: Reals) -> Found:
-    """What is found out about each action, by uniforms `[B, draws]`."""
+def search(tree: Tree, asked: Asked, u: Reals) -> tuple[Found, Nodes]:
+    """What is found out about each action, by uniforms `[B, draws]`, and the trees that grew."""
     rows = len(u)
     grown = _Search(tree, asked, tree.budget(rows))
     told = u.reshape(rows, tree.simulations, tree.depth, -1)
     for wave in tree.waves:
         grown.wave(len(wave), told, tree.turn(rows, wave))
-    return grown.found()
+    return grown.found(), grown.nodes
 
 
 class _Lanes(NamedTuple):
@@ -88,6 +89,8 @@ class _Search:
     def __init__(self, tree: Tree, asked: Asked, budget: Budget) -> None:
         self.tree, self.asked, self.budget = tree, asked, budget
         self.nodes = Nodes(tree, asked)
+        if asked.trees:
+            planted(self.nodes, asked.trees)
         self.squares = np.zeros((len(asked.left), tree.slots))  # of the returns of first actions
 
     def found(self) -> Found:
@@ -106,7 +109,9 @@ class _Search:
     def wave(self, many: int, told: Reals, cost: float) -> None:
         """Runs so many simulations of every row and learns from them."""
         tree, asked, nodes = self.tree, self.asked, self.nodes
-        row = np.repeat(np.arange(len(asked.left)), many)
+        row = np.repeat(np.arange(len(asked.left)), np.where(asked.left > 0, many, 0))
+        if not len(row):
+            return
         node = row * nodes.nodes
         legal = None if asked.legal is None else asked.legal[row]
         if tree.widens:
@@ -165,7 +170,7 @@ class _Search:
             sight = sights if tree.problem.hidden else tree.problem.index(outcome.state)
             child, known = self.nodes.child(node, slot * tree.kinds + sight)
         else:
-            key, luck = _key(tree.problem, sights), u[:, tree.cast.places[tree.seat].start]
+            key, luck = key_of(tree.problem, sights), u[:, tree.cast.places[tree.seat].start]
             child, known = self.nodes.one_of_some(node, slot, key, luck, outcome)
             if not tree.problem.hidden:
                 state, rewards = self.nodes.kept[child], outcome.rewards.copy()
@@ -208,7 +213,7 @@ def _after(cast: Cast, lanes: _Lanes, joint: Array, outcome: Outcome) -> _Lanes:
     return _Lanes(lanes.lane, outcome.state, memories, lanes.turn + 1, lanes.left)
 
 
-def _key(problem: Problem, sights: Array) -> Ints:
+def key_of(problem: Problem, sights: Array) -> Ints:
     """A number `[N]` for each sight: of equal ones the same, of others hardly ever."""
     if sights.dtype.hasobject:  # states of a guest
         return np.array([crc32(problem.notation(one).encode()) for one in sights], np.int64)

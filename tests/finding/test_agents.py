@@ -102,6 +102,7 @@ def test_a_plan_looks_no_further_than_the_end_but_only_to_advise() -> None:
         ("optimal:horizon=7", 3, "optimal:horizon=7"),
         ("search", 3, "search:horizon=3"),
         ("search:simulations=60", 3, "search:simulations=60,horizon=3"),
+        ("search:reuse=true", 3, "search:horizon=3,reuse=true"),
         ("greedy", 3, "greedy"),
         ("human", 3, "human"),
         ("./bots.py:Plain", 3, "./bots.py:Plain"),

@@ -67,6 +67,7 @@ PARTS = {
     "occupancy",
     "team",
     "search_nodes",
+    "search_subtree",
     "search_tree",
 }  # of another's work, which spends
 TRIANGLE = "predator-prey:triangle"
