@@ -9,7 +9,7 @@ import pytest
 import dmplay
 from dmplay.chance import Array, Ints
 from dmplay.core import Labels, Memory, Percept, Policy
-from dmplay.errors import BadPolicy
+from dmplay.errors import BadPolicy, TooMuch
 from dmplay.game.request import Branching, Resumption
 from dmplay.game.start import branched, resumed
 from dmplay.policies.search import FOUND, Search
@@ -174,7 +174,14 @@ def test_an_over_game_is_not_searched() -> None:
     assert not trees_of(search, search.begin(over))[2].any()  # visits
 
 
+def test_so_many_games_that_their_trees_fill_the_memory_are_refused() -> None:
+    tree = Search(dmplay.load("hexworld"), 0, reuse=True)._tree
+    tree.hold(1000)
+    with pytest.raises(TooMuch, match="try fewer games at a time"):
+        tree.hold(100_000)
+
+
 def test_reuse_is_refused_where_what_is_legal_is_hidden() -> None:
-    dmplay.agent(Locked(), 0, "search")
+    Search(Locked(), 0)
     with pytest.raises(BadPolicy, match="reuse needs states that are seen, or all actions legal"):
-        dmplay.agent(Locked(), 0, "search:reuse=true")
+        Search(Locked(), 0, reuse=True)
