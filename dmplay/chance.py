@@ -18,6 +18,7 @@ Bools = NDArray[np.bool_]
 MANY = 256  # rows of which it is slow to halve the edges for each
 FEW = 10  # edges that each of many rows is quickly compared with
 PARTS = 1024  # of [0, 1), in the guide to more edges
+TERMS = 2**15  # of sums that are made ready together, few enough for the processor's cache
 SHORT = 127  # edges that eight bits count
 
 
@@ -200,8 +201,18 @@ def summed(weights: Reals, each: Array) -> Reals:
     shares = np.ascontiguousarray(weights.T)
     terms = each[:, :, None] if each.ndim == 2 else each.transpose(1, 2, 0)
     total: Reals = shares[0] * terms[0]
-    for s in range(1, len(shares)):
-        total += shares[s] * terms[s]
+    many = min(len(shares) - 1, TERMS // max(total.size, 1))
+    if many < FEW or total.size == 1:  # a single sum would be reduced in another order
+        for s in range(1, len(shares)):
+            total += shares[s] * terms[s]
+        return total
+    rows = np.empty((1 + many, *total.shape))
+    for s in range(1, len(shares), many):
+        some = slice(s, s + many)
+        part = rows[: 1 + len(shares[some])]
+        part[0] = total
+        np.multiply(shares[some, None], terms[some], out=part[1:])
+        total = np.add.reduce(part)  # one row after another
     return total
 
 

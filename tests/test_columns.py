@@ -1,8 +1,9 @@
 """Columns of a batch: the numbers of one row come to what arrays come to."""
 
 import numpy as np
+import pytest
 
-from dmplay.chance import Array
+from dmplay.chance import Array, mean
 from dmplay.columns import (
     batch,
     chosen,
@@ -54,3 +55,18 @@ def test_what_is_found_for_one_row_is_not_the_table_itself() -> None:
         stayed(place == 3, rows.copy(), rows)[:] = -1.0
     assert TABLE.min() == 0.0
     assert ROWS[0, 0] == -3.0
+
+
+@pytest.mark.parametrize("states", [1, 2, 12, 30, 1728])
+@pytest.mark.parametrize("rows", [1, 2, 9, 50])
+@pytest.mark.parametrize("actions", [1, 3, 8])
+def test_means_are_summed_one_state_after_another(states: int, rows: int, actions: int) -> None:
+    generator = np.random.default_rng(states)
+    beliefs = generator.random((rows, states))
+    values = generator.normal(size=(states, actions))
+    total = np.zeros((rows, actions))
+    for state in range(states):
+        total = total + beliefs[:, state, None] * values[state]
+    assert (mean(beliefs, values) == total).all()
+    own = np.broadcast_to(values, (rows, states, actions))
+    assert (mean(beliefs, own) == total).all()
