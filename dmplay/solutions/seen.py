@@ -103,11 +103,15 @@ def endless(problem: Problem) -> Solution:
     nobody = np.zeros(len(found.states), np.int64)
     known = _Known(found, swept.values[:, None], nobody, swept.q)
     gap = at_most(swept.gap)
-    far = f"at most {gap} from the optimum" if problem.discount < 1.0 else f"the last change {gap}"
+    far = f"at most {gap} from the optimum" if swept.gap else "exact"
+    if problem.discount == 1.0:
+        far = f"the last change {gap}"
     value = worth(problem, found, known.values)
     told = f"{value}, {far}, {counted(swept.sweeps, 'sweep')}"
     method = f"value iteration over {counted(len(found.states), 'state')}"
-    return Solution(f"{method}, backwards from where games end", told, _rows(problem, known))
+    if len(found.live) < len(found.states):
+        method += ", backwards from where games end"
+    return Solution(method, told, _rows(problem, known))
 
 
 def turns(problem: Problem) -> Solution:

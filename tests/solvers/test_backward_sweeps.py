@@ -146,6 +146,7 @@ def test_all_of_a_long_walk_without_an_end_is_swept_at_once() -> None:
     with within(1e9):
         swept = backward_sweeps.optimal(graph.whole(Corridor()), 0.9)
     np.testing.assert_allclose(swept.values, 10 * 0.9 ** np.arange(1999, -1, -1), atol=1e-6)
+    assert solution(Corridor()).method == "value iteration over 2000 states"
 
 
 def test_the_bounds_hold_in_a_ring_without_an_end() -> None:
