@@ -111,7 +111,7 @@ def test_the_shares_are_those_of_a_hundred() -> None:
     assert sum(count(kind, 20_000) for kind in KINDS) == 20_000
 
 
-@pytest.mark.parametrize("mutation", {*MUTATIONS}, ids=lambda one: one.__name__)
+@pytest.mark.parametrize("mutation", dict.fromkeys(MUTATIONS), ids=lambda one: one.__name__)
 def test_a_mutation_changes_what_it_is_given(mutation: Mutation) -> None:
     changed = [mutation(Random(number), good()) for number in range(40)]
     assert sum(raw != good() for raw in changed) > 20
