@@ -26,6 +26,7 @@ from dmplay.transcript.format import number, written
 from dmplay.transcript.keyed import keyed
 from dmplay.transcript.reading import parse, read
 from dmplay.transcript.verify import verify
+from dmplay.views import canvas
 from tests.support.games import altered, recorded
 from tests.support.seats import Rescaling
 
@@ -450,7 +451,7 @@ def test_a_fault_is_told_rightly_whatever_the_file_is_called(tmp_path: Path, nam
     assert str(error) == f"{path}:5:1: seed stands twice in this block"
 
 
-def test_a_drawing_too_large_to_be_drawn_is_a_finding(tmp_path: Path) -> None:
+def test_a_map_that_cannot_be_drawn_is_a_finding(tmp_path: Path) -> None:
     path = tmp_path / "game.dmt"
     recorded(
         path,
@@ -462,13 +463,23 @@ def test_a_drawing_too_large_to_be_drawn_is_a_finding(tmp_path: Path) -> None:
     )
     far = [[-1000, 0], *([1000, r] for r in range(300))]
     altered(path, "[[0, 0], [1, 0]]", json.dumps(far))
-    assert any(
-        "a drawing: more than 3e+06 operations; try a smaller map" in one for one in findings(path)
-    )
+    assert any("frame: expected" in one and "got need 4300x300;" in one for one in findings(path))
     altered(path, json.dumps(far), "[[0, 0], [50000000, 0]]")
     assert any(
         "hexes: got [50000000, 0], expected numbers within 1000" in one for one in findings(path)
     )
+
+
+def test_a_drawing_that_takes_too_much_is_a_finding(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "game.dmt"
+    settings = ["hexes=[[0,0],[1,0]]", "rewards=[]"]
+    recorded(path, "hexworld", "random", frames=True, turns=1, settings=settings)
+    altered(path, "[[0, 0], [1, 0]]", "[[0, 0], [1, 0], [2, 0], [0, 1]]")  # not drawn so far
+    monkeypatch.setattr(canvas, "MOST", 50)  # as if this map had no bounds
+    told = "a drawing: more than 5e+01 operations; try a smaller map"
+    assert findings(path) == [f"game.dmt:1: frame: {told}"]
 
 
 def test_bytes_that_are_not_utf_8_are_told_with_line_and_column() -> None:
