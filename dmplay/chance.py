@@ -16,7 +16,7 @@ Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
 MANY = 256  # rows of which it is slow to halve the edges for each
-FEW = 10  # edges that each of many rows is quickly compared with
+FEW = 10  # edges that each of many rows is quickly compared with; terms that are soon added
 PARTS = 1024  # of [0, 1), in the guide to more edges
 TERMS = 2**15  # of sums that are made ready together, few enough for the processor's cache
 SHORT = 127  # edges that eight bits count

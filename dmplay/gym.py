@@ -145,7 +145,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         return self._rows.seen.copy(), self._told(self._rows)
 
     def step(self, actions: Array) -> tuple[Array, Reals, Bools, Bools, Info]:
-        """Plays a turn in every row; one that was over begins anew, whatever its action."""
+        """Plays a turn in every row; one that was over begins anew, whichever action it has."""
         if self._rows is None:
             raise BadParameter(NOT_BEGUN)
         told = np.asarray(actions)

@@ -27,9 +27,7 @@ class Request:
     turns: int | None = None
     record: Path | None = None
     frames: bool = False
-    timed: bool = field(
-        default=False, kw_only=True
-    )  # whether real time was said, and not by a file alone
+    timed: bool = field(default=False, kw_only=True)  # by words, not by a file of settings
     force: bool = False
     strict: bool | str = False
     reveal: bool = False
