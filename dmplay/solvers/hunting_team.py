@@ -89,13 +89,14 @@ class HuntingTeam(Team):
     def back(self, values: Reals, action: int) -> Reals:
         """As of any team."""
         size, rows = len(self.hunt.hexes), len(values)
-        first, second = self.joint_actions[action]
-        went = np.matmul(self.hunt.walks[first], values.reshape(rows, size, size**2))
-        went = np.matmul(self.hunt.walks[second], went.reshape(rows, size, size, size))
-        went = went.reshape(rows, size**2, size).swapaxes(0, 1)
-        fled = np.matmul(went, self._flights.swapaxes(1, 2)).swapaxes(0, 1)
-        born = values.reshape(rows, 1, size, size, size).mean(axis=4)
-        fed = np.matmul(np.matmul(self._fed[first], born), self._fed[second].swapaxes(1, 2))
-        caught = fed.transpose(0, 2, 3, 1)
-        free = fled.reshape(rows, size, size, size)
-        return np.asarray(np.where(self._caught, caught, free).reshape(rows, -1))
+        first, second = self.hunt.walks[self.joint_actions[action]]
+        ahead = np.ascontiguousarray(values.T)  # [S', N]: what is told apart goes side by side
+        went = np.matmul(first, ahead.reshape(size, -1)).reshape(size, size, -1)
+        went = np.matmul(second, went).reshape(size**2, size, rows)
+        found = np.matmul(self._flights, went).reshape(size, size, size, rows)
+        born = ahead.reshape(size, size, size, rows).mean(axis=2)
+        feeds = np.arange(size)
+        found[feeds, :, feeds] = np.matmul(second, born)
+        found[:, feeds, feeds] = np.matmul(first, born.reshape(size, -1)).reshape(born.shape)
+        found[feeds, feeds, feeds] = born[feeds, feeds]
+        return np.asarray(found.reshape(-1, rows).T)
