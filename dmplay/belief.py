@@ -24,8 +24,8 @@ def bayes(joint: Reals) -> Posterior:
     Where the likelihood is 0 there is no belief, and zeros are left. Summed state by state: a row
     has the same bits in any batch.
     """
-    if joint.ndim == 2 and len(joint) > joint.shape[1]:  # many rows are summed side by side
-        likelihood = sum(joint.T[1:], start=joint.T[0])
+    if joint.ndim == 2 and len(joint) > 1:  # rows are summed side by side
+        likelihood = np.add.reduce(np.ascontiguousarray(joint.T))
     else:
         likelihood = joint.cumsum(axis=-1)[..., -1]
     return Posterior(joint / np.where(likelihood > 0.0, likelihood, 1.0)[..., None], likelihood)

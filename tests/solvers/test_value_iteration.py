@@ -1,6 +1,7 @@
 """Choices by value, and beliefs: of many rows they are what each row alone comes to."""
 
 import numpy as np
+import pytest
 
 from dmplay.belief import bayes
 from dmplay.solvers.value_iteration import best, greedy
@@ -15,8 +16,9 @@ def test_the_first_of_the_best_is_the_same_beside_other_rows() -> None:
     assert found.tolist() == [row.index(True) for row in best(values).tolist()]
 
 
-def test_a_belief_has_the_same_bits_beside_other_rows() -> None:
-    joint = np.random.default_rng(5).random((40, 7))
+@pytest.mark.parametrize(("rows", "states"), [(40, 7), (4, 300)])
+def test_a_belief_has_the_same_bits_beside_other_rows(rows: int, states: int) -> None:
+    joint = np.random.default_rng(5).random((rows, states))
     joint[3] = 0.0
     beside = bayes(joint)
     for row, one in enumerate(joint):
