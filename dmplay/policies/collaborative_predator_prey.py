@@ -18,6 +18,7 @@ from dmplay.policies.valued import Valued
 from dmplay.problems.collaborative_predator_prey import SENSES, CollaborativePredatorPrey
 from dmplay.solvers import plan_graphs, reactive_team, sparse
 from dmplay.solvers.hunting_team import HuntingTeam
+from dmplay.solvers.sparse import Overseen
 from dmplay.solvers.team import Plan, Team
 from dmplay.solvers.value_iteration import greedy
 
@@ -104,7 +105,7 @@ class Qmdp(_Tracking, Valued):
         """Q* `[S, A]` of each move beside the partner's best one, everything seen."""
         shape = self.problem.action_counts
         others = tuple(1 + i for i in range(len(shape)) if i != self.seat)
-        return np.asarray(_seen(self.problem).reshape(-1, *shape).max(axis=others))
+        return np.asarray(overseen(self.problem).q.reshape(-1, *shape).max(axis=others))
 
     def values(self, memory: Memory) -> Reals:
         """The mean of Q* over the belief: no team that does not see can earn so much."""
@@ -181,10 +182,10 @@ def _mended(problem: CollaborativePredatorPrey, turns: int, nodes: int) -> tuple
     return plan_graphs.improved(team, plan_graphs.drawn(team, turns, nodes, LUCKY), budget)
 
 
-@lru_cache(maxsize=KEPT)
-def _seen(problem: Problem) -> Reals:
-    """Q* `[S, A]` of one planner who sees all, the same for every seat."""
-    return sparse.optimal(sparse.listed(problem), problem.discount)
+@lru_cache(maxsize=1)  # of 30 MB on the standard map
+def overseen(problem: CollaborativePredatorPrey) -> Overseen:
+    """What one planner who sees all knows, the same for every seat."""
+    return sparse.overseen(problem)
 
 
 @lru_cache(maxsize=KEPT)

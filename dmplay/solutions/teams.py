@@ -1,6 +1,7 @@
 """Solutions of problems of several agents whose state is hidden, beside what nobody can exceed."""
 
 from collections.abc import Iterator
+from math import ceil, log
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +12,7 @@ from dmplay.chance import Reals
 from dmplay.core import Labels, Problem
 from dmplay.describe import counted
 from dmplay.finding import agents
-from dmplay.policies.collaborative_predator_prey import HuntPlan
+from dmplay.policies.collaborative_predator_prey import HuntPlan, overseen
 from dmplay.policies.team import planned
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
 from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
@@ -31,7 +32,8 @@ from dmplay.solvers.team import Layer
 from dmplay.tabular import Tables, tabulate
 
 LONGEST = 4  # turns of a joint plan
-GAMES, LENGTH = 200, 100  # of a team that is simulated
+GAMES, LENGTH = 200, 100  # of a team that is simulated, at most
+FAINT = 0.005  # weight of a turn from which on games are not simulated
 LISTED = 200  # nodes of a joint plan that are told
 SIMULATED = ("qmdp", "sweep")
 INFORMED, FEW = 7e9, 3  # work for the bound of a hunt, and nodes of its plan
@@ -112,25 +114,28 @@ def _node(  # noqa: PLR0913 - what it is a node of
 
 def hunt(problem: Problem) -> Solution:
     """What teams earn from anywhere, the one first that sees all and whom none exceeds."""
+    hunted = problem if isinstance(problem, CollaborativePredatorPrey) else None
     with between(0.0, 0.2):
-        model = sparse.listed(problem)
-        q = sparse.optimal(model, problem.discount)
+        model, q = overseen(hunted) if hunted else sparse.overseen(problem)
     random = sparse.evaluate(model, problem.discount, np.full(q.shape, 1 / q.shape[1]))
     teams = [
         Team("one planner who sees all", float(q.max(axis=1).mean()), "exact"),
         Team("random", float(random.mean()), "exact"),
     ]
-    if isinstance(problem, CollaborativePredatorPrey) and problem.predators == 2:
+    if hunted and hunted.predators == 2:
         with between(0.2, 0.5):
-            teams += _pair(problem)
+            teams += _pair(hunted)
     known = [name for name in SIMULATED if name in agents.roster(problem).agents]
+    turns = min(LENGTH, ceil(log(FAINT) / log(max(problem.discount, FAINT))))
     for place, name in enumerate(known):
         seated = [agents.agent(problem, seat, name) for seat in range(len(problem.agents))]
         share = 0.5 / len(known)
         with between(0.5 + share * place, 0.5 + share * (place + 1)):
-            sample = games(problem, seated, episodes=GAMES, turns=LENGTH).returns[:, 0]
+            played = games(problem, seated, episodes=GAMES, turns=turns)
+        sample, many = played.returns[:, 0], counted(len(played.turns), "game")
         error = sample.std(ddof=1) / np.sqrt(len(sample))
-        teams.append(Team(name, float(sample.mean()), f"{len(sample)} games, +- {error:.2g}"))
+        told = f"{many} of {counted(played.turns.max(), 'turn')}, +- {error:.2g}"
+        teams.append(Team(name, float(sample.mean()), told))
     rows = [one._asdict() for one in sorted(teams, key=lambda one: -one.value)]
     told = f"mean {q.max(axis=1).mean():.6g} over {counted(len(q), 'state')}"
     told += ": no team that does not see has more"

@@ -32,6 +32,19 @@ class Listed(NamedTuple):
     rewards: Reals  # [S, A]
 
 
+class Overseen(NamedTuple):
+    """The outcomes of a problem, and what one planner who sees the state makes of them."""
+
+    model: Listed
+    q: Reals  # [S, A], Q*
+
+
+def overseen(problem: Problem) -> Overseen:
+    """What can happen, and the values of what is best; `discount` below 1."""
+    model = listed(problem)
+    return Overseen(model, optimal(model, problem.discount))
+
+
 def size(problem: Problem) -> int:
     """How many outcomes a finite problem lists."""
     assert isinstance(problem.states, int)

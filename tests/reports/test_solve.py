@@ -141,6 +141,8 @@ def test_no_team_that_does_not_see_earns_what_the_planner_does() -> None:
         "reactive", "random", "qmdp", "sweep", "joint-plan:nodes=1",
         "one planner who senses for both",
     }  # fmt: skip
+    known = {row["team"]: str(row["known"]) for row in found.rows}
+    assert known["qmdp"].startswith("10 games of 20 turns, +- ")
 
 
 @pytest.mark.usefixtures("few_games")
