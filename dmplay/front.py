@@ -3,7 +3,7 @@
 import contextlib
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from shlex import quote
 
 from dmplay import __version__
@@ -129,7 +129,7 @@ def epilogue(table: Table) -> None:
     rows = [f"transcript: {recorder.path}" for recorder in whole]
     sealed = table.playing and table.game.sealed  # and so neither looked at nor begun again
     if whole:
-        trust = " --trust" if problems.brought(whole[-1].session.problem) else ""
+        trust = " --trust" if problems.brought(table.ended[whole[-1]]) else ""
         does = "resume" if sealed and whole[-1].path == table.game.source else "replay"
         rows.append(f"{does}: dmplay {does} {quote(str(whole[-1].path))}{trust}")
     if table.playing and table.game.again and not sealed:
@@ -141,7 +141,7 @@ def epilogue(table: Table) -> None:
         print(clean(row), file=sys.stderr)
 
 
-def faults(ended: Sequence[Recorder]) -> int:
+def faults(ended: Iterable[Recorder]) -> int:
     """Exit code 1, and a line each, where turns could not be written."""
     bad = [recorder for recorder in ended if recorder.fault]
     for recorder in bad:

@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, DmplayError, UnknownName
-from dmplay.finding import code, data, guests, modules, outside
+from dmplay.finding import data, guests, modules, outside
 from dmplay.finding.installed import installed
 from dmplay.finding.names import problem_names, stem_of
 from dmplay.finding.typed import typed
@@ -129,10 +129,9 @@ def docs(problem: Problem) -> str:
     return told if told and not _of_a_house(problem) else problem.story()
 
 
-def brought(problem: Problem) -> bool:
-    """Whether the code of a problem is not dmplay's, so that its transcripts need trust."""
-    home = type(problem).__module__
-    return home.startswith((code.PREFIX, GUESTS)) or not home.startswith("dmplay.")
+def brought(name: str) -> bool:
+    """Whether a name may find code that is not dmplay's, so that transcripts of it need trust."""
+    return not _way(name).safe
 
 
 def _of_a_house(problem: Problem) -> bool:

@@ -33,7 +33,7 @@ class Table:
         ends: Callable[[Recorder], object] | None = None,
     ) -> None:
         self.typed = False  # whether people type here; else a script is done
-        self.ended: list[Recorder] = []  # of the games so far, each once
+        self.ended: dict[Recorder, str] = {}  # of the games so far, and what was played
         self._kept_before: list[Recorder] = []  # of the game before this one, if it is kept
         self.removed = 0  # older games that had to make room for them
         self.open_screen: Callable[[], str] | None = None  # where there is one to open
@@ -69,7 +69,7 @@ class Table:
         """Plays this game from now on."""
         many = len(self.ended)
         self.end()
-        self._kept_before = self.ended[many:]
+        self._kept_before = [*self.ended][many:]
         self._game = game
         self.removed += game.removed
         dice = luck(game.name, game.session.source)
@@ -107,7 +107,7 @@ class Table:
         self._game.finish(reason)
         recorder = self._game.recorder
         if recorder and recorder not in self.ended and not saves.dropped(recorder):
-            self.ended.append(recorder)
+            self.ended[recorder] = self._game.name
             if self._ends:
                 self._ends(recorder)
 

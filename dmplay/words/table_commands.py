@@ -112,7 +112,7 @@ def branch(table: Table, argument: str) -> str:
     if source is None:
         raise BadParameter("branch: no transcript is written; --record FILE writes one")
     at = argument or str(turns)
-    trust = ["--trust"] if problems.brought(game.problem) else []  # what is played was trusted
+    trust = ["--trust"] if problems.brought(game.name) else []  # what is played was trusted
     table.ask(["branch", str(source), "--at", at, "-o", str(table.free(source)), *trust])
     return f"on from turn {at}. {table.began()}"
 

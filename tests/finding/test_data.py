@@ -9,10 +9,12 @@ import pytest
 from dmplay.errors import BadParameter, BadTranscript
 from dmplay.finding.problems import brought, load, resolve
 from dmplay.finding.ways import moved
+from dmplay.front import epilogue
 from dmplay.game.checking import check, update
 from dmplay.game.playback import Playback
 from dmplay.game.request import Branching, Request, Resumption
 from dmplay.game.start import begin, new
+from dmplay.game.table import Table
 from dmplay.transcript.reading import read
 from tests.files.sources import BALLET, TEAM, TIGER, kept
 
@@ -48,8 +50,13 @@ def test_a_file_is_found_by_its_ending_whatever_its_case(here: Path) -> None:
         found = resolve(name, {}, trusted=False)  # data needs no trust
         assert (found.name, found.problem.kind) == (name, kind)
         assert found.origin.startswith("sha256:")
-        assert not brought(found.problem)
+        assert not brought(found.name)
     assert load("tiger.POMDP", discount=0.5).discount == 0.5
+
+
+def test_code_of_others_is_brought_and_what_is_read_is_not() -> None:
+    names = ("hexworld:straight-line", "poker.efg", "./grid.py:Grid", "openspiel:efg_game(a.efg)")
+    assert [*map(brought, names)] == [False, False, True, True]
 
 
 def test_a_transcript_tells_the_file_beside_it_and_its_hash(here: Path) -> None:
@@ -128,17 +135,20 @@ t "" 3
 
 
 def test_an_extensive_game_is_played_and_names_the_extra_that_reads_it(
-    here: Path, monkeypatch: pytest.MonkeyPatch
+    here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     kept(here, "poker.efg", POKER)
-    game = new(Request("poker.efg", others="script:m", seed=1, record=Path("game.dmt")))
+    table = Table(new(Request("poker.efg", others="script:m", seed=1, record=Path("game.dmt"))))
+    game = table.game
     game.choose(game.session.labels(0).index("r"))
     while game.unattended():
         pass
     assert game.session.over
     assert abs(game.session.totals()[0]) == 2.0  # who raises and is met wins or loses two
-    game.finish()
+    table.end()
     assert check(Path("game.dmt")).ok
+    epilogue(table)
+    assert "replay: dmplay replay game.dmt\n" in capsys.readouterr().err  # it needs no trust
     monkeypatch.setitem(sys.modules, "pyspiel", None)
     with pytest.raises(BadParameter, match=r"pip install 'dmplay\[openspiel\]'"):
         load(kept(here / "below", "poker.efg", POKER))

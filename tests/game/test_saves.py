@@ -99,7 +99,7 @@ def test_what_is_told_of_is_there(kept: Path, capsys: pytest.CaptureFixture[str]
         table.game.choose(0)
         table.end()
         if gone:
-            table.ended[0].path.unlink()
+            next(iter(table.ended)).path.unlink()
         epilogue(table)
         assert ("replay: " in capsys.readouterr().err) is not gone
 
