@@ -11,7 +11,7 @@ import pettingzoo
 
 from dmplay.core import Problem
 from dmplay.dice import Dice, fresh
-from dmplay.errors import BadParameter
+from dmplay.errors import BadParameter, IllegalAction
 from dmplay.loops.seat import Info, Seat, Space, drawn, found
 from dmplay.session import Session
 
@@ -64,6 +64,9 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # which has no 
         if not self.agents:
             return {}, {}, {}, {}, {}
         game = self._game()
+        missing = [agent for agent in self.agents if agent not in actions]
+        if missing:
+            raise IllegalAction(f"step: no action of {', '.join(missing)}; expected one of each")
         told = zip(self._seats, self.agents, strict=True)
         done = [seat.act(np.asarray(actions[agent])[None])[0] for seat, agent in told]
         paid = np.zeros(len(done))

@@ -8,7 +8,7 @@ import pytest
 
 import dmplay
 from dmplay.core import Interval
-from dmplay.errors import BadParameter
+from dmplay.errors import BadParameter, IllegalAction
 from dmplay.zoo import ParallelEnv
 from tests.files.sources import BALLET, TEAM, kept
 from tests.support.cases import CASES, SOME, load
@@ -49,6 +49,15 @@ def test_where_one_move_is_not_legal_no_turn_passes() -> None:
     after, rewards, *_ = env.step({"agent": stuck})
     assert np.array_equal(before["agent"], after["agent"])
     assert rewards == {"agent": 0.0}
+
+
+def test_every_agent_has_an_action_or_no_turn_passes() -> None:
+    env = ParallelEnv("rock-paper-scissors")
+    env.reset(seed=5)
+    with pytest.raises(IllegalAction, match=r"^step: no action of agent2; expected one of each$"):
+        env.step({"agent1": 0})
+    assert env.session is not None
+    assert not env.session.turns
 
 
 def test_a_game_is_begun_before_a_turn() -> None:
