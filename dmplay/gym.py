@@ -151,6 +151,9 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         told = np.asarray(actions)
         if told.shape[:1] != (self.num_envs,):
             raise IllegalAction(f"step: got shape {told.shape}, expected {self.num_envs} actions")
+        if self._rows.ended.any():
+            told = told.copy()
+            told[self._rows.ended] = 0  # what is not looked at may be anything, as in Gymnasium
         rewards, terminated, truncated = self._rows.play(self._seat.act(told))
         seen = self._rows.seen.copy()
         return seen, rewards, terminated, truncated.copy(), self._told(self._rows)

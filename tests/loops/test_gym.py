@@ -151,6 +151,17 @@ def test_what_is_no_action_is_refused_and_no_row_moves(actions: object, message:
     np.testing.assert_array_equal(rows.step(np.array([0, 1, 2]))[0], seen)
 
 
+def test_a_row_that_is_over_begins_anew_whatever_its_action() -> None:
+    rows = VectorEnv("rock-paper-scissors", ROWS, turns=1)
+    rows.reset(seed=SEED)
+    *_, truncated, _ = rows.step(np.zeros(ROWS, int))
+    assert truncated.all()
+    seen, rewards, *_, truncated, _ = rows.step(np.array([-1, 99, None]))
+    assert [seen.any(), rewards.any(), truncated.any()] == [False] * 3
+    with pytest.raises(IllegalAction):
+        rows.step(np.array([0, 99, 0]))
+
+
 def test_a_number_is_one_number() -> None:
     env = Env("simple-regulator")
     env.reset(seed=SEED)
