@@ -24,22 +24,21 @@ def problem_of(ctx: typer.Context) -> str:
     return f"{base}:{variant}" if variant else str(base)
 
 
-def _from_file(ctx: typer.Context, option: str) -> bool:
-    """Whether a file of settings gave an option its value."""
-    source = ctx.get_parameter_source(option)
-    return source is not None and source.name == "DEFAULT_MAP"
+def source(ctx: typer.Context, option: str) -> str:
+    """What gave an option its value: DEFAULT_MAP is a file of settings."""
+    return getattr(ctx.get_parameter_source(option), "name", "")
 
 
 def is_said(ctx: typer.Context, option: str) -> bool:
     """Whether an option has a value that is no file's, so that it is not to be passed over."""
-    return ctx.params[option] is not None and not _from_file(ctx, option)
+    return ctx.params[option] is not None and source(ctx, option) != "DEFAULT_MAP"
 
 
 def _heeded(kind: str) -> Callable[[typer.Context, typer.CallbackParam, Any], object]:
     """What is typed of an option; what a file of settings says of it, as far as that fits."""
 
     def callback(ctx: typer.Context, option: typer.CallbackParam, value: Any) -> object:
-        if ctx.resilient_parsing or not _from_file(ctx, str(option.name)):
+        if ctx.resilient_parsing or source(ctx, str(option.name)) != "DEFAULT_MAP":
             return tuple(value) if isinstance(value, list) else value
         from dmplay.cli import fitting
 

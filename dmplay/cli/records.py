@@ -60,6 +60,7 @@ def export(
     peek: options.Peek = False,
     *,
     wishes: Wishes,
+    ctx: typer.Context,
 ) -> object:
     """Write a recorded game as a picture, a screen recording, text, a table or data.
 
@@ -73,9 +74,9 @@ def export(
     from dmplay.reports.export import Aspect, exported
     from dmplay.screen.shown import Room
 
-    printed = output is None or str(output) == "-"
-    ascii_ = here(wishes).ascii if printed else wishes.ascii
-    aspect = Aspect(Room(wishes.width or 0, height or 0, ascii_), at, hint)
+    ascii_ = (here(wishes) if str(output or "-") == "-" else wishes).ascii
+    typed = [o for o in ("width", "height", "ascii") if options.source(ctx, o) == "COMMANDLINE"]
+    aspect = Aspect(Room(wishes.width or 0, height or 0, ascii_), at, hint, typed)
     return exported(Recording(file, trust, peek), formats, aspect, output, force=force)
 
 

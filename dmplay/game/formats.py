@@ -10,20 +10,21 @@ class Format(NamedTuple):
     """A form that a game can be written in."""
 
     help: str
+    ending: str  # of its file
     still: bool = False  # whether it shows one turn
-    ending: str = ""  # of its file, where it is no text to read
-    rows: int = 18  # of a screen in it
+    rows: int = 18  # of a screen in it; 0 where it has none
+    plain: bool = False  # whether it is text to read
 
 
 FORMATS = {
-    "svg": Format("a picture of the screen", still=True, ending="svg"),
-    "film": Format("an animated picture", ending="svg"),
-    "html": Format("a page with every turn, to step through", True, "html", 24),
-    "cast": Format("a recording, asciicast v2", ending="cast", rows=24),
-    "cast3": Format("a recording, asciicast v3", ending="cast", rows=24),
-    "text": Format("every screen as text"),
-    "csv": Format("a row a turn"),
-    "json": Format("the game as one object"),
+    "svg": Format("a picture of the screen", "svg", still=True),
+    "film": Format("an animated picture", "svg"),
+    "html": Format("a page with every turn, to step through", "html", still=True, rows=24),
+    "cast": Format("a recording, asciicast v2", "cast", rows=24),
+    "cast3": Format("a recording, asciicast v3", "cast", rows=24),
+    "text": Format("every screen as text", "txt", plain=True),
+    "csv": Format("a row a turn", "csv", rows=0, plain=True),
+    "json": Format("the game as one object", "json", rows=0, plain=True),
 }
 # By which a file is taken for what it is.
 ENDINGS = {"svg", "html", "cast", "csv", "json", "txt", "png", "jpg", "jpeg", "gif", "webp", "pdf"}
@@ -32,6 +33,7 @@ ENDINGS = {"svg", "html", "cast", "csv", "json", "txt", "png", "jpg", "jpeg", "g
 def fits(path: Path | None, form: str) -> None:
     """Refuses to write a form into a file whose name ends as another's does."""
     ending = FORMATS[form].ending
-    if path and ending and path.suffix[1:].lower() in ENDINGS - {ending}:
+    own = {ending, "txt"} if FORMATS[form].plain else {ending}
+    if path and path.suffix[1:].lower() in ENDINGS - own:
         rather = path.with_suffix(f".{ending}")
         raise BadParameter(f"-o {path}: it is written as {ending.upper()}; name it {rather}")

@@ -46,6 +46,7 @@ class Aspect(NamedTuple):
     room: Room = Room(0, 0)  # 0 for as many columns, or rows, as is usual
     turn: int | None = None  # the last one
     hint: bool = False
+    wishes: Sequence[str] = ()  # options of a screen that were typed
 
 
 class Drawn:
@@ -243,10 +244,14 @@ def exported(
         raise BadParameter(f"--at: a turn of {stills}, not of --{form}")
     if aspect.hint and form != "svg":
         raise BadParameter(f"--hint: on a picture, --svg, not on --{form}")
+    if aspect.wishes and not FORMATS[form].rows:
+        raise BadParameter(f"--{aspect.wishes[0]}: of a screen, which --{form} does not have")
     fits(output, form)
     game = Playback(recording.path, trusted=recording.trusted, peek=recording.peek)
     if output:
         apart(output, game.transcript.path)
     width, height, ascii_ = aspect.room
-    room = _roomy(game, Room(width or COLUMNS, height or FORMATS[form].rows, ascii_))
+    room = Room(width or COLUMNS, height or FORMATS[form].rows, ascii_)
+    if room.height:
+        room = _roomy(game, room)
     return kept(output, WRITERS[form](game, aspect._replace(room=room)), force=force)

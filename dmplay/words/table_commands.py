@@ -126,10 +126,10 @@ def export(table: Table, argument: str) -> str:
             raise BadParameter("export: no transcript is written; name a file")
         if hidden and not (table.game.session.over or table.game.reveal):
             raise BadParameter("export: it would tell what is hidden until the game is over")
-        asked = [(name, one.ending) for name, one in FORMATS.items() if f"--{name}" in words]
-        for name, ending in asked:
-            if table.typed and ending and not {"-o", "--output"} & {*words}:
-                told = f"--{name} is for a file; -o game.{ending} names it"
+        asked = [(name, one) for name, one in FORMATS.items() if f"--{name}" in words]
+        for name, one in asked:
+            if table.typed and not one.plain and not {"-o", "--output"} & {*words}:
+                told = f"--{name} is for a file; -o game.{one.ending} names it"
                 raise BadParameter(f"export: {told}")
         words = [str(recorder.path), *words]
     elif "--peek" in words and table.playing and table.game.sealed:

@@ -50,7 +50,10 @@ def test_a_file_whose_name_says_another_format_is_refused(tmp_path: Path) -> Non
     assert {path.name for path in tmp_path.iterdir()} == {"f.svg", "F.2", "f"}
     with pytest.raises(BadParameter, match="it is written as HTML; name it g"):
         fits(Path("g.svg"), "html")
-    fits(Path("g.svg"), "csv")  # which may have any name
+    with pytest.raises(BadParameter, match=r"it is written as JSON; name it g\.json"):
+        fits(Path("g.csv"), "json")
+    for name in ("g.csv", "g.txt", "g"):  # of text that may be read as it stands
+        fits(Path(name), "csv")
 
 
 def test_blanks_name_no_figure() -> None:

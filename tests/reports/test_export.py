@@ -150,6 +150,9 @@ def test_data_is_one_object(file: Path) -> None:
         (["--svg", "--at", "9"], "--at: got 9, the game has 2 turns"),
         (["--text", "--at", "1"], "--at: a turn of --svg or --html, not of --text"),
         (["--film", "--hint"], "--hint: on a picture, --svg, not on --film"),
+        (["--csv", "--width", "60"], "--width: of a screen, which --csv does not have"),
+        (["--json", "--ascii"], "--ascii: of a screen, which --json does not have"),
+        (["--json", "-o", "g.csv"], "-o g.csv: it is written as JSON; name it g.json"),
         (["--csv", "-o", "no/g.csv"], "cannot write no/g.csv: No such file or directory"),
     ],
 )
