@@ -232,12 +232,12 @@ def _partners(view: View[CollaborativePredatorPrey]) -> str:
 
 def goal(view: View[CollaborativePredatorPrey]) -> list[str]:
     """What the team is paid, and what it cannot see."""
-    slip = view.problem.slip
+    slip, own = view.problem.slip, view.you == "you"
     return [
         "find the unseen prey",
         f"a catch by anyone pays all {CAPTURED:g}",
         f"else a turn costs {-MOVED:g}",
-        "you sense it from the next hex",
+        f"{view.you} {'sense' if own else 'senses'} it from the next hex",
         *([f"{percent(slip)} of steps slip aside"] if slip else []),
     ]
 

@@ -205,7 +205,7 @@ def goal(view: View[SimpleRegulator]) -> list[str]:
     return [
         "keep the number near 0",
         "each turn costs its square",
-        "your push is added to it",
+        f"{'your' if view.you == 'you' else 'the'} push is added to it",
         *([f"nature adds {view.problem.noise:g} or so"] if view.problem.noise else []),
     ]
 

@@ -218,9 +218,10 @@ def _pay(
 
 def situation(view: View[TravelersDilemma]) -> str:
     """The rule, as the table is too long to be told."""
+    you = [f"you are {view.problem.agents[view.seat]}."] if view.you == "you" else []
     before = [f"last round: {told(view)}"] if view.turn else []
     sentences = [
-        f"you are {view.problem.agents[view.seat]}.",
+        *you,
         *before,
         f"claim {LEAST} to {MOST} whole dollars.",
         "equal claims are paid as they are.",

@@ -331,14 +331,18 @@ def test_a_screen_without_room_for_a_board_is_played_in_text() -> None:
         ("prisoners-dilemma", "grim", "agent1   -1"),
         ("hexworld", "optimal", "@ agent"),
         ("collaborative-predator-prey", "sweep", "@ where predator1 may be"),
+        ("collaborative-predator-prey", "sweep", "predator1 senses it from the next hex"),
+        ("simple-regulator", "optimal", "the push is added to it"),
+        ("travelers-dilemma", "random", "agent1 ↓   agent2 →"),
     ],
 )
 def test_an_agent_that_is_watched_is_called_by_its_name(
     problem: str, agent: str, called: str
 ) -> None:
     watched = new(Request(problem, agent=agent, seed=7))
-    drawn = compose(watched, Room(100, 30), Shown(), []).plain
+    drawn = compose(watched, Room(120, 30), Shown(), []).plain
     assert called in drawn
+    assert "you" not in drawn + watched.account.situation(watched.moment())
 
 
 def test_agents_that_play_behind_a_page_are_logged_turn_by_turn() -> None:
