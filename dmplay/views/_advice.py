@@ -16,7 +16,7 @@ from dmplay.chance import Array, Reals
 from dmplay.core import Problem
 from dmplay.session import View
 from dmplay.views import _belief
-from dmplay.views._belief import words
+from dmplay.views._belief import likeliest
 from dmplay.views.canvas import bare, percent
 from dmplay.views.style import ALIKE, BEST, EQUAL, Look, Outlook
 
@@ -151,7 +151,7 @@ def _believed(names: Sequence[str], belief: Reals) -> str:
     """A belief in columns under the names of the states; of many states the likeliest."""
     if len(names) <= COLUMNS:
         return _columns(names, [f"{share:.2f}" for share in belief])
-    return "  " + ", ".join(words(names, belief).split(", ")[: COLUMNS - 1])
+    return "  " + ", ".join(likeliest(names, belief)[: COLUMNS - 1])
 
 
 def _columns(names: Sequence[str], cells: Sequence[str]) -> str:

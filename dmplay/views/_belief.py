@@ -63,7 +63,12 @@ def spark(shares: Sequence[float], plain: bool) -> str:
     return "".join(glyphs[min(int(share * len(glyphs)), len(glyphs) - 1)] for share in shares)
 
 
+def likeliest(names: Sequence[str], belief: Reals) -> list[str]:
+    """The states from the likeliest down: `hungry 0.732`, `sated 0.268`."""
+    pairs = sorted(zip(names, belief, strict=True), key=lambda pair: -pair[1])
+    return [f"{name} {share:.3f}" for name, share in pairs]
+
+
 def words(names: Sequence[str], belief: Reals) -> str:
-    """The states from the likeliest down: `hungry 0.732, sated 0.268`."""
-    ranked = sorted(zip(names, belief, strict=True), key=lambda pair: -pair[1])
-    return ", ".join(f"{name} {share:.3f}" for name, share in ranked)
+    """The same in one line."""
+    return ", ".join(likeliest(names, belief))

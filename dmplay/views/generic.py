@@ -12,7 +12,7 @@ from dmplay.errors import BadParameter
 from dmplay.places import place
 from dmplay.session import MOST_TURNS, View
 from dmplay.views._advice import branches, label, loss, losses, ranked, under
-from dmplay.views._belief import bars, shares, words
+from dmplay.views._belief import bars, likeliest, shares
 from dmplay.views.canvas import Canvas, picture, signed
 from dmplay.views.style import Lesson, Look
 
@@ -229,5 +229,5 @@ def _believed(view: View[Problem]) -> str:
         return ""
     names, likely = shares(view)
     many = len(names) - (len(names) < len(view.belief))  # without what is left
-    ranked = words(names[:many], likely[:many]).split(", ")
-    return f" belief: {', '.join(ranked[:TOLD])}{', ...' if len(ranked) > TOLD else ''}."
+    told = likeliest(names[:many], likely[:many])
+    return f" belief: {', '.join(told[:TOLD])}{', ...' if len(told) > TOLD else '.'}"

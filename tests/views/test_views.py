@@ -24,6 +24,7 @@ from dmplay.views.style import Look, Overlay, fit, style_of
 from tests.files.sources import ballet, team
 from tests.support.games import session
 from tests.support.glyphs import GLYPHS, PLAIN
+from tests.support.hidden import cheese
 from tests.support.looks import foreseen
 
 game_2048 = style_of(dmplay.load("2048"))
@@ -239,6 +240,12 @@ def test_a_brought_game_tells_what_all_did_where_they_see_it_and_no_state_where_
     unseen = Session(team(), Dice(1))
     unseen.advance([0, 1])
     assert generic.told(unseen.view(0)).count("chose") == 1
+
+
+def test_a_belief_in_many_states_is_told_of_the_likeliest_and_goes_on() -> None:
+    view = Session(cheese(), Dice(1)).view(0)
+    likeliest = "(0, 2) 0.100, (1, 2) 0.100, (2, 2) 0.100, ..."
+    assert generic.situation(view) == f"nothing yet. belief: {likeliest} actions: n, e, s, w."
 
 
 def test_a_problem_without_a_word_of_its_own_has_a_goal_all_the_same() -> None:
