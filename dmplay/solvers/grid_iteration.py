@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.budget import ROUND, Budget
-from dmplay.chance import Array, Ints, Reals
+from dmplay.chance import Ints, Reals
 from dmplay.core import Problem
 from dmplay.tabular import joint_actions
 
@@ -73,26 +73,43 @@ class Swept(NamedTuple):
     change: float  # of any value, in the last sweep
 
 
+class Ahead(NamedTuple):
+    """What each action brings about in some states: one action after another `[A * B]`."""
+
+    actions: int  # A
+    around: Around
+    rewards: Reals
+    kept: Reals  # the discount; 0 where the game is over
+
+    def worth(self, values: Reals) -> Reals:
+        """Q `[A, B]`, by the values at the points."""
+        q = interpolated(values, self.around)
+        q *= self.kept
+        q += self.rewards
+        return q.reshape(self.actions, -1)
+
+
+def ahead(problem: Problem, grid: Grid, s: Reals) -> Ahead:
+    """A step of each action from the states `[B, 2]`, all in one call."""
+    choices = joint_actions(problem)
+    every, a = np.tile(s, (len(choices), 1)), choices.repeat(len(s), axis=0)
+    outcome = problem.step(every, a, np.zeros((len(every), 0)))
+    going = np.asarray(~problem.terminal(outcome.state), float)
+    around, rewards = grid.around(outcome.state), outcome.rewards[:, 0]
+    return Ahead(len(choices), around, rewards, problem.discount * going)
+
+
 def optimal(problem: Problem, grid: Grid) -> Swept:
     """U at the points; it converges where every point has a way to an end, or discounted."""
     budget = Budget("value iteration on a grid", "try a smaller discount, or search", 2e10)
-    states, choices = grid.states(), joint_actions(problem)
-    moves = [moved(problem, states, a) for a in choices]
-    around = [
-        (grid.around(after), rewards, problem.discount * going) for after, rewards, going in moves
-    ]
-    over = problem.terminal(states)
+    states = grid.states()
+    steps, over = ahead(problem, grid, states), problem.terminal(states)
     values: Reals = np.zeros(len(states))
     sweeps, change = 0, np.inf
     settled = SETTLED if problem.discount == 1.0 else FAINT
     while change > settled and sweeps < MOST_SWEEPS:
-        budget.spend(ROUND + 30 * values.size * len(around), sweeps / (sweeps + USUAL))
-        swept = np.full(len(states), -np.inf)
-        for points, rewards, kept in around:
-            q = interpolated(values, points)
-            q *= kept
-            q += rewards
-            np.maximum(swept, q, out=swept)
+        budget.spend(ROUND + 30 * steps.kept.size, sweeps / (sweeps + USUAL))
+        swept = steps.worth(values).max(axis=0)
         swept[over] = 0.0
         change = float(np.abs(swept - values).max())
         values = swept
@@ -102,15 +119,4 @@ def optimal(problem: Problem, grid: Grid) -> Swept:
 
 def action_values(problem: Problem, grid: Grid, values: Reals, s: Reals) -> Reals:
     """Q `[B, A]` of a step, and the values between the points after it."""
-    columns = []
-    for a in joint_actions(problem):
-        after, rewards, going = moved(problem, s, a)
-        then = interpolated(values, grid.around(after))
-        columns.append(rewards + problem.discount * going * then)
-    return np.stack(columns).T
-
-
-def moved(problem: Problem, s: Array, a: Array) -> tuple[Array, Reals, Reals]:
-    """Where one action leads from each state, what it pays, and 1 where the game goes on."""
-    outcome = problem.step(s, np.repeat(a[None], len(s), axis=0), np.zeros((len(s), 0)))
-    return outcome.state, outcome.rewards[:, 0], np.asarray(~problem.terminal(outcome.state), float)
+    return ahead(problem, grid, s).worth(values).T
