@@ -3,7 +3,7 @@
 import inspect
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import Field, dataclass, field, fields
 from functools import cached_property, lru_cache
 from itertools import product
@@ -28,6 +28,7 @@ LOCKED = ("read-only", "WRITEABLE")  # what is said of a write, and of the wish 
 
 T = TypeVar("T")
 Memory = tuple[Array, ...]
+Update = TypeVar("Update", bound=Callable[..., Memory])
 
 
 class Labels(tuple[str, ...]):
@@ -233,6 +234,9 @@ class Percept(NamedTuple):
     reward: Reals | None  # [B], its own where it is observable
 
 
+UNHEEDED = np.zeros(0)  # stands for what nobody looks at
+
+
 class Policy(Protocol):
     """How one seat of a problem acts; batch-first, so that it plays one game or many at once."""
 
@@ -255,6 +259,24 @@ class Policy(Protocol):
 
     def values(self, memory: Memory) -> Reals | None:
         """The value of each action `[B, A]`, where the policy knows it."""
+
+
+def heeds(*parts: str) -> Callable[[Update], Update]:
+    """Marks an `update` that looks at these parts of a percept alone: in many games at once the
+    others are not copied for it.
+    """
+
+    def marked(update: Update) -> Update:
+        vars(update)["heeds"] = parts
+        return update
+
+    return marked
+
+
+def heeded(policy: Policy) -> Collection[str]:
+    """The parts of a percept that a policy looks at: all, unless it says so."""
+    found: Collection[str] = getattr(policy.update, "heeds", Percept._fields)
+    return found
 
 
 def own(array: Array) -> Array:
@@ -596,13 +618,27 @@ class Problem(ABC):
         """What a seat sees before the first turn: the state `[B, ...]`, or what it may of it."""
         return own(self.first(s)[:, seat] if self.hidden else s)
 
-    def percept(self, seat: int, actions: Array, outcome: Outcome) -> Percept:
-        """What a turn by the joint actions `[B, n]` teaches a seat, in arrays of its own."""
+    def percept(
+        self,
+        seat: int,
+        actions: Array,
+        outcome: Outcome,
+        parts: Collection[str] = Percept._fields,
+    ) -> Percept:
+        """What a turn by the joint actions `[B, n]` teaches a seat, in arrays of its own.
+
+        Only the parts that are named are copied; the others are empty.
+        """
+
+        def part(name: str, array: Array) -> Array:
+            return own(array) if name in parts else UNHEEDED
+
+        seen = outcome.observations[:, seat] if self.hidden else outcome.observations
         return Percept(
-            own(actions[:, seat]),
-            own(outcome.observations[:, seat] if self.hidden else outcome.observations),
-            None if self.hidden else own(actions),
-            own(outcome.rewards[:, seat]) if self.rewards_observed else None,
+            part("action", actions[:, seat]),
+            part("observation", seen),
+            None if self.hidden else part("actions", actions),
+            part("reward", outcome.rewards[:, seat]) if self.rewards_observed else None,
         )
 
     @property

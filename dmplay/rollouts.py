@@ -25,6 +25,7 @@ from dmplay.core import (
     asked,
     check_policy,
     check_problem,
+    heeded,
     own,
 )
 from dmplay.dice import NATURE, Dice, uniforms
@@ -298,8 +299,8 @@ def _block(problem: Problem, policies: Sequence[Policy], games: Games) -> Rollou
             actions = _chosen(problem, choosers, state, drawn, where)
         outcome = problem.step(state, actions, draw(NATURE, turn, problem.draws.step))
         memories = [
-            asked(where[seat], policy.update, memory, problem.percept(seat, actions, outcome))
-            for seat, (policy, memory) in enumerate(zip(policies, memories, strict=True))
+            asked(at, one.update, memory, problem.percept(seat, actions, outcome, heeded(one)))
+            for seat, (at, one, memory) in enumerate(zip(where, policies, memories, strict=True))
         ]
         sums[0] += outcome.rewards
         if discounted:

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from dmplay.chance import Array, Bools, Categorical, Reals, mean
-from dmplay.core import Memory, Percept, Problem, parameter
+from dmplay.core import Memory, Percept, Problem, heeds, parameter
 from dmplay.policies._kept import kept
 from dmplay.policies.kinds import Maximising, Reactive
 from dmplay.solvers import lemke_howson, matrix_game, regret_matching
@@ -113,6 +113,7 @@ class BestResponse(Maximising, _Mixed):
         """No action counted yet."""
         return (np.zeros((len(observation), len(self._own)), np.int64),)
 
+    @heeds("actions")
     def update(self, memory: Memory, percept: Percept) -> Memory:
         """One more."""
         assert percept.actions is not None
@@ -138,6 +139,7 @@ class GradientAscent(_Mixed):
         rows, many = len(observation), self._own.shape[1]
         return (np.full((rows, many), 1.0 / many), np.zeros(rows, np.int64))
 
+    @heeds("actions")
     def update(self, memory: Memory, percept: Percept) -> Memory:
         """A step, and back to the nearest strategy."""
         assert percept.actions is not None

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from dmplay.chance import Array, Bools, Ints, Reals
-from dmplay.core import Memory, Percept, parameter
+from dmplay.core import Memory, Percept, heeds, parameter
 from dmplay.policies.kinds import Rule
 from dmplay.solvers import matrix_game
 
@@ -40,6 +40,7 @@ class Friendly(Rule):
         """The next actions `[B]`: what is known, unless a rule says more."""
         return known
 
+    @heeds("actions")
     def update(self, memory: Memory, percept: Percept) -> Memory:
         """What the rule makes of the round."""
         assert percept.actions is not None

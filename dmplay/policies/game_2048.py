@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Memory, Percept, Problem, parameter
+from dmplay.core import Memory, Percept, Problem, heeds, parameter
 from dmplay.policies.kinds import Maximising, Reactive, Seated
 from dmplay.policies.roster import Roster
 from dmplay.problems.game_2048 import Game2048
@@ -24,6 +24,7 @@ class Corner(Seated):
         """The direction that is due."""
         return (np.full(len(observation), LEFT),)
 
+    @heeds("action")
     def update(self, memory: Memory, percept: Percept) -> Memory:
         """Left and down take turns."""
         return (np.where(percept.action == LEFT, DOWN, LEFT),)

@@ -9,7 +9,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from dmplay.chance import Array, Bools, Ints, Reals
-from dmplay.core import Memory, Percept, Policy, Problem, check_bounds
+from dmplay.core import Memory, Percept, Policy, Problem, check_bounds, heeds
 from dmplay.solvers.value_iteration import greedy
 
 FEW = 1000  # states that are seen and that a table is made of
@@ -85,6 +85,7 @@ class Reactive(Seated):
         """The first observation."""
         return (observation,)
 
+    @heeds("observation")
     def update(self, memory: Memory, percept: Percept) -> Memory:
         """The new observation."""
         return (percept.observation,)
@@ -135,6 +136,7 @@ class Rule(Seated, ABC):
         """The first action."""
         return (np.full(len(observation), self.first),)
 
+    @heeds("actions")
     def update(self, memory: Memory, percept: Percept) -> Memory:
         """The reply to the round."""
         assert percept.actions is not None

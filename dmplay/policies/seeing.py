@@ -10,7 +10,7 @@ import numpy as np
 
 from dmplay.budget import within
 from dmplay.chance import Array, Bools, Categorical, Ints, Reals
-from dmplay.core import Memory, Percept, Problem, exact_start, parameter
+from dmplay.core import Memory, Percept, Problem, exact_start, heeds, parameter
 from dmplay.errors import BadParameter, BadPolicy, TooMuch
 from dmplay.laws import samples
 from dmplay.policies._kept import kept
@@ -45,6 +45,7 @@ class _Counting(Seated):
         """The first state, and no turn done."""
         return (observation, np.zeros(len(observation), np.int64))
 
+    @heeds("observation")
     def update(self, memory: Memory, percept: Percept) -> Memory:
         """The new state, one more turn done."""
         return (percept.observation, memory[1] + 1)

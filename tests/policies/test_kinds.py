@@ -1,4 +1,4 @@
-"""Policies that choose by the state alone."""
+"""Policies that choose by the state alone, and what they are taught."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -7,7 +7,8 @@ import numpy as np
 
 import dmplay
 from dmplay.chance import Array, Bools
-from dmplay.policies.kinds import FEW, Settled
+from dmplay.core import Memory, Percept, heeds
+from dmplay.policies.kinds import FEW, Always, Settled
 
 NOTHING = np.zeros((40, 0))
 
@@ -41,3 +42,39 @@ def test_where_they_are_many_it_is_made_in_those_that_come_up() -> None:
     s = np.zeros((40, 4), np.int64)
     Thinking(problem, 0).choose((s,), None, NOTHING)
     assert Thinking.thought == [40]
+
+
+@dataclass(frozen=True)
+class Curious(Always):
+    """Notes how many rows there are in each part of what it is taught."""
+
+    taught: ClassVar[list[list[int]]] = []
+
+    def update(self, memory: Memory, percept: Percept) -> Memory:
+        self.taught.append([0 if part is None else len(part) for part in percept])
+        return memory
+
+
+@dataclass(frozen=True)
+class Greedy(Curious):
+    """Looks at what it is paid alone."""
+
+    @heeds("reward")
+    def update(self, memory: Memory, percept: Percept) -> Memory:
+        return super().update(memory, percept)
+
+
+def test_what_an_agent_does_not_look_at_is_not_copied_for_many_games() -> None:
+    problem = dmplay.load("prisoners-dilemma")
+    Curious.taught.clear()
+    dmplay.rollout(problem, [Curious(problem, 0), Greedy(problem, 1)], episodes=5, turns=1)
+    assert Curious.taught == [[5, 5, 5, 5], [0, 0, 0, 5]]
+
+
+def test_a_game_at_a_table_teaches_all() -> None:
+    problem = dmplay.load("prisoners-dilemma")
+    Curious.taught.clear()
+    game = dmplay.Session(problem, dmplay.Dice(1), [Curious(problem, 0), Greedy(problem, 1)])
+    game.advance()
+    game.choices()
+    assert Curious.taught == [[1, 1, 1, 1], [1, 1, 1, 1]]
