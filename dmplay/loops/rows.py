@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from dmplay.chance import Array, Bools, Ints, Reals
-from dmplay.core import DECIMALS, Memory, Outcome, Policy
+from dmplay.core import DECIMALS, Memory, Outcome, Policy, heeded
 from dmplay.dice import NATURE
 from dmplay.loops.luck import Luck
 from dmplay.loops.seat import Seat
@@ -102,7 +102,8 @@ class Rows:
         """What somebody in another seat remembers after a turn."""
         if policy is None:
             return ()
-        return policy.update(memory, self.problem.percept(place, joint, outcome))
+        percept = self.problem.percept(place, joint, outcome, heeded(policy))
+        return policy.update(memory, percept)
 
     def _sight(self, joint: Array, outcome: Outcome) -> Array:
         hidden, seen = self.problem.hidden, outcome.observations
