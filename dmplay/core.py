@@ -466,6 +466,11 @@ class Problem(ABC):
         return None
 
     @property
+    def endless(self) -> bool:
+        """Whether games may go on for ever, so that those of agents alone have a limit of turns."""
+        return True
+
+    @property
     def shared_reward(self) -> bool:
         """Whether all agents always receive the same reward."""
         return False

@@ -1,6 +1,7 @@
 """Many games at once: a problem and its policies, to returns."""
 
 import math
+import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
@@ -258,8 +259,8 @@ def _block(problem: Problem, policies: Sequence[Policy], games: Games) -> Rollou
     All rows draw every turn, finished or not, so that two policies meet the same luck.
     """
     which, seed, luck, many = games.which, games.seed, games.luck, len(games.which)
-    limit = problem.horizon if games.turns is None else games.turns
-    limit = MOST_TURNS if limit is None else limit
+    usual = problem.horizon or (MOST_TURNS if problem.endless else sys.maxsize)
+    limit = usual if games.turns is None else games.turns
     budget = Budget("a rollout", "try fewer games at a time", math.inf)
     widest = max(*problem.draws, *(policy.draws for policy in policies))
     budget.hold(24.0 * many * widest)
@@ -280,7 +281,7 @@ def _block(problem: Problem, policies: Sequence[Policy], games: Games) -> Rollou
         for seat, one in enumerate(policies)
     ]
     for turn in range(1, limit + 1):
-        share = (turn - 1) / limit
+        share = (turn - 1) / (limit if limit < sys.maxsize else MOST_TURNS + turn)
         budget.spend(0, share)
         over = problem.terminal(state)
         (off,) = over.nonzero()

@@ -35,6 +35,7 @@ class Game2048(Problem):
 
     p_two: float = parameter(0.8, "probability that a new tile is a 2, not a 4", 0.0, 1.0)
 
+    endless = False  # tiles only grow, and there is room for few
     actions = (Labels(("left", "down", "right", "up")),)
     states = math.inf
 

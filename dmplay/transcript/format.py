@@ -48,10 +48,10 @@ Numbers = float | list[float] | list["Numbers"]
 
 
 def turn_limit(problem: Problem, seats: Collection[str], turns: int | None) -> int | None:
-    """The limit of a game: what was asked for; without it 10,000 where no person sits."""
-    if turns is not None or problem.horizon is not None or PERSON in seats:
-        return turns
-    return MOST_TURNS
+    """The limit of a game: what was asked for; 10,000 where nothing and nobody else ends it."""
+    if turns is None and problem.horizon is None and problem.endless and PERSON not in seats:
+        return MOST_TURNS
+    return turns
 
 
 def number(value: float) -> float:

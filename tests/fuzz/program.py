@@ -16,6 +16,7 @@ from dmplay.__main__ import main
 from dmplay.cli import config
 from dmplay.errors import BadTranscript
 from dmplay.policies import collaborative_predator_prey as hunters
+from dmplay.problems.game_2048 import Game2048
 from dmplay.transcript import format as transcripts
 from dmplay.transcript.reading import parse
 from tests.fuzz.case import GAME, Case, Told
@@ -128,6 +129,7 @@ def _spoken(case: Case) -> Iterator[None]:
             (sys, "excepthook", sys.excepthook),
             (os, "urandom", luck),
             (transcripts, "MOST_TURNS", TURNS),
+            (Game2048, "endless", True),
             (hunters, "PLANNED", PLANNED),
         ):
             stack.callback(setattr, place, name, getattr(place, name))
