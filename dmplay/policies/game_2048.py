@@ -43,7 +43,8 @@ class Corner(Seated):
 class Expectimax(Maximising, Reactive):
     """Follows slides and tiles for as long as they are likely: far where few cells are empty.
 
-    With a time limit it goes as deep as the time allows, so that no two searches need agree.
+    What it ends on is worth the points that are to come, as was learned from games. With a time
+    limit it goes as deep as the time allows, so that no two searches need agree.
     """
 
     problem: Game2048
@@ -58,7 +59,7 @@ class Expectimax(Maximising, Reactive):
         return self.milliseconds > 0
 
     def values(self, memory: Memory) -> Reals:
-        """What each slide is worth, in points of the search; -inf where it moves nothing."""
+        """The points that are to come with each slide; -inf where it moves nothing."""
         (board,) = memory
         p_two = self.problem.p_two
         if not self.timed:

@@ -9,8 +9,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from dmplay.chance import Bools, Ints
-from dmplay.tiles import LINES, ONES, Words, lines, transposed
+from dmplay.chance import Bools, Ints, Reals
+from dmplay.tiles import LINES, ONES, PAY, Words, lines, transposed
 
 Table = NDArray[np.uint16]
 
@@ -25,11 +25,15 @@ def placed(boards: Words, cell: Ints, tile: int) -> Words:
     return np.asarray(boards | np.uint64(tile) << _shifts()[cell])
 
 
-def slides(boards: Words) -> tuple[Words, Bools]:
-    """The boards `[4, N]` after each slide, two of them transposed; which slides move anything."""
+def slides(boards: Words) -> tuple[Words, Reals, Bools]:
+    """Boards `[4, N]` after each slide, two of them transposed; their pay; which move at all."""
     facing = np.stack([boards, transposed(boards)])
-    after = [ends.take(side.view(np.uint16)).view(np.uint64) for side in facing for ends in _ends()]
-    return np.stack(after), np.stack(after) != np.repeat(facing, 2, axis=0)
+    rows = facing.view(np.uint16).reshape(2, -1, 4)
+    pays, *ends = _slides()
+    after = np.stack([end.take(side).view(np.uint64)[:, 0] for side in rows for end in ends])
+    pay = pays.take(rows[..., 0]) + pays.take(rows[..., 1])
+    pay += pays.take(rows[..., 2]) + pays.take(rows[..., 3])
+    return after, np.repeat(pay, 2, axis=0), after != np.repeat(facing, 2, axis=0)
 
 
 def tiles(boards: Words) -> Words:
@@ -44,7 +48,8 @@ def _shifts() -> Words:
 
 
 @cache
-def _ends() -> tuple[Table, Table]:
-    """What sliding to its first cell, and to its last, makes of every line."""
-    slid = lines().slid.astype(np.uint16)
-    return slid[:LINES], slid[LINES:]
+def _slides() -> tuple[Reals, Table, Table]:
+    """What sliding each line pays; what sliding to its first cell, and its last, makes of it."""
+    slid = lines().slid
+    first, last = slid[:LINES].astype(np.uint16), slid[LINES:].astype(np.uint16)
+    return (slid[:LINES] >> PAY).astype(float), first, last

@@ -2,32 +2,31 @@
 
 All boards of a ply are searched together. A path of tiles is followed for as long as it is likely:
 far where the board is crowded and few tiles can come, less far where it is bare; and one of slides
-as long as none leaves a far worse board than another would. What the search ends on is valued line
-by line.
+as long as none promises many points more. What the search ends on is worth the points that are to
+come from there, as was learned.
 """
 
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import partial
 
 import numpy as np
 
 from dmplay.budget import ROUND, Budget
 from dmplay.chance import Ints, Reals
 from dmplay.problems.game_2048 import slide
-from dmplay.solvers.boards_2048 import empty, placed, slides
-from dmplay.solvers.worth_2048 import LOST, worth, worth_tiled
+from dmplay.solvers.boards_2048 import empty, placed, slides, tiles
+from dmplay.solvers.worth_2048 import worth
 from dmplay.tiles import Cells, Words, words
 
-LIKELY = 0.005  # a path goes on from a tile only where all its tiles are together so likely,
-MARGIN = 20_000.0  # from a slide where no other leaves a board that is worth so much more
+LIKELY = 0.003  # a path goes on from a tile only where all its tiles are together so likely,
+MARGIN = 3_000.0  # from a slide where no other promises so many points more
 FIRST, NEXT = 0.1, 0.3  # with a time limit, likely: at four plies, times this for two more
 BEGUN = 0.2  # of the time, after which no deeper search is begun: it would not end in the rest
 TOGETHER = 32  # boards that are searched in one go, which bounds the memory
-SLICE = 4096  # boards whose last slides are valued in one go, few enough for the processor's cache
+LARGE, SMALL, HUGE = 14, 5, 50  # exponents of tiles, see `halved`
 
-Value = Callable[[Words], Reals]  # of boards after the last slide
+Value = Callable[[Words], Reals]  # of boards after a slide
 
 
 class _OutOfTime(Exception):
@@ -35,15 +34,16 @@ class _OutOfTime(Exception):
 
 
 def action_values(board: Cells, p_two: float, depth: int) -> Reals:
-    """The worth `[B, 4]` of each slide, -inf where it moves nothing.
+    """The points `[B, 4]` that are to come with each slide, -inf where it moves nothing.
 
-    The plies of `depth` are slides and tiles in turn, the first a slide.
+    The plies of `depth` are slides and tiles in turn, the first a slide. Of a board with very large
+    tiles they are those of a like board (`halved`).
     """
-    return _searched(board, depth, _Search(p_two, LIKELY, _value(p_two, depth)))
+    return _searched(board, depth, _Search(p_two, LIKELY, worth))
 
 
 def deepened(board: Cells, p_two: float, depth: int, seconds: float) -> Reals:
-    """The worth `[B, 4]` of each slide by the deepest search in time, of two plies at least."""
+    """The same by the deepest search in time, of two plies at least."""
     began = time.perf_counter()
     found = action_values(board, p_two, min(depth, 2))
     likely = FIRST
@@ -51,7 +51,7 @@ def deepened(board: Cells, p_two: float, depth: int, seconds: float) -> Reals:
         for plies in range(4, depth + 1, 2):
             if time.perf_counter() > began + BEGUN * seconds:
                 break
-            search = _Search(p_two, likely, _until(began + seconds, _value(p_two, plies)))
+            search = _Search(p_two, likely, _until(began + seconds))
             found = _searched(board, plies, search)
             likely *= NEXT
     except _OutOfTime:
@@ -59,20 +59,35 @@ def deepened(board: Cells, p_two: float, depth: int, seconds: float) -> Reals:
     return found
 
 
-def _value(p_two: float, depth: int) -> Value:
-    return worth if depth % 2 else partial(worth_tiled, p_two=p_two)
+def halved(board: Cells) -> Cells:
+    """Boards `[B, 4, 4]` as they are searched: those that promise alike, with smaller tiles.
+
+    Where a board has a tile of 16384 or more and some tile above 32 is missing, no tile above that
+    gap can merge with one below: all those above it count half, which changes no slide (tile
+    downgrading; Guei, Chen and Wu, 2021).
+    """
+    size = np.minimum(board, HUGE).astype(np.int64)
+    while True:
+        largest = size.max(axis=(1, 2))
+        missing = ~np.bitwise_or.reduce(1 << size, axis=(1, 2)) & (1 << largest) - (2 << SMALL)
+        gap = np.frexp(missing)[1] - 1
+        large = (largest >= LARGE) & (missing > 0)
+        if not large.any():
+            return size.astype(np.uint8)
+        size -= large[:, None, None] & (size > gap[:, None, None])
 
 
-def _until(end: float, value: Value) -> Value:
+def _until(end: float) -> Value:
     def timely(boards: Words) -> Reals:
         if time.perf_counter() > end:
             raise _OutOfTime
-        return value(boards)
+        return worth(boards)
 
     return timely
 
 
 def _searched(board: Cells, depth: int, search: "_Search") -> Reals:
+    board = halved(board)
     starts = range(0, len(board), TOGETHER)
     parts = [search.values(board[i : i + TOGETHER], depth) for i in starts]
     return np.concatenate(parts) if parts else np.zeros((0, 4))
@@ -90,60 +105,64 @@ class _Search:
     )
 
     def values(self, board: Cells, depth: int) -> Reals:
-        """The worth `[B, 4]` of each slide, -inf where it moves nothing."""
-        after = np.stack([slide(board, np.full(len(board), a))[0] for a in range(4)], axis=1)
-        moved = (after != np.asarray(board)[:, None]).any(axis=(2, 3))
+        """The points `[B, 4]` that are to come with each slide, -inf where it moves nothing."""
+        slid = [slide(board, np.full(len(board), a)) for a in range(4)]
+        after, pay = (np.stack(each, axis=1) for each in zip(*slid, strict=True))
+        moved = (after != board[:, None]).any(axis=(2, 3))
         root = np.nonzero(moved)[0]
+        boards = words(after[moved])
         found = np.full(moved.shape, -np.inf)
-        found[moved] = self._slid(words(after[moved]), np.ones(len(root)), root, depth - 1)
-        return found
+        reach = np.ones(len(root))
+        found[moved] = self._slid(boards, self.value(boards), reach, root, depth - 1)
+        return np.asarray(found + pay)
 
-    def _slid(self, boards: Words, reach: Reals, root: Ints, depth: int) -> Reals:
-        """The worth `[N]` of boards that a tile comes to."""
-        if depth <= 1:
-            return self.value(boards)
-        self.budget.spend(ROUND + 100 * len(boards))
-        once, reach, root, which = _merged(boards, reach, root)
-        parent, cell = np.nonzero(empty(once))
-        share = 1.0 / np.bincount(parent)
+    def _slid(self, boards: Words, now: Reals, reach: Reals, root: Ints, depth: int) -> Reals:
+        """The points `[N]` that are to come after boards that are worth so much `now`."""
+        once, first, reach, root, which = _merged(boards, reach, root)
+        found = now[first]
+        share = 1.0 / (16.0 - tiles(once))
+        reach = reach * share
+        on = reach * max(self.p_two, 1 - self.p_two) >= self.likely
+        if depth > 0 and on.any():
+            self.budget.spend(ROUND + 1000 * len(on))
+            parent, cell = np.nonzero(empty(once[on]))
+            met = self._met(once[on][parent], cell, reach[on][parent], root[on][parent], depth)
+            found[on] = np.bincount(parent, met) * share[on]
+        return found[which]
+
+    def _met(self, boards: Words, cell: Ints, reach: Reals, root: Ints, depth: int) -> Reals:
+        """The points `[N]` that are to come when a tile comes to a cell of each, on average."""
         chance = np.array([[self.p_two], [1 - self.p_two]])  # of a 2 and of a 4
-        tiled = np.stack([placed(once[parent], cell, tile) for tile in (1, 2)])
-        reach = chance * (reach * share)[parent]
-        likely = reach >= self.likely
-        on = likely & (depth > 3)
+        tiled = np.stack([placed(boards, cell, tile) for tile in (1, 2)])
+        likely = chance * reach >= self.likely
         found = np.empty(tiled.shape)
-        found[on] = self._tiled(tiled[on], reach[on], root[parent[np.nonzero(on)[1]]], depth - 1)
-        alike = ~likely.any(axis=0)  # where neither is likely the rarer counts as the other
-        rarer = int(self.p_two >= 0.5)
-        last = ~on
-        last[rarer, alike] = False
-        found[last] = self._last(tiled[last])
-        found[rarer, alike] = found[1 - rarer, alike]
-        return (np.bincount(parent, (chance * found).sum(axis=0)) * share)[which]
+        which = np.nonzero(likely)[1]
+        found[likely] = self._tiled(tiled[likely], (chance * reach)[likely], root[which], depth - 1)
+        rarer = int(self.p_two >= 0.5)  # counts as the other where it is not likely
+        found[rarer] = np.where(likely[rarer], found[rarer], found[1 - rarer])
+        return np.asarray((chance * found).sum(axis=0))
 
     def _tiled(self, boards: Words, reach: Reals, root: Ints, depth: int) -> Reals:
-        """The worth `[N]` of boards by their best slide."""
-        after, moved = slides(boards)
-        found = np.full(moved.shape, LOST)
-        now = np.where(moved, worth(after.reshape(-1)).reshape(moved.shape), -np.inf)
-        moved &= now >= now.max(axis=0) - MARGIN
-        origin = np.nonzero(moved)[1]
-        found[moved] = self._slid(after[moved], reach[origin], root[origin], depth - 1)
-        return np.asarray(found.max(axis=0))
-
-    def _last(self, boards: Words) -> Reals:
-        """The worth `[N]` of boards by their best slide where that is the last."""
-        found = np.empty(len(boards))
-        for i in range(0, len(boards), SLICE):
-            self.budget.spend(ROUND + 400 * SLICE)
-            after, moved = slides(boards[i : i + SLICE])
-            values = self.value(after.reshape(-1)).reshape(moved.shape)
-            found[i : i + SLICE] = np.where(moved, values, LOST).max(axis=0)
-        return found
+        """The points `[N]` that are to come with the best slide, 0 where nothing moves."""
+        after, pay, moved = slides(boards)
+        now = np.full(moved.shape, -np.inf)
+        now[moved] = self.value(after[moved])
+        best = (pay + now).max(axis=0)
+        if depth > 1:
+            on = pay + now >= best - MARGIN
+            on &= moved
+            origin = np.nonzero(on)[1]
+            found = np.full(moved.shape, -np.inf)
+            found[on] = self._slid(after[on], now[on], reach[origin], root[origin], depth - 1)
+            best = (pay + found).max(axis=0)
+        return np.where(moved.any(axis=0), best, 0.0)
 
 
-def _merged(boards: Words, reach: Reals, root: Ints) -> tuple[Words, Reals, Ints, Ints]:
-    """Each board of a root once, by its likeliest path, and which of these every board is."""
+def _merged(boards: Words, reach: Reals, root: Ints) -> tuple[Words, Ints, Reals, Ints, Ints]:
+    """Each board of a root once, by its likeliest path.
+
+    With each its place among all, and with all which of these they are.
+    """
     order = np.lexsort((boards, root))
     boards, root = boards[order], root[order]
     fresh = np.ones(len(order), bool)
@@ -151,4 +170,5 @@ def _merged(boards: Words, reach: Reals, root: Ints) -> tuple[Words, Reals, Ints
     first = np.flatnonzero(fresh)
     which = np.empty(len(order), np.int64)
     which[order] = np.cumsum(fresh) - 1
-    return boards[first], np.maximum.reduceat(reach[order], first), root[first], which
+    likeliest = np.maximum.reduceat(reach[order], first)
+    return boards[first], order[first], likeliest, root[first], which

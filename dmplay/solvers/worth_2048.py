@@ -1,92 +1,112 @@
-"""What boards of 2048 are worth, line by line.
+"""What boards of 2048 are worth after a slide: the points that are still to come, as was learned.
 
-Empty cells and merges are good; large tiles out of order, many tiles in place of one, and steps
-between neighbours are bad. The features are those of nneonneo's 2048-ai, and the steps.
+A board is looked at in all eight ways that it can be turned and mirrored, and of each the cells of
+a few patterns are looked up in tables: the worth of the board is the sum (an n-tuple network;
+Szubert and Jaskowski, 2014). The tables are other ones in each stage of a game, by the large tiles
+that there are (Jaskowski, 2018). `tests/learning` has the program that learned them.
 """
 
+from collections.abc import Iterator
 from functools import cache
-from itertools import pairwise
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from dmplay.chance import Array, Ints, Reals
-from dmplay.solvers.boards_2048 import tiles
-from dmplay.tiles import Cells, Words, every_line, transposed
+from dmplay.chance import Ints, Reals
+from dmplay.tiles import ONES, Words, empty, transposed
 
-# Of two numbers one is for the edge and one for the middle. They were found by CMA-ES, 26
-# generations of 12, on the geometric mean of the scores of 200 games at p_two 0.8, searched four
-# plies and where crowded two more; and were rounded.
-EMPTY = (650.0, 175.0)
-MERGE = 555.0
-DISORDER, DISORDER_POWER = (240.0, 280.0), 2.15
-CROWD, CROWD_POWER = 63.0, 2.65
-STEP = (175.0, 85.0)
-LOST = -1_600_000.0  # a board where nothing moves; no other board is worth less
+PATTERNS = (  # five cells each, of the first three rows
+    "xxxx x... ....",
+    "xxxx .x.. ....",
+    ".... xxxx x...",
+    ".... xxxx .x..",
+    "xxx. xx.. ....",
+    ".xx. xxx. ....",
+    ".... xxx. xx..",
+    ".... .xxx .xx.",
+)
+STAGES, WAYS = 4, 2**20  # to fill a pattern, four bits a cell
+STEP = 16.0  # points
+SLICE = 4096  # boards that are valued in one go, few enough for the processor's cache
+NIBBLES = 0x0F0F_0F0F_0F0F_0F0F  # the lower cell of each byte
+
+Table = NDArray[np.int16]
+
+
+class Piece(NamedTuple):
+    """Cells of a pattern that stand side by side, as they are cut out of a board's number."""
+
+    shift: int
+    mask: int
 
 
 def worth(boards: Words) -> Reals:
-    """What boards are worth `[N]`: the sum over rows and columns."""
-    return _over_lines(_worth(), boards)
+    """The points `[N]` that are to come after these boards, before their next tile."""
+    found = np.zeros(len(boards), np.int32)
+    for stage, some in by_stage(boards):
+        numbers = tables(stage)
+        for part in (some[i : i + SLICE] for i in range(0, len(some), SLICE)):
+            total = np.zeros(len(part), np.int32)
+            for pattern, way in looks(boards[part]):
+                total += numbers[pattern].take(way)
+            found[part] = total
+    return np.asarray(found * STEP, float)
 
 
-def worth_tiled(boards: Words, p_two: float) -> Reals:
-    """What boards are worth `[N]` after a tile, on average."""
-    found = _over_lines(_worth_tiled(p_two), boards)
-    return np.asarray(found.real + found.imag / (16 - tiles(boards)))
+def by_stage(boards: Words) -> Iterator[tuple[int, Ints]]:
+    """The stages, and which boards are in each: 2 for a tile of 8192 or more, 1 for a 4096."""
+    large = (boards >> 3 & boards >> 2 & (boards | boards >> 1) & ONES) != 0  # 13, 14 and 15
+    stages = 2 * large + (empty(boards ^ np.uint64(12 * ONES)) != 0)
+    for stage in range(STAGES):
+        some = np.flatnonzero(stages == stage)
+        if len(some):
+            yield stage, some
 
 
-def _over_lines(table: tuple[Array, Array], boards: Words) -> Array:
-    return _over_rows(table, boards) + _over_rows(table, np.asarray(transposed(boards)))
-
-
-def _over_rows(table: tuple[Array, Array], boards: Words) -> Array:
-    row = boards.view(np.uint16).reshape(-1, 4)
-    edge, middle = table
-    outer = edge.take(row[:, 0]) + edge.take(row[:, 3])
-    return np.asarray(outer + (middle.take(row[:, 1]) + middle.take(row[:, 2])))
-
-
-@cache
-def _worth() -> tuple[Reals, Reals]:
-    """What every line is worth at an edge, and in the middle."""
-    cells = every_line()
-    sizes = cells.astype(float)
-    rise, fall, steps = (np.zeros(len(cells)) for _ in range(3))
-    for a, b in pairwise(sizes.T):
-        change = b**DISORDER_POWER - a**DISORDER_POWER
-        rise += np.maximum(change, 0.0)
-        fall += np.maximum(-change, 0.0)
-        steps += np.where((a > 0) & (b > 0), np.abs(a - b), 0.0)
-    bare = (cells == 0).sum(axis=1)
-    both = MERGE * _merging(cells) - CROWD * (sizes**CROWD_POWER).sum(axis=1)
-    edge, middle = (
-        np.maximum(both + e * bare - d * np.minimum(rise, fall) - s * steps, LOST / 8)
-        for e, d, s in zip(EMPTY, DISORDER, STEP, strict=True)
-    )
-    return edge, middle
+def looks(boards: Words) -> Iterator[tuple[int, Ints]]:
+    """Each pattern as often as it is looked at, and how `[N]` the boards fill it."""
+    for facing in _facing(boards):
+        for pattern, pieces in enumerate(_pieces()):
+            way = facing >> pieces[0].shift
+            way &= pieces[0].mask
+            for shift, mask in pieces[1:]:
+                way |= facing >> shift & mask
+            yield pattern, way
 
 
 @cache
-def _worth_tiled(p_two: float) -> tuple[Array, Array]:
-    """The same, and as the imaginary part what a new tile changes, summed over the empty cells."""
-    return _tiled(_worth()[0], p_two), _tiled(_worth()[1], p_two)
+def tables(stage: int) -> Table:
+    """A number `[PATTERNS, WAYS]` of STEP points for each way that a pattern can be filled."""
+    with np.load(Path(__file__).with_suffix(".npz")) as kept:
+        return np.asarray(kept[f"arr_{stage}"])
 
 
-def _tiled(now: Reals, p_two: float) -> Array:
-    change = np.zeros(len(now))
-    for place, cell in enumerate(every_line().T):
-        bare = np.flatnonzero(cell == 0)
-        two, four = (now[bare + (tile << 4 * place)] for tile in (1, 2))
-        change[bare] += p_two * two + (1 - p_two) * four - now[bare]
-    return np.asarray(now + 1j * change)
+def _facing(boards: Words) -> list[Ints]:
+    """The boards turned and mirrored in all eight ways."""
+    round_about = boards.byteswap()
+    round_about = round_about >> 4 & NIBBLES | (round_about & NIBBLES) << 4
+    ways = [boards, round_about, _flipped(boards), _flipped(round_about)]
+    ways += [np.asarray(transposed(way)) for way in ways]
+    return [way.view(np.int64) for way in ways]
 
 
-def _merging(cells: Cells) -> Ints:
-    """How many tiles of each line stand beside an equal one, not counting empty cells between."""
-    last, run, merging = (np.zeros(len(cells), np.int64) for _ in range(3))
-    for cell in cells.T:
-        again = (cell > 0) & (cell == last)
-        merging += np.where(again, np.where(run > 0, 1, 2), 0)
-        run = np.where(cell > 0, np.where(again, run + 1, 0), run)
-        last = np.where(cell > 0, cell, last)
-    return merging
+def _flipped(boards: Words) -> Words:
+    """The last row first."""
+    rows = boards.view(np.uint16).reshape(-1, 4)[:, ::-1]
+    return np.ascontiguousarray(rows).reshape(-1).view(np.uint64)
+
+
+@cache
+def _pieces() -> list[list[Piece]]:
+    """How the cells of each pattern are put side by side."""
+    found = []
+    for pattern in PATTERNS:
+        cells = [at for at, cell in enumerate(pattern.replace(" ", "")) if cell == "x"]
+        pieces: dict[int, int] = {}
+        for place, cell in enumerate(cells):
+            shift = 4 * (cell - place)
+            pieces[shift] = pieces.get(shift, 0) | 15 << 4 * place
+        found.append([Piece(shift, mask) for shift, mask in pieces.items()])
+    return found

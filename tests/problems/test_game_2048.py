@@ -12,7 +12,8 @@ from dmplay.errors import BadParameter
 from dmplay.policies.game_2048 import Expectimax
 from dmplay.problems.game_2048 import Game2048, slide
 from dmplay.solvers import expectimax_2048, worth_2048
-from dmplay.tiles import DOWN, LEFT, RIGHT, UP
+from dmplay.tiles import DOWN, LEFT, RIGHT, UP, words
+from dmplay.transcript.format import turn_limit
 
 GAME = Game2048()
 EARLY = "2 . . 4/. 2 . ./. . 8 ./4 . . 2"
@@ -21,7 +22,14 @@ BIG = "65536 32768 2 4/4 8 16 64/2 32 512 128/4 2 8 16"
 TIGHT = "2 4 2 8/4 8 16 64/2 32 512 128/4 1024 1024 16"
 PAIR = "32768 32768 2 4/4 8 16 64/2 32 512 128/4 2 8 16"
 ROW = "1024 512 256 128/. . 4 64/. . . 32/. . . 2"
+LARGE = "16384 8192 4096 2048/128 256 512 1024/64 . . ./. . . 2"
 DEAD = "2 4 2 4/4 2 4 2/2 4 2 4/4 2 4 2"
+
+
+PLACES = np.arange(16).reshape(4, 4)
+TURNED = [np.rot90(way, k).reshape(-1) for way in (PLACES, PLACES.T) for k in range(4)]
+PATTERNS = [np.array(list(pattern.replace(" ", ""))) == "x" for pattern in worth_2048.PATTERNS]
+LOOKED_AT = np.array([[way[: len(cells)][cells] for way in TURNED] for cells in PATTERNS])
 
 
 def board(text: str) -> np.ndarray:
@@ -29,31 +37,44 @@ def board(text: str) -> np.ndarray:
 
 
 def worth(s: np.ndarray) -> float:
-    """The sum of what the lines of one board are worth."""
-    edge, middle = worth_2048._worth()
-    kinds = (edge, middle, middle, edge) * 2
-    lines = [*s, *s.T]
-    return float(
-        sum(kind[int(line @ 16 ** np.arange(4))] for kind, line in zip(kinds, lines, strict=True))
-    )
+    """The sum over all ways to turn and mirror one board of what its patterns are worth."""
+    numbers = worth_2048.tables(2 * bool((s >= 13).any()) + bool((s == 12).any()))
+    filled = s.reshape(-1)[LOOKED_AT] @ 16 ** np.arange(5)
+    return float(np.take_along_axis(numbers, filled, axis=1).sum(dtype=int) * worth_2048.STEP)
 
 
 def slide_worth(game: Game2048, s: np.ndarray, a: int, depth: int) -> float:
     """What a slide is worth by the definition: one board, one tile, at a time."""
-    after, _ = slide(s[None], np.array([a]))
+    after, pay = slide(s[None], np.array([a]))
     if (after[0] == s).all():
         return -np.inf
     if depth == 1:
-        return worth(after[0])
+        return float(pay[0]) + worth(after[0])
     p, outcome = exact(game, s[None], np.array([[a]]))
-    states = outcome.state[0]
-    each = [worth(s2) if depth == 2 else best_worth(game, s2, depth - 2) for s2 in states]
-    return float(np.dot(p[0], each))
+    each = [best_worth(game, s2, max(depth - 2, 1)) for s2 in outcome.state[0]]
+    return float(pay[0] + np.dot(p[0], each))
 
 
 def best_worth(game: Game2048, s: np.ndarray, depth: int) -> float:
     found = max(slide_worth(game, s, a, depth) for a in range(4))
-    return found if found > -np.inf else worth_2048.LOST
+    return found if found > -np.inf else 0.0
+
+
+@pytest.mark.parametrize("text", [EARLY, LATE, ROW, LARGE])
+def test_a_board_is_worth_what_its_patterns_are_however_it_is_turned(text: str) -> None:
+    s = board(text)[0]
+    turned = s.reshape(-1)[np.array(TURNED)].reshape(8, 4, 4)
+    assert worth_2048.worth(words(turned)).tolist() == [worth(s)] * 8
+
+
+def test_a_board_far_on_is_searched_as_a_like_one_of_smaller_tiles() -> None:
+    given = [LARGE, "32768 8192 4 2/2 4 8 16/. . . ./. . . .", "8192 2 . ./. . . ./. . . ./. . . ."]
+    like = [LARGE, "8192 4096 4 2/2 4 8 16/. . . ./. . . .", "8192 2 . ./. . . ./. . . ./. . . ."]
+    far = np.concatenate([board(text) for text in given])
+    wanted = np.concatenate([board(text) for text in like])
+    assert (expectimax_2048.halved(far) == wanted).all()
+    found, same = (expectimax_2048.action_values(boards, 0.8, 2) for boards in (far, wanted))
+    assert (found == same).all()
 
 
 @pytest.mark.parametrize(
@@ -61,7 +82,7 @@ def best_worth(game: Game2048, s: np.ndarray, depth: int) -> float:
     [
         *product((EARLY, LATE), (1, 2), (0.8, 0.0, 1.0)),
         *product((LATE, TIGHT), (3,), (0.8, 0.0, 1.0)),
-        (TIGHT, 4, 0.8),
+        pytest.param(TIGHT, 4, 0.8, marks=pytest.mark.slow),
     ],
 )
 def test_the_values_are_those_of_the_plain_recursion(
@@ -87,14 +108,21 @@ def test_only_a_likely_path_is_followed(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 @pytest.mark.parametrize(("p_two", "certain"), [(0.8, 1.0), (0.3, 0.0)])
-def test_where_neither_tile_is_likely_the_rarer_counts_as_the_other(
+def test_a_tile_that_is_not_likely_counts_as_the_other(
     monkeypatch: pytest.MonkeyPatch, p_two: float, certain: float
 ) -> None:
-    boards = np.concatenate([board(EARLY), board(LATE)])
-    alone = expectimax_2048.action_values(boards, certain, 3)
-    assert (expectimax_2048.action_values(boards, p_two, 3) != alone).any()
+    alone = expectimax_2048.action_values(board(EARLY), certain, 3)
+    assert (expectimax_2048.action_values(board(EARLY), p_two, 3) != alone).any()
+    monkeypatch.setattr(expectimax_2048, "LIKELY", 0.05)  # in one cell 0.8 / 11, and 0.2 / 11
+    found = expectimax_2048.action_values(board(EARLY), p_two, 3)
+    np.testing.assert_allclose(found, alone, rtol=1e-12)
+
+
+def test_where_no_tile_is_likely_a_board_counts_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(expectimax_2048, "LIKELY", 2.0)
-    np.testing.assert_allclose(expectimax_2048.action_values(boards, p_two, 3), alone, rtol=1e-12)
+    boards = np.concatenate([board(EARLY), board(LATE)])
+    near, far = (expectimax_2048.action_values(boards, 0.8, depth) for depth in (1, 6))
+    assert (near == far).all()
 
 
 def test_a_slide_that_leaves_a_far_worse_board_is_not_followed(
@@ -135,15 +163,6 @@ def test_a_slide_that_moves_nothing_is_worth_minus_infinity() -> None:
         assert ((values > -np.inf) == GAME.legal(board(text))[0, 0]).all()
 
 
-def test_a_merge_of_the_two_largest_tiles_is_taken() -> None:
-    s = board("1024 1024 . ./4 . . ./. . . ./. . . 2")
-    agent = dmplay.agent(GAME, 0, "expectimax")
-    assert GAME.actions[0][int(agent.choose(agent.begin(s), None, np.zeros((1, 0)))[0])] in (
-        "left",
-        "right",
-    )
-
-
 def test_a_time_limit_is_kept_and_said() -> None:
     agent = Expectimax(GAME, 0, milliseconds=100.0)
     assert agent.timed
@@ -164,6 +183,11 @@ def test_time_for_two_plies_there_always_is() -> None:
 def test_expectimax_refuses_numbers_out_of_bounds(given: str) -> None:
     with pytest.raises(BadParameter, match=f"{given.partition('=')[0]}: got"):
         dmplay.agent(GAME, 0, f"expectimax:{given}")
+
+
+def test_a_game_of_agents_has_no_limit_of_turns_as_it_ends_by_itself() -> None:
+    assert turn_limit(GAME, ["corner"], None) is None
+    assert turn_limit(dmplay.load("hexworld"), ["random"], None) == 10_000
 
 
 @pytest.mark.slow
