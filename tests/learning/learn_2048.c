@@ -9,11 +9,16 @@
    like ones with smaller tiles (Guei, Chen and Wu, 2021), as in `expectimax_2048.halved`. Threads
    share the tables and take no locks.
 
-       cc -O3 -march=native -o learn_2048 learn_2048.c -lpthread
+       cc -O3 -march=native -o learn_2048 learn_2048.c -lpthread -lm
        ./learn_2048 TABLES COMMON SECONDS THREADS
 
    learns for SECONDS, the first COMMON of these in common, tells how it goes, and writes TABLES
-   every minute: for each pattern and stage a 32-bit number for each way to fill the pattern. */
+   every minute: for each pattern and stage a 32-bit number for each way to fill the pattern.
+
+   The tables that are kept learned from 3,050 million slides, in two hours of two cores, by what this
+   program grew from: 390 million in common and 850 million in two stages, without and with a tile of
+   8192, nearly each game begun in the middle of the one before and large tiles taken as they are;
+   then 1,810 million as here. */
 
 #include <immintrin.h>
 #include <math.h>

@@ -1,0 +1,36 @@
+"""The program that learned what boards of 2048 are worth still learns it."""
+
+import platform
+import shutil
+import subprocess
+from pathlib import Path
+from unittest.mock import patch
+
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay.solvers import worth_2048
+from dmplay.solvers.worth_2048 import PATTERNS, STAGES, WAYS
+
+SOURCE = Path(__file__).with_name("learn_2048.c")
+COMPILER = shutil.which("cc") or ""
+ABLE = COMPILER and platform.machine() == "x86_64"
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not ABLE, reason="it is written for a C compiler and processors of x86")
+def test_a_few_seconds_of_learning_play_better_than_the_corner(tmp_path: Path) -> None:
+    program, tables = tmp_path / "learn", tmp_path / "tables"
+    warnings = ("-Wall", "-Wextra", "-Werror")
+    compiled = [COMPILER, "-O3", "-march=native", *warnings, "-o", str(program), str(SOURCE)]
+    subprocess.run([*compiled, "-lpthread", "-lm"], check=True)
+    subprocess.run([program, tables, "3", "5", "1"], check=True)
+    learned = np.fromfile(tables, np.float32).reshape(len(PATTERNS), STAGES, WAYS)
+    steps = np.round(learned / worth_2048.STEP).astype(np.int16).transpose(1, 0, 2)
+    problem = dmplay.load("2048")
+    with patch.object(worth_2048, "tables", lambda stage: steps[stage]):
+        agent = dmplay.agent(problem, 0, "expectimax:depth=1")
+        greedy = dmplay.rollout(problem, [agent], episodes=20, seed=1)
+    corner = dmplay.rollout(problem, [dmplay.agent(problem, 0, "corner")], episodes=20, seed=1)
+    assert greedy.returns.mean() > 2 * corner.returns.mean()
