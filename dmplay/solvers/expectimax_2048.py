@@ -16,7 +16,7 @@ from dmplay.budget import ROUND, Budget
 from dmplay.chance import Ints, Reals
 from dmplay.problems.game_2048 import slide
 from dmplay.solvers.boards_2048 import empty, placed, slides, tiles
-from dmplay.solvers.worth_2048 import worth
+from dmplay.solvers.worth_2048 import SLICE, worth
 from dmplay.tiles import Cells, Words, words
 
 LIKELY = 0.003  # a path goes on from a tile only where all its tiles are together so likely,
@@ -79,9 +79,12 @@ def halved(board: Cells) -> Cells:
 
 def _until(end: float) -> Value:
     def timely(boards: Words) -> Reals:
-        if time.perf_counter() > end:
-            raise _OutOfTime
-        return worth(boards)
+        parts = [np.zeros(0)]
+        for i in range(0, len(boards), SLICE):
+            if time.perf_counter() > end:
+                raise _OutOfTime
+            parts.append(worth(boards[i : i + SLICE]))
+        return np.concatenate(parts)
 
     return timely
 
