@@ -25,7 +25,7 @@ def test_a_few_seconds_of_learning_play_better_than_the_corner(tmp_path: Path) -
     warnings = ("-Wall", "-Wextra", "-Werror")
     compiled = [COMPILER, "-O3", "-march=native", *warnings, "-o", str(program), str(SOURCE)]
     subprocess.run([*compiled, "-lpthread", "-lm"], check=True)
-    subprocess.run([program, tables, "3", "5", "1"], check=True)
+    subprocess.run([program, tables, "1", "2", "1"], check=True)
     learned = np.fromfile(tables, np.float32).reshape(len(PATTERNS), STAGES, WAYS)
     steps = np.round(learned / worth_2048.STEP).astype(np.int16).transpose(1, 0, 2)
     problem = dmplay.load("2048")
