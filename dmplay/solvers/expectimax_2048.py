@@ -121,15 +121,18 @@ class _Search:
 
     def _slid(self, boards: Words, now: Reals, reach: Reals, root: Ints, depth: int) -> Reals:
         """The points `[N]` that are to come after boards that are worth so much `now`."""
+        if depth <= 0:
+            return now
         once, first, reach, root, which = _merged(boards, reach, root)
         found = now[first]
         share = 1.0 / (16.0 - tiles(once))
         reach = reach * share
-        on = reach * max(self.p_two, 1 - self.p_two) >= self.likely
-        if depth > 0 and on.any():
+        on = np.flatnonzero(reach * max(self.p_two, 1 - self.p_two) >= self.likely)
+        if len(on):
             self.budget.spend(ROUND + 1000 * len(on))
             parent, cell = np.nonzero(empty(once[on]))
-            met = self._met(once[on][parent], cell, reach[on][parent], root[on][parent], depth)
+            each = on[parent]
+            met = self._met(once[each], cell, reach[each], root[each], depth)
             found[on] = np.bincount(parent, met) * share[on]
         return found[which]
 
@@ -152,8 +155,7 @@ class _Search:
         now[moved] = self.value(after[moved])
         best = (pay + now).max(axis=0)
         if depth > 1:
-            on = pay + now >= best - MARGIN
-            on &= moved
+            on = moved & (pay + now >= best - MARGIN)
             origin = np.nonzero(on)[1]
             found = np.full(moved.shape, -np.inf)
             found[on] = self._slid(after[on], now[on], reach[origin], root[origin], depth - 1)

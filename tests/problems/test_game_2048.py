@@ -97,6 +97,17 @@ def test_the_values_are_those_of_the_plain_recursion(
     np.testing.assert_allclose(found, wanted, rtol=1e-9)
 
 
+def test_smaller_tiles_slide_as_the_large_ones_do() -> None:
+    tiles = [0, 1, 2, 3, 4, 5, 6, 8, 9, 12, 13, 15, 17]
+    far = np.random.default_rng(1).choice(tiles, (200, 4, 4)).astype(np.uint8)
+    like = expectimax_2048.halved(far)
+    assert (like != far).any(axis=(1, 2)).mean() > 0.9
+    assert like.max() < 14
+    for a in range(4):
+        (given, _), (found, _) = (slide(boards, np.full(200, a)) for boards in (far, like))
+        assert ((given > 0) == (found > 0)).all()
+
+
 def test_only_a_likely_path_is_followed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(expectimax_2048, "LIKELY", 0.1)  # a 2 in one cell of EARLY: 0.8 / 10
     near, far = (
