@@ -1,6 +1,7 @@
 """The program that learned what boards of 2048 are worth still learns it."""
 
 import platform
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -16,6 +17,12 @@ from dmplay.solvers.worth_2048 import PATTERNS, STAGES, WAYS
 SOURCE = Path(__file__).with_name("learn_2048.c")
 COMPILER = shutil.which("cc") or ""
 ABLE = COMPILER and platform.machine() == "x86_64"
+
+
+def test_it_learns_about_the_cells_that_are_looked_at() -> None:
+    pictures = [pattern.replace(" ", "").rstrip(".") for pattern in PATTERNS]
+    (told,) = re.findall(r"PICTURES\[PATTERNS\] = (.*?);", SOURCE.read_text(), re.DOTALL)
+    assert re.findall('"(.+?)"', told) == pictures
 
 
 @pytest.mark.slow
