@@ -112,7 +112,7 @@ def compare(
     """Compare agents in the first seat on the same dice: who earns more, and how sure that is.
 
     \b
-      dmplay compare hexworld optimal search
+      dmplay compare hexworld optimal search --episodes 1000
       dmplay compare crying-baby optimal feed-when-crying --decide 0.05
     """
     from dmplay.reports import measuring
