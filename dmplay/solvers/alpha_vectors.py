@@ -12,7 +12,6 @@ from dmplay.budget import ROUND, Budget
 from dmplay.chance import Bools, Ints, Reals, summed
 from dmplay.solvers.double_description import SLACK
 from dmplay.solvers.envelope import envelope
-from dmplay.solvers.value_iteration import SLACK as EQUAL
 from dmplay.solvers.value_iteration import slack
 from dmplay.tabular import Tables
 
@@ -106,7 +105,7 @@ def backup(tables: Tables, discount: float, after: Reals, budget: Budget | None 
 def _among(vectors: Reals, others: Reals) -> Bools:
     """Which of the vectors `[N, S]` are equal to one of the others."""
     apart = abs(vectors[:, None] - others).max(axis=2)
-    return np.asarray(apart.min(axis=1) <= EQUAL)
+    return np.asarray(apart.min(axis=1) <= slack(vectors))
 
 
 def _plans(tables: Tables, discount: float, after: Reals, a: int, budget: Budget) -> Plans:
@@ -161,13 +160,13 @@ def _evaluate(tables: Tables, discount: float, controller: _Controller, budget: 
 def _improved(controller: _Controller, vectors: Reals, stage: Stage) -> _Controller:
     """The controller with the plans of a stage in place of those that they are nowhere below."""
     actions, then = list(controller.actions), list(controller.then)
-    moved = np.arange(len(actions))
+    moved, near = np.arange(len(actions)), slack(vectors, SLACK)
     fresh = []
     for vector, root in zip(stage.vectors, stage.actions, strict=True):
         a = int(np.argmax(root))
         plans = stage.plans[a]
         place = int(np.argmin(abs(plans.vectors - vector).max(axis=1)))
-        moved[(vectors <= vector + SLACK).all(axis=1)] = len(actions)
+        moved[(vectors <= vector + near).all(axis=1)] = len(actions)
         fresh.append(len(actions))
         actions.append(a)
         then.append(plans.then[place])

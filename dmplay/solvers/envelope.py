@@ -15,6 +15,8 @@ from dmplay.budget import ROUND, Budget
 from dmplay.chance import Bools, Ints, Reals
 from dmplay.solvers.double_description import SLACK, Cone, cut, facets, simplicial
 
+LARGE = 10  # binary digits of values that are of the order of 1, as SLACK has it
+
 Line = tuple[float, float, int]  # its values in the first and the second state, and its place
 
 
@@ -30,10 +32,15 @@ class Envelope(NamedTuple):
 def envelope(vectors: Reals, budget: Budget | None = None) -> Envelope:
     """The upper envelope of vectors `[C, S]`; of equal ones it needs one.
 
-    What rises above no corner never does again, and is not tried again.
+    What rises above no corner never does again, and is not tried again. Large values are scaled
+    down, by a power of 2 which changes no digit, so that their rounding is less than the slack.
     """
     budget = budget or Budget("an envelope", "try fewer vectors")
-    states = vectors.shape[1]
+    states, digits = vectors.shape[1], math.frexp(float(abs(vectors).max()))[1]
+    if digits > LARGE:
+        scale = 2.0 ** (digits - LARGE)
+        found = envelope(vectors / scale, budget)
+        return found._replace(values=found.values * scale)
     if states == 2:
         return _of_lines(vectors, budget)
     chosen = [int(np.argmax(vectors.sum(axis=1)))]

@@ -70,3 +70,12 @@ def test_the_middle_of_a_cell_has_one_best_vector(seed: int) -> None:
         values = vectors @ middle
         assert np.argmax(values) == vector
         assert np.sort(values)[-2] < values[vector] - 1e-9
+
+
+def test_values_in_millions_need_the_same_vectors() -> None:
+    for seed, states, far in ((5, 3, 1e6), (1, 4, 1e6), (3, 3, 1e8), (5, 2, 1e12)):
+        vectors = np.random.default_rng(seed).normal(size=(40, states))
+        cells, large = envelope(vectors), envelope(far * vectors)
+        assert large.needed.tolist() == cells.needed.tolist()
+        assert large.touching.tolist() == cells.touching.tolist()
+        np.testing.assert_allclose(large.values, far * cells.values, atol=1e-12 * far)
