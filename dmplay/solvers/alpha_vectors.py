@@ -67,11 +67,11 @@ def infinite(tables: Tables, discount: float) -> Stage:
         old = envelope(vectors, budget)
         gain = float(((stage.vectors @ old.beliefs.T).max(axis=0) - old.values).max())
         if gain <= slack(stage.vectors, SLACK):
+            return stage
+        if len(vectors) > MOST:
             break
-        if len(vectors) > MOST:  # by Bellman's residual
-            return stage._replace(gap=gain * discount / (1.0 - discount))
         controller = _improved(controller, vectors, stage)
-    return stage
+    return stage._replace(gap=gain * discount / (1.0 - discount))  # by Bellman's residual
 
 
 def action_values(stage: Stage, b: Reals) -> Reals:

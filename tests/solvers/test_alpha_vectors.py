@@ -139,10 +139,11 @@ def test_the_unending_baby_is_ignored_up_to_a_belief_and_then_fed() -> None:
     assert stage.actions.tolist() == [[True, False, False], [False, False, True]]
 
 
+@pytest.mark.parametrize(("limit", "most"), [("MOST", 30), ("ROUNDS", 7)])
 def test_an_optimum_without_a_finite_controller_is_told_with_its_gap(
-    monkeypatch: pytest.MonkeyPatch,
+    limit: str, most: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(alpha_vectors, "MOST", 30)
+    monkeypatch.setattr(alpha_vectors, limit, most)
     baby = dmplay.load("crying-baby", becomes_hungry=0.0)
     stage = alpha_vectors.infinite(tabulate(baby), baby.discount)
     sated = float(stage.vectors[:, 0].max())
