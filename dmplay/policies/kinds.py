@@ -66,11 +66,12 @@ Company = Callable[[int, str], Seated | None]  # an agent of a seat, by name; No
 
 
 class Maximising(ABC):
-    """Takes the first of the actions that are worth most."""
+    """Takes the first of the legal actions that are worth most."""
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """The first of the best actions."""
-        return greedy(self.values(memory))
+        q = self.values(memory)
+        return greedy(q if legal is None else np.where(legal, q, -np.inf))
 
     @abstractmethod
     def values(self, memory: Memory) -> Reals:

@@ -9,14 +9,14 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from dmplay.budget import limited, within
-from dmplay.chance import Array, Bools, Reals
+from dmplay.chance import Reals
 from dmplay.core import Memory, Problem, parameter
 from dmplay.errors import BadParameter, BadPolicy, TooMuch
 from dmplay.policies._believing import Counting
+from dmplay.policies.kinds import Maximising
 from dmplay.policies.valued import LIGHT, LONGEST
 from dmplay.solvers import alpha_vectors, hidden_rows, point_based
 from dmplay.solvers.point_based import Bounds, Plans
-from dmplay.solvers.value_iteration import greedy
 from dmplay.tabular import tabulate
 
 FEW = 4  # states of which alpha vectors are tried first
@@ -39,7 +39,7 @@ class Asked(NamedTuple):
 
 
 @dataclass(frozen=True)
-class PointBased(Counting):
+class PointBased(Maximising, Counting):
     """Earns the lower of two bounds of what its belief is worth, found at the beliefs that matter.
 
     They are `gap` apart, as a share of the value, or as close as the work allows.
@@ -86,11 +86,6 @@ class PointBased(Counting):
         for turns in np.unique(left):
             q[left == turns] = _worth(plans[turns], b[left == turns])
         return q
-
-    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """The first of the best actions."""
-        q = self.values(memory)
-        return greedy(q if legal is None else np.where(legal, q, -np.inf))
 
     def in_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
         """One that plans the whole game, where that can be done in time."""

@@ -205,6 +205,25 @@ def test_what_is_not_legal_is_neither_valued_nor_best() -> None:
 
 
 @dataclass(frozen=True)
+class Jammed(Tabular):
+    """A lever of a machine nobody sees into: it cannot be pulled, and pays when it is pushed."""
+
+    discount: float = 0.5
+    actions, observations = (Labels(("pull", "push", "wait")),), (Labels(("dark",)),)
+    names = ("even", "odd")
+    tables = Tables(np.full((2, 3, 2), 0.5), [[[9.0], [1.0], [0.0]]] * 2, np.ones((3, 2, 1)))
+
+    def legal(self, s: Array) -> Bools:
+        return np.tile([False, True, True], (len(s), 1, 1))
+
+
+@pytest.mark.parametrize("name", ["optimal", "plan:horizon=3", "qmdp"])
+def test_where_states_are_hidden_only_what_is_legal_is_done(name: str) -> None:
+    played = dmplay.rollout(Jammed(), [dmplay.agent(Jammed(), 0, name)], episodes=1, turns=3)
+    assert played.returns[0, 0] == pytest.approx(1.75)
+
+
+@dataclass(frozen=True)
 class Shut(Tabular):
     """Doors that a key opens which nobody has."""
 
