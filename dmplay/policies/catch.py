@@ -2,7 +2,7 @@
 
 from collections import defaultdict
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from itertools import count
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from dmplay.chance import Array, Bools, Categorical, Ints, Reals, mean
 from dmplay.core import Memory, Problem
 from dmplay.policies._believing import Believing
+from dmplay.policies._kept import kept
 from dmplay.policies.roster import Roster
 from dmplay.policies.valued import Countdown, Valued
 from dmplay.solvers.bounded_search import BoundedSearch
@@ -83,7 +84,7 @@ class Optimal(Countdown):
         return np.array([known[key] for key in place]), which
 
 
-@lru_cache(maxsize=4)
+@kept
 def _searched(problem: Problem) -> BoundedSearch:
     return BoundedSearch(tabulate(problem), problem.discount)
 

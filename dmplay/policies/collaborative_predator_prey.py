@@ -11,6 +11,7 @@ from dmplay.core import Memory, Percept, Problem, parameter
 from dmplay.errors import BadParameter, BadPolicy
 from dmplay.hexes import DIRECTIONS
 from dmplay.policies._believing import Believing
+from dmplay.policies._kept import kept
 from dmplay.policies.kinds import Reactive, Seated
 from dmplay.policies.roster import Roster
 from dmplay.policies.team import JointPlan
@@ -22,7 +23,6 @@ from dmplay.solvers.sparse import Overseen
 from dmplay.solvers.team import Plan, Team
 from dmplay.solvers.value_iteration import greedy
 
-KEPT = 4  # problems whose solutions the seats share
 PLANNED = 4e8  # work for each joint node of a plan
 LUCKY = 3  # the plans to begin with that come out best of four on the standard map
 
@@ -174,7 +174,7 @@ def _check(problem: CollaborativePredatorPrey, agent: str) -> None:
         raise BadPolicy(f"{agent}: {error}") from None
 
 
-@lru_cache(maxsize=KEPT)
+@kept
 def _mended(problem: CollaborativePredatorPrey, turns: int, nodes: int) -> tuple[Plan, ...]:
     """The joint plan of a hunt, the same for both seats."""
     team = HuntingTeam.hunting(problem)
@@ -188,7 +188,7 @@ def overseen(problem: CollaborativePredatorPrey) -> Overseen:
     return sparse.overseen(problem)
 
 
-@lru_cache(maxsize=KEPT)
+@kept
 def _rules(problem: CollaborativePredatorPrey) -> Reals:
     return reactive_team.team(problem).rules
 

@@ -1,13 +1,14 @@
 """Policies for the machine."""
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 
 from dmplay.chance import Array, Bools, Reals, mean
 from dmplay.core import Memory, Problem, parameter
 from dmplay.policies._believing import Believing
+from dmplay.policies._kept import kept
 from dmplay.policies.kinds import Always
 from dmplay.policies.roster import Roster
 from dmplay.policies.valued import LONGEST, Countdown
@@ -59,7 +60,7 @@ class Optimal(Countdown):
         return alpha_vectors.action_values(_stages(self.problem, self.horizon)[left - 1], b)
 
 
-@lru_cache(maxsize=4)
+@kept
 def _stages(problem: Problem, horizon: int) -> list[Stage]:
     return alpha_vectors.stages(tabulate(problem), problem.discount, horizon)
 

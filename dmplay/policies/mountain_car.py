@@ -1,12 +1,12 @@
 """Policies for the mountain car; 0 drives left, 1 coasts, 2 drives right."""
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Problem, parameter
+from dmplay.policies._kept import kept
 from dmplay.policies.kinds import Always, Maximising, Reactive
 from dmplay.policies.roster import Roster
 from dmplay.problems.mountain_car import LEFT_WALL, RIGHT_WALL, TOP_SPEED
@@ -39,7 +39,7 @@ class Optimal(Maximising, Reactive):
         return grid_iteration.action_values(self.problem, GRID, found.values, memory[0])
 
 
-@lru_cache(maxsize=4)
+@kept
 def swept(problem: Problem, grid: grid_iteration.Grid) -> grid_iteration.Swept:
     """The values of a car at the points of a grid."""
     return grid_iteration.optimal(problem, grid)

@@ -3,7 +3,7 @@
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -12,6 +12,7 @@ from dmplay.chance import Array, Bools, Categorical, Ints, Reals
 from dmplay.core import Memory, parameter
 from dmplay.errors import BadPolicy
 from dmplay.hexes import DIRECTIONS
+from dmplay.policies._kept import kept
 from dmplay.policies.kinds import Reactive, Settled
 from dmplay.policies.roster import Roster
 from dmplay.problems.predator_prey import PredatorPrey
@@ -104,7 +105,7 @@ class BestResponse(Settled):
         return replace(self, to=rivals[0])
 
 
-@lru_cache(maxsize=4)
+@kept
 def _best_q(agent: BestResponse) -> Reals:
     play = [agent.likely(seat) for seat in range(agent.problem.walkers)]
     model = best_response.faced(agent.problem, agent.seat, play)

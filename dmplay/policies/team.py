@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from math import prod
 from typing import Self
 
@@ -13,6 +13,7 @@ from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Labels, Memory, Percept, Problem, parameter
 from dmplay.describe import counted
 from dmplay.errors import BadParameter, BadPolicy, TooMuch
+from dmplay.policies._kept import kept
 from dmplay.policies.kinds import Seated
 from dmplay.policies.roster import Roster
 from dmplay.solvers import team_plan
@@ -24,7 +25,6 @@ from dmplay.tabular import Tabular, tabulate
 FEW = 4  # turns of a plan where the game has no end of its own
 LONGEST = 100  # turns that are planned
 LARGEST = 2**25  # numbers of the arrays that a joint plan is made with
-KEPT = 4  # plans that the seats share
 VALUED = 1e10  # work for the values of a plan
 
 
@@ -115,7 +115,7 @@ def _stacked(parts: Sequence[Array]) -> Array:
     return stacked
 
 
-@lru_cache(maxsize=KEPT)
+@kept
 def planned(problem: Problem, turns: int) -> TeamPlan:
     """The best joint plan found for so many turns, the same for every seat."""
     return team_plan.planned(Team.of(problem), turns)

@@ -5,6 +5,8 @@ import numpy as np
 import dmplay
 from dmplay.budget import watched
 from dmplay.policies._kept import kept
+from tests.support.hidden import Listing
+from tests.support.teams import dectiger, read
 
 
 def test_what_cannot_be_told_from_others_is_found_anew() -> None:
@@ -25,3 +27,11 @@ def test_an_equilibrium_is_sought_once_for_both_seats() -> None:
         with watched(heard.append) if seat else watched(lambda share: None):
             agent.choose(agent.begin(np.zeros(1, np.int64)), None, np.zeros((1, 1)))
     assert not heard
+
+
+def test_a_team_that_cannot_be_told_from_others_is_planned_too() -> None:
+    tigers = Listing(1.0, model=read(dectiger()).model)
+    for seat in range(2):
+        agent = dmplay.agent(tigers, seat, "joint-plan:horizon=2")
+        chosen = agent.choose(agent.begin(np.full(1, -1)), None, np.zeros((1, 0)))
+        assert tigers.action_name(seat, chosen[0]) == "listen"

@@ -1,5 +1,3 @@
-from dataclasses import dataclass, field
-
 import numpy as np
 import pytest
 
@@ -12,7 +10,7 @@ from dmplay.policies.point_based import PointBased, closer, told
 from dmplay.solvers import point_based as solver
 from dmplay.solvers.point_based import Bounds
 from tests.support.brought import Vault
-from tests.support.hidden import hallway
+from tests.support.hidden import Listing, hallway
 
 ROOMS = (" + ", "***")
 
@@ -63,13 +61,6 @@ def test_more_work_brings_bounds_closer_and_is_asked_for_as_long_as_it_helps(
     for work in (0.001, 1000.0):
         with pytest.raises(BadParameter, match=r"^work: got .*, expected a number at least 0\.01"):
             PointBased(hallway(ROOMS), 0, work=work)
-
-
-@dataclass(frozen=True)
-class Listing(FromFile):
-    """One that cannot be told from others, as it holds a list."""
-
-    notes: list[str] = field(default_factory=list, kw_only=True)
 
 
 def test_what_cannot_be_told_from_others_is_solved_each_time() -> None:

@@ -1,6 +1,7 @@
 """Hidden problems of the literature, made from their definitions."""
 
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
 from itertools import product
 from math import prod
 from typing import TypeVar
@@ -28,6 +29,13 @@ TURNS = {  # how likely a quarter, a half, three quarters of a turn to the right
 }
 # Where a step goes and where it looks then, as turns to the right, and how likely.
 SLIPS = ((0, 0, 0.8), (1, 1, 0.05), (3, 3, 0.05), (2, 0, 0.025), (2, 2, 0.025))
+
+
+@dataclass(frozen=True)
+class Listing(FromFile):
+    """One that cannot be told from others, as it holds a list."""
+
+    notes: list[str] = field(default_factory=list, kw_only=True)
 
 
 def made(  # noqa: PLR0913, PLR0917 - the six parts of a definition
