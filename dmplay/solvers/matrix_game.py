@@ -10,7 +10,7 @@ from dmplay.budget import ROUND, Budget
 from dmplay.chance import Reals
 from dmplay.core import Problem
 from dmplay.matrix_game import MatrixGame
-from dmplay.solvers.value_iteration import SLACK
+from dmplay.solvers.value_iteration import SLACK, slack
 from dmplay.tabular import tabulate
 
 FEW = 100_000  # pairs of supports that are looked at
@@ -113,13 +113,13 @@ def nash_of_few(payoffs: Reals) -> list[Profile]:
 def _enumerated(payoffs: Reals, rows: list[int], columns: list[int]) -> list[Profile]:
     """The equilibria of a game `[A1, A2, 2]` in which these actions alone are taken."""
     budget = Budget("support enumeration", "try fewer actions, or search", 1e10)
-    found = []
+    found, close = [], slack(payoffs)
     for size in range(1, min(len(rows), len(columns)) + 1):
         for mine in combinations(rows, size):
             for theirs in combinations(columns, size):
                 budget.spend(3 * ROUND + size**3)
                 profile = _supported(payoffs, list(mine), list(theirs))
-                if profile and (regrets(payoffs, profile) <= SLACK).all():
+                if profile and (regrets(payoffs, profile) <= close).all():
                     found.append(profile)
     return found
 

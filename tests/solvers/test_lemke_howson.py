@@ -1,6 +1,7 @@
 """Equilibria of bimatrix games: nobody gains by another action."""
 
 import numpy as np
+import pytest
 
 from dmplay import agent, rollout
 from dmplay.chance import Reals
@@ -29,10 +30,11 @@ def test_nobody_gains_in_games_that_are_drawn_large_small_or_full_of_ties() -> N
     mixed(np.stack([first, -first], axis=2))
 
 
-def test_of_a_small_game_it_is_one_that_support_enumeration_lists() -> None:
+@pytest.mark.parametrize("size", [1.0, 1e9])
+def test_of_a_small_game_it_is_one_that_support_enumeration_lists(size: float) -> None:
     draw = np.random.default_rng(6)
     for _ in range(20):
-        payoffs = draw.normal(size=(4, 4, 2))
+        payoffs = size * draw.normal(size=(4, 4, 2))
         found = lemke_howson.equilibrium(payoffs)
         listed = matrix_game.nash(payoffs)
         assert min(np.abs(one.first - found.first).max() for one in listed) < 1e-9
