@@ -91,9 +91,10 @@ def solved(problem: Problem, graph: Graph, turns: int | None) -> Shapley:
 
 
 def _endless(found: Shapley, discount: float, budget: Budget, cost: float) -> Shapley:
-    """The value of a game without end, as near as the work allows."""
+    """The value of a game without end, as near as the work allows: halfway between its bounds."""
     live, far = found.graph.live, discount / (1.0 - discount)
     best, gap, trial, plain = found.values[0], np.inf, found.values[0], False
+    middle = 0.0  # between the bounds, from what is best
     while budget.spent <= budget.work - cost:
         budget.spend(cost)
         after, both = _turn(found, trial, discount)
@@ -103,11 +104,12 @@ def _endless(found: Shapley, discount: float, budget: Budget, cost: float) -> Sh
                 break
             trial, plain = best, True
             continue
-        gap, best, plain = far * (most - least), after, False
+        gap, middle = far * (most - least), far * (least + most) / 2
+        best, plain = after, False
         if gap <= max(GAP, ROUNDING * far) * max(1.0, float(np.abs(after).max())):
-            best = after + np.where(np.diff(found.graph.rows) > 0, far * (least + most) / 2, 0.0)
             break
         trial = _kept(found, after, discount, both)
+    best = best + np.where(np.diff(found.graph.rows) > 0, middle, 0.0)
     return found._replace(values=[best], gap=gap)
 
 

@@ -42,6 +42,17 @@ def test_drawn_games_are_worth_what_their_matrix_games_are(seeds: range) -> None
         assert abs(returns.mean() - values[0]) < 3 * returns.std(ddof=1) / 200**0.5 + 1e-5
 
 
+def test_a_game_for_which_the_work_does_not_suffice_is_worth_what_lies_between_its_bounds(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    problem = Rivals(seed=10, ends=False)
+    exact = seeing.opposed(problem, None).values[-1]
+    monkeypatch.setattr(shapley, "WORK", 1.2e7)  # five turns
+    found = seeing.opposed(problem, None)
+    assert 1e-5 < found.gap < 1e-3
+    assert np.abs(found.values[-1] - exact).max() <= found.gap / 2
+
+
 def test_a_game_of_some_turns_is_worth_so_many() -> None:
     for seed in range(4):
         problem = Rivals(seed=seed, turns=4, discount=1.0)
