@@ -14,8 +14,7 @@ import numpy as np
 from dmplay.budget import ROUND
 from dmplay.chance import Array, Ints, Reals
 
-WITHIN = 1.0 - 1e-9  # of a point's mass where a belief has some
-MARKS = 3  # of a point's likeliest states
+MARKS = 3  # of a point's likeliest states; with how many it holds possible
 TINY = 1e-300  # in place of 0
 BLOCK = 2**18  # numbers of points that are compared in one go
 ALONE = 2**18  # products of numbers that BLAS does not share out between threads, which costs more
@@ -62,7 +61,7 @@ class Layer:
         many, states = lowest.shape
         self.highest = highest
         self.plans, self._facts = Columns(states), Columns(2 + kinds, int)
-        self.points, self._marks = Columns(states), Columns(MARKS, int)
+        self.points, self._marks = Columns(states), Columns(MARKS + 1, int)
         self._worth, self._drops = Columns(1 + many), Columns(1)
         self._last: dict[int, int] = {}  # point of each belief that is one
         for action, vector in enumerate(lowest):
@@ -98,8 +97,9 @@ class Layer:
         """Takes the belief `[S]` of this number, which is worth no more."""
         q = self.highest @ belief
         place = self.points.add(belief)
-        likeliest = np.argsort(-belief, kind="stable")[: np.count_nonzero(belief)]
-        self._marks.add(np.resize(likeliest[:MARKS], MARKS))
+        many = np.count_nonzero(belief)
+        likeliest = np.argsort(-belief, kind="stable")[:many]
+        self._marks.add(np.append(np.resize(likeliest[:MARKS], MARKS), many))
         self._worth.add(np.append(value, q))
         self._drops.add(q.max() - value)
         if number in self._last:  # the lower replaces it
@@ -123,13 +123,13 @@ class Layer:
         """
         place = np.full(self.points.all.shape[0], -1)
         place[some.states] = np.arange(len(some.states))
-        at = place[self._marks.all[:, first:]]
+        at = place[self._marks.all[:MARKS, first:]]
         fresh = np.flatnonzero((at >= 0).all(axis=0) & (self._drops.all[0, first:] > 0))
         if not len(fresh):
             return high, 0.0
         at, fresh = at[:, fresh], fresh + first
         base = self.informed(some)
-        each = self.points.all[self._marks.all[:, fresh], fresh]
+        each = self.points.all[self._marks.all[:MARKS, fresh], fresh]
         share = np.min([some.likely[:, at[i]] / each[i] for i in range(MARKS)], axis=0)
         hoped = base.max(axis=1)[:, None] - share * self._drops.all[0, fresh]
         rows, which = np.nonzero(hoped < high[:, None])
@@ -148,7 +148,7 @@ class Layer:
     def _compare(self, some: Beliefs, base: Reals, rows: Ints, points: Ints, found: Reals) -> None:
         """Lowers bounds by pairs of a belief and a point."""
         parts = self.points.all[some.states[:, None], points]
-        inside = parts.sum(axis=0) >= WITHIN
+        inside = (parts > 0.0).sum(axis=0) == self._marks.all[MARKS, points]
         most = (parts / np.maximum(some.likely[rows].T, TINY)).max(axis=0)
         share = inside / most
         value, *q = self._worth.all[:, points]

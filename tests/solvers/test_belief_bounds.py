@@ -39,6 +39,13 @@ def test_a_bound_is_that_of_the_point_which_lowers_it_most() -> None:
     assert layer.lowered(some, expected, 0)[0] == pytest.approx(expected)
 
 
+def test_what_a_point_hardly_holds_possible_may_be_all_that_makes_it_bad() -> None:
+    layer = Layer(np.full((1, 4), -1e12), np.zeros((1, 4)), 1)
+    layer.point(0, np.array([0.5, 0.3, 0.2 - 1e-10, 1e-10]), -100.0)  # the last state is a disaster
+    safe = Beliefs(np.arange(3), np.array([[0.5, 0.3, 0.2]]))
+    assert layer.lowered(safe, np.zeros(1), 0)[0] == 0.0
+
+
 def test_plans_that_are_kept_go_on_with_what_is_now_in_the_place_of_others() -> None:
     layer = Layer(np.zeros((2, 3)), np.ones((2, 3)), 2)
     assert layer.plan(np.full(3, 0.5), 1, np.array([0, 1]), 7) == 2
