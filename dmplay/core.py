@@ -619,7 +619,7 @@ class Problem(ABC):
         """What each agent observes of a hidden start `[B, n, ...]`: nothing unless overridden."""
         return np.stack([known.unseen(len(s)) for known in self.observations], axis=1)
 
-    def first_sight(self, s: Array, seat: int = 0) -> Array:
+    def first_sight(self, s: Array, seat: int) -> Array:
         """What a seat sees before the first turn: the state `[B, ...]`, or what it may of it."""
         return own(self.first(s)[:, seat] if self.hidden else s)
 

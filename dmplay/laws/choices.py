@@ -76,7 +76,7 @@ def _asked(policy: Policy, memory: Memory, legal: Bools | None, u: Reals) -> Ask
 def _course(problem: Problem, seat: int, policies: Sequence[Policy], rows: int) -> Iterator[Asked]:
     """What a seat's policy is asked in the first turns of a batch of games."""
     s = problem.start(draws(problem.draws.start, 0, rows))
-    memories = [policy.begin(problem.first_sight(s)) for policy in policies]
+    memories = [policy.begin(problem.first_sight(s, at)) for at, policy in enumerate(policies)]
     for turn in range(1, TURNS + 1):
         going = ~problem.terminal(s)
         s = frozen(s[going])[0]

@@ -34,7 +34,7 @@ def _speed(name: str, each: int, rows: int, runs: int) -> float:
     assert isinstance(search, Search)
     luck = np.random.default_rng(1)
     s = problem.start(luck.random((rows, problem.draws.start)))
-    legal, memory = problem.legal(s), search.begin(problem.first_sight(s))
+    legal, memory = problem.legal(s), search.begin(problem.first_sight(s, 0))
     choose = partial(_seconds, search, memory, None if legal is None else legal[:, 0])
     choose(luck.random((rows, 1)))  # what is found once
     return each * rows / median(choose(luck.random((rows, 1))) for _ in range(runs))

@@ -245,7 +245,7 @@ def test_an_agent_that_was_stopped_knows_the_same_when_it_is_asked_again(name: s
     for call in AT_CALLS:
         problem = dmplay.load(name, discount=0.8 + call / 100)  # for which none has found anything
         fresh, agent = (dmplay.agent(problem, 0, "optimal") for _ in range(2))
-        memory = agent.begin(problem.first_sight(problem.start(np.full((1, 1), 0.3))))
+        memory = agent.begin(problem.first_sight(problem.start(np.full((1, 1), 0.3)), 0))
         with contextlib.suppress(Stopped), watched(stopped_at(call)):
             agent.values(memory)
         np.testing.assert_array_equal(agent.values(memory), fresh.values(memory))

@@ -57,7 +57,7 @@ def seated(problem: Problem, seat: int, name: str) -> None:
     """One choice of an agent."""
     made = agents.agent(problem, seat, name)
     s = problem.start(np.full((1, problem.draws.start), 0.3))
-    memory = made.begin(problem.first_sight(s))
+    memory = made.begin(problem.first_sight(s, seat))
     legal = problem.legal(s)
     made.choose(memory, None if legal is None else legal[:, seat], np.full((1, made.draws), 0.5))
 

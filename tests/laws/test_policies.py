@@ -1,17 +1,22 @@
 """Agents choose what is legal, alone as in a batch, and say what they do."""
 
 import pickle
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 import pytest
 
+from dmplay.chance import Array
+from dmplay.core import Memory
 from dmplay.finding import agents
 from dmplay.laws.choices import choosing
+from dmplay.policies.general import Random
 from dmplay.rollouts import rollout
 from tests.support.cases import every_problem, load, small
 from tests.support.pools import broken
 from tests.support.seats import seated
+from tests.support.turns import Peek
 
 ROWS = 11  # beyond the eight of a vector
 pytestmark = pytest.mark.usefixtures("coarse")
@@ -30,6 +35,21 @@ def test_policies_choose_legal_actions_the_same_alone_as_in_a_batch(name: str) -
     for seat, policies in seated(name):
         law = partial(choosing, problem, seat, policies, ROWS)
         assert not broken(problem, law), type(policies[seat])
+
+
+@dataclass(frozen=True)
+class Groping(Random):
+    """One who is shown nothing at first."""
+
+    def begin(self, observation: Array) -> Memory:
+        assert (observation == -1).all()
+        return super().begin(observation)
+
+
+def test_an_agent_is_shown_its_own_first_sight() -> None:
+    peek = Peek()
+    agents = [Random(peek, 0), Groping(peek, 1)]
+    assert not broken(peek, partial(choosing, peek, 1, agents, ROWS))
 
 
 @every_problem

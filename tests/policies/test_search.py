@@ -123,7 +123,7 @@ def first_choices(problem: Problem, seat: int, agent: str, rows: int) -> np.ndar
     search = dmplay.agent(problem, seat, agent)
     s = problem.start(np.full((rows, problem.draws.start), 0.5))
     chosen = search.choose(
-        search.begin(problem.first_sight(s)), None, np.linspace(0, 0.9, rows)[:, None]
+        search.begin(problem.first_sight(s, seat)), None, np.linspace(0, 0.9, rows)[:, None]
     )
     return np.asarray(chosen)
 
@@ -177,7 +177,7 @@ def test_a_choice_is_the_same_alone_and_beside_others(name: str) -> None:
     problem, rows = dmplay.load(name), 4
     search = dmplay.agent(problem, 0, "search:simulations=120,depth=6")
     s = problem.start(np.linspace(0, 0.9, rows * problem.draws.start).reshape(rows, -1))
-    memory, u = search.begin(problem.first_sight(s)), np.linspace(0.1, 0.8, rows)[:, None]
+    memory, u = search.begin(problem.first_sight(s, 0)), np.linspace(0.1, 0.8, rows)[:, None]
     together = search.choose(memory, None, u)
     for row in range(rows):
         alone = search.choose(tuple(part[[row]] for part in memory), None, u[[row]])
@@ -238,7 +238,7 @@ def test_a_choice_is_no_more_work_than_its_simulations(
     problem, turns = dmplay.load(name), [0]
     search = dmplay.agent(problem, 0, "search:simulations=50,depth=7")
     s = problem.start(np.full((1, problem.draws.start), 0.4))
-    memory = search.begin(problem.first_sight(s))
+    memory = search.begin(problem.first_sight(s, 0))
     kind, step = type(problem), type(problem).step
 
     def counted(self: Problem, s: Array, a: Array, u: Reals) -> Outcome:
