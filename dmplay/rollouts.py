@@ -262,8 +262,7 @@ def _block(problem: Problem, policies: Sequence[Policy], games: Games) -> Rollou
     usual = problem.horizon or (MOST_TURNS if problem.endless else sys.maxsize)
     limit = usual if games.turns is None else games.turns
     budget = Budget("a rollout", "try fewer games at a time", math.inf)
-    widest = max(*problem.draws, *(policy.draws for policy in policies))
-    budget.hold(24.0 * many * widest)
+    budget.hold(24.0 * many * max(*problem.draws, *(policy.draws for policy in policies)))
 
     row = np.arange(many)  # the games that go on
 
@@ -281,8 +280,6 @@ def _block(problem: Problem, policies: Sequence[Policy], games: Games) -> Rollou
         for seat, one in enumerate(policies)
     ]
     for turn in range(1, limit + 1):
-        share = (turn - 1) / (limit if limit < sys.maxsize else MOST_TURNS + turn)
-        budget.spend(0, share)
         over = problem.terminal(state)
         (off,) = over.nonzero()
         if len(off):  # these games are kept, and the others go on
@@ -292,6 +289,9 @@ def _block(problem: Problem, policies: Sequence[Policy], games: Games) -> Rollou
             memories = [_rows(memory, on) for memory in memories]
         if not len(row):
             break
+        far = (turn - 1) / (limit if limit < sys.maxsize else MOST_TURNS + turn)
+        share = 1.0 - (1.0 - far) * len(row) / many  # what is over is played
+        budget.spend(0, share)
         drawn = [draw(1 + seat, turn, policy.draws) for seat, policy in enumerate(policies)]
         where = [f"turn {turn}, {agent}" for agent in problem.agents]
         each = zip(where, policies, memories, strict=True)

@@ -170,6 +170,12 @@ def test_progress_is_told_and_never_less_than_before() -> None:
     assert told[-1] == 1.0
 
 
+def test_games_that_are_over_before_their_last_turn_are_told_as_played() -> None:
+    told: list[float] = []
+    rollout(HEX, WALKER, episodes=8, seed=5, progress=told.append)  # of 10,000 turns at most
+    assert max(share for share in told if share < 1.0) > 7 / 8
+
+
 def test_no_workers_are_refused() -> None:
     with pytest.raises(BadParameter, match="workers: got 0, expected auto, or 1 or more"):
         rollout(HEX, WALKER, episodes=2, workers=0)
