@@ -6,8 +6,8 @@ as long as none promises many points more. What the search ends on is worth the 
 come from there, as was learned.
 """
 
+import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -16,7 +16,7 @@ from dmplay.budget import ROUND, Budget
 from dmplay.chance import Ints, Reals
 from dmplay.problems.game_2048 import slide
 from dmplay.solvers.boards_2048 import empty, placed, slides, tiles
-from dmplay.solvers.worth_2048 import SLICE, worth
+from dmplay.solvers.worth_2048 import worth
 from dmplay.tiles import Cells, Words, words
 
 LIKELY = 0.003  # a path goes on from a tile only where all its tiles are together so likely,
@@ -24,9 +24,8 @@ MARGIN = 3_000.0  # from a slide where no other promises so many points more
 FIRST, NEXT = 0.1, 0.3  # with a time limit, likely: at four plies, times this for two more
 BEGUN = 0.2  # of the time, after which no deeper search is begun: it would not end in the rest
 TOGETHER = 32  # boards that are searched in one go, which bounds the memory
+SLICE = 4096  # that are valued in one go, few enough for the processor's cache
 LARGE, SMALL, HUGE = 14, 5, 50  # exponents of tiles, see `halved`
-
-Value = Callable[[Words], Reals]  # of boards after a slide
 
 
 class _OutOfTime(Exception):
@@ -39,7 +38,7 @@ def action_values(board: Cells, p_two: float, depth: int) -> Reals:
     The plies of `depth` are slides and tiles in turn, the first a slide. Of a board with very large
     tiles they are those of a like board (`halved`).
     """
-    return _searched(board, depth, _Search(p_two, LIKELY, worth))
+    return _searched(board, depth, _Search(p_two, LIKELY))
 
 
 def deepened(board: Cells, p_two: float, depth: int, seconds: float) -> Reals:
@@ -51,8 +50,7 @@ def deepened(board: Cells, p_two: float, depth: int, seconds: float) -> Reals:
         for plies in range(4, depth + 1, 2):
             if time.perf_counter() > began + BEGUN * seconds:
                 break
-            search = _Search(p_two, likely, _until(began + seconds))
-            found = _searched(board, plies, search)
+            found = _searched(board, plies, _Search(p_two, likely, began + seconds))
             likely *= NEXT
     except _OutOfTime:
         pass
@@ -77,18 +75,6 @@ def halved(board: Cells) -> Cells:
         size -= large[:, None, None] & (size > gap[:, None, None])
 
 
-def _until(end: float) -> Value:
-    def timely(boards: Words) -> Reals:
-        parts = [np.zeros(0)]
-        for i in range(0, len(boards), SLICE):
-            if time.perf_counter() > end:
-                raise _OutOfTime
-            parts.append(worth(boards[i : i + SLICE]))
-        return np.concatenate(parts)
-
-    return timely
-
-
 def _searched(board: Cells, depth: int, search: "_Search") -> Reals:
     board = halved(board)
     starts = range(0, len(board), TOGETHER)
@@ -102,7 +88,7 @@ class _Search:
 
     p_two: float
     likely: float
-    value: Value
+    end: float = math.inf  # of the clock, when it is told to stop
     budget: Budget = field(
         default_factory=lambda: Budget("expectimax", "try fewer plies", 1e13), compare=False
     )
@@ -116,7 +102,7 @@ class _Search:
         boards = words(after[moved])
         found = np.full(moved.shape, -np.inf)
         reach = np.ones(len(root))
-        found[moved] = self._slid(boards, self.value(boards), reach, root, depth - 1)
+        found[moved] = self._slid(boards, self._worth(boards), reach, root, depth - 1)
         return np.asarray(found + pay)
 
     def _slid(self, boards: Words, now: Reals, reach: Reals, root: Ints, depth: int) -> Reals:
@@ -152,7 +138,7 @@ class _Search:
         """The points `[N]` that are to come with the best slide, 0 where nothing moves."""
         after, pay, moved = slides(boards)
         now = np.full(moved.shape, -np.inf)
-        now[moved] = self.value(after[moved])
+        now[moved] = self._worth(after[moved])
         best = (pay + now).max(axis=0)
         if depth > 1:
             on = moved & (pay + now >= best - MARGIN)
@@ -161,6 +147,16 @@ class _Search:
             found[on] = self._slid(after[on], now[on], reach[origin], root[origin], depth - 1)
             best = (pay + found).max(axis=0)
         return np.where(moved.any(axis=0), best, 0.0)
+
+    def _worth(self, boards: Words) -> Reals:
+        """What boards are worth `[N]` after a slide; there may be many, so it can be stopped."""
+        parts = [np.zeros(0)]
+        for first in range(0, len(boards), SLICE):
+            self.budget.spend(0.0)
+            if time.perf_counter() > self.end:
+                raise _OutOfTime
+            parts.append(worth(boards[first : first + SLICE]))
+        return np.concatenate(parts)
 
 
 def _merged(boards: Words, reach: Reals, root: Ints) -> tuple[Words, Ints, Reals, Ints, Ints]:

@@ -29,7 +29,6 @@ PATTERNS = (  # five cells each, of the first three rows
 )
 STAGES, WAYS = 4, 2**20  # to fill a pattern, four bits a cell
 STEP = 16.0  # points
-SLICE = 4096  # boards that are valued in one go, few enough for the processor's cache
 NIBBLES = 0x0F0F_0F0F_0F0F_0F0F  # the lower cell of each byte
 
 Table = NDArray[np.int16]
@@ -46,12 +45,10 @@ def worth(boards: Words) -> Reals:
     """The points `[N]` that are to come after these boards, before their next tile."""
     found = np.zeros(len(boards), np.int32)
     for stage, some in by_stage(boards):
-        numbers = tables(stage)
-        for part in (some[i : i + SLICE] for i in range(0, len(some), SLICE)):
-            total = np.zeros(len(part), np.int32)
-            for pattern, way in looks(boards[part]):
-                total += numbers[pattern].take(way)
-            found[part] = total
+        numbers, total = tables(stage), np.zeros(len(some), np.int32)
+        for pattern, way in looks(boards[some]):
+            total += numbers[pattern].take(way)
+        found[some] = total
     return np.asarray(found * STEP, float)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import dmplay
+from dmplay.budget import watched
 from dmplay.core import exact
 from dmplay.errors import BadParameter
 from dmplay.policies.game_2048 import Expectimax
@@ -188,6 +189,14 @@ def test_a_time_limit_is_kept_and_said() -> None:
 def test_time_for_two_plies_there_always_is() -> None:
     in_no_time = expectimax_2048.deepened(board(EARLY), 0.8, 20, 0.0)
     assert (in_no_time == expectimax_2048.action_values(board(EARLY), 0.8, 2)).all()
+
+
+def test_who_watches_is_heard_within_a_layer_of_boards(monkeypatch: pytest.MonkeyPatch) -> None:
+    values, told = expectimax_2048.action_values(board(EARLY), 0.8, 2), list[float]()
+    monkeypatch.setattr(expectimax_2048, "SLICE", 10)  # of some two hundred
+    with watched(told.append):
+        assert (expectimax_2048.action_values(board(EARLY), 0.8, 2) == values).all()
+    assert len(told) > 10
 
 
 @pytest.mark.parametrize("given", ["depth=0", "depth=21", "milliseconds=-1"])
