@@ -687,10 +687,13 @@ class Exact(NamedTuple):
 def exact(problem: Problem, s: Array, a: Array) -> Exact:
     """Every outcome of the joint actions `a` `[B, n]` in the states `s` `[B, ...]`, as indices.
 
-    The probabilities are `[B, K]`, the arrays of the outcome `[B, K, ...]`. Raises BadParameter
-    where chance draws real numbers, TooMuch where there are too many to list. Neither states nor
-    actions are looked at whether they can be.
+    The probabilities are `[B, K]`, the arrays of the outcome `[B, K, ...]`. Raises IllegalAction
+    for the index of no action, BadParameter where chance draws real numbers, TooMuch where there
+    are too many to list. States are not looked at, nor whether actions are legal there.
     """
+    for agent, known, chosen in zip(problem.agents, problem.actions, a.T, strict=True):
+        for one in (chosen.min(), chosen.max()) if known.labels and len(a) else ():
+            known.check(one.item(), agent)
     chances = _finite(problem, problem.chance(s, a))
     rows = len(s)
     probabilities, events = _joint(chances, rows)

@@ -23,7 +23,7 @@ from dmplay.core import (
     possible,
     raw,
 )
-from dmplay.errors import BadParameter, TooMuch, UnknownName
+from dmplay.errors import BadParameter, IllegalAction, TooMuch, UnknownName
 from dmplay.policies.general import Random
 from dmplay.problems.cart_pole import CartPole
 from dmplay.problems.game_2048 import Game2048
@@ -147,6 +147,13 @@ def test_outcomes_that_are_too_many_are_not_listed() -> None:
     game: Problem = Dizzy()
     with pytest.raises(TooMuch, match=r"^listing 25000000 outcomes one by one: 1,907 MB"):
         exact(game, np.zeros(1, int), np.zeros((1, 2), int))
+
+
+@pytest.mark.parametrize("action", [-1, 3])
+def test_outcomes_of_what_is_no_action_are_not_listed(action: int) -> None:
+    baby = dmplay.load("crying-baby")
+    with pytest.raises(IllegalAction, match=f"^agent: got action {action}, expected 0 to 2$"):
+        exact(baby, np.zeros(2, int), np.array([[0], [action]]))
 
 
 SPAN = Interval(-1.0, 1.0)
