@@ -101,6 +101,15 @@ def adviser(
     return _named(name, suited), suited
 
 
+def usual(problem: Problem, seat: int, turns: int | None = None) -> str:
+    """Who plays a seat of many games where nobody was named: whoever advises there, if anybody
+    does, or is sooner done.
+    """
+    known = roster(problem, seat)
+    advises = known.advises(turns) if adviser(problem, seat, turns) else None
+    return known.quick or advises or known.partner
+
+
 def refused(problem: Problem, make: type[Seated]) -> bool:
     """Whether an agent of a roster does not play the first seat of a problem, as far as is known.
 

@@ -83,8 +83,8 @@ class Setting(NamedTuple):
 def lineup(match: Match) -> Lineup:
     """Who plays; where nobody was named, the agent that knows best, or one that is soon done."""
     found = match.found()
-    problem, known = found.problem, agents.roster(found.problem)
-    agent = match.agent or known.quick or known.advises(match.turns) or known.partner
+    problem = found.problem
+    agent = match.agent or agents.usual(problem, 0, match.turns)
     asked = Request("", agent=agent, others=match.others, seats=match.seats, turns=match.turns)
     names = seated(asked, found)
     if HUMAN in names:

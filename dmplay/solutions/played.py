@@ -15,7 +15,7 @@ from dmplay.chance import Ints, Reals
 from dmplay.core import Policy, Problem
 from dmplay.describe import brief, counted, several
 from dmplay.errors import BadParameter
-from dmplay.finding.agents import adviser, agent, roster
+from dmplay.finding.agents import agent, usual
 from dmplay.guests.history import Guest
 from dmplay.policies.search import Search
 from dmplay.rollouts import rollout
@@ -109,16 +109,9 @@ def mean(sample: Reals) -> dict[str, object]:
     return {"mean return": float(sample.mean()), "standard error": float(error)}
 
 
-def _usual(problem: Problem, seat: int) -> str:
-    """Who plays a seat unless somebody is named: whoever advises there, if anybody does."""
-    known = roster(problem, seat)
-    advises = known.quick or (known.adviser if adviser(problem, seat) else None)
-    return advises or known.partner
-
-
 def simulation(problem: Problem, agents: Sequence[str] = ()) -> Solution:
     """What these agents earn, or the usual ones."""
-    names = agents or [_usual(problem, seat) for seat in range(len(problem.agents))]
+    names = agents or [usual(problem, seat) for seat in range(len(problem.agents))]
     policies = [agent(problem, seat, name) for seat, name in enumerate(names)]
     searching = any(isinstance(one, Search) for one in policies)
     slow = searching and isinstance(problem, Guest)

@@ -250,3 +250,9 @@ def test_a_game_without_end_is_played_as_long_as_it_counts_and_its_value_is_told
     assert "\noptimal:horizon=13: value -1.01744 at the start\n" in told
     short = ran("run", str(tiger), "--agent", "optimal", "--episodes", "2", "--turns", "1")
     assert "\noptimal:horizon=1: value -1 at the start\n" in short
+
+
+def test_where_no_agent_knows_a_problem_chance_plays_it(tmp_path: Path) -> None:
+    pendulum = tmp_path / "pendulum.py"
+    pendulum.write_text(file(topic("problems"), "pendulum.py"))
+    assert "\nagent  random  " in ran("run", f"{pendulum}", "--episodes", "2", "--turns", "2")
