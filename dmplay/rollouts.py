@@ -31,7 +31,7 @@ from dmplay.core import (
 )
 from dmplay.dice import NATURE, Dice, uniforms
 from dmplay.errors import BadParameter, BadPolicy, DmplayError, LostGames, UnknownName
-from dmplay.session import MOST_TURNS, actions_chosen
+from dmplay.session import MOST_TURNS, actions_chosen, remembered
 
 LEAST, SOME, PROBED = 8, 32, 2  # games of a block; games and turns that tell what they cost
 HANDED = 0.006  # seconds in which an engine hands a block to a worker
@@ -182,7 +182,7 @@ def _room(problem: Problem, policies: Sequence[Policy], seed: int) -> int:
     held = sum(
         part.nbytes
         for seat, one in enumerate(policies)
-        for part in asked("turn 1", one.begin, problem.first_sight(state, seat))
+        for part in remembered("turn 1", one.begin, 1, problem.first_sight(state, seat))
     )
     return int(np.clip(MEMORY / (COPIES * max(held, 1)), LEAST, MOST))
 
@@ -276,7 +276,7 @@ def _block(problem: Problem, policies: Sequence[Policy], games: Games) -> Rollou
     ended = list[tuple[int, Memory]]()  # after so many turns: games, and what came of them
     weight, played = 1.0, 0
     memories = [
-        asked("turn 1", one.begin, problem.first_sight(state, seat))
+        remembered("turn 1", one.begin, many, problem.first_sight(state, seat))
         for seat, one in enumerate(policies)
     ]
     for turn in range(1, limit + 1):
@@ -300,9 +300,12 @@ def _block(problem: Problem, policies: Sequence[Policy], games: Games) -> Rollou
             actions = _chosen(problem, choosers, state, drawn, where)
         outcome = problem.step(state, actions, draw(NATURE, turn, problem.draws.step))
         memories = [
-            asked(at, one.update, memory, problem.percept(seat, actions, outcome, heeded(one)))
+            remembered(
+                at, one.update, len(row), memory,
+                problem.percept(seat, actions, outcome, heeded(one)),
+            )
             for seat, (at, one, memory) in enumerate(zip(where, policies, memories, strict=True))
-        ]
+        ]  # fmt: skip
         sums[0] += outcome.rewards
         if discounted:
             sums[1] += weight * outcome.rewards

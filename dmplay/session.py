@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -464,10 +464,11 @@ class Follower:
         self.forget()
         if not self._memories:
             seen = own(np.asarray(self.session.observation(self.seat, 0))[None])
-            self._memories.append(asked(self, self.policy.begin, seen))
+            self._memories.append(remembered(self, self.policy.begin, 1, seen))
         for turn in range(len(self._memories), len(self.session.turns) + 1):
             percept = self.session.percept(self.seat, turn)
-            self._memories.append(asked(self, self.policy.update, self._memories[-1], percept))
+            known = self._memories[-1]
+            self._memories.append(remembered(self, self.policy.update, 1, known, percept))
         return self._memories[-1]
 
     def choose(self) -> float:
@@ -530,3 +531,19 @@ def actions_chosen(policy: Policy, chosen: object, rows: int, where: object) -> 
         told = f"{type(policy).__name__} chose {given}, expected an array of {wanted}"
         raise BadPolicy(f"{where}: {told}")
     return answer
+
+
+def remembered(where: object, answer: Callable[..., object], rows: int, *given: object) -> Memory:
+    """The memory that a policy's method answers, arrays with a row for each game.
+
+    Raises BadPolicy for anything else.
+    """
+    memory = asked(where, answer, *given)
+    if not isinstance(memory, tuple | list):
+        got = repr(memory)
+    elif all([isinstance(one, np.ndarray) and one.shape[:1] == (rows,) for one in memory]):
+        return tuple(memory)
+    else:
+        got = f"({', '.join([str(np.asarray(one).shape) for one in memory])})"
+    told = f"{answer.__qualname__} gave {got}, expected a tuple of arrays of {counted(rows, 'row')}"
+    raise BadPolicy(f"{where}: {told}")

@@ -1,6 +1,7 @@
 """The game as a state machine: turns, undo, rerolls, endings, and what a seat may know."""
 
 import math
+import re
 import tracemalloc
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
@@ -17,6 +18,7 @@ from dmplay.dice import Dice
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
 from dmplay.game.account import Account
 from dmplay.knowledge import PART
+from dmplay.policies.general import Random
 from dmplay.policies.script import Script
 from dmplay.problems.crying_baby import CryingBaby
 from dmplay.rollouts import rollout
@@ -288,6 +290,24 @@ def test_what_a_policy_is_given_is_its_own_and_not_to_be_written_into(
             given[...] = 0  # of no effect on anything else
     if not many:
         assert [turn.actions[0] for turn in game.turns] == [0, 1, 0]
+
+
+@pytest.mark.parametrize(
+    ("memory", "got"),
+    [
+        (None, "None"),
+        ((0,), "(())"),
+        ((np.zeros(1), np.zeros((2, 1))), "((1,), (2, 1))"),
+    ],
+)
+def test_what_a_policy_remembers_has_a_row_for_each_game(memory: object, got: str) -> None:
+    problem = dmplay.load("hexworld")
+    given = type("Given", (Random,), {"begin": lambda self, observation: memory})
+    told = rf"turn 1.* gave {re.escape(got)}, expected a tuple of arrays of 1 row"
+    with pytest.raises(BadPolicy, match=told):
+        dmplay.Session(problem, Dice(1), [given(problem, 0)]).advance()
+    with pytest.raises(BadPolicy, match=told):
+        dmplay.rollout(problem, [given(problem, 0)], episodes=1)
 
 
 def test_a_policy_that_writes_into_what_it_is_given_is_named() -> None:
