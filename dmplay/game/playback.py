@@ -20,6 +20,8 @@ from dmplay.transcript.seal import opened
 class Playback(Displayed, Game):
     """A recorded game to step through; nothing in it is hidden any more."""
 
+    watched = True  # who played is called by name; who plays on from there is "you"
+
     def __init__(self, path: Path, *, trusted: bool = False, peek: bool = False) -> None:
         transcript = readable(path)
         found = loaded(transcript, trusted=trusted)

@@ -46,6 +46,8 @@ def test_a_picture_of_any_size_shows_who_chooses_what_is_best(file: Path) -> Non
     wishes = ("--width", "100", "--height", "30", "--at", "1")
     watched, advised = export(file, "--svg", *wishes), export(file, "--svg", *wishes, "--hint")
     assert "hint&#160;(optimal)" not in watched
+    assert "@&#160;agent,&#160;" in watched
+    assert "you:&#160;agent" in advised
     assert "hint&#160;(optimal):&#160;sw" in advised
     assert "b&#160;sw&#160;best" in advised  # the row of keys
     assert advised.count("<clipPath") == 30

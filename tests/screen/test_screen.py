@@ -17,6 +17,7 @@ from dmplay.dice import Dice
 from dmplay.finding.names import problem_names
 from dmplay.game.checking import check
 from dmplay.game.game import Game
+from dmplay.game.playback import Playback
 from dmplay.game.request import Request, Resumption
 from dmplay.game.seats import HUMAN
 from dmplay.game.start import begin, new
@@ -343,6 +344,26 @@ def test_an_agent_that_is_watched_is_called_by_its_name(
     drawn = compose(watched, Room(120, 30), Shown(), []).plain
     assert called in drawn
     assert "you" not in drawn + watched.account.situation(watched.moment())
+
+
+@pytest.mark.parametrize(
+    ("problem", "called"),
+    [
+        ("predator-prey", "A is the predator, o is the prey"),
+        ("hexworld", "@ agent"),
+        ("collaborative-predator-prey", "@ predator1"),
+        ("simple-regulator", "the push is added to it"),
+        ("travelers-dilemma", "agent1 ↓   agent2 →"),
+    ],
+)
+def test_whoever_played_a_recorded_game_is_called_by_name(
+    problem: str, called: str, tmp_path: Path
+) -> None:
+    new(Request(problem, seed=7, record=tmp_path / "g.dmt")).finish()
+    recorded = Playback(tmp_path / "g.dmt")
+    drawn = compose(recorded, Room(120, 30), Shown(), []).plain
+    assert called in drawn
+    assert "you" not in drawn + recorded.account.situation(recorded.moment())
 
 
 def test_agents_that_play_behind_a_page_are_logged_turn_by_turn() -> None:
