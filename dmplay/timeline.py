@@ -51,6 +51,16 @@ class Past(Game):
         return self.advice is None
 
     @property
+    def strict(self) -> bool:
+        """Whether nobody plays on from a turn."""
+        return self.whole.strict
+
+    @property
+    def final(self) -> str:
+        """Why the end cannot be taken back."""
+        return self.whole.final
+
+    @property
     def adviser(self) -> Adviser:
         """That of the whole game, whose overlays stand."""
         return self.whole.adviser

@@ -359,13 +359,18 @@ class Game:
             if self.recorder:
                 self.recorder.event("help", {name: 1})
 
+    @property
+    def final(self) -> str:
+        """Why it would not be fair to take turns back; '' where they may be."""
+        if self.strict:
+            return "this game is strict"
+        shown = self.session.over and self.problem.hidden and self.people and not self.reveal
+        return "the game is over and what was hidden is shown" if shown else ""
+
     def _may(self, command: str) -> None:
         """Refuses to take back where that is not fair."""
-        if self.strict:
-            raise BadParameter(f"{command}: this game is strict")
-        shown = self.session.over and self.problem.hidden
-        if shown and self.people and not self.reveal:
-            raise BadParameter(f"{command}: the game is over and what was hidden is shown")
+        if self.final:
+            raise BadParameter(f"{command}: {self.final}")
 
     def _record(self) -> None:
         if self.recorder:

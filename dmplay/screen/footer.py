@@ -50,16 +50,15 @@ def keys(game: Game, room: Room, shown: Shown = NOTHING) -> Text:
     ended = game.request is not None and game.session.over
     over, waits = bool(shown.past or ended), game.waiting is not None
     unneeded = 0 if over else 3 if game.unaided else not waits
-    moving = _moving(game, shown, ended=ended)
-    if not waits:
-        return _alone(moving, unneeded, room, over=over)
-    return _fitted(_forms(game, shown.advice), _tails(moving, unneeded, over=over), room)
+    barred = "undo" * bool(game.final)
+    tails = _tails(_moving(game, shown, ended=ended), unneeded, barred, over=over)
+    return _fitted(_forms(game, shown.advice), tails, room) if waits else _alone(tails, room)
 
 
 @lru_cache(16)
-def _alone(moving: Sequence[str], unneeded: int, room: Room, *, over: bool) -> Text:
+def _alone(tails: Sequence[str], room: Room) -> Text:
     """The shell's keys alone; nobody writes into the row."""
-    return _fitted([Text("")], _tails(moving, unneeded, over=over), room)
+    return _fitted([Text("")], tails, room)
 
 
 def _fitted(forms: Iterable[Text], tails: Sequence[str], room: Room) -> Text:
@@ -122,9 +121,10 @@ def _ranked(actions: Sequence[Key], advice: Advice | None) -> Iterator[list[Key]
 
 
 @lru_cache(16)
-def _tails(moving: Sequence[str], unneeded: int, *, over: bool) -> tuple[str, ...]:
-    """The shell's keys, most of them first, but for so many of these rows."""
-    names = (OVER_KEYS if over else ROW_KEYS)[unneeded:]
+def _tails(moving: Sequence[str], unneeded: int, barred: str, *, over: bool) -> tuple[str, ...]:
+    """The shell's keys but one, most of them first, but for so many of these rows."""
+    rows = (OVER_KEYS if over else ROW_KEYS)[unneeded:]
+    names = [[name for name in row if name != barred] for row in rows]
     tails = ["  ".join([*moving, *map(_shown, some), COLON]) for some in names]
     tails += ["  ".join([*moving, *map(_shown, names[-1])])]
     return (*tails, "  ".join(map(_shown, names[-1])))
@@ -133,7 +133,7 @@ def _tails(moving: Sequence[str], unneeded: int, *, over: bool) -> tuple[str, ..
 def _moving(game: Game, shown: Shown, *, ended: bool) -> tuple[str, ...]:
     """The keys that lead through a game nobody plays, or that is over."""
     if shown.past:
-        return "← → turns", "Enter plays on"
+        return ("← → turns", *["Enter plays on"] * (not game.strict))
     if game.people:
         return ("Enter looks back",) * bool(game.session.over and game.session.turns)
     return () if ended else ("Space step", "P play")

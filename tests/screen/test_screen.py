@@ -529,7 +529,8 @@ def test_every_problem_is_played_to_its_end_by_keys_and_its_transcript_verifies(
     assert played.session.ending in ("terminal", "horizon", "turn limit")
     end = f"over: {ended(played.session.ending)} after {len(played.session.turns)} turns. "
     assert end in shown.last
-    assert shown.last.endswith(" N new  R restart  Bksp undo  ? help  q quit  : command")
+    undo = "" if played.problem.hidden else "  Bksp undo"  # what was hidden is shown
+    assert shown.last.endswith(f" N new  R restart{undo}  ? help  q quit  : command")
     played.finish()
     report = check(path)
     assert report.ok, str(report)

@@ -170,7 +170,7 @@ truly sated
  turn 4 of 5: chose feed; ignore was better by 3.05.
 
 
- < > turns  Enter plays on  N new  ? help  q quit  : command""",
+ < > turns  Enter plays on  N new  R restart  ? help  q quit  : command""",
     ("crying-baby", (), LARGE, False): """\
  crying-baby  turn 5/5  score (discounted) -19.42  you: agent  turn limit
  keep the baby sated; hunger costs 10; feeding 5; singing 0.5
@@ -195,7 +195,7 @@ truly sated
  over: turn limit after 5 turns. agent score (discounted) -19.423, total -21.
  rows 16-19 of 19: PgUp PgDn Home End
 
- Enter looks back  Tab hint  Bksp undo  ? help  q quit  : command""",
+ Enter looks back  Tab hint  ? help  q quit  : command""",
 }  # fmt: skip
 
 
@@ -259,6 +259,7 @@ def test_nobody_plays_on_in_a_strict_game(
     shown = pressed(over("crying-baby", played=kept(tmp_path, **wishes)), "left", "enter")
     assert why in shown
     assert "turn 5 of 5" in shown
+    assert "← → turns  N new  R restart  ? help" in shown
 
 
 def test_a_game_that_is_not_kept_is_not_played_on() -> None:
