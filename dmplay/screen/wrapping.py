@@ -1,5 +1,6 @@
 """Words in rows: lines that are wrapped, and facts with their values."""
 
+import re
 from collections.abc import Sequence
 from functools import lru_cache
 
@@ -8,6 +9,7 @@ from rich.text import Text
 from dmplay.screen.shown import Room
 
 LABEL = 8  # columns of a label, behind which values begin in one column
+GAP = re.compile(r"(?<=\S) {3,}(?=\S)")  # between what stands in columns
 
 
 def wrapped(lines: Sequence[str], room: Room) -> list[str]:
@@ -17,14 +19,16 @@ def wrapped(lines: Sequence[str], room: Room) -> list[str]:
 
 @lru_cache(256)  # which many frames show
 def rows_of(line: str, width: int) -> Sequence[str]:
-    """The rows of one line."""
+    """The rows of one line, which goes on below its last column where that has room."""
     if len(line) <= width - 4:
         return [f" {line} "]
+    last = max((gap.end() for gap in GAP.finditer(line)), default=2)
+    below = " " * (1 + (last if last < width * 2 // 3 else 2))
     rows, words = [], " "
-    for word in _pieces(line, max(width - 4, 1)):  # blanks stand around it
+    for word in _pieces(line, max(width - len(below) - 1, 1)):  # blanks stand around it
         if len(words) + len(word) + 1 > width and words.strip():
             rows.append(words)
-            words = "   "
+            words = below
         words += word + " "
     return [*rows, words]
 

@@ -151,7 +151,7 @@ def help_page(game: Game, own: Sequence[tuple[str, str, str]]) -> list[str]:
     Of a key: how it is shown, its name, what it does.
     """
     legal = game.keyboard.legal(game.view())[:10]
-    actions = [f"{SHOWN.get(key, key)} {label}" for key, label, _ in legal]
+    actions = [f"{SHOWN.get(key, key)} {label}".strip() for key, label, _ in legal]
     keys = [(c.shown, f"{c.name} {c.argument}".strip(), c.help) for c in COMMANDS if c.key]
     others = [command.name for command in COMMANDS if not command.key]
     return [

@@ -28,7 +28,7 @@ from dmplay.screen.frame import compose
 from dmplay.screen.press import press as do
 from dmplay.screen.screen import Screen
 from dmplay.screen.shown import Room, Shown
-from dmplay.screen.wrapping import panel_rows
+from dmplay.screen.wrapping import panel_rows, wrapped
 from dmplay.session import Session
 from dmplay.terminal import Terminal
 from dmplay.words.commands import COMMANDS, typed
@@ -195,13 +195,13 @@ def test_a_typed_move_closes_the_help() -> None:
 
 
 def test_help_that_is_longer_than_the_screen_comes_in_parts() -> None:
-    shown = play(game("hexworld"), "?", *["space"] * 5, "h", size=(50, 14))
-    for number in range(1, 6):
-        goes_on = "Space goes on" if number < 5 else "any key goes back"
-        assert f"part {number} of 5. {goes_on}" in shown.frames[number]
-    parts = "".join(shown.frames[1:6])
+    shown = play(game("hexworld"), "?", *["space"] * 6, "h", size=(50, 14))
+    for number in range(1, 7):
+        goes_on = "Space goes on" if number < 6 else "any key goes back"
+        assert f"part {number} of 6. {goes_on}" in shown.frames[number]
+    parts = "".join(shown.frames[1:7])
     assert all(command.name in parts for command in COMMANDS)
-    assert "part" not in shown.frames[6]
+    assert "part" not in shown.frames[7]
     assert "turn 1 " in shown.last
 
 
@@ -512,6 +512,28 @@ def presses(played: Game) -> Iterator[str]:
             yield able[number * 5 // 3 % len(able)]
         if played.private and played.waiting is not None:
             yield "enter"
+
+
+@pytest.mark.parametrize(
+    ("line", "rows"),
+    [
+        (
+            "  W       what if        what an action may bring, before you play it",
+            """\
+   W       what if        what an action may
+                          bring, before you play
+                          it""",
+        ),
+        (
+            "actions: 10,  20,  30,  40,  50,  60,  70,  80,  90,  100",
+            """\
+ actions: 10,  20,  30,  40,  50,  60,  70,  80,
+   90,  100""",
+        ),
+    ],
+)
+def test_what_stands_in_columns_goes_on_below_the_last(line: str, rows: str) -> None:
+    assert [row.rstrip() for row in wrapped([line], Room(50, 14))] == rows.split("\n")
 
 
 ALONE = [(name, "") for name in problem_names()]
