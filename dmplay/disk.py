@@ -16,9 +16,13 @@ DRAFT = ".dmplay-"  # how the name begins of what is not whole yet
 
 
 def user_folder(env: Mapping[str, str], variable: str, *names: str) -> Path:
-    """The user's folder of a kind, by the base directory specification; without a home, none."""
+    """The user's folder of a kind, by the base directory specification; without a home, none.
+
+    By that a path which is not absolute is none.
+    """
+    told = Path(env.get(variable, ""))
     try:
-        return Path(env.get(variable) or Path.home().joinpath(*names), "dmplay")
+        return (told if told.is_absolute() else Path.home().joinpath(*names)) / "dmplay"
     except RuntimeError:
         return Path(os.devnull, "no home", "dmplay")
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.disk import content, played, put, write
+from dmplay.disk import content, played, put, user_folder, write
 from dmplay.errors import NoRoom
 from tests.support.games import recorded
 from tests.support.programs import run, shell
@@ -21,6 +21,17 @@ def place(tmp_path: Path) -> Path:
     """A folder with a finished game."""
     recorded(tmp_path / "g.dmt", "hexworld", "random", turns=3)
     return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("told", "where"),
+    [("/mine", "/mine"), ("mine", "/home/.local"), ("", "/home/.local")],
+)
+def test_a_users_folder_is_told_from_the_root_or_is_the_usual_one(
+    told: str, where: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HOME", "/home")
+    assert user_folder({"XDG_KIND": told}, "XDG_KIND", ".local") == Path(where, "dmplay")
 
 
 @pytest.mark.parametrize("words", PICTURES)
