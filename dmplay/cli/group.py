@@ -112,7 +112,7 @@ def _rated(args: list[str]) -> list[str]:
 
 def rejoined(words: Sequence[str], at: int) -> tuple[list[str], int, str]:
     """The words of a line that bash took apart at `:` and `=`; which of them is the cursor's, and
-    how that one begins, which bash keeps.
+    how that one, or the value of `--option=`, begins, which bash keeps.
     """
     whole: list[str] = []
     place, kept, goes_on = 0, "", False
@@ -125,4 +125,4 @@ def rejoined(words: Sequence[str], at: int) -> tuple[list[str], int, str]:
         goes_on = breaks
         if number == at:
             place, kept = len(whole) - 1, before + word if breaks else before
-    return whole, place, kept
+    return whole, place, kept.partition("=")[2] if kept.startswith("--") else kept

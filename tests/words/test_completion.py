@@ -132,6 +132,8 @@ def test_a_shell_that_is_not_known_is_refused(place: Path) -> None:
         (["dmplay", "a", ":", "b", "=", "1"], 5, (["dmplay", "a:b=1"], 1, "a:b=")),
         (["dmplay"], 1, (["dmplay", ""], 1, "")),
         (["dmplay", "--set", "a", "="], 3, (["dmplay", "--set", "a="], 2, "a=")),
+        (["dmplay", "--set", "=", "a"], 3, (["dmplay", "--set=a"], 1, "")),
+        (["dmplay", "--set", "=", "a", "="], 4, (["dmplay", "--set=a="], 1, "a=")),
     ],
 )
 def test_words_that_bash_took_apart_are_joined(
