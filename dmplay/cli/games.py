@@ -107,7 +107,7 @@ def replay(
     *,
     wishes: Wishes,
 ) -> object:
-    """Watch a recorded game: Space or right steps on, Backspace back, A plays at --speed.
+    """Watch a recorded game: Space or right steps on, Backspace back, P plays at --speed.
 
     \b
       dmplay replay game.dmt

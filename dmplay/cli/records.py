@@ -21,7 +21,7 @@ def verify(
     json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> object:
-    """Check transcripts: facts against a replay, inputs against seed and agents; 3 if one differs.
+    """Check transcripts: facts by a replay, inputs by seed and agents; exit code 3 if one differs.
 
     \b
       dmplay verify game.dmt
