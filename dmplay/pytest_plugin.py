@@ -1,12 +1,13 @@
 """Transcripts as test items: every `.dmt` file that pytest collects is verified.
 
-`--dmplay-update` rewrites the files instead, never where CI is set. A transcript of a problem of
+`--dmplay-update` rewrites the files instead, never where CI is set. A problem or an agent of
 your own needs `dmplay_trust = true` in the pytest configuration: only then is it imported.
 """
 
 import os
 from collections.abc import Iterable
 from pathlib import Path
+from shlex import quote
 
 import pytest
 
@@ -20,7 +21,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     """Adds `--dmplay-update` and `dmplay_trust`."""
     group = parser.getgroup("dmplay", "golden transcripts")
     group.addoption("--dmplay-update", action="store_true", help="rewrite transcripts that differ")
-    parser.addini("dmplay_trust", "import the problems that transcripts name", "bool", False)
+    parser.addini(
+        "dmplay_trust", "import the problems and agents that transcripts name", "bool", False
+    )
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -61,7 +64,7 @@ class TranscriptItem(pytest.Item):
         report = checking.check(path, trusted=trusted)
         self.add_report_section("call", "compared", clean(report.told))
         if not report.ok:
-            accept = f"\nto accept the change: pytest {path} --dmplay-update"
+            accept = f"\nto accept the change: pytest {quote(str(path))} --dmplay-update"
             raise TranscriptMismatch(f"{report}{accept if report.replayed else ''}")
 
     def repr_failure(

@@ -45,6 +45,13 @@ def test_a_mismatch_fails_with_the_report_and_the_command_that_accepts_it(
     assert "Traceback" not in done.stdout
 
 
+def test_the_command_that_accepts_a_change_can_be_typed(tmp_path: Path, file: Path) -> None:
+    altered(file, '"(8,1)"', '"(8,2)"')
+    file.rename(file.with_name("the walk.dmt"))
+    told = "to accept the change: pytest 'goldens/the walk.dmt' --dmplay-update"
+    assert told in run(tmp_path).stdout
+
+
 def test_what_only_trust_mends_is_not_to_be_accepted(tmp_path: Path, file: Path) -> None:
     altered(file, '"hexworld"', '"../lamp.py:Lamp"')
     done = run(tmp_path)

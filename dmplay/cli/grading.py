@@ -50,8 +50,7 @@ def assign(
     request = Request(
         problem, variant, set_, agent=agent, others=vs, seats=seat, turns=turns, strict=how
     )
-    assigned(request, dice, output, force=force)
-    return f"wrote {output}; dmplay play --assignment {output} --player NAME"
+    return assigned(request, dice, output, force=force)
 
 
 @options.wishes("json", "motion")

@@ -13,6 +13,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from shlex import quote
 
 from dmplay.disk import content, write
 from dmplay.errors import BadFile, BadParameter, UnknownName
@@ -100,8 +101,8 @@ def _settled(wanted: Request) -> None:
         raise BadParameter("--assignment: expected --player NAME too")
 
 
-def assigned(request: Request, seeds: tuple[int, ...], path: Path, *, force: bool) -> Assignment:
-    """Writes an assignment of these games."""
+def assigned(request: Request, seeds: tuple[int, ...], path: Path, *, force: bool) -> str:
+    """Writes an assignment of these games; says where it is, and the command that plays it."""
     if not _apart(seeds):
         raise BadParameter(f"--seeds: got {', '.join(map(str, seeds)) or 'none'}, {EXPECTED}")
     found = problems.resolve(request.name, request.configured())
@@ -113,7 +114,7 @@ def assigned(request: Request, seeds: tuple[int, ...], path: Path, *, force: boo
     told = header(found, seats, replace(request, seed=seeds[0]), path)
     made = Assignment(told, seeds, path)
     write(path, [f"{row}\n" for row in _rows(made)], force=force)
-    return made
+    return f"wrote {path}; dmplay play --assignment {quote(str(path))} --player NAME"
 
 
 def _rows(made: Assignment) -> Iterator[str]:

@@ -54,6 +54,9 @@ def test_an_assignment_is_the_header_of_its_games_with_all_seeds() -> None:
         "wrote again; dmplay play --assignment again --player NAME"
     )
     assert Path("again").read_text() == WALKS
+    assert understood(["assign", "catch", "-o", "a ball"]) == (
+        "wrote a ball; dmplay play --assignment 'a ball' --player NAME"
+    )
 
 
 def test_dice_that_are_not_said_are_new_ones() -> None:
