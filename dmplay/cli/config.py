@@ -104,7 +104,7 @@ def read(path: Path, *, own: bool) -> File:
 
 
 def _plainly(error: Exception) -> str:
-    told = str(error).partition("\n")[0]
+    told = "not UTF-8" if isinstance(error, UnicodeDecodeError) else str(error).partition("\n")[0]
     return f"{told[:1].lower()}{told[1:]}" if told else type(error).__name__
 
 

@@ -41,7 +41,7 @@ class Finding(NamedTuple):
 
 def fault(error: BadTranscript, where: str) -> Finding:
     """The finding that an error means."""
-    column = "" if error.column is None else f"{error.column}: "
+    column = "" if error.column is None else f"column {error.column}: "
     return Finding("facts", error.path, error.line, where, f"{column}{error.what}")
 
 

@@ -252,7 +252,7 @@ def test_a_wrong_file_is_one_clear_line(text: str, message: str, place: Path) ->
 
 def test_a_file_that_is_not_text_is_one_clear_line(place: Path) -> None:
     (place / "dmplay.toml").write_bytes(b"\xff\xfe = 1")
-    with pytest.raises(DmplayError, match=r"^dmplay.toml: 'utf-8' codec"):
+    with pytest.raises(DmplayError, match=r"^dmplay.toml: not UTF-8$"):
         config.files()
 
 

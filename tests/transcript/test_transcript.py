@@ -168,7 +168,7 @@ def test_notes_may_be_added_anywhere(file: Path) -> None:
 def test_a_note_stands_after_a_space(file: Path, row: str) -> None:
     file.write_text(f"{row}\n{file.read_text()}")
     expected = "expected 'key: value', '| frame', '# note' or nothing"
-    told = [f"game.dmt:1: form: 1: {expected}"] if row == "#unspaced" else []
+    told = [f"game.dmt:1: form: column 1: {expected}"] if row == "#unspaced" else []
     assert findings(file) == told
 
 
@@ -443,7 +443,7 @@ def test_a_fault_is_told_rightly_whatever_the_file_is_called(tmp_path: Path, nam
     path = tmp_path / name
     path.write_text(HEADER + "seed: 8\n" + OPENING)
     [found] = check(path).findings
-    assert found[:5] == ("facts", str(path), 5, "form", "1: seed stands twice in this block")
+    assert found[:5] == ("facts", str(path), 5, "form", "column 1: seed stands twice in this block")
     with pytest.raises(BadTranscript) as caught:
         read(path)
     error = pickle.loads(pickle.dumps(caught.value))
@@ -694,7 +694,7 @@ def test_lines_are_counted_however_long_the_file(tmp_path: Path) -> None:
     altered(path, "turn: 3\n", "trun: 3\n")
     [found] = check(path).findings
     line = 1 + path.read_text().split("\n").index("trun: 3")
-    assert (found.line, found.what[:20]) == (line, "1: unknown block 'tr")
+    assert (found.line, found.what[:27]) == (line, "column 1: unknown block 'tr")
 
 
 def test_draws_of_no_reroll_are_told_as_draws(tmp_path: Path) -> None:
