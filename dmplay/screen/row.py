@@ -39,6 +39,7 @@ from dmplay.words.commands import Leave
 from dmplay.words.completion.candidates import Candidates
 
 MENU = 8  # rows of completions
+UNSEEN = " :(what is typed is not shown) "
 STYLE = Style.from_dict(
     {"completion-menu": "reverse", "completion-menu.completion.current": "noreverse bold"}
 )
@@ -99,8 +100,8 @@ def _layout(screen: Screen, painter: Painter, line: Buffer, *, hidden: bool) -> 
         shown = keys(screen.game, screen.room(painter), screen.shown)
         return [*fragments(shown, screen.terminal.theme)]
 
-    veil: list[Processor] = [Veil()] if hidden else []
-    typed = BufferControl(line, input_processors=[*veil, BeforeInput(" :")])
+    shown: list[Processor] = [Veil(), BeforeInput(UNSEEN)] if hidden else [BeforeInput(" :")]
+    typed = BufferControl(line, input_processors=shown)
     rows = [
         Window(FormattedTextControl(upper)),
         Window(typed, height=1, get_horizontal_scroll=lambda window: 0),  # no further than it must

@@ -437,6 +437,7 @@ def test_a_hidden_entry_shows_nothing_of_its_length_its_letters_or_what_is_wrong
         play(game("rock-paper-scissors"), ":", word, "enter") for word in ("rok", "scisors")
     )
     assert first.frames == second.frames
+    assert "\n :(what is typed is not shown)" in first.frames[1]
     assert "that cannot be played; help and legal tell what can be typed" in first.last
     claims = game("travelers-dilemma"), game("travelers-dilemma")
     frames = [play(claims[0], "7").last, play(claims[1], "7", "5").last]
