@@ -16,6 +16,7 @@ from dmplay.laws import play
 from dmplay.laws.breach import Breach, Fact, Facts
 from dmplay.laws.choices import choosing
 from dmplay.laws.samples import SEED, Turns, final, frozen, parts, turns
+from dmplay.laws.secret import secret
 from dmplay.laws.sound import STAGES
 from dmplay.policies.general import Random
 from dmplay.session import Session
@@ -45,7 +46,7 @@ def check(problem: Problem) -> list[Breach]:
 
 def _facts(problem: Problem) -> Iterator[Breach]:
     """What it says of itself."""
-    for stage in STAGES:
+    for stage in (*STAGES, (secret,)):
         found = [
             one for facts in stage for one in play.held(type(problem), partial(facts, problem))
         ]

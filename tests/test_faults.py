@@ -3,6 +3,7 @@
 import os
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import dmplay
@@ -212,3 +213,10 @@ def test_a_built_in_problem_keeps_every_law(name: str, monkeypatch: pytest.Monke
 def test_no_action_can_have_the_name_of_a_command() -> None:
     assert {*commands.NAMED} == COMMANDS | {*commands.SHORT}
     assert os.sep not in "".join(COMMANDS)
+
+
+def test_what_is_legal_tells_nothing_of_a_hidden_state() -> None:
+    each = np.array([[[1, 1, 0, 0]], [[1, 1, 0, 0]], [[1, 0, 1, 0]], [[1, 0, 0, 1]]], bool)
+    (found,) = check(type("Telltale", (Vault,), {"legal": lambda self, s: each[s]})())
+    what = "got other actions in 'right unlocked' than in 'left unlocked', which nothing seen"
+    assert what in found.what

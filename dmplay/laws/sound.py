@@ -13,7 +13,6 @@ from dmplay.describe import counted
 from dmplay.errors import BadParameter
 from dmplay.laws import arrays
 from dmplay.laws.breach import Fact, Facts, breach, reals, shaped
-from dmplay.laws.secret import secret
 from dmplay.tabular import Tabular
 
 ROWS = 2  # of the turn that is tried
@@ -256,7 +255,6 @@ STAGES: tuple[tuple[Callable[[Problem], Facts], ...], ...] = (  # each rests on 
     (arrays.transition, arrays.rewards, arrays.observations, arrays.start),
     (_start,),
     (_turn,),
-    (secret,),
 )
 
 

@@ -12,7 +12,7 @@ from dmplay.errors import BadParameter
 from dmplay.finding.problems import resolve
 from dmplay.laws.sound import sound
 from dmplay.places import blamed
-from tests.support.brought import Heap, Key, Vault
+from tests.support.brought import Heap, Key
 
 RIGHT = Key.tables
 HALF = np.full((3, 3, 3), 0.5)
@@ -103,13 +103,6 @@ PAID, SEEN = np.zeros((2, 1)), np.zeros(2, int)
 )
 def test_a_first_turn_that_cannot_be_is_told(name: str, value: object, what: str) -> None:
     assert what in told(changed(Heap, name, value))
-
-
-def test_what_is_legal_tells_nothing_of_a_hidden_state() -> None:
-    assert told(Vault()) == ""
-    each = np.array([[[1, 1, 0, 0]], [[1, 1, 0, 0]], [[1, 0, 1, 0]], [[1, 0, 0, 1]]], bool)
-    what = "got other actions in 'right unlocked' than in 'left unlocked', which nothing seen"
-    assert what in told(changed(Vault, "legal", lambda self, s: each[s]))
 
 
 @pytest.mark.parametrize("seen", [np.zeros((2, 1)), np.full((2, 1), 2), np.full((2, 1), -1)])
