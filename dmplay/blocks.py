@@ -10,24 +10,19 @@ import signal
 import time
 from collections import Counter
 from collections.abc import Callable, Generator, Iterator
-from concurrent.futures import (
-    FIRST_COMPLETED,
-    BrokenExecutor,
-    Executor,
-    Future,
-    ProcessPoolExecutor,
-    wait,
-)
-from contextlib import contextmanager
+from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from contextvars import ContextVar
 from functools import lru_cache
 from multiprocessing import get_all_start_methods, get_context
 from multiprocessing.connection import Connection
+from queue import SimpleQueue
 from threading import Thread
 from typing import Any, Generic, Literal, NamedTuple, TypeVar
 
 from dmplay.budget import between
 from dmplay.errors import BadParameter, LostGames
+from dmplay.signals import held
 
 R = TypeVar("R")
 Work = Callable[[range], R]  # what is done with the games of a block
@@ -126,6 +121,7 @@ class _Crew(Generic[R]):
         self.workers, self.given = workers, executor
         self.executor = executor or _started(workers)
         self.running: dict[Future[_Answer[R]], range] = {}
+        self.ended: SimpleQueue[Future[_Answer[R]]] = SimpleQueue()
         self.again: list[range] = []
         self.tries: Counter[range] = Counter()
         self.lost: list[tuple[range, str]] = []
@@ -134,21 +130,26 @@ class _Crew(Generic[R]):
         """Each block with what came of it, the first to end first."""
         try:
             while self._send(blocks):
-                for future in wait(self.running, return_when=FIRST_COMPLETED).done:
-                    block = self.running.pop(future)
-                    answer = self._answer(future, block)
-                    if answer is None:
-                        continue
-                    if isinstance(answer, _Met):
-                        raise answer.error
-                    yield block, answer.result
+                future = self.ended.get()
+                block = self.running.pop(future)
+                answer = self._answer(future, block)
+                if answer is None:
+                    continue
+                if isinstance(answer, _Met):
+                    raise answer.error
+                yield block, answer.result
         finally:
-            for future in self.running:
-                future.cancel()
-            if isinstance(self.executor, _Processes):
-                self._leave(self.executor)
+            with self._unbroken():
+                for future in self.running:
+                    future.cancel()
+                if isinstance(self.executor, _Processes):
+                    self._leave(self.executor)
         if self.lost:
             raise LostGames([(games.start, games.stop) for games, _ in self.lost], self.lost[0][1])
+
+    def _unbroken(self) -> AbstractContextManager[None]:
+        """Has Ctrl-C wait: it may leave a lock taken for which processes of ours would wait."""
+        return held() if self.given is None else nullcontext()
 
     def _leave(self, processes: "_Processes") -> None:
         """Ends processes that are not to stay, or that do what nobody waits for any more."""
@@ -165,13 +166,17 @@ class _Crew(Generic[R]):
             block = self.again.pop() if self.again else blocks.next()
             if not block:
                 break
-            self.running[self.executor.submit(_answer, self.work, block)] = block
+            with self._unbroken():
+                future = self.executor.submit(_answer, self.work, block)
+                self.running[future] = block
+                future.add_done_callback(self.ended.put)
         return bool(self.running)
 
     def _answer(self, future: Future[_Answer[R]], block: range) -> _Answer[R] | None:
         """What a worker says; None when it was lost with its block."""
         try:
-            return future.result()
+            with self._unbroken():
+                return future.result()
         except Exception as error:
             self.tries[block] += 1
             if self.tries[block] == TRIES:

@@ -2,6 +2,7 @@
 
 import contextlib
 import signal
+import threading
 from collections.abc import Iterator
 from types import FrameType
 
@@ -83,3 +84,22 @@ def leaving() -> Iterator[None]:
     finally:
         for number, handler in previous.items():
             signal.signal(number, handler)
+
+
+@contextlib.contextmanager
+def held() -> Iterator[None]:
+    """Has what signals raise be raised afterwards: within, a lock that is taken would stay so."""
+    known = {number: signal.getsignal(number) for number in [signal.SIGINT, *ENDS]}
+    came: list[int] = []
+    if threading.current_thread() is not threading.main_thread():
+        known.clear()  # it hears of none
+    handlers = {number: handler for number, handler in known.items() if callable(handler)}
+    for number in handlers:
+        signal.signal(number, lambda told, _: came.append(told))
+    try:
+        yield
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+        if came:
+            handlers[signal.Signals(came[0])](came[0], None)

@@ -17,9 +17,9 @@ HOUSE = HERE.parent / "dmplay"
 FLOORS = (
     "errors", "places", "disk", "budget", "thought", "chance", "columns", "core", "dice",
     "describe", "hexes", "tiles", "matrix_game", "rows", "tabular", "laws", "belief", "displayed",
-    "rules", "knowledge", "session", "blocks", "rollouts", "problems", "files", "guests",
-    "solvers", "policies", "transcript", "bots", "finding", "hand", "terminal", "signals",
-    "styles", "painting", "views", "loops", "gym", "zoo", "figures", "solutions", "advice", "keys",
+    "rules", "knowledge", "session", "signals", "blocks", "rollouts", "problems", "files",
+    "guests", "solvers", "policies", "transcript", "bots", "finding", "hand", "terminal", "styles",
+    "painting", "views", "loops", "gym", "zoo", "figures", "solutions", "advice", "keys",
     "game", "timeline", "conformance", "records", "measure", "words", "screen", "gallery",
     "reports", "prompt", "front", "mcp", "cli", "pytest_plugin", "__main__",
 )  # fmt: skip

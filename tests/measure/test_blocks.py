@@ -241,6 +241,30 @@ def test_workers_that_nobody_waits_for_any_more_end_at_once(tmp_path: Path) -> N
     sender.stdout.close()
 
 
+INTERRUPTED = """
+import os, signal
+from concurrent.futures import Future
+calm = Future.add_done_callback
+def rude(future, call):
+    future._condition.acquire()
+    os.kill(os.getpid(), signal.SIGINT)
+    future._condition.release()
+    calm(future, call)
+Future.add_done_callback = rude
+"""
+
+
+@pytest.mark.slow
+def test_ctrl_c_leaves_no_lock_taken_for_which_the_end_would_wait(tmp_path: Path) -> None:
+    (tmp_path / "asleep.py").write_text(INTERRUPTED + ASLEEP)
+    world = {**os.environ, "PYTHONPATH": str(Path.cwd())}
+    found = subprocess.run(
+        [sys.executable, "asleep.py"], cwd=tmp_path, env=world, capture_output=True, timeout=60,
+        check=False,
+    )  # fmt: skip
+    assert found.stderr.rstrip().endswith(b"KeyboardInterrupt")
+
+
 def _lives(pid: str) -> bool:
     """Whether a process is there, and more than a name."""
     try:
