@@ -86,7 +86,9 @@ def save(table: Table, argument: str) -> str:
         raise BadParameter("save: no transcript is written; --record FILE writes one")
     if recorder and not argument:
         return f"kept as you play: {recorder.path}"
-    name = words_of(argument)[0]
+    name, *more = words_of(argument)
+    if more:
+        raise BadParameter(f"save: got {argument!r}, expected one file; quotes hold one together")
     if recorder and game.strict and game.sealed:
         raise BadParameter(f"save: this game is strict, and has no copies; it is {recorder.path}")
     if recorder and recorder.kept and _near(game.name, recorder.path, Path(name)):

@@ -49,6 +49,12 @@ def test_a_game_is_solved_with_the_parameters_that_it_has(table: Table) -> None:
     assert typed(recording, "solve") == told.replace("slip=0", "slip=0.0")
 
 
+def test_a_copy_is_written_to_one_file(table: Table, tmp_path: Path) -> None:
+    with pytest.raises(BadParameter, match=r"^save: got 'a b.dmt', expected one file; quotes"):
+        typed(table, "save a b.dmt")
+    assert typed(table, f"save '{tmp_path}/a b.dmt'").startswith(f"saved {tmp_path}/a b.dmt; ")
+
+
 @pytest.mark.parametrize("line", ["set slip 0", "agent agent optimal"])
 def test_what_would_end_a_game_is_asked_first(line: str, table: Table) -> None:
     played = table.game
