@@ -109,10 +109,17 @@ def _check_bounds(problem: Problem, seat: int, word: str) -> None:
     """Refuses a number where actions are other whole numbers, and tells which."""
     labels = problem.actions[seat].labels
     if labels and all(label.isdigit() for label in labels) and NUMERIC.match(word):
-        step = int(labels[1]) - int(labels[0])
-        tens = f" in steps of {step}" if step > 1 else ""
-        wanted = f"a whole number from {labels[0]} to {labels[-1]}{tens}"
-        raise BadParameter(f"action: got {word!r}, expected {wanted}") from None
+        raise BadParameter(f"action: got {word!r}, expected {numbers(labels)}") from None
+
+
+def numbers(labels: Sequence[str]) -> str:
+    """Which numbers are actions: how far they reach where they are evenly spaced, else all."""
+    each = [int(label) for label in labels if label.isdigit()]
+    step = each[1] - each[0] if len(each) == len(labels) > 1 else 0
+    if step < 1 or each != [*range(each[0], each[-1] + 1, step)]:
+        return ", ".join(labels)
+    tens = f" in steps of {step}" if step > 1 else ""
+    return f"a whole number from {labels[0]} to {labels[-1]}{tens}"
 
 
 def action_by_key(

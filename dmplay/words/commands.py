@@ -118,7 +118,8 @@ def _whatif(table: Table, argument: str) -> str:
 
 def _keys(table: Table, argument: str) -> str:
     game = table.game
-    actions = ", ".join(f"{label} {key}" for key, label, _ in game.keyboard.legal(game.view()))
+    legal = game.keyboard.legal(game.view())
+    actions = ", ".join(f"{label} {key}".strip() for key, label, _ in legal)
     commands = ", ".join(f"{c.name} {c.shown}" for c in COMMANDS if c.key)
     return f"keys: {actions}. {commands}."
 

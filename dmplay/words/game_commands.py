@@ -11,6 +11,7 @@ from dmplay.errors import BadParameter
 from dmplay.finding.typed import whole
 from dmplay.game.answer import Told, answer
 from dmplay.game.game import Game
+from dmplay.keys.keyboard import numbers
 from dmplay.thought import About, think
 from dmplay.transcript.format import lines
 
@@ -87,7 +88,7 @@ def legal(game: Game, argument: str) -> str:
     if not actions.labels:
         return f"legal: {actions.words()}."
     if game.keyboard.types_numbers(seat):
-        return f"legal: a number from {actions.labels[0]} to {actions.labels[-1]}."
+        return f"legal: {numbers(actions.labels)}."
     able = [
         f"{label} ({key})" if key and _typed(game, key) == label else label
         for key, label, able in game.keyboard.legal(game.view())

@@ -8,7 +8,7 @@ from dmplay.finding.names import problem_names
 from dmplay.game.game import Game
 from dmplay.game.seats import HUMAN
 from dmplay.game.table import Table
-from dmplay.keys.keyboard import action_by_key
+from dmplay.keys.keyboard import action_by_key, numbers
 from dmplay.keys.keymap import AS_DRAWN, CLUSTERS, Keys, hands
 from dmplay.reports.problems import about
 from dmplay.screen.footer import keys
@@ -100,6 +100,26 @@ def test_typed_words_are_names_before_they_are_keys() -> None:
     made = held("hexworld", Keys("left"))
     assert made.keyboard.read(made.view(), "e") == made.problem.action(0, "e")
     assert made.keyboard.pressed(0, "e") == (0, made.problem.action(0, "ne"))
+
+
+@pytest.mark.parametrize(
+    ("labels", "told"),
+    [
+        (("10", "20", "30"), "a whole number from 10 to 30 in steps of 10"),
+        (("2", "3", "4"), "a whole number from 2 to 4"),
+        (("1", "2", "5"), "1, 2, 5"),
+        (("1", "2", "many"), "1, 2, many"),
+        (("7",), "7"),
+    ],
+)
+def test_numbers_that_are_actions_are_told_as_they_lie(labels: tuple[str, ...], told: str) -> None:
+    assert numbers(labels) == told
+
+
+def test_numbers_have_no_keys_to_tell_of() -> None:
+    throws = Table(game("catch"))
+    assert typed(throws, "legal") == "legal: a whole number from 10 to 100 in steps of 10."
+    assert typed(throws, "keys").startswith("keys: 10, 20, 30, 40, 50, 60, 70, 80, 90, 100. hint")
 
 
 def test_two_people_are_each_shown_the_keys_of_their_hand() -> None:
