@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from dmplay.describe import counted
 from dmplay.displayed import Displayed
 from dmplay.errors import BadParameter
 from dmplay.game.checking import altered, loaded
@@ -71,7 +72,11 @@ class Playback(Displayed, Game):
     @property
     def steps(self) -> int:
         """How many turns and events there are to be shown: a reroll and its turn are one."""
-        blocks = self._blocks[self._first :]
+        return self._steps(len(self._blocks))
+
+    def _steps(self, place: int) -> int:
+        """How many there are before a place."""
+        blocks = self._blocks[self._first : place]
         return len(blocks) - sum(block.kind == "reroll" for block in blocks[:-1])
 
     @property
@@ -105,8 +110,10 @@ class Playback(Displayed, Game):
 
     def undo(self, turns: int = 1) -> None:
         """Shows the place so many turns or events back."""
-        if self._place - self._first < turns:
-            raise BadParameter("this is the beginning")
+        shown = self._steps(self._place)
+        if shown < turns:
+            told = f"undo {turns}: the beginning is {counted(shown, 'step')} back"
+            raise BadParameter(told if shown else "this is the beginning")
         for _ in range(turns):
             self._place -= 1
             if self._blocks[self._place].kind == "turn":

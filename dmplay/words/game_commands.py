@@ -179,7 +179,8 @@ def review(game: Game, argument: str) -> str:
 
 def transcript(game: Game, argument: str) -> str:
     """Where the transcript is, and its last turn without what is hidden."""
-    if game.recorder is None:
+    if game.source is None:
         return "transcript: none is written; --record FILE writes one"
-    path = f"transcript: {counted(len(game.session.turns), 'turn')} in {game.recorder.path}"
+    held = "in" if game.recorder else "shown of"
+    path = f"transcript: {counted(len(game.session.turns), 'turn')} {held} {game.source}"
     return answer([path, "", *lines(game.account.public(game.moment()))])

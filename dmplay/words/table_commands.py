@@ -83,7 +83,9 @@ def save(table: Table, argument: str) -> str:
     """Copies the transcript so far to a file; alone, tells where it is kept."""
     game, recorder = table.game, table.game.recorder
     if recorder is None and not (argument and game.request):
-        raise BadParameter("save: no transcript is written; --record FILE writes one")
+        looked_at = f"a recording is only looked at; it is {game.source}" if game.source else ""
+        none = "no transcript is written; --record FILE writes one"
+        raise BadParameter(f"save: {looked_at or none}")
     if recorder and not argument:
         return f"kept as you play: {recorder.path}"
     name, *more = words_of(argument)

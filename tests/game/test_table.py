@@ -149,6 +149,33 @@ def test_a_recording_is_not_begun_anew(tmp_path: Path) -> None:
             typed(Table(Playback(tmp_path / "game.dmt")), command)
 
 
+def test_a_recording_goes_back_by_turns_and_rerolled_turns_to_its_beginning(
+    tmp_path: Path,
+) -> None:
+    seat = table(tmp_path)
+    typed(seat, "e")
+    typed(seat, "reroll")
+    seat.end()
+    shown = Table(Playback(tmp_path / "game.dmt"))
+    with pytest.raises(BadParameter, match=r"^this is the beginning$"):
+        typed(shown, "undo")
+    typed(shown, "step 2")
+    with pytest.raises(BadParameter, match=r"^undo 3: the beginning is 2 steps back$"):
+        typed(shown, "undo 3")
+    assert typed(shown, "undo 2") == "undone. turn 0."
+    assert typed(shown, "step").startswith("turn 1. at (8,2). chose E, moved E.")
+
+
+def test_a_recording_tells_where_it_is(tmp_path: Path) -> None:
+    seat, path = table(tmp_path), tmp_path / "game.dmt"
+    typed(seat, "e")
+    seat.end()
+    shown = Table(Playback(path))
+    assert typed(shown, "transcript").startswith(f"transcript: 0 turns shown of {path}\n")
+    with pytest.raises(BadParameter, match=rf"^save: a recording is only looked at; it is {path}$"):
+        typed(shown, "save")
+
+
 def test_a_saved_copy_goes_on_or_is_whole(tmp_path: Path) -> None:
     seat = table(tmp_path, turns=2)
     typed(seat, "e")
