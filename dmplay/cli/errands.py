@@ -46,7 +46,7 @@ def _print(report: Printout) -> int:
     if report.paged:
         from dmplay.reports.pager import page
 
-        page(text, terminal)
+        page(text, terminal, words=isinstance(report.text, str))
     elif text:
         print(text)
     end = "\n"

@@ -87,4 +87,4 @@ def drawn(name: str, output: Path | None, *, svg: bool, force: bool = False) -> 
     fits(output, "svg")
     if svg or output:
         return kept(output, [picture(draw(), title)], force=force)
-    return Printout(draw())
+    return Printout(draw(), paged=True)

@@ -12,12 +12,18 @@ from rich.text import Text
 from dmplay.game.request import words_of
 from dmplay.terminal import Terminal
 
-USUAL = "less -R"
-LESS = "-R"  # what `less` takes for granted where the user says nothing: colours
+USUAL = "less -RS"
+LESS = "-RS"  # what `less` takes for granted where the user says nothing: colours; rows stay whole
 
 
-def page(text: str, terminal: Terminal) -> None:
-    """Prints a text, by the pager where there is a terminal whose screen cannot hold it."""
+def page(text: str, terminal: Terminal, *, words: bool = False) -> None:
+    """Prints a text, by the pager where a terminal's screen cannot hold it; words in its rows."""
+    if words and terminal.screen:
+        from dmplay.screen.shown import Room  # not needed where rows stay as they are
+        from dmplay.screen.wrapping import wrapped
+
+        rows = wrapped(text.split("\n"), Room(shutil.get_terminal_size().columns + 2, 0))
+        text = "\n".join(row[1:].rstrip() for row in rows)
     command = words_of(os.environ.get("PAGER", USUAL))
     if fits(text) or not terminal.screen or not command or not shutil.which(command[0]):
         print(text)
@@ -37,5 +43,4 @@ def fits(text: str) -> bool:
     """Whether the screen holds a text, and a row for the next command."""
     columns, lines = shutil.get_terminal_size()
     rows = text.split("\n")
-    wide = (cell_len(Text.from_ansi(row).plain) for row in rows[:lines])
-    return sum(max(1, -(-cells // columns)) for cells in wide) < lines
+    return len(rows) < lines and all(cell_len(Text.from_ansi(row).plain) <= columns for row in rows)

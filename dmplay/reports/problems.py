@@ -14,6 +14,7 @@ from dmplay.describe import counted, summary
 from dmplay.errors import UnknownName
 from dmplay.finding import agents, problems
 from dmplay.finding.names import problem_names
+from dmplay.game.errand import Printout
 from dmplay.keys.keymap import AS_DRAWN, Keys, hands
 from dmplay.policies.kinds import Seated
 from dmplay.terminal import Wishes
@@ -224,10 +225,11 @@ def players(name: str) -> list[Player]:
     ]  # fmt: skip
 
 
-def who_plays(name: str, *, json: bool) -> str:
+def who_plays(name: str, *, json: bool) -> Printout:
     """The agents that fit a problem, as text or data."""
-    fitting = players(name)
-    return dumps([one._asdict() for one in fitting]) if json else "\n".join(map(str, fitting))
+    known = players(name)
+    told = dumps([one._asdict() for one in known]) if json else "\n".join(map(str, known))
+    return Printout(told, paged=not json)
 
 
 def listing(kind: str, wishes: Wishes) -> Text | str:
@@ -245,7 +247,7 @@ def listing(kind: str, wishes: Wishes) -> Text | str:
     return shown
 
 
-def info(name: str, keys: Keys, *, json: bool) -> str:
+def info(name: str, keys: Keys, *, json: bool) -> Printout:
     """All about a problem, as text or data."""
     known = about(name, keys)
-    return dumps(known._asdict()) if json else str(known)
+    return Printout(dumps(known._asdict()) if json else str(known), paged=not json)

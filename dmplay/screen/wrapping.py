@@ -22,7 +22,8 @@ def rows_of(line: str, width: int) -> Sequence[str]:
     """The rows of one line, which goes on below its last column where that has room."""
     if len(line) <= width - 4:
         return [f" {line} "]
-    last = max((gap.end() for gap in GAP.finditer(line)), default=2)
+    lead = max(len(line) - len(line.lstrip()), 2)
+    last = max((gap.end() for gap in GAP.finditer(line)), default=lead)
     below = " " * (1 + (last if last < width * 2 // 3 else 2))
     rows, words = [], " "
     for word in _pieces(line, max(width - len(below) - 1, 1)):  # blanks stand around it

@@ -113,6 +113,24 @@ def test_a_text_longer_than_the_screen_goes_through_the_pager(
 ) -> None:
     page(LONG, SCREEN)
     assert capfd.readouterr().out.startswith(">0\n>1\n")
+    page("x" * 81, SCREEN)
+    assert capfd.readouterr().out == f">{'x' * 81}\n"
+
+
+@pytest.mark.usefixtures("_small")
+def test_words_are_wrapped_on_a_terminal(capfd: pytest.CaptureFixture[str]) -> None:
+    told = f"  agent           {'word ' * 16}\n    {'more ' * 16}"
+    page(told, PIPE, words=True)
+    assert capfd.readouterr().out == f"{told}\n"
+    page(told, SCREEN, words=True)
+    indented = " " * 18
+    assert capfd.readouterr().out.split("\n") == [
+        f"  agent           {'word ' * 12}".rstrip(),
+        f"{indented}{'word ' * 4}".rstrip(),
+        f"    {'more ' * 15}".rstrip(),
+        "    more",
+        "",
+    ]
 
 
 @pytest.mark.usefixtures("_small")
