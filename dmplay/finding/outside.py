@@ -1,9 +1,10 @@
 """What a name finds outside of dmplay: a module or a Python file, and what is in it."""
 
+import inspect
 from types import ModuleType
 from typing import Any
 
-from dmplay.errors import UnknownName
+from dmplay.errors import BadParameter, UnknownName
 from dmplay.finding import code
 from dmplay.finding.ways import is_file
 
@@ -29,7 +30,11 @@ def attribute(name: str) -> Any:
     """What a name `MODULE:ATTRIBUTE` or `FILE.py:ATTRIBUTE` points to."""
     place, _, wanted = name.partition(":")
     found = module(name)
-    if not hasattr(found, wanted):
-        public = [one for one in vars(found) if not one.startswith("_")]
-        raise UnknownName("attribute", wanted, public, where=place)
-    return getattr(found, wanted)
+    if hasattr(found, wanted):
+        return getattr(found, wanted)
+    public = {one: thing for one, thing in vars(found).items() if not one.startswith("_")}
+    own = [one for one, thing in public.items() if inspect.getmodule(thing) is found]
+    known = own or [*public]
+    if wanted or not known:
+        raise UnknownName("attribute", wanted, known, where=place)
+    raise BadParameter(f"{place}: got a file alone, expected a name in it, as {place}:{known[-1]}")

@@ -174,6 +174,20 @@ def test_an_agent_in_a_file_plays(tmp_path: Path) -> None:
         dmplay.agent(problem, 0, f"{tmp_path}/bots.py:Nothing")
 
 
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("", r": got a file alone, expected a name in it, as \S+/plain.py:Plain$"),
+        (":Plan", ": unknown attribute 'Plan'; did you mean Plain[?]$"),
+        (":A", ": unknown attribute 'A'; expected one of Plain$"),  # not what it imports
+    ],
+)
+def test_what_a_file_has_of_its_own_is_told(name: str, message: str, tmp_path: Path) -> None:
+    (tmp_path / "plain.py").write_text(PLAIN)
+    with pytest.raises(DmplayError, match=message):
+        dmplay.agent(dmplay.load("hexworld"), 0, f"{tmp_path}/plain.py{name}")
+
+
 @pytest.mark.parametrize("draws", [-1, "x", None, 0.5])
 def test_an_agent_draws_so_many_uniforms(draws: object, tmp_path: Path) -> None:
     (tmp_path / "bots.py").write_text(
