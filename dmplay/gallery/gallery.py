@@ -76,7 +76,7 @@ class Gallery:
         body = max(room.height - AROUND, 1)
         rows = [self._title(room), *self._body(room, body), self._message(room), self._keys(room)]
         if room.height <= AROUND:
-            rows = [rows[1], rows[-1], rows[0]][: room.height]
+            rows = [rows[0], *[rows[1], rows[-1]][: room.height]][-room.height :]
         return [fitted(row, room) for row in rows]
 
     def _title(self, room: Room) -> Text:

@@ -146,6 +146,15 @@ def test_a_row_of_keys_that_has_no_room_keeps_the_most_important() -> None:
     assert drawn(hung(), 30)[-1].split() == ["Enter", "play", "?", "help", "q", "quit"]
 
 
+def test_the_fewest_rows_hold_the_chosen_one_then_the_keys_below_it_then_the_title_above() -> None:
+    few = [drawn(hung(chosen="catch"), 20, rows) for rows in (1, 2, 3)]
+    assert [[row[:7] for row in rows] for rows in few] == [
+        ["> catch"],
+        ["> catch", " Enter "],
+        [" dmplay", "> catch", " Enter "],
+    ]
+
+
 def test_keys_choose_and_stop_at_either_end() -> None:
     names = [one.name for one in offers()]
     for keys, at in (
