@@ -22,6 +22,7 @@ class Playback(Displayed, Game):
     """A recorded game to step through; nothing in it is hidden any more."""
 
     watched = True  # who played is called by name; who plays on from there is "you"
+    paid = True
 
     def __init__(self, path: Path, *, trusted: bool = False, peek: bool = False) -> None:
         transcript = readable(path)

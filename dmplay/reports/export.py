@@ -95,7 +95,7 @@ def _roomy(game: Playback, room: Room) -> Room:
 
 def _last(game: Playback, aspect: Aspect) -> Text:
     """The screen after a turn, or after the last."""
-    game.watched = not aspect.hint
+    game.watched = game.paid = not aspect.hint  # else as a player sees it
     for _, log in _told(game):
         if len(game.session.turns) == aspect.turn or (aspect.turn is None and game.whole):
             if aspect.hint:

@@ -366,6 +366,19 @@ def test_whoever_played_a_recorded_game_is_called_by_name(
     assert "you" not in drawn + recorded.account.situation(recorded.moment())
 
 
+def test_a_recording_hides_neither_states_nor_rewards(tmp_path: Path) -> None:
+    played = new(Request("crying-baby", agent="feed-when-crying", seed=5, record=tmp_path / "g"))
+    list(played.run())
+    played.finish()
+    recorded = Playback(tmp_path / "g")
+    recorded.unattended()
+    told = "turn 1. crying. chose ignore. belief: hungry 0.907, sated 0.093. reward -10. score -10."
+    assert recorded.account.said(recorded.moment()) == told
+    drawn = compose(recorded, Room(80, 24), Shown(), []).plain
+    assert "truly hungry" in drawn
+    assert "reward   -10" in drawn
+
+
 def test_agents_that_play_behind_a_page_are_logged_turn_by_turn() -> None:
     screen = Screen(Table(game("hexworld", "optimal")), Terminal(True, "", True, False, False))
     do(screen, "?")
