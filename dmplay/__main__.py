@@ -46,7 +46,7 @@ def _ran() -> int:
 
 def _run() -> int:
     """Answers for the version, or leaves the rest to the command line; the exit code."""
-    if sys.argv[1:] == ["--version"]:
+    if sys.argv[1:2] == ["--version"]:
         from dmplay import __version__
 
         print(f"dmplay {__version__}")

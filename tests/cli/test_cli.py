@@ -339,7 +339,8 @@ def test_no_words_off_a_terminal_is_help_on_the_error_stream(tmp_path: Path) -> 
 def test_version_is_told(tmp_path: Path) -> None:
     from dmplay import __version__
 
-    assert run(tmp_path, "--version").stdout == f"dmplay {__version__}\n"
+    for words in (["--version"], ["--version", "please"]):
+        assert run(tmp_path, *words).stdout == f"dmplay {__version__}\n"
 
 
 @pytest.mark.slow
