@@ -9,6 +9,7 @@ from rich.text import Text
 from dmplay.screen.shown import Room
 
 LABEL = 8  # columns of a label, behind which values begin in one column
+LEAST = 20  # columns of a last column that goes on below itself
 GAP = re.compile(r"(?<=\S) {3,}(?=\S)")  # between what stands in columns
 
 
@@ -24,7 +25,7 @@ def rows_of(line: str, width: int) -> Sequence[str]:
         return [f" {line} "]
     lead = max(len(line) - len(line.lstrip()), 2)
     last = max((gap.end() for gap in GAP.finditer(line)), default=lead)
-    below = " " * (1 + (last if last < width * 2 // 3 else 2))
+    below = " " * (1 + (last if last + LEAST < width else 2))
     rows, words = [], " "
     for word in _pieces(line, max(width - len(below) - 1, 1)):  # blanks stand around it
         if len(words) + len(word) + 1 > width and words.strip():

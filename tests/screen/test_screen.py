@@ -529,10 +529,18 @@ def presses(played: Game) -> Iterator[str]:
 
 
 @pytest.mark.parametrize(
-    ("line", "rows"),
+    ("line", "width", "rows"),
     [
         (
             "  W       what if        what an action may bring, before you play it",
+            40,
+            """\
+   W       what if        what an
+   action may bring, before you play it""",
+        ),
+        (
+            "  W       what if        what an action may bring, before you play it",
+            50,
             """\
    W       what if        what an action may
                           bring, before you play
@@ -540,14 +548,17 @@ def presses(played: Game) -> Iterator[str]:
         ),
         (
             "actions: 10,  20,  30,  40,  50,  60,  70,  80,  90,  100",
+            50,
             """\
  actions: 10,  20,  30,  40,  50,  60,  70,  80,
    90,  100""",
         ),
     ],
 )
-def test_what_stands_in_columns_goes_on_below_the_last(line: str, rows: str) -> None:
-    assert [row.rstrip() for row in wrapped([line], Room(50, 14))] == rows.split("\n")
+def test_what_stands_in_columns_goes_on_below_the_last_where_that_is_wide(
+    line: str, width: int, rows: str
+) -> None:
+    assert [row.rstrip() for row in wrapped([line], Room(width, 14))] == rows.split("\n")
 
 
 ALONE = [(name, "") for name in problem_names()]
