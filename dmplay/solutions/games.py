@@ -14,18 +14,24 @@ from dmplay.solutions.seen import shown_of, worth
 from dmplay.solutions.solution import Row, Solution, mixed
 from dmplay.solvers import (
     best_replies,
+    extreme_equilibria,
     graph,
     lemke_howson,
     markov_game,
     matrix_game,
     regret_matching,
 )
+from dmplay.solvers.matrix_game import Profile
 
 
 def equilibria(problem: Problem) -> Solution:
-    """Every Nash equilibrium of one round of two; where these are too many to look for, one."""
+    """Every Nash equilibrium of one round of two; where these are too many to look for, one.
+
+    Where they are infinitely many, those of which all others are mixtures.
+    """
     payoffs = matrix_game.table(problem)
-    found = matrix_game.nash_of_few(payoffs)
+    extreme = extreme_equilibria.of_degenerate(payoffs)
+    found = extreme or matrix_game.nash_of_few(payoffs)
     if not found:
         one = lemke_howson.equilibrium(payoffs)
         gain = max(float(matrix_game.regrets(payoffs, one).max()), 0.0)
@@ -33,8 +39,19 @@ def equilibria(problem: Problem) -> Solution:
         told = f"a Nash equilibrium of one round; by another action nobody gains {_small(gain)}"
         return Solution("Lemke and Howson's pivoting", told, [_played(problem, one, pay)])
     rows = [_played(problem, one, matrix_game.utilities(payoffs, one).tolist()) for one in found]
+    method = f"{'vertex' if extreme else 'support'} enumeration"
+    if _mixed(extreme):
+        many = f"{len(rows)} extreme Nash equilibria of one round; all others are mixtures of these"
+        return Solution(method, many, rows)
     many = f"{len(rows)} Nash equilibri{'um' if len(rows) == 1 else 'a'} of one round"
-    return Solution("support enumeration", many, rows)
+    return Solution(method, many, rows)
+
+
+def _mixed(extreme: Sequence[Profile]) -> bool:
+    """Whether mixtures of some of these are equilibria too: an agent plays the same in both."""
+    return any(
+        len({mix.tobytes() for mix in mixes}) < len(extreme) for mixes in zip(*extreme, strict=True)
+    )
 
 
 def several(problem: Problem) -> Solution:

@@ -10,7 +10,7 @@ from dmplay.budget import ROUND, Budget
 from dmplay.chance import Reals
 from dmplay.core import Problem
 from dmplay.matrix_game import MatrixGame
-from dmplay.solvers.value_iteration import SLACK, slack
+from dmplay.solvers.value_iteration import SLACK
 from dmplay.tabular import tabulate
 
 FEW = 100_000  # pairs of supports that are looked at
@@ -105,21 +105,31 @@ def nash(payoffs: Reals) -> list[Profile]:
 
 def nash_of_few(payoffs: Reals) -> list[Profile]:
     """The same where all pairs of supports can be looked at; else none."""
+    return _enumerated(payoffs, *few(payoffs))
+
+
+def few(payoffs: Reals) -> tuple[list[int], list[int]]:
+    """The undominated actions where all pairs of supports can be looked at; else none."""
     rows, columns = undominated(payoffs)
-    few = comb(len(rows) + len(columns), len(rows)) <= FEW
-    return _enumerated(payoffs, rows, columns) if few else []
+    return (rows, columns) if comb(len(rows) + len(columns), len(rows)) <= FEW else ([], [])
+
+
+def standard(payoffs: Reals) -> Reals:
+    """The same game, what each agent is paid from 0 to 1."""
+    span = np.ptp(payoffs, axis=(0, 1))
+    return np.asarray((payoffs - payoffs.min(axis=(0, 1))) / np.where(span > 0, span, 1.0))
 
 
 def _enumerated(payoffs: Reals, rows: list[int], columns: list[int]) -> list[Profile]:
     """The equilibria of a game `[A1, A2, 2]` in which these actions alone are taken."""
     budget = Budget("support enumeration", "try fewer actions, or search", 1e10)
-    found, close = [], slack(payoffs)
+    found, scaled = [], standard(payoffs)
     for size in range(1, min(len(rows), len(columns)) + 1):
         for mine in combinations(rows, size):
             for theirs in combinations(columns, size):
                 budget.spend(3 * ROUND + size**3)
                 profile = _supported(payoffs, list(mine), list(theirs))
-                if profile and (regrets(payoffs, profile) <= close).all():
+                if profile and (regrets(scaled, profile) <= SLACK).all():
                     found.append(profile)
     return found
 
