@@ -1,5 +1,6 @@
 """Games of OpenSpiel: `openspiel:kuhn_poker`, `openspiel:kuhn_poker(players=3)`."""
 
+import hashlib
 import os
 import re
 from collections import Counter, defaultdict
@@ -27,16 +28,26 @@ TOLD_WHOLE = 30  # turns of a game of which a player is told all it knows; of a 
 CHANCES = 16  # draws of one turn, at first
 TRIES, ASKED = 6, 4000  # games played, and names asked for, to learn what actions are called
 LONGEST = 1000  # turns of such a game
-FILE = re.compile(r"efg_game\(filename=(.*)\)")
+DIGITS = 16  # of a hash, by which two files are told apart
+FILE = re.compile(r"efg_game\(filename=(.*?)(?:, sha256=\w+)?\)")
 BETWEEN = re.compile(r"[\s_,;:]+")
 PLAYER = re.compile(r"^\[P\d+\]|^Pl\d+: ")
 
 
 def find(name: str) -> Problem:
     """The game of this name; raises BadParameter where it is of a kind that cannot be played."""
-    made = Game(name=name)
+    made = Game(name=_exactly(name))
     made.check()
     return made
+
+
+def _exactly(name: str) -> str:
+    """The name, of a file with a hash of what it holds: it may hold another game tomorrow."""
+    file = FILE.fullmatch(name.partition(":")[2])
+    if not file:
+        return name
+    digest = hashlib.sha256(disk.content(Path(file[1]))).hexdigest()[:DIGITS]
+    return f"{EXTRA}:efg_game(filename={file[1]}, sha256={digest})"
 
 
 def names() -> list[str]:

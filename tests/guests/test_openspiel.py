@@ -185,6 +185,16 @@ def test_a_short_game_of_which_all_is_seen_is_solved_backwards(tmp_path: Path) -
     assert found.result == "value 1 to player-0, 1 to player-1 at the start, exact"
 
 
+def test_a_file_that_is_written_anew_holds_another_game(tmp_path: Path) -> None:
+    file = tmp_path / "entry.efg"
+    file.write_text(ENTRY)
+    before = dmplay.load(str(file))
+    file.write_text(ENTRY.replace("{ 1, 1 }", "{ 5, 1 }"))
+    after = dmplay.load(str(file))
+    assert solution(after).result == "value 5 to player-0, 1 to player-1 at the start, exact"
+    assert solution(before).result == "value 1 to player-0, 1 to player-1 at the start, exact"
+
+
 def test_who_takes_the_last_of_a_pile_loses_and_knows_it() -> None:
     nim = dmplay.load("openspiel:nim(pile_sizes=1;2)")
     first = Follower(Session(nim, Dice(1)), 0, dmplay.agent(nim, 0, "optimal"))
