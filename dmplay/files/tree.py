@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from dmplay.files.gambit import Words
 from dmplay.files.names import budget
@@ -9,8 +10,16 @@ from dmplay.files.preamble import SUMS
 from dmplay.files.words import Text
 
 BYTES = 2000  # of a node, while it is read and told
+END = "end"  # what can be done in a game that chance has ended
 
 Pay = tuple[float, ...]  # what each player is paid
+
+
+class _Above(NamedTuple):
+    """What there is above a node."""
+
+    paid: Pay
+    acted: bool = False  # whether a player did, not chance alone
 
 
 @dataclass
@@ -26,14 +35,14 @@ class _Tree:
 
     def nodes(self) -> Iterator[str]:
         """A line of each node, those below it first to last after it."""
-        left: list[Pay] = [(0.0,) * len(self.players)]  # what is paid above each that is to come
+        left = [_Above((0.0,) * len(self.players))]  # each that is to come
         told = 0
         while left:
             told += 1
             budget().hold(float(BYTES) * (told + len(left)))
             yield self._node(left)
 
-    def _node(self, left: list[Pay]) -> str:
+    def _node(self, left: list["_Above"]) -> str:
         file, above = self.file, left.pop()
         kind = file.word
         file.expect("c", "p", "t")
@@ -41,17 +50,23 @@ class _Tree:
             file.string("the name of a node")
         if kind == "t":
             self.ends += 1
-            paid = ", ".join(map(repr, self._paid(above)))
-            return f't "" {self.ends} "" {{ {paid} }}'
+            paid = ", ".join(map(repr, self._paid(above.paid)))
+            end = f't "" {self.ends} "" {{ {paid} }}'
+            return end if above.acted else f"{self._looked_at()}\n{end}"
         player = self._player() if kind == "p" else 0
         number = file.whole(1, 1e9, "the number of an information set, 1 or more")
         set_ = self.sets[player].setdefault(number, len(self.sets[player]) + 1)
         if file.word[:1] == '"':
             file.string("the name of an information set")
         known = self._choices(player, number)
-        left += [self._paid(above)] * len(known)
+        left += [_Above(self._paid(above.paid), above.acted or player > 0)] * len(known)
         who = f"{player} " if player else ""
         return f'{kind} "" {who}{set_} "" {{ {" ".join(known)} }} 0'
+
+    def _looked_at(self) -> str:
+        """A node in which a player sees how chance ended a game, so that a turn pays."""
+        set_ = self.sets[1].setdefault(-self.ends, len(self.sets[1]) + 1)
+        return f'p "" 1 {set_} "" {{ "{END}" }} 0'
 
     def _player(self) -> int:
         many = len(self.players)
@@ -106,7 +121,7 @@ def told(path: str, raw: bytes) -> str:
     """The game that a file of this content holds, with nothing in it left out.
 
     Sets are numbered from 1 on, each node tells its actions, and only where a game ends is anybody
-    paid: all that was on the way.
+    paid: all that was on the way. Where chance alone ends it, the first player sees that.
     """
     file = Words(Text(path, raw.decode("utf-8-sig", "replace")))
     for expected in (("EFG",), ("2",), ("R", "D")):
