@@ -24,7 +24,7 @@ from dmplay.finding import data, guests, modules, outside
 from dmplay.finding.installed import installed
 from dmplay.finding.names import problem_names, stem_of
 from dmplay.finding.typed import typed
-from dmplay.finding.ways import HERE, Found, Way, is_data, is_file, moved
+from dmplay.finding.ways import CODE, DATA, HERE, Found, Way, is_data, is_file, moved
 from dmplay.laws.sound import sound
 from dmplay.places import blamed
 
@@ -213,6 +213,9 @@ def is_elsewhere(name: str) -> bool:
 
 def _unknown(name: str) -> Found:
     """None: no way leads there."""
+    if Path(name).suffix and os.path.isfile(name):
+        kinds = ", ".join((CODE, *DATA))
+        raise BadParameter(f"{name}: got a file of another kind, expected a name in {kinds}")
     raise UnknownName("problem", name.partition(":")[0], [*problem_names(), *installed()])
 
 

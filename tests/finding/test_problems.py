@@ -107,3 +107,10 @@ def test_a_rollout_wants_a_policy_for_each_seat() -> None:
 def test_tables_of_real_chances_are_refused() -> None:
     with pytest.raises(BadParameter, match="Game2048 has no finite list of states"):
         dmplay.load("2048").enumerated()
+
+
+def test_a_file_of_another_kind_is_told_by_the_kinds_that_are_read(tmp_path: Path) -> None:
+    file = tmp_path / "tiger.pomdpx"
+    file.write_text("<pomdpx/>")
+    with pytest.raises(BadParameter, match=r"another kind, expected a name in \.py, \.pomdp, "):
+        dmplay.load(str(file))
