@@ -72,8 +72,9 @@ class PointBased(Maximising, Counting):
 
     def known(self, name: str) -> str:
         """The same by the name of who knows it, with how to know more."""
-        plain = name.partition(":")[0]
-        return f"{name}: {told(self.bounds)}{closer(self.bounds, self.work, f'{plain}:work=')}"
+        plain, span = name.partition(":")[0], "" if self.turns else " of a game without end"
+        more = closer(self.bounds, self.work, f"{plain}:work=")
+        return f"{name}: {told(self.bounds)}{span}{more}"
 
     def values(self, memory: Memory) -> Reals:
         """Q of each action, from below, with the turns that are left; then it starts again."""

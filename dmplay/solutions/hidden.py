@@ -105,13 +105,22 @@ def _legal(problem: Problem) -> Ints:
 
 def _bounded(agent: PointBased, turns: int | None) -> Solution:
     """Two bounds of the value of each first action."""
-    if agent.turns is None and agent.problem.discount >= 1.0:  # a long game is all there is
-        if turns is not None and turns > LONGEST:
+    endless = agent.problem.discount < 1.0  # else a game of some turns is all there is
+    if agent.turns is None and turns is not None:
+        if not endless and turns > LONGEST:
             needed = f"got {turns}, expected at most {LONGEST} where nothing is discounted"
             raise BadParameter(f"--turns: {needed}")
-        agent = replace(agent, horizon=turns or 0)
+        if not endless or turns <= LONG:  # however little the end counts, as so many are asked for
+            agent = replace(agent, horizon=turns)
     agent = replace(agent, work=working())
-    found, problem, may = agent.bounds, agent.problem, _legal(agent.problem)
+    problem, may = agent.problem, _legal(agent.problem)
+    try:
+        found = agent.bounds
+    except TooMuch:  # for so many turns
+        if not endless:
+            raise
+        agent = replace(agent, horizon=0)
+        found = agent.bounds
     each = zip(may.tolist(), found.lower[may], found.upper[may], strict=True)
     rows: list[Row] = [
         {

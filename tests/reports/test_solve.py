@@ -206,3 +206,20 @@ def test_what_is_simulated_is_as_many_games_and_turns_as_wished(
     told = "--turns: nothing is played or planned to a last turn here; the method is support"
     with pytest.raises(BadParameter, match=told):
         understood(["solve", "prisoners-dilemma", "--turns", "8"])
+
+
+def test_a_hidden_game_of_some_turns_is_solved_for_these_whatever_its_end_counts(
+    tmp_path: Path,
+) -> None:
+    six = tmp_path / "six.pomdp"
+    six.write_text(
+        "discount: 0.8\nvalues: reward\nstates: 6\nactions: 2\nobservations: 2\n"
+        "T: *\nuniform\nO: *\nuniform\nR: 0 : * : * : * 10\n"
+    )
+    told = str(understood(["solve", str(six), "--turns", "11"]))
+    assert ": point-based, 11 turns\nvalue 45.705 at the start" in told
+    ran = str(
+        understood(["run", str(six), "--agent", "optimal", "--turns", "11", "--episodes", "2"])
+    )
+    assert "agent  optimal  45.705 ± 0  " in ran
+    assert "\noptimal: value 49.9957 to 50.0000 at the start of a game without end\n" in ran
