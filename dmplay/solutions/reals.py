@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from dmplay.chance import Array, Reals
+from dmplay.budget import ROUND, Budget
+from dmplay.chance import Reals
 from dmplay.core import Problem
 from dmplay.describe import counted
 from dmplay.policies.cart_pole import Regulate
@@ -74,9 +75,9 @@ def drive(problem: Problem) -> Solution:
             "start": problem.notation(s),
             "value": float(row.max()),
             "best": names(problem, best(row)),
-            "turns driven": driven(problem, found.values, s),
+            "turns driven": turns,
         }
-        for s, row in zip(starts, q, strict=True)
+        for s, row, turns in zip(starts, q, driven(problem, found.values, starts), strict=True)
     ]
     told = (
         f"{GRID.points[0]} x {GRID.points[1]} points; change {found.change:.1g} after "
@@ -85,12 +86,12 @@ def drive(problem: Problem) -> Solution:
     return Solution("value iteration on an interpolated grid", told, rows)
 
 
-def driven(problem: Problem, values: Reals, start: Array) -> int | None:
-    """The turns that the best actions by these values take from a start, None if too many."""
-    s = start[None]
-    for turn in range(LONGEST):
-        if problem.terminal(s)[0]:
-            return turn
+def driven(problem: Problem, values: Reals, s: Reals) -> list[int | None]:
+    """The turns that the best actions by these values take from each state, None if too many."""
+    turns, budget = np.zeros(len(s), np.int64), Budget("a drive", "search needs none")
+    while (going := ~problem.terminal(s)).any() and turns.max() < LONGEST:
+        budget.spend(10 * ROUND, int(turns.max()) / LONGEST)
         a = greedy(grid_iteration.action_values(problem, GRID, values, s))
-        s = problem.step(s, a[:, None], np.zeros((1, 0))).state
-    return None
+        s = problem.step(s, a[:, None], np.zeros((len(s), 0))).state
+        turns += going
+    return [None if far else many for many, far in zip(turns.tolist(), going, strict=True)]
