@@ -24,7 +24,6 @@ ROUNDING = 1e-15  # of values, by which no gap is less
 CLOSE = 1e-9  # rewards this close to a line are on it
 WORK = 1e11
 KEPT = 20  # turns for which both keep to what they play
-AT_A_TIME = 2**14  # matrix games that are solved together
 DIGITS = 9  # of payoffs that are played by: the last bits differ between processors
 ENDLESS = f"got a game of two at once without end, expected {LASTING}"
 OPPOSED = "got rewards that are not opposed, expected one to lose what the other gains, to scale"
@@ -122,12 +121,8 @@ def _bounds(change: Reals, *, ends: bool) -> tuple[float, float]:
 def _turn(found: Shapley, values: Reals, discount: float) -> tuple[Reals, Every]:
     """The values of games that are a turn longer, and what both play in it."""
     live = found.graph.live
-    ahead = found._replace(values=[values])
-    parts = [
-        found.play(some, ahead.games(some, discount, None))
-        for some in np.split(live, range(AT_A_TIME, len(live), AT_A_TIME))
-    ]
-    both = Every(*map(np.concatenate, zip(*parts, strict=True)))
+    games = found._replace(values=[values]).games(live, discount, None)
+    both = found.play(live, games)
     after = np.zeros_like(values)
     after[live] = both.values
     return after, both

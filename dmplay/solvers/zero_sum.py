@@ -12,6 +12,7 @@ from dmplay.chance import Bools, Ints, Reals
 ZERO = 1e-10  # of a tableau whose entries are about 1
 SECURED, ROUNDED = 1e-8, 1e-14  # of the payoffs' spread and size: what a strategy may fall short
 PIVOTS = 100  # a row and column: beyond, rounding has them go in circles
+NUMBERS = 2**21  # of the tableaux of games that are solved together
 EXACT = 2000.0  # operations that take as long as one with fractions
 
 
@@ -24,7 +25,15 @@ class Every(NamedTuple):
 
 
 def every(payoffs: Reals) -> Every:
-    """What games of payoffs `[S, A1, A2]` to the row player are worth.
+    """What games of payoffs `[S, A1, A2]` to the row player are worth: some games at a time."""
+    games, many, other = payoffs.shape
+    step = max(NUMBERS // ((many + 1) * (other + many + 1)), 1)
+    parts = [_some(payoffs[first : first + step]) for first in range(0, max(games, 1), step)]
+    return Every(*map(np.concatenate, zip(*parts, strict=True)))
+
+
+def _some(payoffs: Reals) -> Every:
+    """The same of a few games.
 
     Those that rounding spoils, of actions that are almost as good, are solved in fractions.
     """
@@ -44,7 +53,9 @@ def _solved(payoffs: Reals, zero: float) -> Every:
     With payoffs between 1 and 2 the columns' weights y of greatest sum with payoffs y <= 1 are the
     strategy times 1 / value, and the prices of these bounds are the rows' weights.
     """
+    budget = Budget("matrix games", "try fewer actions")
     games, many, other = payoffs.shape
+    budget.hold(24.0 * games * (many + 1) * (other + many + 1))
     low = payoffs.min(axis=(1, 2))
     scale = payoffs.max(axis=(1, 2)) - low
     scale[scale == 0] = 1
@@ -54,7 +65,7 @@ def _solved(payoffs: Reals, zero: float) -> Every:
     tableau[:, :many, -1] = 1
     tableau[:, many, :other] = -1
     basis = np.tile(np.arange(other, other + many), (games, 1))
-    _optimise(tableau, basis, zero)
+    _optimise(tableau, basis, zero, budget)
     weights = np.zeros((games, other + many), payoffs.dtype)
     np.put_along_axis(weights, basis, tableau[:, :many, -1], axis=1)
     values = low + scale * (1 / tableau[:, many, -1] - 1)
@@ -75,11 +86,10 @@ def mix(weights: Reals) -> Reals:
     return np.asarray(able / able.sum(axis=-1, keepdims=True), float)
 
 
-def _optimise(tableaux: Reals, bases: Ints, zero: float) -> None:
+def _optimise(tableaux: Reals, bases: Ints, zero: float, budget: Budget) -> None:
     """Pivots until no weight is worth raising; the lowest index first, which cannot cycle but by
     rounding.
     """
-    budget = Budget("a matrix game", "try fewer actions")
     going, dear = np.arange(len(tableaux)), 1.0 if zero else EXACT
     left = PIVOTS * sum(tableaux.shape[1:]) if zero else math.inf
     while len(going) and left > 0:

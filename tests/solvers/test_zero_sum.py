@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from dmplay.errors import TooMuch
 from dmplay.solvers import zero_sum
 
 
@@ -53,6 +54,18 @@ def test_actions_that_are_almost_as_good_are_told_apart() -> None:
     assert np.einsum("sab,sb->sa", payoffs, found.columns).max(axis=1) == pytest.approx(
         found.values, abs=1e-9
     )
+
+
+def test_many_games_are_solved_some_at_a_time_and_one_too_large_for_memory_is_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    games = np.random.default_rng(8).normal(size=(7, 3, 4))
+    together = zero_sum.every(games)
+    monkeypatch.setattr(zero_sum, "NUMBERS", 100)  # three games
+    for one, other in zip(zero_sum.every(games), together, strict=True):
+        assert one.tobytes() == other.tobytes()
+    with pytest.raises(TooMuch, match="matrix games: 2,291 MB, more than 512; try fewer actions"):
+        zero_sum.every(np.zeros((1, 10_000, 8)))
 
 
 def test_a_game_that_rounding_sends_in_circles_is_solved(monkeypatch: pytest.MonkeyPatch) -> None:
