@@ -7,7 +7,6 @@ import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Percept, Problem, parameter
-from dmplay.errors import BadParameter
 from dmplay.policies._kept import kept
 from dmplay.policies.kinds import Always, Reactive
 from dmplay.policies.roster import Roster
@@ -101,13 +100,7 @@ class AlwaysRight(Always):
 class Alternate(Reactive):
     """Pushes left and right in turn."""
 
-    first: str = parameter("left", "the first push, left or right")
-
-    def __post_init__(self) -> None:
-        """Refuses a first push that is none."""
-        super().__post_init__()
-        if self.first not in ("left", "right"):
-            raise BadParameter(f"first: got {self.first!r}, expected left or right")
+    first: str = parameter("left", "the first push, left or right", among=("left", "right"))
 
     def begin(self, observation: Array) -> Memory:
         """The push that is due."""

@@ -163,7 +163,7 @@ def test_alternate_takes_turns() -> None:
 
 
 def test_alternate_refuses_a_first_push_that_is_none() -> None:
-    with pytest.raises(BadParameter, match="expected left or right"):
+    with pytest.raises(BadParameter, match="first: got 'up', expected one of left, right"):
         dmplay.agent(PROBLEM, 0, "alternate:first=up")
 
 
