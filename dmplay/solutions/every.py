@@ -1,5 +1,6 @@
 """Which solution fits a problem."""
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -24,8 +25,9 @@ def solution(problem: Problem) -> Solution:
     return next(solve for fits, solve in METHODS if fits(problem))(problem)
 
 
-def _small(problem: Problem) -> bool:
-    return isinstance(problem.states, int) and len(problem.agents) == 1
+def _small(problem: Problem, most: float = math.inf) -> bool:
+    few = isinstance(problem.states, int) and problem.states <= most
+    return few and len(problem.agents) == 1
 
 
 def _of_two(problem: Problem) -> bool:
@@ -33,8 +35,9 @@ def _of_two(problem: Problem) -> bool:
 
 
 def _one_to_one(problem: Problem) -> bool:
-    one = isinstance(problem, PredatorPrey) and problem.walkers == 2
-    return one and problem.discount < 1.0 and problem.enumerated().shape[0] <= markov_game.LARGEST
+    if not isinstance(problem, PredatorPrey) or problem.walkers != 2:
+        return False
+    return problem.discount < 1.0 and problem.states <= markov_game.LARGEST
 
 
 def _apart(problem: Problem) -> bool:
@@ -58,7 +61,7 @@ METHODS: list[tuple[Callable[[Problem], bool], Solve]] = [
     (_apart, teams.plans),
     (_one_reward, teams.hunt),
     (lambda problem: _small(problem) and not problem.hidden, seen.alone),
-    (lambda problem: _small(problem) and len(problem.enumerated()) <= hidden.DRAWN, hidden.vectors),
+    (lambda problem: _small(problem, hidden.DRAWN), hidden.vectors),
     (_small, hidden.first),
     (lambda problem: isinstance(problem, PredatorPrey), played.simulation),
     (seeing.in_turn, seen.turns),
