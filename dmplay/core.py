@@ -57,8 +57,8 @@ class Labels(tuple[str, ...]):
 
     def read(self, text: str) -> int:
         """The action that a text names."""
-        word = _plain(text)
-        known: Sequence[str] = self if word in self else [_plain(label) for label in self]
+        word = plain(text)
+        known: Sequence[str] = self if word in self else [plain(label) for label in self]
         if word not in known:
             raise UnknownName("action", text.strip(), self)
         return known.index(word)
@@ -146,7 +146,7 @@ class Interval:
         return f"a number from {self.low:g} to {self.high:g}"
 
 
-def _plain(text: str) -> str:
+def plain(text: str) -> str:
     """A typed name as labels are written."""
     return text.strip().lower().replace("_", "-")
 
@@ -665,7 +665,7 @@ class Problem(ABC):
 
     def action(self, seat: int, text: str) -> float:
         """The action that a person's text names: an index, or a number of the interval."""
-        return self.actions[seat].read(self.aliases.get(_plain(text), text))
+        return self.actions[seat].read(self.aliases.get(plain(text), text))
 
     def action_name(self, seat: int, action: float) -> str:
         """The label of an action, or its number."""

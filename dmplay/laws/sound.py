@@ -8,7 +8,7 @@ from dataclasses import fields
 import numpy as np
 
 from dmplay.chance import Array, Categorical, Chance, Normal, Pick, Span, sample
-from dmplay.core import Continuous, Interval, Labels, Numbers, Outcome, Problem, Texts
+from dmplay.core import Continuous, Interval, Labels, Numbers, Outcome, Problem, Texts, plain
 from dmplay.describe import counted
 from dmplay.errors import BadParameter
 from dmplay.laws import arrays
@@ -16,7 +16,6 @@ from dmplay.laws.breach import Fact, Facts, breach, reals, shaped
 from dmplay.tabular import Tabular
 
 ROWS = 2  # of the turn that is tried
-CLOSE = 1e-6  # how near to 1 probabilities sum
 LONGEST = 1000  # characters of a name, or of a state in a line
 LONGEST_TEXT = 20_000  # characters of an observation
 MOST = 2**63 - 1  # states, turns
@@ -70,8 +69,8 @@ def typable(said: str, labels: Labels) -> Facts:
         if label != label.strip() or any(sign in label for sign in UNTYPED):
             told = f"{said}: got {label!r}, expected no '{UNTYPED}' in it and no blanks around it"
             yield Fact(False, said, told, alone=True)
-    plain = Counter(map(_plain, labels))
-    alike = [label for label in labels if plain[_plain(label)] > 1]
+    typed = Counter(map(plain, labels))
+    alike = [label for label in labels if typed[plain(label)] > 1]
     told = f"{said}: got {', '.join(alike)}, which are typed alike; expected each another"
     yield Fact(not alike, said, told)
 
@@ -258,10 +257,6 @@ STAGES: tuple[tuple[Callable[[Problem], Facts], ...], ...] = (  # each rests on 
 )
 
 
-def _plain(label: str) -> str:
-    return label.strip().lower().replace("_", "-")
-
-
 def _names(told: object) -> bool:
     """Whether these are names that can be written in a line, each another."""
     return (
@@ -333,7 +328,7 @@ def _categorical(said: str, edges: Array) -> Facts:
     yield Fact(holds, said, got)
     p = np.diff(edges, prepend=0, append=1)
     got = f"{said}: got probabilities {p.min():g} to {p.max():g}, expected 0 to 1"
-    yield Fact(bool((p >= -CLOSE).all()), said, got)
+    yield Fact(bool((p >= -arrays.CLOSE).all()), said, got)
 
 
 def _drawn(chance: object) -> bool:
