@@ -58,12 +58,12 @@ def observations(problem: Problem) -> Facts:
         return
     told = problem.tables.observation
     if not problem.hidden:
-        what = "tables.observations: expected None where no observations are named"
+        what = "tables.observation: expected None where no observations are named"
         yield Fact(told is None, "tables.observation", what)
         return
     labels = [known for known in problem.observations if isinstance(known, Labels)]
     did = _joint([known.labels for known in problem.actions])
-    yield from _shares("tables.observations", told, [did, list(problem.names), _joint(labels)])
+    yield from _shares("tables.observation", told, [did, list(problem.names), _joint(labels)])
 
 
 def start(problem: Problem) -> Facts:
@@ -78,27 +78,26 @@ def _joint(labels: Sequence[Sequence[str]]) -> list[str]:
     return [" ".join(each) for each in product(*labels)]
 
 
-def _shares(what: str, told: object, names: Sequence[Sequence[str]]) -> Facts:
+def _shares(said: str, told: object, names: Sequence[Sequence[str]]) -> Facts:
     """An array, or rows of what can be, whose rows are probabilities; its axes have these names."""
-    said = what.removesuffix("s") if "." in what else what
     sizes = tuple(map(len, names))
     if isinstance(told, Rows):
         least, shape = told.columns.min() >= 0, (math.prod(sizes[:-1]) + 1,)
         holds = told.starts.shape == shape and least and told.columns.max() < sizes[-1]
-        yield Fact(holds, said, f"{what}: got other rows or columns than there are names")
-        yield from reals(what, said, told.values, told.columns.shape)
+        yield Fact(holds, said, f"{said}: got other rows or columns than there are names")
+        yield from reals(said, said, told.values, told.columns.shape)
         sums, worst = told.sums(told.values).reshape(sizes[:-1]), told.values.min()
-        told_of = f"{what}: got {worst:g}, expected no negative probability"
+        told_of = f"{said}: got {worst:g}, expected no negative probability"
         yield Fact(bool(worst >= 0), said, told_of)
     else:
-        yield from reals(what, said, told, sizes)
+        yield from reals(said, said, told, sizes)
         array = np.asarray(told)
         sums = array.sum(axis=-1)
         for place in np.argwhere(array < 0)[:TOLD]:
-            got = f"{what}{_at(names, place)} is {array[tuple(place)]:g}"
+            got = f"{said}{_at(names, place)} is {array[tuple(place)]:g}"
             yield Fact(False, said, f"{got}, expected no negative probability", alone=True)
     for place in np.argwhere(abs(sums - 1) > CLOSE)[:TOLD]:
-        got = f"{what}{_at(names, place)} sums to {sums[tuple(place)]:g}"
+        got = f"{said}{_at(names, place)} sums to {sums[tuple(place)]:g}"
         yield Fact(False, said, f"{got}, expected 1", alone=True)
 
 

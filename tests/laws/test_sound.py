@@ -63,7 +63,7 @@ def test_a_discount_is_a_share() -> None:
         (
             "tables",
             Tables(RIGHT.transition, RIGHT.rewards, HALF),
-            "tables.observations: expected None",
+            "tables.observation: expected None",
         ),
     ],
 )
