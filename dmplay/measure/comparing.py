@@ -15,7 +15,7 @@ from dmplay.describe import counted
 from dmplay.errors import BadParameter, BadPolicy, DmplayError
 from dmplay.measure.estimate import Estimate, always, estimate
 from dmplay.measure.luck import luck
-from dmplay.measure.some import some
+from dmplay.measure.some import check_games, some
 from dmplay.rollouts import Games, Rollout
 
 FEW = 100  # games before a decision is looked for: the interval holds for many
@@ -64,6 +64,7 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
     begin with the name of whose games they came up in, where `names` are given.
     """
     check_problem(problem, turns)
+    check_games(episodes)
     if len(entrants) < 2:
         got = counted(len(entrants), "agent")
         raise BadParameter(f"got {got}, expected two or more to compare")

@@ -13,7 +13,7 @@ from dmplay.chance import Ints
 from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter
 from dmplay.measure.estimate import Estimate, estimate, quantiles
-from dmplay.measure.some import Some, some
+from dmplay.measure.some import Some, check_games, some
 from dmplay.rollouts import Games, Rollout
 
 MANY = 10_000  # games, where nobody says how many
@@ -64,8 +64,8 @@ def run(  # noqa: PLR0913 - each is the caller's to choose
     """
     if episodes is not None and until is not None:
         raise BadParameter("episodes and until-se: expected one of them")
-    if episodes is not None and episodes < 1:
-        raise BadParameter(f"episodes: got {episodes}, expected 1 or more")
+    if episodes is not None:
+        check_games(episodes)
     if until is not None and not until > 0:
         raise BadParameter(f"until-se: got {until:g}, expected more than 0")
     since = time.monotonic()

@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.chance import Ints
-from dmplay.core import Policy, Problem
+from dmplay.core import WHOLE, Policy, Problem
+from dmplay.errors import BadParameter
 from dmplay.rollouts import Games, Interrupted, Lost, Rollout, rollouts
 
 
@@ -16,6 +17,12 @@ class Some(NamedTuple):
     played: tuple[Rollout, ...]  # by each entrant; none where there are no games
     games: Ints  # which they are
     short: Interrupted | Lost | None
+
+
+def check_games(many: object) -> None:
+    """Refuses what is no number of games, and none, of which there is no mean."""
+    if not isinstance(many, WHOLE) or many < 1:
+        raise BadParameter(f"episodes: got {many!r}, expected a whole number, 1 or more")
 
 
 def some(problem: Problem, entrants: Sequence[Sequence[Policy]], games: Games) -> Some:

@@ -16,7 +16,7 @@ from dmplay.core import Policy, Problem, check_problem
 from dmplay.describe import counted
 from dmplay.errors import BadParameter, BadPolicy, DmplayError, TooMuch, UnknownName
 from dmplay.measure.estimate import Estimate, estimate
-from dmplay.measure.some import some
+from dmplay.measure.some import check_games, some
 from dmplay.rollouts import Games
 from dmplay.solvers import regret_matching
 from dmplay.solvers.matrix_game import nash
@@ -66,6 +66,7 @@ def tournament(  # noqa: PLR0913 - each is the caller's to choose
     played are put there. Ctrl-C ends it with these.
     """
     check_problem(problem, turns)
+    check_games(episodes)
     seats, names = len(problem.agents), tuple(entrants)
     if seats == 1:
         raise BadParameter("a tournament wants two seats or more; here agents are compared")

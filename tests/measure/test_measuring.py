@@ -240,6 +240,18 @@ def test_what_cannot_be_measured_is_one_line(words: list[str], told: str) -> Non
         understood(words)
 
 
+def test_of_no_games_there_is_nothing_to_measure() -> None:
+    dilemma = dmplay.load("prisoners-dilemma")
+    grim = [dmplay.agent(dilemma, seat, "grim") for seat in range(2)]
+    wanted = "^episodes: got 0, expected a whole number, 1 or more$"
+    with pytest.raises(BadParameter, match=wanted):
+        run(dilemma, grim, episodes=0)
+    with pytest.raises(BadParameter, match=wanted):
+        compare(dilemma, [grim, grim], episodes=0)
+    with pytest.raises(BadParameter, match=wanted):
+        dmplay.tournament(dilemma, {"one": grim, "other": grim}, episodes=0)
+
+
 def test_a_game_without_end_is_played_as_long_as_it_counts_and_its_value_is_told(
     tmp_path: Path,
 ) -> None:
