@@ -76,7 +76,8 @@ def equilibrium(problem: Problem, graph: Graph) -> Replied:
     play = [one / one.sum(axis=1, keepdims=True) for one in able]
     found = best = standing(problem, graph, play, budget)
     for done in range(1, PURE + MIXED + 1):
-        if best.gains.max() <= SETTLED or budget.spent > budget.work / 2:
+        close = slack(best.values, SETTLED)
+        if best.gains.max() <= close or budget.spent > budget.work / 2:
             break
         step = 1.0 if done <= PURE else 1.0 / (done - PURE)
         for seat, mix in enumerate(play):

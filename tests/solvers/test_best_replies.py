@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from dmplay import agent, rollout
+from dmplay.budget import within
 from dmplay.chance import Reals
 from dmplay.errors import BadPolicy
 from dmplay.solutions.every import solution
@@ -43,6 +44,26 @@ def test_the_gains_of_drawn_pairs_are_those_of_the_best_of_all_policies(seeds: r
             gain = best(problem, other, seat) - found.values[0, seat]
             assert gain == pytest.approx(found.gains[seat], abs=1e-6)
     assert pure >= len(seeds) / 2
+
+
+@dataclass(frozen=True)
+class Dear(Pair):
+    """The same, paid in millions."""
+
+    @cached_property
+    def rewards(self) -> Reals:
+        """A million times as much."""
+        return 1e6 * super().rewards
+
+
+def test_who_is_paid_in_millions_knows_as_soon_that_nobody_gains() -> None:
+    with within(2e9):
+        few, many = (
+            best_replies.equilibrium(problem, graph.explored(problem))
+            for problem in (Pair(seed=0), Dear(seed=0))
+        )
+    assert many.values == pytest.approx(1e6 * few.values)
+    assert many.gains.max() < 1e-6
 
 
 @dataclass(frozen=True)
