@@ -13,7 +13,7 @@ from dmplay.errors import BadParameter, BadPolicy, TooMuch
 from dmplay.finding import agents
 from dmplay.policies.point_based import PointBased, closer, told
 from dmplay.policies.valued import LIGHT, LONGEST, Planner
-from dmplay.solutions.played import planning, simulation, working
+from dmplay.solutions.played import TURNS, planning, simulation, working
 from dmplay.solutions.solution import Row, Solution, names
 from dmplay.solvers import alpha_vectors
 from dmplay.solvers.alpha_vectors import Stage
@@ -23,7 +23,6 @@ from dmplay.tabular import tabulate
 DRAWN = 3  # states whose every vector is worth listing
 LISTED = 4e9  # operations that listing them may take
 LONG = 100  # turns of a game: of longer ones a thousand are not searched
-TURNS = 20  # played by default where a problem has no end of its own
 
 
 def vectors(problem: Problem) -> Solution:

@@ -23,7 +23,7 @@ from dmplay.solutions.solution import Row, Solution
 
 GAMES, SEED = 1000, 1
 FEW = 10  # games of those who search in what another library plays, which is done turn by turn
-TURNS = 20  # of a game that may go on for ever, in few states or under a search
+TURNS = 20  # of a game that has no end of its own, and is played or planned
 AT_A_TIME = 100
 DONE = {"turns": "played or planned to a last turn", "work": "brought between two bounds"}
 
