@@ -8,6 +8,7 @@ Junges and Simão, IJCAI 2023). The first plan that is finished is the best.
 
 import heapq
 from dataclasses import dataclass
+from itertools import count
 from typing import NamedTuple
 
 import numpy as np
@@ -46,7 +47,7 @@ class _Open(NamedTuple):
 
     least: float  # what it promises, below 0
     depth: int
-    number: float
+    number: int  # of those alike the one that was opened first
     stage: Stage
     given: tuple[int, ...]  # actions: of `_Game.slots`, then of the last agent's nodes
 
@@ -107,7 +108,7 @@ class Search:
         self.pooled, self.team, self.budget = pooled, pooled.team, budget
         self._open: list[_Open] = []
         self._earned: dict[tuple[int, bytes], float] = {}
-        self._held = 0.0
+        self._number, self._held = count(), 0.0
 
     def run(self) -> Found:
         """The best plan and its value; where the budget ends before, what none exceeds."""
@@ -130,7 +131,8 @@ class Search:
     def _push(self, stage: Stage, promise: float, given: tuple[int, ...] = ()) -> None:
         depth = -(len(given) + 10_000 * stage.turn)
         self._held += ENTRY
-        heapq.heappush(self._open, _Open(-float(promise), depth, self._held, stage, given))
+        one = _Open(-float(promise), depth, next(self._number), stage, given)
+        heapq.heappush(self._open, one)
 
     def _gone_on(self, one: _Open) -> Stage | None:
         """One step; the stage behind the last turn if that finishes a plan."""
