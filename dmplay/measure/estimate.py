@@ -60,10 +60,10 @@ def always(sample: Reals, share: float) -> Estimate:
     The asymptotic confidence sequence of Waudby-Smith et al. (2024), equation 2.
     """
     plain, many = estimate(sample), len(sample)
-    rho: float = (-2 * math.log(share) + math.log(-2 * math.log(share) + 1)) / TUNED
-    grown = many * rho + 1
+    square: float = (-2 * math.log(share) + math.log(-2 * math.log(share) + 1)) / TUNED  # of rho
+    grown = many * square + 1
     spread = plain.error * math.sqrt(many)
-    width = spread * math.sqrt(2 * grown / (many**2 * rho) * math.log(math.sqrt(grown) / share))
+    width = spread * math.sqrt(2 * grown / (many**2 * square) * math.log(math.sqrt(grown) / share))
     return plain._replace(low=plain.mean - width, high=plain.mean + width)
 
 
