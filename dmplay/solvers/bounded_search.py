@@ -18,7 +18,7 @@ from dmplay.chance import Bools, Ints, Reals, mean
 from dmplay.solvers import alpha_vectors
 from dmplay.solvers.alpha_vectors import Stage
 from dmplay.solvers.belief_grid import BeliefGrid
-from dmplay.solvers.value_iteration import SLACK
+from dmplay.solvers.value_iteration import slack
 from dmplay.tabular import Tables
 
 ALIKE = 12  # decimals: beliefs that agree so far are one
@@ -122,7 +122,7 @@ class BoundedSearch:
             rewards + self.discount * (likelihood * bound.reshape(likelihood.shape)).sum(axis=2)
             for bound in self._between(after.reshape(-1, after.shape[-1]), left - 1)
         )
-        searched = high >= low.max(axis=1, keepdims=True) - SLACK
+        searched = high >= low.max(axis=1, keepdims=True) - slack(high)
         searched |= everything
         reached = after[searched].reshape(-1, b.shape[1])
         alike = np.round(reached, ALIKE)

@@ -92,3 +92,11 @@ def test_ten_throws_from_nothing_known_are_worth_this() -> None:
 def test_a_problem_whose_state_is_seen_is_refused() -> None:
     with pytest.raises(BadParameter, match="one with observations"):
         BoundedSearch(tabulate(dmplay.load("hexworld")), 0.9).action_values(np.eye(25)[:1], 3)
+
+
+def test_throws_of_millions_of_metres_are_searched_alike() -> None:
+    catch = tabulate(dmplay.load("catch"))
+    far = catch._replace(rewards=1e6 * catch.rewards)
+    b = np.random.default_rng(1).dirichlet(np.ones(4), 5)
+    near, wide = (BoundedSearch(one, 0.9).action_values(b, 4) for one in (catch, far))
+    np.testing.assert_allclose(wide, 1e6 * near)
