@@ -24,9 +24,12 @@ class Profile(NamedTuple):
 
 
 def simple(problem: Problem) -> bool:
-    """Whether a problem is a game of some rounds in which nothing changes but what is paid."""
+    """Whether a problem is rounds of one game in which everything is legal, and its table paid."""
     seen = not problem.hidden and len(problem.agents) > 1
-    return problem.states == 1 and seen and all(problem.action_counts)
+    if problem.states != 1 or not seen or not all(problem.action_counts):
+        return False
+    legal = problem.legal(problem.enumerated())
+    return legal is None or bool(legal.all())
 
 
 def table(problem: Problem) -> Reals:

@@ -18,6 +18,7 @@ from dmplay.errors import BadParameter, BadPolicy, TooMuch
 from dmplay.finding.agents import adviser, for_turns, roster
 from dmplay.game.game import Game
 from dmplay.game.seats import HUMAN
+from dmplay.matrix_game import MatrixGame
 from dmplay.policies import point_based
 from dmplay.policies.point_based import Optimal
 from dmplay.session import Session
@@ -221,6 +222,25 @@ class Jammed(Tabular):
 def test_where_states_are_hidden_only_what_is_legal_is_done(name: str) -> None:
     played = dmplay.rollout(Jammed(), [dmplay.agent(Jammed(), 0, name)], episodes=1, turns=3)
     assert played.returns[0, 0] == pytest.approx(1.75)
+
+
+@dataclass(frozen=True)
+class Barred(MatrixGame):
+    """The prisoner's dilemma of two who cannot both be silent: the first may only talk."""
+
+    discount: float = 0.1
+    actions = (Labels(("silent", "talk")),) * 2
+    payoffs = np.array([[[-1.0, -1.0], [-4.0, 0.0]], [[0.0, -4.0], [-3.0, -3.0]]])
+
+    def legal(self, s: Array) -> Bools:
+        return np.tile([[False, True], [True, True]], (len(s), 1, 1))
+
+
+def test_in_rounds_of_a_game_only_what_is_legal_is_done() -> None:
+    for name in {*roster(Barred()).agents} - {"search"}:
+        both = [dmplay.agent(Barred(), seat, name) for seat in range(2)]
+        assert dmplay.rollout(Barred(), both, episodes=1, turns=2).turns.tolist() == [2]
+    assert every.solution(Barred()).rows[0]["agent1"] == "talk"
 
 
 @dataclass(frozen=True)
