@@ -35,6 +35,11 @@ def secret(problem: Problem) -> Facts:
         yield Fact(not len(other), "legal", f"legal: got {apart}")
 
 
+def betrayed(problem: Problem) -> bool:
+    """Whether what is legal tells of a hidden state, so that no value of a belief holds."""
+    return not all(fact.holds for fact in secret(problem))
+
+
 def _alike(problem: Problem, states: Array, able: Bools) -> Iterator[Ints]:
     """Sets of states that an agent which sees what they allow cannot tell apart, some hundred."""
     ways = [_led(problem, states, able[:, a], a) for a in range(able.shape[1])]

@@ -6,6 +6,7 @@ import numpy as np
 
 from dmplay.core import Problem, exact
 from dmplay.errors import BadParameter, TooMuch
+from dmplay.laws.secret import betrayed
 from dmplay.policies import team
 from dmplay.policies._matrix_agents import BestResponse, Equilibrium, Nash
 from dmplay.policies._repeated import RULES
@@ -44,7 +45,7 @@ def _fitting(problem: Problem) -> dict[str, type[Seated]]:
     one = len(problem.agents) == 1 and problem.actions[0].labels
     if not problem.hidden:
         return visible(problem)
-    if not one or not isinstance(problem.states, int):
+    if not one or not isinstance(problem.states, int) or betrayed(problem):
         return {}
     ends = problem.discount < 1.0
     if not _can(lambda: problem.observation_counts) or not _can(lambda: _first(problem)):

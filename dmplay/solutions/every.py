@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 from dmplay.core import Problem
+from dmplay.laws.secret import betrayed
 from dmplay.policies import seeing, team
 from dmplay.problems.cart_pole import CartPole
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
@@ -27,7 +28,7 @@ def solution(problem: Problem) -> Solution:
 
 def _small(problem: Problem, most: float = math.inf) -> bool:
     few = isinstance(problem.states, int) and problem.states <= most
-    return few and len(problem.agents) == 1
+    return few and len(problem.agents) == 1 and not betrayed(problem)
 
 
 def _of_two(problem: Problem) -> bool:

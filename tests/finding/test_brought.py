@@ -27,7 +27,7 @@ from dmplay.solutions.played import Wish, simulation, wished
 from dmplay.solvers import alpha_vectors, value_iteration
 from dmplay.solvers import point_based as solver
 from tests.support.blocks import TIGER
-from tests.support.brought import Counted, Heap, Key, Vault
+from tests.support.brought import Counted, Heap, Key, Telltale, Vault
 from tests.support.hidden import four_by_three
 from tests.support.programs import run
 from tests.support.quick import quickly
@@ -259,6 +259,13 @@ class Shut(Tabular):
 
     def legal(self, s: Array) -> Bools:
         return np.stack([np.ones(len(s), bool), s == 2], axis=1)[:, None]
+
+
+def test_where_what_is_legal_tells_of_the_state_no_value_of_a_belief_is_told() -> None:
+    for kind, agents in ((Vault, {"optimal", "search"}), (Telltale, {"search"})):
+        assert {"optimal", "search"} & set(roster(kind()).agents) == agents
+    with wished(Wish(episodes=2)):
+        assert every.solution(Telltale()).method.startswith("simulation")
 
 
 def test_what_is_not_legal_at_the_start_is_not_named_where_states_are_hidden(

@@ -105,6 +105,15 @@ class Vault(Tabular):
         return np.stack([np.ones(len(s), bool), ~doors, doors, doors], axis=1)[:, None]
 
 
+class Telltale(Vault):
+    """One whose doors are stuck where the tiger is: what can be opened tells where it is not."""
+
+    def legal(self, s: Array) -> Bools:
+        """Which tells all."""
+        each = np.array([[1, 1, 0, 0], [1, 1, 0, 0], [1, 0, 1, 0], [1, 0, 0, 1]], bool)
+        return each[s][:, None]
+
+
 NO_AGENT = """\
 from json import loads
 
