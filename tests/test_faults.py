@@ -3,6 +3,7 @@
 import os
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import dmplay
@@ -218,3 +219,8 @@ def test_what_is_legal_tells_nothing_of_a_hidden_state() -> None:
     (found,) = check(Telltale())
     what = "got other actions in 'right unlocked' than in 'left unlocked', which nothing seen"
     assert what in found.what
+
+
+def test_what_rounding_leaves_over_is_no_state_that_one_may_be_in() -> None:
+    rounded = {"start_belief": np.array([1 / 3, 2 / 3 - 1e-7, 0.0, 0.0])}
+    assert check(type("Rounded", (Vault,), rounded)()) == []

@@ -10,6 +10,7 @@ import numpy as np
 from dmplay.chance import Array, Bools, Ints
 from dmplay.core import Problem, exact_start, placed, possible
 from dmplay.errors import BadParameter, TooMuch
+from dmplay.laws.arrays import CLOSE
 from dmplay.laws.breach import Fact, Facts
 from dmplay.laws.samples import FEW
 
@@ -45,7 +46,7 @@ def _alike(problem: Problem, states: Array, able: Bools) -> Iterator[Ints]:
     ways = [_led(problem, states, able[:, a], a) for a in range(able.shape[1])]
     goes_on, sight = ~problem.terminal(states), problem.first(states)[:, 0]
     p, begun = exact_start(problem)
-    start = np.isin(np.arange(len(states)), placed(problem, begun)[p > 0])
+    start = np.isin(np.arange(len(states)), placed(problem, begun)[p > CLOSE])
     found = [start & (sight == seen) for seen in np.unique(sight[start])]
     known = {one.tobytes() for one in found}
     for here in found:  # which grows
@@ -68,5 +69,7 @@ def _alike(problem: Problem, states: Array, able: Bools) -> Iterator[Ints]:
 def _led(problem: Problem, states: Array, able: Bools, a: int) -> tuple[Ints, Ints, Ints]:
     """From which state an action can lead to which, and what is seen then, each `[N]`."""
     some = np.flatnonzero(able)
-    row, _, outcome = possible(problem, states[some], np.full((len(some), 1), a))
-    return some[row], placed(problem, outcome.state), outcome.observations[:, 0]
+    row, p, outcome = possible(problem, states[some], np.full((len(some), 1), a))
+    found = some[row], placed(problem, outcome.state), outcome.observations[:, 0]
+    source, after, seen = (part[p > CLOSE] for part in found)  # the rest is rounding
+    return source, after, seen
