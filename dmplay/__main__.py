@@ -9,7 +9,7 @@ from types import TracebackType
 
 from dmplay.signals import WHOLE
 
-RUNTIME_CODE, GONE_CODE, INTERRUPT_CODE, PIPE_CODE = 1, 129, 130, 141
+RUNTIME_CODE, USAGE_CODE, GONE_CODE, INTERRUPT_CODE, PIPE_CODE = 1, 2, 129, 130, 141
 ALONE = "OPENBLAS_DEFAULT_NUM_THREADS"  # of which more wait for one another, and cost as they wait
 SELDOM = 20_000, 20, 20  # a game keeps what it makes: to look for garbage finds none
 
@@ -41,6 +41,8 @@ def _ran() -> int:
         return PIPE_CODE
     except OSError as error:
         return _refused(error)
+    except SystemExit as error:
+        return _left(error)
     return code
 
 
@@ -71,6 +73,18 @@ def _refused(error: OSError) -> int:
     except OSError:
         return GONE_CODE
     return RUNTIME_CODE
+
+
+def _left(error: SystemExit) -> int:
+    """One line where a problem or an agent that was brought ends the program; else it ends."""
+    from dmplay.places import left
+    from dmplay.terminal import clean
+
+    told = left(error)
+    if not told:
+        raise error
+    print(clean(f"error: {told}; only dmplay may end the program"), file=sys.stderr)
+    return USAGE_CODE
 
 
 def _open_streams() -> None:

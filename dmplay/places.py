@@ -27,6 +27,14 @@ def blamed(error: BaseException) -> str:
     return f"{named(own[-1].filename, own[-1].lineno)}: {what}"
 
 
+def left(error: SystemExit) -> str:
+    """The line of such code that ends the program, and how; '' where dmplay does, as signals have
+    it.
+    """
+    raised = traceback.extract_tb(error.__traceback__)[-1]
+    return "" if _installed(raised.filename) else blamed(error)
+
+
 def _installed(file: str) -> bool:
     """Whether a file is dmplay's, Python's or a package's."""
     return file.startswith(INSTALLED) or not LIBRARIES.isdisjoint(Path(file).parts)

@@ -383,6 +383,16 @@ def test_a_fault_of_what_is_brought_is_told_with_its_line(
     assert done.stderr.count("\n") == 1
 
 
+def test_an_agent_that_ends_the_program_is_told_with_its_line(tmp_path: Path) -> None:
+    code = ["import sys", "from dmplay.policies.general import Random", "class Agent(Random):"]
+    code += ["    def choose(self, memory, legal, u):", "        sys.exit()", ""]
+    (tmp_path / "leaver.py").write_text("\n".join(code))
+    done = run(tmp_path, "run", "hexworld", "--agent", "./leaver.py:Agent")
+    assert done.returncode == 2
+    told = "error: ./leaver.py:5: SystemExit; only dmplay may end the program\n"
+    assert done.stderr == told
+
+
 def test_two_who_hear_different_things_are_each_told_their_own(tmp_path: Path) -> None:
     words = ("multicaregiver-crying-baby", "--vs", "human", "--seed", "3")
     told = run(tmp_path, *words, stdin="feed\nsing\n").stdout
