@@ -147,7 +147,7 @@ class _Crew(Generic[R]):
         if self.lost:
             raise LostGames([(games.start, games.stop) for games, _ in self.lost], self.lost[0][1])
 
-    def _unbroken(self) -> AbstractContextManager[None]:
+    def _unbroken(self) -> AbstractContextManager[object]:
         """Has Ctrl-C wait: it may leave a lock taken for which processes of ours would wait."""
         return held() if self.given is None else nullcontext()
 

@@ -87,8 +87,11 @@ def leaving() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def held() -> Iterator[None]:
-    """Has what signals raise be raised afterwards: within, a lock that is taken would stay so."""
+def held() -> Iterator[list[int]]:
+    """Has what signals raise be raised afterwards: within, a lock that is taken would stay so.
+
+    Those that came so far may be taken out of the list by who heeds them within.
+    """
     known = {number: signal.getsignal(number) for number in [signal.SIGINT, *ENDS]}
     came: list[int] = []
     if threading.current_thread() is not threading.main_thread():
@@ -97,7 +100,7 @@ def held() -> Iterator[None]:
     for number in handlers:
         signal.signal(number, lambda told, _: came.append(told))
     try:
-        yield
+        yield came
     finally:
         for number, handler in handlers.items():
             signal.signal(number, handler)

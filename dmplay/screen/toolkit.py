@@ -26,7 +26,7 @@ from dmplay.screen.modes import Mode
 from dmplay.screen.press import press
 from dmplay.screen.screen import Screen
 from dmplay.screen.staged import Pressed, Staged
-from dmplay.signals import ENDS, GONE, INTERRUPTED
+from dmplay.signals import ENDS, GONE, INTERRUPTED, WHOLE, held
 from dmplay.thought import PATIENCE, About, Thought
 from dmplay.words.commands import Leave
 
@@ -47,14 +47,12 @@ Event = Callable[[], Awaitable[None]]
 
 def run(screen: Screen | Pressed, painter: Painter, input_: Input | None = None) -> int:
     """Shows the screen until the player leaves or a signal comes; returns the exit code."""
-    input_ = input_ or create_input()
-    stage: Stage
-    if isinstance(screen, Screen):
-        stage = Playing(screen, painter, input_)
-    else:
-        stage = Browsing(screen, painter, input_)
+    by = painter, input_ or create_input()
+    stage: Stage = Playing(screen, *by) if isinstance(screen, Screen) else Browsing(screen, *by)
+    WHOLE.settle()
     try:
-        return asyncio.run(stage.perform())
+        with held() as early:  # for what is raised within the loop may leave all as it stands
+            return asyncio.run(stage.perform(early))
     except asyncio.CancelledError:
         return stage.code
     except (EOFError, OSError):  # the terminal is gone
@@ -86,9 +84,9 @@ class Stage(ABC):
             Keys.ControlD: partial(self._leave, 0),
         }  # fmt: skip
 
-    async def perform(self) -> int:
-        """Takes events until the player leaves; returns the exit code."""
-        with self.input.raw_mode(), self.input.attach(self._read), self._signals():
+    async def perform(self, early: list[int]) -> int:
+        """Takes events until the player leaves, signals that came before first; the exit code."""
+        with self.input.raw_mode(), self.input.attach(self._read), self._signals(early):
             self.painter.listen()
             clocks = [asyncio.ensure_future(clock) for clock in self._clocks()]
             try:
@@ -163,7 +161,7 @@ class Stage(ABC):
                 self._put(partial(self._beat, beat))
 
     @contextlib.contextmanager
-    def _signals(self) -> Iterator[None]:
+    def _signals(self, early: list[int]) -> Iterator[None]:
         """Signals that end the game, stop it or tell of another size."""
         loop, play = asyncio.get_running_loop(), asyncio.current_task()
         ends = ENDS | {signal.SIGINT: INTERRUPTED}
@@ -176,6 +174,8 @@ class Stage(ABC):
 
         for number, code in ends.items():
             loop.add_signal_handler(number, end, code)
+        while early:
+            end(ends[signal.Signals(early.pop())])
         loop.add_signal_handler(signal.SIGWINCH, self._put, self._repaint)
         loop.add_signal_handler(signal.SIGTSTP, self._suspend)
         loop.add_signal_handler(signal.SIGCONT, self._go_on)

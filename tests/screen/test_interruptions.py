@@ -47,6 +47,27 @@ def test_ctrl_c_ends_the_game_as_its_signal_does(tmp_path: Path) -> None:
     verified(tmp_path / "game.dmt")
 
 
+EARLY = """
+import os, signal
+from dmplay.__main__ import main
+from dmplay.screen.toolkit import Stage
+listens = Stage._signals
+def told(self, early):
+    os.kill(os.getpid(), signal.SIGHUP)
+    return listens(self, early)
+Stage._signals = told
+main()
+"""
+
+
+def test_a_signal_that_comes_before_the_screen_listens_is_heeded(tmp_path: Path) -> None:
+    command = (sys.executable, "-c", EARLY)
+    with Terminal("hexworld", "--seed", "7", folder=tmp_path, command=command) as terminal:
+        assert terminal.ended() == 129
+        assert terminal.left_clean()
+        assert "Traceback" not in terminal.text
+
+
 @pytest.mark.parametrize("wait", [0, 15, 30, 60, 90, 120, 150, 250])
 @pytest.mark.parametrize(
     ("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)]
