@@ -92,11 +92,10 @@ def held() -> Iterator[list[int]]:
 
     Those that came so far may be taken out of the list by who heeds them within.
     """
-    known = {number: signal.getsignal(number) for number in [signal.SIGINT, *ENDS]}
-    came: list[int] = []
-    if threading.current_thread() is not threading.main_thread():
-        known.clear()  # it hears of none
+    hears = threading.current_thread() is threading.main_thread()
+    known = {number: signal.getsignal(number) for number in [signal.SIGINT, *ENDS] if hears}
     handlers = {number: handler for number, handler in known.items() if callable(handler)}
+    came: list[int] = []
     for number in handlers:
         signal.signal(number, lambda told, _: came.append(told))
     try:

@@ -27,6 +27,7 @@ def solution(problem: Problem) -> Solution:
 
 
 def _small(problem: Problem, most: float = math.inf) -> bool:
+    """Whether one agent has so few states, and may go by what it believes of them."""
     few = isinstance(problem.states, int) and problem.states <= most
     return few and len(problem.agents) == 1 and not betrayed(problem)
 
