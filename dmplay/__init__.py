@@ -5,38 +5,38 @@ from importlib import import_module
 __version__ = "0.1.0"
 
 # Where each public name lives; loaded on first use, so that `dmplay --version` needs no numpy.
-_HOMES = {
+_PUBLIC_MODULES = {
     "Categorical": "chance",
-    "Dice": "dice",
+    "SeededUniforms": "dice",
     "Interval": "core",
     "Labels": "core",
     "Normal": "chance",
     "Outcome": "core",
-    "Pick": "chance",
+    "DiscreteUniform": "chance",
     "Policy": "core",
     "Problem": "core",
     "Session": "session",
-    "Span": "chance",
+    "Uniform": "chance",
     "Tables": "tabular",
     "Tabular": "tabular",
-    "agent": "finding.agents",
+    "load_agent": "finding.agents",
     "check": "conformance",
     "compare": "measure.comparing",
-    "exact": "core",
-    "load": "finding.problems",
+    "enumerate_outcomes": "core",
+    "load_problem": "finding.problems",
     "play": "hand",
     "rollout": "rollouts",
     "run": "measure.running",
-    "tournament": "measure.tournament",
+    "run_tournament": "measure.tournament",
 }
-__all__ = [*_HOMES]  # noqa: PLE0604 - the names above
+__all__ = [*_PUBLIC_MODULES]  # noqa: PLE0604 - the names above
 
 
 def __getattr__(name: str) -> object:
-    if name not in _HOMES:
+    if name not in _PUBLIC_MODULES:
         raise AttributeError(f"module 'dmplay' has no attribute {name!r}")
-    return getattr(import_module(f"dmplay.{_HOMES[name]}"), name)
+    return getattr(import_module(f"dmplay.{_PUBLIC_MODULES[name]}"), name)
 
 
 def __dir__() -> list[str]:
-    return [*globals(), *_HOMES]
+    return [*globals(), *_PUBLIC_MODULES]

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.chance import Array, Reals
-from dmplay.core import Problem, exact_start, placed
+from dmplay.core import Problem, checked_state_indices, initial_state_distribution
 from dmplay.errors import ImpossibleObservation
 from dmplay.tabular import Tabular
 
@@ -18,7 +18,7 @@ class Posterior(NamedTuple):
     likelihood: Reals  # [...]
 
 
-def bayes(joint: Reals) -> Posterior:
+def apply_bayes_rule(joint: Reals) -> Posterior:
     """Bayes' rule: joint probabilities `[..., S]` of what was seen and each state, to 1 in sum.
 
     Where the likelihood is 0 there is no belief, and zeros are left. Summed state by state: a row
@@ -31,22 +31,25 @@ def bayes(joint: Reals) -> Posterior:
     return Posterior(joint / np.where(likelihood > 0.0, likelihood, 1.0)[..., None], likelihood)
 
 
-def prior(problem: Problem) -> Reals:
+def initial_belief(problem: Problem) -> Reals:
     """The belief `[S]` before the first turn: the distribution of the start state."""
     if isinstance(problem, Tabular):
-        return problem.start_belief.astype(float)
-    p, states = exact_start(problem)
-    size = len(problem.enumerated())
-    return np.bincount(placed(problem, states), p, minlength=size).astype(float)
+        return problem.initial_belief.astype(float)
+    p, states = initial_state_distribution(problem)
+    size = len(problem.enumerate_states())
+    return np.bincount(checked_state_indices(problem, states), p, minlength=size).astype(float)
 
 
-def first(problem: Problem, seat: int, observation: Array) -> Reals:
+def initial_seat_belief(problem: Problem, seat: int, observation: Array) -> Reals:
     """The belief `[S]` of a seat before its first action, after what it observed of the start."""
-    before, may = prior(problem), problem.first(problem.enumerated())[:, seat] == observation
-    return before if may.all() else bayes(before * may).belief
+    before, may = (
+        initial_belief(problem),
+        problem.initial_observations(problem.enumerate_states())[:, seat] == observation,
+    )
+    return before if may.all() else apply_bayes_rule(before * may).belief
 
 
-def update(
+def update_belief(
     problem: Problem,
     belief: Reals,
     actions: Sequence[int | None],
@@ -57,18 +60,18 @@ def update(
     None stands for what is not known: an unknown action is taken to be uniformly random, an
     unknown observation says nothing. Raises ImpossibleObservation where the likelihood is 0.
     """
-    found = bayes(problem.carry(belief, actions, observations))
+    found = apply_bayes_rule(problem.joint_belief_update(belief, actions, observations))
     if not found.likelihood:
-        raise ImpossibleObservation(_impossible(problem, actions, observations))
+        raise ImpossibleObservation(_impossible_observation_message(problem, actions, observations))
     return found
 
 
-def _impossible(
+def _impossible_observation_message(
     problem: Problem, actions: Sequence[int | None], observations: Sequence[int | None]
 ) -> str:
-    did = [problem.action_name(i, a) for i, a in enumerate(actions) if a is not None]
+    did = [problem.format_action(i, a) for i, a in enumerate(actions) if a is not None]
     saw = [
-        problem.observations[i].told(np.array(o))
+        problem.observations[i].format_observation(np.array(o))
         for i, o in enumerate(observations)
         if o is not None
     ]

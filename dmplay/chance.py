@@ -15,11 +15,15 @@ Reals = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
-MANY = 256  # rows of which it is slow to halve the edges for each
-FEW = 10  # edges that each of many rows is quickly compared with; terms that are soon added
-PARTS = 1024  # of [0, 1), in the guide to more edges
-TERMS = 2**15  # of sums that are made ready together, few enough for the processor's cache
-SHORT = 127  # edges that eight bits count
+MIN_GUIDE_ROWS = 256  # rows of which it is slow to halve the edges for each
+MAX_COMPARED_EDGES = (
+    10  # edges that each of many rows is quickly compared with; terms that are soon added
+)
+GUIDE_PARTS = 1024  # of [0, 1), in the guide to more edges
+MAX_BUFFERED_TERMS = (
+    2**15
+)  # of sums that are made ready together, few enough for the processor's cache
+MAX_INT8_EDGES = 127  # edges that eight bits count
 
 
 @dataclass(frozen=True)
@@ -30,50 +34,52 @@ class Categorical:
     """
 
     cumulative: Reals  # [B or 1, K - 1], rising
-    draws: ClassVar[int] = 1
+    uniform_count: ClassVar[int] = 1
 
     @classmethod
-    def of(cls, probabilities: Reals) -> "Categorical":
+    def from_probabilities(cls, probabilities: Reals) -> "Categorical":
         """The distribution with these probabilities, `[B or 1, K]`, rows of sum 1."""
         return cls(np.cumsum(probabilities, axis=1)[:, :-1])
 
     @cached_property
-    def _edges(self) -> list[float]:
+    def _single_row_edges(self) -> list[float]:
         edges: list[float] = self.cumulative[0].tolist()
         return edges
 
-    def event(self, u: float) -> int:
+    def event_from_uniform(self, u: float) -> int:
         """The event of one row."""
-        return bisect_right(self._edges, u)
+        return bisect_right(self._single_row_edges, u)
 
-    def sample(self, u: Reals) -> Ints:
+    def sample_events(self, u: Reals) -> Ints:
         """Events `[B]` from uniforms `[B, 1]`."""
         edges = np.ascontiguousarray(self.cumulative.T)
-        if len(self.cumulative) == 1 and (len(u) < MANY or len(edges) > FEW):
-            return self._looked_up(u[:, 0])
-        short = len(edges) <= SHORT
+        if len(self.cumulative) == 1 and (
+            len(u) < MIN_GUIDE_ROWS or len(edges) > MAX_COMPARED_EDGES
+        ):
+            return self._look_up_events(u[:, 0])
+        short = len(edges) <= MAX_INT8_EDGES
         below = (edges <= u[:, 0]).view(np.int8)
         return np.asarray(below.sum(axis=0, dtype=np.int8 if short else np.int64), np.int64)
 
-    def _looked_up(self, u: Reals) -> Ints:
+    def _look_up_events(self, u: Reals) -> Ints:
         """Events `[B]` by the edges of one row; those of many by its guide, but where it doubts."""
         edges = self.cumulative[0]
-        if len(u) < MANY:
+        if len(u) < MIN_GUIDE_ROWS:
             return np.asarray(edges.searchsorted(u, "right"))
-        first, doubtful = self._guide
-        part = (u * PARTS).astype(np.int64)
+        first, doubtful = self._guide_table
+        part = (u * GUIDE_PARTS).astype(np.int64)
         found = first.take(part)
         (rows,) = doubtful.take(part).nonzero()
         found[rows] = edges.searchsorted(u[rows], "right")
         return found
 
     @cached_property
-    def _guide(self) -> tuple[Ints, Bools]:
+    def _guide_table(self) -> tuple[Ints, Bools]:
         """The event at the beginning of each part, and whether another begins within it.
 
         A guide table (Chen and Asau, 1974).
         """
-        edges, ends = self.cumulative[0], np.arange(PARTS + 1) / PARTS
+        edges, ends = self.cumulative[0], np.arange(GUIDE_PARTS + 1) / GUIDE_PARTS
         first = edges.searchsorted(ends[:-1], "right")
         return first, edges.searchsorted(ends[1:], "left") > first
 
@@ -84,51 +90,51 @@ class Categorical:
 
 
 @dataclass(frozen=True)
-class Pick:
+class DiscreteUniform:
     """One of 0 .. n-1, each as likely, `n` `[B]` of 1 to `most`; a row's event is floor(u * n)."""
 
     n: Ints  # [B], at least 1
-    most: int
-    draws: ClassVar[int] = 1
+    max_n: int
+    uniform_count: ClassVar[int] = 1
 
     @classmethod
-    def of(cls, n: Array | float, most: int) -> "Pick":
+    def from_counts(cls, n: Array | float, max_n: int) -> "DiscreteUniform":
         """One of so many in each row, or in one."""
-        return cls(n, most) if isinstance(n, np.ndarray) else _pick(n, most)
+        return cls(n, max_n) if isinstance(n, np.ndarray) else _cached_discrete_uniform(n, max_n)
 
-    def event(self, u: float) -> int:
+    def event_from_uniform(self, u: float) -> int:
         """The event of one row."""
-        return int(u * self._alone)
+        return int(u * self._single_n)
 
     @cached_property
-    def _alone(self) -> int:
+    def _single_n(self) -> int:
         alone: int = self.n.item()
         return alone
 
-    def sample(self, u: Reals) -> Ints:
+    def sample_events(self, u: Reals) -> Ints:
         """Events `[B]` from uniforms `[B, 1]`."""
         return (u[:, 0] * self.n).astype(np.int64)
 
     def probabilities(self) -> Reals:
         """`[B, most]`."""
-        possible = np.arange(self.most) < self.n[:, None]
+        possible = np.arange(self.max_n) < self.n[:, None]
         return np.asarray(possible / self.n[:, None])
 
 
 @lru_cache
-def _pick(n: float, most: int) -> Pick:
-    return Pick(np.array([int(n)]), most)
+def _cached_discrete_uniform(n: float, max_n: int) -> DiscreteUniform:
+    return DiscreteUniform(np.array([int(n)]), max_n)
 
 
 @dataclass(frozen=True)
-class Span:
+class Uniform:
     """A real number uniform between two bounds `[B]`."""
 
     low: Reals  # [B]
     high: Reals  # [B]
-    draws: ClassVar[int] = 1
+    uniform_count: ClassVar[int] = 1
 
-    def sample(self, u: Reals) -> Reals:
+    def sample_events(self, u: Reals) -> Reals:
         """Events `[B]` from uniforms `[B, 1]`."""
         return self.low + (self.high - self.low) * u[:, 0]
 
@@ -140,46 +146,48 @@ class Normal:
     """
 
     mean: Reals  # [B]
-    deviation: Reals  # [B or 1]
-    draws: ClassVar[int] = 2
+    standard_deviation: Reals  # [B or 1]
+    uniform_count: ClassVar[int] = 2
 
-    def sample(self, u: Reals) -> Reals:
+    def sample_events(self, u: Reals) -> Reals:
         """Events `[B]` from uniforms `[B, 2]`."""
         radius = np.sqrt(-2.0 * np.log1p(-u[:, 0]))
-        return np.asarray(self.mean + self.deviation * (radius * np.cos(2.0 * np.pi * u[:, 1])))
+        return np.asarray(
+            self.mean + self.standard_deviation * (radius * np.cos(2.0 * np.pi * u[:, 1]))
+        )
 
 
-Finite = Categorical | Pick
-COUNTED = (Categorical, Pick)
-Chance = Categorical | Pick | Span | Normal
+FiniteChance = Categorical | DiscreteUniform
+FINITE_CHANCE_TYPES = (Categorical, DiscreteUniform)
+Chance = Categorical | DiscreteUniform | Uniform | Normal
 
 
-def sample(chances: tuple[Chance, ...], u: Reals) -> tuple[Array, ...]:
+def sample_all(chances: tuple[Chance, ...], u: Reals) -> tuple[Array, ...]:
     """One event of each chance, from uniforms `[B, draws]` consumed left to right."""
-    return batched(drawn(chances, u))
+    return to_event_arrays(sample_unbatched(chances, u))
 
 
-def batched(events: Sequence[Array | int]) -> tuple[Array, ...]:
+def to_event_arrays(events: Sequence[Array | int]) -> tuple[Array, ...]:
     """What was drawn as arrays, a plain number as a batch of one row."""
     return tuple([np.array([event]) if isinstance(event, int) else event for event in events])
 
 
-def drawn(chances: tuple[Chance, ...], u: Reals) -> list[Array | int]:
+def sample_unbatched(chances: tuple[Chance, ...], u: Reals) -> list[Array | int]:
     """As `sample`, but what one row alone picks is a plain number, which is quicker."""
     events: list[Array | int] = []
     at, alone = 0, len(u) == 1
     for chance in chances:
-        if alone and isinstance(chance, COUNTED):
-            events.append(chance.event(u.item(at)))
+        if alone and isinstance(chance, FINITE_CHANCE_TYPES):
+            events.append(chance.event_from_uniform(u.item(at)))
         else:
-            events.append(chance.sample(u[:, at : at + chance.draws]))
-        at += chance.draws
+            events.append(chance.sample_events(u[:, at : at + chance.uniform_count]))
+        at += chance.uniform_count
     return events
 
 
-def among(able: Bools, u: Reals) -> Ints:
+def sample_masked_index(mask: Bools, u: Reals) -> Ints:
     """One of the columns marked in each row `[B, K]`, each as likely, by uniforms `[B]`."""
-    ranks = np.ascontiguousarray(able.T).astype(np.int64)  # one column after another is quick
+    ranks = np.ascontiguousarray(mask.T).astype(np.int64)  # one column after another is quick
     for before, rank in pairwise(ranks):
         np.add(before, rank, out=rank)
     wanted, found = (u * ranks[-1]).astype(np.int64), np.zeros(len(u), np.int64)
@@ -188,21 +196,23 @@ def among(able: Bools, u: Reals) -> Ints:
     return np.asarray(found * (ranks[-1] > 0))  # the first where none is marked
 
 
-def mean(weights: Reals, each: Array) -> Reals:
+def weighted_sum(weights: Reals, values: Array) -> Reals:
     """The sum `[B, K]` of `each` `[S, K]`, or `[B, S, K]`, with these weights `[B, S]`.
 
     Term by term: a row has the same bits in any batch, which a product of matrices has not.
     """
-    return np.ascontiguousarray(summed(weights, each).T)
+    return np.ascontiguousarray(weighted_sum_columns(weights, values).T)
 
 
-def summed(weights: Reals, each: Array) -> Reals:
+def weighted_sum_columns(weights: Reals, values: Array) -> Reals:
     """As `mean`, one `[K, B]` below the other."""
     shares = np.ascontiguousarray(weights.T)
-    terms = each[:, :, None] if each.ndim == 2 else each.transpose(1, 2, 0)
+    terms = values[:, :, None] if values.ndim == 2 else values.transpose(1, 2, 0)
     total: Reals = shares[0] * terms[0]
-    many = min(len(shares) - 1, TERMS // max(total.size, 1))
-    if many < FEW or total.size == 1:  # a single sum would be reduced in another order
+    many = min(len(shares) - 1, MAX_BUFFERED_TERMS // max(total.size, 1))
+    if (
+        many < MAX_COMPARED_EDGES or total.size == 1
+    ):  # a single sum would be reduced in another order
         for s in range(1, len(shares)):
             total += shares[s] * terms[s]
         return total
@@ -216,6 +226,6 @@ def summed(weights: Reals, each: Array) -> Reals:
     return total
 
 
-def anyone(many: int, u: Reals, able: Bools | None) -> Ints:
+def sample_uniform_index(count: int, u: Reals, mask: Bools | None) -> Ints:
     """One of 0 .. many-1, or of those marked `[B, many]`, each as likely, by uniforms `[B]`."""
-    return (u * many).astype(np.int64) if able is None else among(able, u)
+    return (u * count).astype(np.int64) if mask is None else sample_masked_index(mask, u)

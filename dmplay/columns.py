@@ -14,10 +14,10 @@ from numpy import ndarray
 from dmplay.chance import Array, Ints, Reals
 
 Column = Array | float  # [B], or a number
-Whole = Array | int
+IntColumn = Array | int
 
 
-def columns(rows: Array) -> Sequence[Column]:
+def split_columns(rows: Array) -> Sequence[Column]:
     """The columns of rows `[B, K]`."""
     if len(rows) == 1:
         numbers: list[float] = rows[0].tolist()
@@ -25,75 +25,75 @@ def columns(rows: Array) -> Sequence[Column]:
     return tuple(np.ascontiguousarray(rows.T))
 
 
-def column(each: Column) -> Column:
+def to_column(array: Column) -> Column:
     """An array `[B]`, or the number of one row, as a column."""
-    return each.item() if isinstance(each, ndarray) and len(each) == 1 else each
+    return array.item() if isinstance(array, ndarray) and len(array) == 1 else array
 
 
-def batch(found: Column) -> Array:
+def to_batch(column: Column) -> Array:
     """The array `[B]` that a column stands for."""
-    return found if isinstance(found, ndarray) else np.array([found])
+    return column if isinstance(column, ndarray) else np.array([column])
 
 
-def joined(parts: Sequence[Column], kind: type = float) -> Array:
+def stack_columns(parts: Sequence[Column], dtype: type = float) -> Array:
     """The rows `[B, K]` of some columns."""
     if not isinstance(parts[0], ndarray):
-        return np.array(parts, kind, ndmin=2)
-    rows: Array = np.empty((len(parts[0]), len(parts)), kind)
+        return np.array(parts, dtype, ndmin=2)
+    rows: Array = np.empty((len(parts[0]), len(parts)), dtype)
     for place, part in enumerate(parts):
         rows[:, place] = part
     return rows
 
 
 @overload
-def listed(table: Ints, places: Column) -> Whole: ...
+def take_values(table: Ints, indices: Column) -> IntColumn: ...
 @overload
-def listed(table: Reals, places: Column) -> Column: ...
-def listed(table: Array, places: Column) -> Column:
+def take_values(table: Reals, indices: Column) -> Column: ...
+def take_values(table: Array, indices: Column) -> Column:
     """The numbers of a flat table in these places."""
-    if isinstance(places, int):
-        number: float = table.item(places)
+    if isinstance(indices, int):
+        number: float = table.item(indices)
         return number
-    return np.asarray(table.take(places))  # type: ignore[arg-type] # whole, as places are
+    return np.asarray(table.take(indices))  # type: ignore[arg-type] # whole, as indices are
 
 
-def lines(table: Array, places: Column) -> Array:
+def take_rows(table: Array, indices: Column) -> Array:
     """The rows of a table in these places, copied."""
-    if isinstance(places, ndarray):
-        return table.take(places, axis=0)
-    return table[None, places].copy()  # type: ignore[index]
+    if isinstance(indices, ndarray):
+        return table.take(indices, axis=0)
+    return table[None, indices].copy()  # type: ignore[index]
 
 
-def size(numbers: Column) -> Column:
+def magnitude(numbers: Column) -> Column:
     """How far numbers are from 0."""
     return numbers.__abs__()  # what `abs` calls, which has no type for either
 
 
-def chosen(holds: Column, one: Column, other: Column) -> Column:
+def select_where(condition: Column, if_true: Column, if_false: Column) -> Column:
     """One where it holds, the other elsewhere."""
-    if isinstance(holds, ndarray):
-        return np.where(holds, one, other)
-    return one if holds else other
+    if isinstance(condition, ndarray):
+        return np.where(condition, if_true, if_false)
+    return if_true if condition else if_false
 
 
-def least(one: Column, other: Column) -> Column:
+def minimum(first: Column, second: Column) -> Column:
     """The smaller of two."""
-    if isinstance(one, ndarray) or isinstance(other, ndarray):
-        return np.minimum(one, other)
-    return min(one, other)
+    if isinstance(first, ndarray) or isinstance(second, ndarray):
+        return np.minimum(first, second)
+    return min(first, second)
 
 
-def within(numbers: Column, low: float, high: float) -> Column:
+def clip_to_bounds(numbers: Column, low: float, high: float) -> Column:
     """Numbers, or the bound that they are beyond."""
     if isinstance(numbers, ndarray):
         return numbers.clip(low, high)
     return min(max(numbers, low), high)
 
 
-def stayed(over: Column, moved: Array, s: Array) -> Array:
+def restore_finished_rows(finished: Column, next_states: Array, s: Array) -> Array:
     """The rows after a move, but those that are over as they were."""
-    if not isinstance(over, ndarray):
-        return s.copy() if over else moved
-    if over.any():
-        moved[over] = s[over]
-    return moved
+    if not isinstance(finished, ndarray):
+        return s.copy() if finished else next_states
+    if finished.any():
+        next_states[finished] = s[finished]
+    return next_states

@@ -13,29 +13,43 @@ import numpy as np
 
 from dmplay import places
 from dmplay.budget import Budget
-from dmplay.chance import Array, Bools, Chance, Finite, Ints, Reals, anyone, sample
+from dmplay.chance import (
+    Array,
+    Bools,
+    Chance,
+    FiniteChance,
+    Ints,
+    Reals,
+    sample_all,
+    sample_uniform_index,
+)
 from dmplay.errors import BadParameter, BadPolicy, IllegalAction, UnknownName
 
-DECIMALS = 9  # of a real-valued action, so that its text is the number
-GRID = 21  # actions that stand for an interval
-LISTED = 384 * 2**20  # bytes of all states of a problem, or of what may come of them
-PARAMETERS = "parameters are fields with a default, as `price: float = 5.0`, not of __init__"
-NOTHING_YET = "nothing yet"
-WAIT = "wait"  # the action of an agent whose turn it is not, where it is the only one
-MOST_SHARED = 4096  # arrays of which one is told again where another is the same
-LARGEST = 1e6  # a parameter that says no bounds of its own, either way
-LOCKED = ("read-only", "WRITEABLE")  # what is said of a write, and of the wish to write
+ACTION_DECIMALS = 9  # of a real-valued action, so that its text is the number
+INTERVAL_GRID_SIZE = 21  # actions that stand for an interval
+MAX_LISTING_BYTES = 384 * 2**20  # bytes of all states of a problem, or of what may come of them
+INIT_REFUSED_MESSAGE = (
+    "parameters are fields with a default, as `price: float = 5.0`, not of __init__"
+)
+NO_OBSERVATION_TEXT = "nothing yet"
+WAIT_LABEL = "wait"  # the action of an agent whose turn it is not, where it is the only one
+MAX_INTERNED_ARRAYS = 4096  # arrays of which one is told again where another is the same
+DEFAULT_PARAMETER_BOUND = 1e6  # a parameter that says no bounds of its own, either way
+READONLY_ERROR_WORDS = (
+    "read-only",
+    "WRITEABLE",
+)  # what is said of a write, and of the wish to write
 
 T = TypeVar("T")
 Memory = tuple[Array, ...]
-Update = TypeVar("Update", bound=Callable[..., Memory])
+UpdateMethod = TypeVar("UpdateMethod", bound=Callable[..., Memory])
 
 
 class Labels(tuple[str, ...]):
     """A finite set of names; the index is the value."""
 
     __slots__ = ()
-    written: tuple[type, ...] = (str,)  # the types of an action in JSON
+    json_types: tuple[type, ...] = (str,)  # the types of an action in JSON
 
     @property
     def labels(self) -> "Labels":
@@ -47,46 +61,48 @@ class Labels(tuple[str, ...]):
         """That of one observation: an index."""
         return ()
 
-    def unseen(self, rows: int) -> Ints:
+    def null_observation(self, rows: int) -> Ints:
         """What stands for nothing observed before the first turn `[B]`."""
         return np.full(rows, -1)
 
-    def told(self, observation: Array) -> str:
+    def format_observation(self, observation: Array) -> str:
         """An observation in words."""
-        return NOTHING_YET if observation < 0 else self[int(observation)]
+        return NO_OBSERVATION_TEXT if observation < 0 else self[int(observation)]
 
-    def read(self, text: str) -> int:
+    def parse_action(self, text: str) -> int:
         """The action that a text names."""
-        word = plain(text)
-        known: Sequence[str] = self if word in self else [plain(label) for label in self]
+        word = normalize_label(text)
+        known: Sequence[str] = self if word in self else [normalize_label(label) for label in self]
         if word not in known:
             raise UnknownName("action", text.strip(), self)
         return known.index(word)
 
-    def name(self, action: float) -> str:
+    def format_action(self, action: float) -> str:
         """The label of an action."""
         return str(self[int(action)])
 
-    fact = name  # as a transcript has it
+    to_json_value = format_action  # as a transcript has it
 
-    def check(self, action: float, where: str, legal: Bools | None = None) -> int:
+    def validate_action(self, action: float, error_prefix: str, legal: Bools | None = None) -> int:
         """The action as it will act; raises IllegalAction for what is no index, or not legal."""
         if action not in range(len(self)):
-            raise IllegalAction(f"{where}: got action {action}, expected 0 to {len(self) - 1}")
+            raise IllegalAction(
+                f"{error_prefix}: got action {action}, expected 0 to {len(self) - 1}"
+            )
         if legal is not None and not legal[int(action)]:
-            told = f"{self[int(action)]} is not legal now; expected one of {self.words(legal)}"
-            raise IllegalAction(f"{where}: {told}")
+            told = f"{self[int(action)]} is not legal now; expected one of {self.describe_actions(legal)}"
+            raise IllegalAction(f"{error_prefix}: {told}")
         return int(action)
 
-    def draw(self, u: Reals, legal: Bools | None) -> Ints:
+    def sample_actions(self, u: Reals, legal: Bools | None) -> Ints:
         """Actions `[B]` by uniforms `[B]`, each that is legal `[B, A]` as likely."""
-        return anyone(len(self), u, legal)
+        return sample_uniform_index(len(self), u, legal)
 
-    def grid(self) -> Ints:
+    def candidate_actions(self) -> Ints:
         """The actions `[A]` that a search tries."""
         return np.arange(len(self))
 
-    def words(self, legal: Bools | None = None) -> str:
+    def describe_actions(self, legal: Bools | None = None) -> str:
         """The legal ones in words; '' for none."""
         return ", ".join(self if legal is None else (self[a] for a in np.flatnonzero(legal)))
 
@@ -97,116 +113,126 @@ class Interval:
 
     low: float
     high: float
-    written: ClassVar[tuple[type, ...]] = (int, float)  # the types of an action in JSON
+    json_types: ClassVar[tuple[type, ...]] = (int, float)  # the types of an action in JSON
 
     @property
     def labels(self) -> Labels:
         """The names to choose from: none, an action is a number."""
         return Labels()
 
-    def read(self, text: str) -> float:
+    def parse_action(self, text: str) -> float:
         """The action that a text writes."""
         try:
-            value = round(float(text), DECIMALS) if text.isascii() and "_" not in text else math.nan
+            value = (
+                round(float(text), ACTION_DECIMALS)
+                if text.isascii() and "_" not in text
+                else math.nan
+            )
         except ValueError:
             value = math.nan
         if not self.low <= value <= self.high:
-            raise BadParameter(f"action: got {text.strip()!r}, expected {self.words()}")
+            raise BadParameter(f"action: got {text.strip()!r}, expected {self.describe_actions()}")
         return value + 0.0
 
-    def name(self, action: float) -> str:
+    def format_action(self, action: float) -> str:
         """The number, in as many digits as it has."""
         return f"{action:.9g}"
 
-    def fact(self, action: float) -> float:
+    def to_json_value(self, action: float) -> float:
         """The number, as a transcript has it."""
         return float(action)
 
-    def check(self, action: float, where: str, legal: Bools | None = None) -> float:
+    def validate_action(
+        self, action: float, error_prefix: str, legal: Bools | None = None
+    ) -> float:
         """The action as it will act; raises IllegalAction for what is out of bounds."""
         if not self.low <= action <= self.high:
-            raise IllegalAction(f"{where}: got {action:g}, expected {self.words()}")
-        return round(float(action), DECIMALS) + 0.0
+            raise IllegalAction(
+                f"{error_prefix}: got {action:g}, expected {self.describe_actions()}"
+            )
+        return round(float(action), ACTION_DECIMALS) + 0.0
 
-    def draw(self, u: Reals, legal: Bools | None) -> Reals:
+    def sample_actions(self, u: Reals, legal: Bools | None) -> Reals:
         """Actions `[B]` by uniforms `[B]`, each as likely."""
-        return np.round(self.low + (self.high - self.low) * u, DECIMALS)
+        return np.round(self.low + (self.high - self.low) * u, ACTION_DECIMALS)
 
-    def grid(self) -> Reals:
+    def candidate_actions(self) -> Reals:
         """The actions `[A]` that a search tries."""
-        return np.asarray(np.round(np.linspace(self.low, self.high, GRID), DECIMALS) + 0.0)
+        return np.asarray(
+            np.round(np.linspace(self.low, self.high, INTERVAL_GRID_SIZE), ACTION_DECIMALS) + 0.0
+        )
 
-    def nearest(self, numbers: Reals) -> Reals:
+    def clip_actions(self, numbers: Reals) -> Reals:
         """The actions `[B]` that are closest to these numbers."""
         within = np.minimum(np.maximum(numbers, self.low), self.high)
-        return np.asarray(within.round(DECIMALS) + 0.0)
+        return np.asarray(within.round(ACTION_DECIMALS) + 0.0)
 
-    def words(self, legal: Bools | None = None) -> str:
+    def describe_actions(self, legal: Bools | None = None) -> str:
         """The span in words."""
         return f"a number from {self.low:g} to {self.high:g}"
 
 
-def plain(text: str) -> str:
+def normalize_label(text: str) -> str:
     """A typed name as labels are written."""
     return text.strip().lower().replace("_", "-")
 
 
 @dataclass(frozen=True)
-class Numbers:
+class RealVector:
     """What an agent observes as real numbers: one, or a vector of so many."""
 
-    many: int = 1
+    size: int = 1
 
     @property
     def shape(self) -> tuple[int, ...]:
         """That of one observation."""
-        return (self.many,) if self.many > 1 else ()
+        return (self.size,) if self.size > 1 else ()
 
-    def unseen(self, rows: int) -> Reals:
+    def null_observation(self, rows: int) -> Reals:
         """What stands for nothing before the first turn `[B, ...]`."""
         return np.full((rows, *self.shape), np.nan)
 
-    def told(self, observation: Array) -> str:
+    def format_observation(self, observation: Array) -> str:
         """An observation in words."""
         if np.isnan(observation).any():
-            return NOTHING_YET
+            return NO_OBSERVATION_TEXT
         return ", ".join(f"{number:.6g}" for number in np.atleast_1d(observation))
 
-    def fact(self, observation: Array) -> float | list[float]:
+    def to_json_value(self, observation: Array) -> float | list[float]:
         """An observation as a transcript has it."""
         found: float | list[float] = observation.tolist()
         return found
 
 
 @dataclass(frozen=True)
-class Texts:
+class TextLine:
     """What an agent observes as a line of text."""
 
     shape: ClassVar[tuple[int, ...]] = ()
 
-    def unseen(self, rows: int) -> Array:
+    def null_observation(self, rows: int) -> Array:
         """What stands for nothing before the first turn `[B]`."""
         return np.full(rows, "")
 
-    def told(self, observation: Array) -> str:
+    def format_observation(self, observation: Array) -> str:
         """An observation in words."""
-        return str(observation) or NOTHING_YET
+        return str(observation) or NO_OBSERVATION_TEXT
 
-    def fact(self, observation: Array) -> str:
+    def to_json_value(self, observation: Array) -> str:
         """An observation as a transcript has it."""
         return str(observation)
 
 
-Sight = Labels | Numbers | Texts  # what an agent can observe
+ObservationSpace = Labels | RealVector | TextLine  # what an agent can observe
 
 
-class Continuous(NamedTuple):
+class ContinuousStates(NamedTuple):
     """A state space that is part of R^dimensions."""
 
     dimensions: int
 
 
-class Draws(NamedTuple):
+class UniformCounts(NamedTuple):
     """How many uniforms one row of the opening, and one row of a turn, consumes."""
 
     start: int
@@ -234,87 +260,91 @@ class Percept(NamedTuple):
     reward: Reals | None  # [B], its own where it is observable
 
 
-UNHEEDED = np.zeros(0)  # stands for what nobody looks at
+FIELD_OMITTED = np.zeros(0)  # stands for what nobody looks at
 
 
 class Policy(Protocol):
     """How one seat of a problem acts; batch-first, so that it plays one game or many at once."""
 
     @property
-    def draws(self) -> int:
+    def uniform_count(self) -> int:
         """How many uniforms one row of one choice consumes."""
 
-    def begin(self, observation: Array) -> Memory:
+    def initial_memory(self, observation: Array) -> Memory:
         """The memory before the first turn: arrays, first axis the row.
 
         The observation is the start state where agents see everything, else nothing: -1 of labels,
         NaN of numbers, '' of texts.
         """
 
-    def update(self, memory: Memory, percept: Percept) -> Memory:
+    def update_memory(self, memory: Memory, percept: Percept) -> Memory:
         """The memory after a turn."""
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """An action for each row `[B]`; `legal` `[B, A]`, `u` `[B, draws]`."""
 
-    def values(self, memory: Memory) -> Reals | None:
+    def action_values(self, memory: Memory) -> Reals | None:
         """The value of each action `[B, A]`, where the policy knows it."""
 
 
-def heeds(*parts: str) -> Callable[[Update], Update]:
+def requires_fields(*field_names: str) -> Callable[[UpdateMethod], UpdateMethod]:
     """Marks an `update` that looks at these parts of a percept alone: in many games at once the
     others are not copied for it.
     """
 
-    def marked(update: Update) -> Update:
-        vars(update)["heeds"] = parts
+    def mark_update(update: UpdateMethod) -> UpdateMethod:
+        vars(update)["required_fields"] = field_names
         return update
 
-    return marked
+    return mark_update
 
 
-def heeded(policy: Policy) -> Collection[str]:
+def required_fields(policy: Policy) -> Collection[str]:
     """The parts of a percept that a policy looks at: all, unless it says so."""
-    found: Collection[str] = getattr(policy.update, "heeds", Percept._fields)
+    found: Collection[str] = getattr(policy.update_memory, "required_fields", Percept._fields)
     return found
 
 
-def own(array: Array) -> Array:
+def readonly_copy(array: Array) -> Array:
     """A copy that shares nothing with the game, and that nobody writes into."""
     copied = array.copy()
     copied.setflags(write=False)
     return copied
 
 
-def raw(array: Array) -> bytes:
+def array_bytes(array: Array) -> bytes:
     """The bytes of an array, or of one number: what is the same has the same."""
     if array.ndim:  # an array keeps what its `data` needs as long as it lives
         return array.tobytes()
     return array.data.tobytes()
 
 
-def lasting(array: Array) -> Array:
+def intern_array(array: Array) -> Array:
     """A copy into which nobody ever can write; where its like was told before, that one."""
-    return own(array) if array.dtype.hasobject else _bytes(raw(array), array.dtype, array.shape)
+    return (
+        readonly_copy(array)
+        if array.dtype.hasobject
+        else _interned_from_bytes(array_bytes(array), array.dtype, array.shape)
+    )
 
 
-@lru_cache(MOST_SHARED)
-def _bytes(known: bytes, dtype: "np.dtype[Any]", shape: tuple[int, ...]) -> Array:
-    return np.ndarray(shape, dtype, known)
+@lru_cache(MAX_INTERNED_ARRAYS)
+def _interned_from_bytes(data: bytes, dtype: "np.dtype[Any]", shape: tuple[int, ...]) -> Array:
+    return np.ndarray(shape, dtype, data)
 
 
-def locked(array: Array) -> Array:
+def make_readonly(array: Array) -> Array:
     """An array that was just made, into which nobody writes from now on."""
     array.setflags(write=False)
     return array
 
 
-def check_problem(problem: object, turns: int | None) -> None:
+def check_problem(problem: object, turn_limit: int | None) -> None:
     """Refuses what is no problem, as its name is not, and what is no number of turns."""
     if not isinstance(problem, Problem):
         raise BadParameter(f"got {problem!r}, expected a problem, as of dmplay.load")
-    if turns is not None and (not isinstance(turns, WHOLE) or turns < 0):
-        raise BadParameter(f"turns: got {turns!r}, expected a whole number, 0 or more")
+    if turn_limit is not None and (not isinstance(turn_limit, INTEGER_TYPES) or turn_limit < 0):
+        raise BadParameter(f"turns: got {turn_limit!r}, expected a whole number, 0 or more")
 
 
 def check_policy(policy: object, seat: int) -> None:
@@ -324,25 +354,27 @@ def check_policy(policy: object, seat: int) -> None:
         raise BadPolicy(f"seat {seat}: got {policy!r}, {told}")
 
 
-def asked(where: object, answer: Callable[..., T], *given: object) -> T:
+def call_policy(error_prefix: object, method: Callable[..., T], *args: object) -> T:
     """What a policy's method answers; raises BadPolicy where it writes into what it is given."""
     try:
-        return answer(*given)
+        return method(*args)
     except ValueError as error:
-        if not any(word in str(error) for word in LOCKED):
+        if not any(word in str(error) for word in READONLY_ERROR_WORDS):
             raise
-        name = answer.__qualname__
-        raise BadPolicy(f"{where}: {name} writes into what it was given; copy it first") from None
+        name = method.__qualname__
+        raise BadPolicy(
+            f"{error_prefix}: {name} writes into what it was given; copy it first"
+        ) from None
 
 
 def parameter(  # noqa: PLR0913 - each is the problem's to choose
     default: T,
-    meaning: str,
+    description: str,
     low: float | None = None,
     high: float | None = None,
     *,
-    above: bool = False,
-    among: Sequence[str] = (),
+    exclusive_low: bool = False,
+    choices: Sequence[str] = (),
 ) -> T:
     """A dataclass field with its meaning and, for numbers, its bounds.
 
@@ -350,47 +382,53 @@ def parameter(  # noqa: PLR0913 - each is the problem's to choose
     be `above` its low is so by a millionth at least. A word is one of those that it is said to be
     `among`, or any.
     """
-    far = max(LARGEST, 10 * abs(default)) if isinstance(default, int | float) else LARGEST
+    far = (
+        max(DEFAULT_PARAMETER_BOUND, 10 * abs(default))
+        if isinstance(default, int | float)
+        else DEFAULT_PARAMETER_BOUND
+    )
     low, high = -far if low is None else low, far if high is None else high
-    low += 1 / LARGEST if above else 0
-    facts = {"meaning": meaning, "low": low, "high": high, "among": among}
+    low += 1 / DEFAULT_PARAMETER_BOUND if exclusive_low else 0
+    facts = {"meaning": description, "low": low, "high": high, "among": choices}
     return field(default=default, metadata=facts)
 
 
-WHOLE, NUMBER = (int, np.integer), (int, float, np.number)
-KINDS: Mapping[type, tuple[str, tuple[type, ...]]] = {  # what may stand for a default
-    int: ("a whole number", WHOLE),
-    float: ("a number", NUMBER),
+INTEGER_TYPES, NUMBER_TYPES = (int, np.integer), (int, float, np.number)
+PARAMETER_TYPES: Mapping[type, tuple[str, tuple[type, ...]]] = {  # what may stand for a default
+    int: ("a whole number", INTEGER_TYPES),
+    float: ("a number", NUMBER_TYPES),
     bool: ("true or false", (bool, np.bool_)),
     str: ("text", (str,)),
 }
-FARTHEST = 1e300  # a number that can be told
+MAX_PRINTED_NUMBER = 1e300  # a number that can be told
 
 
-def check_bounds(made: Any) -> None:
+def check_parameters(instance: Any) -> None:
     """Refuses what the `parameter` of a dataclass cannot be: another kind, or out of bounds."""
-    for one in fields(made):
-        if "low" in one.metadata and type(one.default) in KINDS:
-            _check(getattr(made, one.name), one)
+    for one in fields(instance):
+        if "low" in one.metadata and type(one.default) in PARAMETER_TYPES:
+            _check_parameter(getattr(instance, one.name), one)
 
 
-def _check(value: object, one: Field[Any]) -> None:
+def _check_parameter(value: object, parameter_field: Field[Any]) -> None:
     """Refuses one value of a parameter that is a number, a flag or a word."""
-    words, kinds = KINDS[type(one.default)]
+    words, kinds = PARAMETER_TYPES[type(parameter_field.default)]
     flag = isinstance(value, bool | np.bool_)
-    if not isinstance(value, kinds) or flag != isinstance(one.default, bool):
-        raise BadParameter(f"{one.name}: got {value!r}, expected {words}")
-    if isinstance(value, str) and value not in (one.metadata["among"] or (value,)):
-        among = ", ".join(one.metadata["among"])
-        raise BadParameter(f"{one.name}: got {value!r}, expected one of {among}")
+    if not isinstance(value, kinds) or flag != isinstance(parameter_field.default, bool):
+        raise BadParameter(f"{parameter_field.name}: got {value!r}, expected {words}")
+    if isinstance(value, str) and value not in (parameter_field.metadata["among"] or (value,)):
+        among = ", ".join(parameter_field.metadata["among"])
+        raise BadParameter(f"{parameter_field.name}: got {value!r}, expected one of {among}")
     if flag or isinstance(value, str):
         return
     number: Any = value
-    low, high = (one.metadata[key] for key in ("low", "high"))
+    low, high = (parameter_field.metadata[key] for key in ("low", "high"))
     if not low <= number <= high:
-        got = f"{number:g}" if abs(number) <= FARTHEST else "a number beyond all bounds"
-        most = f" and at most {high:g}" if high < LARGEST or number > high else ""
-        raise BadParameter(f"{one.name}: got {got}, expected a number at least {low:g}{most}")
+        got = f"{number:g}" if abs(number) <= MAX_PRINTED_NUMBER else "a number beyond all bounds"
+        most = f" and at most {high:g}" if high < DEFAULT_PARAMETER_BOUND or number > high else ""
+        raise BadParameter(
+            f"{parameter_field.name}: got {got}, expected a number at least {low:g}{most}"
+        )
 
 
 @dataclass(frozen=True)
@@ -407,18 +445,18 @@ class Problem(ABC):
         """Takes a plain attribute of a parameter's name, as `discount = 0.95`, for its default."""
         super().__init_subclass__()
         if "__init__" in vars(cls):
-            where = places.place(cls, "__init__")
-            raise BadParameter(f"{where} __init__: {PARAMETERS}")
-        bases = [_settled(base) for base in cls.__bases__ if issubclass(base, Problem)]
+            where = places.locate_definition(cls, "__init__")
+            raise BadParameter(f"{where} __init__: {INIT_REFUSED_MESSAGE}")
+        bases = [_ensure_dataclass(base) for base in cls.__bases__ if issubclass(base, Problem)]
         known = {one.name: one.type for base in bases for one in fields(base)}
         own = inspect.get_annotations(cls)
         plain = {name: known[name] for name in known if name in vars(cls) and name not in own}
         if plain:
             cls.__annotations__ = plain | own
 
-    def __new__(cls, *given: object, **named: object) -> Self:
+    def __new__(cls, *args: object, **kwargs: object) -> Self:
         """An instance, of a subclass without a decorator too."""
-        _settled(cls)
+        _ensure_dataclass(cls)
         return super().__new__(cls)
 
     @property
@@ -437,7 +475,7 @@ class Problem(ABC):
         return tuple(len(known.labels) for known in self.actions)
 
     @property
-    def observations(self) -> tuple[Sight, ...]:
+    def observations(self) -> tuple[ObservationSpace, ...]:
         """What each agent observes, all of one kind; () where every agent sees the state."""
         return ()
 
@@ -451,12 +489,12 @@ class Problem(ABC):
         return tuple(map(len, labels))
 
     @cached_property
-    def hidden(self) -> bool:
+    def partially_observable(self) -> bool:
         """Whether agents see less than the state."""
         return bool(self.observations)
 
     @property
-    def states(self) -> int | float | Continuous:
+    def state_count(self) -> int | float | ContinuousStates:
         """How many states: a count, `math.inf`, or a part of R^dimensions; 1 for simple games."""
         return 1
 
@@ -466,7 +504,7 @@ class Problem(ABC):
         return None
 
     @property
-    def endless(self) -> bool:
+    def can_run_forever(self) -> bool:
         """Whether games may go on for ever, so that those of agents alone have a limit of turns."""
         return True
 
@@ -486,25 +524,25 @@ class Problem(ABC):
         return None
 
     @property
-    def rewards_observed(self) -> bool:
+    def rewards_observable(self) -> bool:
         """Whether a seat may see its reward each turn; a hidden state it would betray."""
-        return not self.hidden
+        return not self.partially_observable
 
     @property
-    def aliases(self) -> Mapping[str, str]:
+    def action_aliases(self) -> Mapping[str, str]:
         """Other names of actions."""
         return {}
 
     def __post_init__(self) -> None:
         """Refuses parameters out of bounds."""
-        check_bounds(self)
+        check_parameters(self)
 
     @abstractmethod
-    def opening(self, rows: int) -> tuple[Chance, ...]:
+    def initial_chance(self, rows: int) -> tuple[Chance, ...]:
         """What nature draws before the game."""
 
     @abstractmethod
-    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
+    def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
         """The start states `[rows, ...]` that these draws mean."""
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
@@ -512,26 +550,26 @@ class Problem(ABC):
         return ()
 
     @abstractmethod
-    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+    def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """What happens when the draws come out so."""
 
     @abstractmethod
-    def notation(self, s: Array) -> str:
+    def format_state(self, s: Array) -> str:
         """One state, without the batch axis, as one line of text that loses nothing."""
 
     @abstractmethod
-    def parse(self, text: str) -> Array:
+    def parse_state(self, text: str) -> Array:
         """The state that `notation` wrote."""
 
     def terminal(self, s: Array) -> Bools:
         """Which rows are over; a terminal state absorbs and pays nothing."""
         return np.zeros(len(s), bool)
 
-    def legal(self, s: Array) -> Bools | None:
+    def legal_actions_mask(self, s: Array) -> Bools | None:
         """Which actions `[B, n, A]` the state allows; None for all."""
         return None
 
-    def called(self, s: Array) -> tuple[Labels, ...] | None:
+    def action_labels(self, s: Array) -> tuple[Labels, ...] | None:
         """What the actions of each agent are called in one state, where that depends on it.
 
         As many names as there are labels in `actions`, which mean the same in every state, and
@@ -540,42 +578,44 @@ class Problem(ABC):
         """
         return None
 
-    def waiting(self, s: Array) -> Bools:
+    def inactive_agents(self, s: Array) -> Bools:
         """Which agents `[B, n]` are not asked, as it is another's turn: all they may is wait."""
         waits = np.zeros((len(s), len(self.agents)), bool)
-        legal = self.legal(s) if len(self.agents) > 1 else None
+        legal = self.legal_actions_mask(s) if len(self.agents) > 1 else None
         if legal is None:
             return waits
         for seat, known in enumerate(self.actions):
-            if WAIT in known.labels:
+            if WAIT_LABEL in known.labels:
                 able = legal[:, seat]
-                waits[:, seat] = able[:, known.labels.index(WAIT)] & (able.sum(axis=1) == 1)
+                waits[:, seat] = able[:, known.labels.index(WAIT_LABEL)] & (
+                    able.sum(axis=1) == 1
+                )
         return waits
 
-    def waits(self, seat: int) -> int:
+    def wait_action(self, seat: int) -> int:
         """The action of a seat that only waits."""
-        return self.actions[seat].labels.index(WAIT)
+        return self.actions[seat].labels.index(WAIT_LABEL)
 
-    def line(self, s: Array) -> str:
+    def format_transcript_state(self, s: Array) -> str:
         """What a transcript writes of a state: its notation, unless that grows with the game."""
-        return self.notation(s)
+        return self.format_state(s)
 
-    def story(self) -> str:
+    def description(self) -> str:
         """What it is, in the words of whoever wrote it."""
         return inspect.getdoc(type(self)) or ""
 
-    def enumerated(self) -> Array:
+    def enumerate_states(self) -> Array:
         """Every state of a finite problem `[S, ...]`, in the order of their indices."""
-        if not isinstance(self.states, int):
+        if not isinstance(self.state_count, int):
             raise BadParameter(f"{type(self).__name__} has no finite list of states")
-        listing(self, self.states)
-        return np.arange(self.states)
+        check_listing_size(self, self.state_count)
+        return np.arange(self.state_count)
 
-    def index(self, s: Array) -> Ints:
+    def state_indices(self, s: Array) -> Ints:
         """The place `[B]` of each state in `enumerated`."""
         return s
 
-    def carry(
+    def joint_belief_update(
         self, belief: Reals, actions: Sequence[int | None], observations: Sequence[int | None]
     ) -> Reals:
         """The probability `[S]` of these observations and each next state, from a belief `[S]`.
@@ -587,104 +627,114 @@ class Problem(ABC):
         known = zip(actions, self.action_counts, strict=True)
         each = [range(many) if a is None else (a,) for a, many in known]
         choices = np.array(list(product(*each)))
-        states = self.enumerated()[support]
-        p, outcome = exact(
+        states = self.enumerate_states()[support]
+        p, outcome = enumerate_outcomes(
             self, np.repeat(states, len(choices), axis=0), np.tile(choices, (len(states), 1))
         )
         weight = p * np.repeat(belief[support] / len(choices), len(choices))[:, None]
         for seat, observation in enumerate(observations):
             if observation is not None:
                 weight = weight * (outcome.observations[:, :, seat] == observation)
-        after = reached(self, outcome).reshape(-1)
+        after = next_state_indices(self, outcome).reshape(-1)
         return np.bincount(after, weight.reshape(-1), minlength=len(belief)).astype(float)
 
     @cached_property
-    def draws(self) -> Draws:
+    def uniform_counts(self) -> UniformCounts:
         """How many uniforms one row of the opening and of a turn consumes."""
-        opening = self.opening(1)
-        start = sum(chance.draws for chance in opening)
-        s = self.place(1, sample(opening, np.zeros((1, start))))
-        a = np.array([[known.grid()[0] for known in self.actions]])
-        return Draws(start, sum(chance.draws for chance in self.chance(s, a)))
+        opening = self.initial_chance(1)
+        start = sum(chance.uniform_count for chance in opening)
+        s = self.initial_states(1, sample_all(opening, np.zeros((1, start))))
+        a = np.array([[known.candidate_actions()[0] for known in self.actions]])
+        return UniformCounts(
+            start, sum(chance.uniform_count for chance in self.chance(s, a))
+        )
 
-    def start(self, u: Reals) -> Array:
+    def sample_initial_states(self, u: Reals) -> Array:
         """Start states `[B, ...]` from uniforms `[B, draws.start]`."""
-        return self.place(len(u), sample(self.opening(len(u)), u))
+        return self.initial_states(len(u), sample_all(self.initial_chance(len(u)), u))
 
     def step(self, s: Array, a: Array, u: Reals) -> Outcome:
         """One turn of B rows: states, joint actions `[B, n]`, uniforms `[B, draws.step]`."""
-        return self.move(s, a, sample(self.chance(s, a), u))
+        return self.resolve_events(s, a, sample_all(self.chance(s, a), u))
 
-    def first(self, s: Array) -> Array:
+    def initial_observations(self, s: Array) -> Array:
         """What each agent observes of a hidden start `[B, n, ...]`: nothing unless overridden."""
-        return np.stack([known.unseen(len(s)) for known in self.observations], axis=1)
+        return np.stack([known.null_observation(len(s)) for known in self.observations], axis=1)
 
-    def first_sight(self, s: Array, seat: int) -> Array:
+    def initial_observation(self, s: Array, seat: int) -> Array:
         """What a seat sees before the first turn: the state `[B, ...]`, or what it may of it."""
-        return own(self.first(s)[:, seat] if self.hidden else s)
+        return readonly_copy(
+            self.initial_observations(s)[:, seat] if self.partially_observable else s
+        )
 
-    def percept(
+    def build_percept(
         self,
         seat: int,
         actions: Array,
         outcome: Outcome,
-        parts: Collection[str] = Percept._fields,
+        field_names: Collection[str] = Percept._fields,
     ) -> Percept:
         """What a turn by the joint actions `[B, n]` teaches a seat, in arrays of its own.
 
         Only the parts that are named are copied; the others are empty.
         """
 
-        def part(name: str, array: Array) -> Array:
-            return own(array) if name in parts else UNHEEDED
+        def copy_if_required(name: str, array: Array) -> Array:
+            return readonly_copy(array) if name in field_names else FIELD_OMITTED
 
-        seen = outcome.observations[:, seat] if self.hidden else outcome.observations
+        seen = outcome.observations[:, seat] if self.partially_observable else outcome.observations
         return Percept(
-            part("action", actions[:, seat]),
-            part("observation", seen),
-            None if self.hidden else part("actions", actions),
-            part("reward", outcome.rewards[:, seat]) if self.rewards_observed else None,
+            copy_if_required("action", actions[:, seat]),
+            copy_if_required("observation", seen),
+            None if self.partially_observable else copy_if_required("actions", actions),
+            copy_if_required("reward", outcome.rewards[:, seat])
+            if self.rewards_observable
+            else None,
         )
 
     @property
     def kind(self) -> str:
         """The field's name for this class of problem, derived from its facts."""
-        if self.states == 1:
+        if self.state_count == 1:
             return "simple game"
         if len(self.agents) == 1:
-            return "POMDP" if self.hidden else "MDP"
-        if not self.hidden:
+            return "POMDP" if self.partially_observable else "MDP"
+        if not self.partially_observable:
             return "Markov game"
         return "Dec-POMDP" if self.shared_reward else "POMG"
 
-    def seat(self, name: str) -> int:
+    def seat_index(self, name: str) -> int:
         """The index of the agent of this name."""
         if name not in self.agents:
             raise UnknownName("seat", name, self.agents)
         return int(self.agents.index(name))
 
-    def action(self, seat: int, text: str) -> float:
+    def parse_action(self, seat: int, text: str) -> float:
         """The action that a person's text names: an index, or a number of the interval."""
-        return self.actions[seat].read(self.aliases.get(plain(text), text))
+        return self.actions[seat].parse_action(self.action_aliases.get(normalize_label(text), text))
 
-    def action_name(self, seat: int, action: float) -> str:
+    def format_action(self, seat: int, action: float) -> str:
         """The label of an action, or its number."""
-        return self.actions[seat].name(action)
+        return self.actions[seat].format_action(action)
 
 
-def _settled(kind: type[Problem]) -> type[Problem]:
+def _ensure_dataclass(problem_class: type[Problem]) -> type[Problem]:
     """A subclass, made the frozen dataclass that it stands for where no decorator did."""
-    return kind if "__dataclass_fields__" in vars(kind) else dataclass(frozen=True)(kind)
+    return (
+        problem_class
+        if "__dataclass_fields__" in vars(problem_class)
+        else dataclass(frozen=True)(problem_class)
+    )
 
 
-class Exact(NamedTuple):
+class OutcomeDistribution(NamedTuple):
     """Every outcome of a turn with its probability, for B rows and K joint events."""
 
     probabilities: Reals  # [B, K]
-    outcome: Outcome  # arrays [B, K, ...]
+    outcomes: Outcome  # arrays [B, K, ...]
 
 
-def exact(problem: Problem, s: Array, a: Array) -> Exact:
+def enumerate_outcomes(problem: Problem, s: Array, a: Array) -> OutcomeDistribution:
     """Every outcome of the joint actions `a` `[B, n]` in the states `s` `[B, ...]`, as indices.
 
     The probabilities are `[B, K]`, the arrays of the outcome `[B, K, ...]`. Raises IllegalAction
@@ -693,66 +743,80 @@ def exact(problem: Problem, s: Array, a: Array) -> Exact:
     """
     for agent, known, chosen in zip(problem.agents, problem.actions, a.T, strict=True):
         for one in (chosen.min(), chosen.max()) if known.labels and len(a) else ():
-            known.check(one.item(), agent)
-    chances = _finite(problem, problem.chance(s, a))
+            known.validate_action(one.item(), agent)
+    chances = _require_finite_chances(problem, problem.chance(s, a))
     rows = len(s)
-    probabilities, events = _joint(chances, rows)
+    probabilities, events = _enumerate_joint_events(chances, rows)
     many = probabilities.shape[1]
-    outcome = problem.move(np.repeat(s, many, axis=0), np.repeat(a, many, axis=0), events)
+    outcome = problem.resolve_events(np.repeat(s, many, axis=0), np.repeat(a, many, axis=0), events)
     shaped = [part.reshape(rows, many, *part.shape[1:]) for part in outcome]
-    return Exact(probabilities, Outcome(*shaped))
+    return OutcomeDistribution(probabilities, Outcome(*shaped))
 
 
-def possible(problem: Problem, s: Array, a: Array) -> tuple[Ints, Reals, Outcome]:
+def enumerate_possible_outcomes(
+    problem: Problem, s: Array, a: Array
+) -> tuple[Ints, Reals, Outcome]:
     """The outcomes `[N]` of `exact` that can happen: of which row each is, and how likely."""
-    probabilities, events = _joint(_finite(problem, problem.chance(s, a)), len(s))
+    probabilities, events = _enumerate_joint_events(
+        _require_finite_chances(problem, problem.chance(s, a)), len(s)
+    )
     row, _ = likely = np.nonzero(probabilities)
     drawn = tuple(event.reshape(probabilities.shape)[likely] for event in events)
-    return row, probabilities[likely], problem.move(s[row], a[row], drawn)
+    return row, probabilities[likely], problem.resolve_events(s[row], a[row], drawn)
 
 
-def listing(problem: Problem, numbers: float) -> None:
+def check_listing_size(problem: Problem, number_count: float) -> None:
     """Refuses a list of so many numbers of a problem's states, before it is made."""
     what = f"{type(problem).__name__}: a list of its states"
-    Budget(what, "try a smaller problem", memory=LISTED).hold(24.0 * numbers)
+    Budget(what, "try a smaller problem", memory_limit=MAX_LISTING_BYTES).check_memory(
+        24.0 * number_count
+    )
 
 
-def reached(problem: Problem, outcome: Outcome) -> Ints:
+def next_state_indices(problem: Problem, outcome: Outcome) -> Ints:
     """The indices `[B, K]` of the next states that `exact` lists."""
     rows, many, *state = outcome.state.shape
-    return placed(problem, outcome.state.reshape(rows * many, *state)).reshape(rows, many)
+    return checked_state_indices(problem, outcome.state.reshape(rows * many, *state)).reshape(
+        rows, many
+    )
 
 
-def placed(problem: Problem, s: Array) -> Ints:
+def checked_state_indices(problem: Problem, s: Array) -> Ints:
     """The place `[B]` of each state in `enumerated`; refuses what is no state of the problem."""
-    places, count = problem.index(s), problem.states
+    places, count = problem.state_indices(s), problem.state_count
     if isinstance(count, int) and len(s) and not 0 <= places.min() <= places.max() < count:
         got = f"{places.min()} to {places.max()}"
         raise BadParameter(f"got states {got}, expected 0 to {count - 1}, as many as there are")
     return places
 
 
-def exact_start(problem: Problem) -> tuple[Reals, Array]:
+def initial_state_distribution(problem: Problem) -> tuple[Reals, Array]:
     """Every start state `[K, ...]` with its probability `[K]`; a state may come up twice."""
-    probabilities, events = _joint(_finite(problem, problem.opening(1)), 1)
-    return probabilities[0], problem.place(probabilities.shape[1], events)
+    probabilities, events = _enumerate_joint_events(
+        _require_finite_chances(problem, problem.initial_chance(1)), 1
+    )
+    return probabilities[0], problem.initial_states(probabilities.shape[1], events)
 
 
-def _finite(problem: Problem, chances: tuple[Chance, ...]) -> tuple[Finite, ...]:
-    finite = tuple(chance for chance in chances if isinstance(chance, Finite))
+def _require_finite_chances(
+    problem: Problem, chances: tuple[Chance, ...]
+) -> tuple[FiniteChance, ...]:
+    finite = tuple(chance for chance in chances if isinstance(chance, FiniteChance))
     if len(finite) < len(chances):
         name = type(problem).__name__
         raise BadParameter(f"{name} draws real numbers: its outcomes cannot be listed")
     return finite
 
 
-def _joint(chances: tuple[Finite, ...], rows: int) -> tuple[Reals, tuple[Array, ...]]:
+def _enumerate_joint_events(
+    chances: tuple[FiniteChance, ...], rows: int
+) -> tuple[Reals, tuple[Array, ...]]:
     """Probabilities `[B, K]` of all joint events, and these events, each `[B * K]`."""
     each = [np.broadcast_to(p, (rows, p.shape[1])) for p in (c.probabilities() for c in chances)]
     many = math.prod(p.shape[1] for p in each)
     what = f"listing {rows * many} outcomes one by one"
-    budget = Budget(what, "try a smaller problem", memory=LISTED)
-    budget.hold(8.0 * rows * many * (4 + 3 * len(each)))
+    budget = Budget(what, "try a smaller problem", memory_limit=MAX_LISTING_BYTES)
+    budget.check_memory(8.0 * rows * many * (4 + 3 * len(each)))
     combined = np.indices([p.shape[1] for p in each]).reshape(len(each), many)
     probabilities = np.ones((rows, many))
     events = []

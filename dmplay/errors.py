@@ -19,26 +19,36 @@ DmplayError
 from collections.abc import Iterable
 from difflib import get_close_matches
 
-MOST_NAMES = 16  # in one message
-LONGEST = 200  # characters of a name that is told
+MAX_LISTED_NAMES = 16  # in one message
+MAX_NAME_CHARS = 200  # characters of a name that is told
 
 
 class DmplayError(Exception):
     """Any error that dmplay raises on purpose; its text is one line for people."""
 
-    entrant: int | None = None  # in whose games it came up, where several play the same
+    entrant_index: int | None = None  # in whose games it came up, where several play the same
 
 
 class UnknownName(DmplayError, LookupError):
     """A name that is not among those that exist."""
 
-    def __init__(self, what: str, name: str, names: Iterable[str], where: str = "") -> None:
+    def __init__(
+        self, category: str, name: str, names: Iterable[str], error_prefix: str = ""
+    ) -> None:
         known = list(names)
-        name = name if len(name) <= LONGEST else f"{name[:LONGEST]}..."
+        name = name if len(name) <= MAX_NAME_CHARS else f"{name[:MAX_NAME_CHARS]}..."
         close = get_close_matches(name.lower(), known, n=3, cutoff=0.5)
-        shown = known if len(known) <= MOST_NAMES else [*known[: MOST_NAMES - 2], "...", known[-1]]
-        hint = f"did you mean {' or '.join(close)}?" if close else f"expected {_list(shown)}"
-        super().__init__(f"{where}{': ' if where else ''}unknown {what} {name!r}; {hint}")
+        shown = (
+            known
+            if len(known) <= MAX_LISTED_NAMES
+            else [*known[: MAX_LISTED_NAMES - 2], "...", known[-1]]
+        )
+        hint = (
+            f"did you mean {' or '.join(close)}?" if close else f"expected {_format_choices(shown)}"
+        )
+        super().__init__(
+            f"{error_prefix}{': ' if error_prefix else ''}unknown {category} {name!r}; {hint}"
+        )
 
 
 class BadParameter(DmplayError, ValueError):
@@ -64,47 +74,47 @@ class BadPolicy(DmplayError, RuntimeError):
 class Forfeit(BadPolicy):
     """A program in a seat that does not answer as it must: why in a word, and what it did."""
 
-    def __init__(self, reason: str, told: str, seat: str = "") -> None:
-        super().__init__(reason, told, seat)
-        self.reason, self.told, self.seat = reason, told, seat
+    def __init__(self, reason: str, details: str, seat: str = "") -> None:
+        super().__init__(reason, details, seat)
+        self.reason, self.details, self.seat = reason, details, seat
 
     def __str__(self) -> str:
-        return f"{self.seat} forfeits, {self.reason}: {self.told}".removeprefix(" forfeits, ")
+        return f"{self.seat} forfeits, {self.reason}: {self.details}".removeprefix(" forfeits, ")
 
 
-class NoRoom(DmplayError, OSError):
+class DiskFull(DmplayError, OSError):
     """A file that does not fit on the disk."""
 
 
-class TooMuch(DmplayError, RuntimeError):
+class BudgetExceeded(DmplayError, RuntimeError):
     """A computation beyond its budget: what it is, what it would take, what costs less."""
 
-    def __init__(self, what: str, needed: str, cure: str) -> None:
-        super().__init__(f"{what}: {needed}; {cure}")
+    def __init__(self, task: str, requirement: str, remedy: str) -> None:
+        super().__init__(f"{task}: {requirement}; {remedy}")
 
 
 class LostGames(DmplayError, RuntimeError):
     """Games whose worker died each time they were played: the first and the end of each block."""
 
-    def __init__(self, blocks: list[tuple[int, int]], why: str) -> None:
-        super().__init__(blocks, why)
-        self.blocks, self.why = blocks, why
+    def __init__(self, blocks: list[tuple[int, int]], reason: str) -> None:
+        super().__init__(blocks, reason)
+        self.blocks, self.reason = blocks, reason
 
     def __str__(self) -> str:
         told = ", ".join(f"{first} to {end - 1}" for first, end in self.blocks)
-        return f"games {told} were lost: {self.why}"
+        return f"games {told} were lost: {self.reason}"
 
 
 class BadFile(DmplayError, ValueError):
     """A file that is not in its format, with the line and column of the first fault."""
 
-    def __init__(self, path: str, line: int, column: int | None, what: str) -> None:
-        super().__init__(path, line, column, what)
-        self.path, self.line, self.column, self.what = path, line, column, what
+    def __init__(self, path: str, line: int, column: int | None, explanation: str) -> None:
+        super().__init__(path, line, column, explanation)
+        self.path, self.line, self.column, self.explanation = path, line, column, explanation
 
     def __str__(self) -> str:
         column = "" if self.column is None else f"{self.column}:"
-        return f"{self.path}:{self.line}:{column} {self.what}"
+        return f"{self.path}:{self.line}:{column} {self.explanation}"
 
 
 class BadTranscript(BadFile):
@@ -115,5 +125,5 @@ class TranscriptMismatch(DmplayError, AssertionError):
     """A transcript whose replay differs from what it records."""
 
 
-def _list(names: list[str]) -> str:
+def _format_choices(names: list[str]) -> str:
     return f"one of {', '.join(names)}" if names else "none"

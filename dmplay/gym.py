@@ -19,16 +19,16 @@ from gymnasium.vector.utils import batch_space
 
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Problem
-from dmplay.dice import Dice, fresh
+from dmplay.dice import SeededUniforms, new_seed
 from dmplay.errors import BadParameter, IllegalAction
 from dmplay.finding import problems
 from dmplay.finding.names import problem_names
-from dmplay.loops.luck import Fast, Recorded
-from dmplay.loops.rows import Rows
-from dmplay.loops.seat import Info, Seat, drawn, found, seated
+from dmplay.loops.luck import FastUniforms, ReplayableUniforms
+from dmplay.loops.rows import VectorGames
+from dmplay.loops.seat import Info, SeatSpaces, load_other_policies, render_board, resolve_problem
 from dmplay.session import Session
 
-NOT_BEGUN = "step: no game was begun; call reset first"
+NOT_RESET_MESSAGE = "step: no game was begun; call reset first"
 
 
 class Env(gymnasium.Env[Any, Any]):
@@ -49,13 +49,16 @@ class Env(gymnasium.Env[Any, Any]):
         render_mode: str | None = None,
         **parameters: Any,
     ) -> None:
-        self.problem = found(problem, parameters)
-        place = self.problem.seat(seat) if seat else 0
-        self.seat = Seat(self.problem, place)
-        self.action_space, self.observation_space = self.seat.actions, self.seat.observations
+        self.problem = resolve_problem(problem, parameters)
+        place = self.problem.seat_index(seat) if seat else 0
+        self.seat = SeatSpaces(self.problem, place)
+        self.action_space, self.observation_space = (
+            self.seat.action_space,
+            self.seat.observation_space,
+        )
         self.render_mode = render_mode
-        self._turns = turns
-        self._policies = seated(self.problem, place, others)
+        self._turn_limit = turns
+        self._policies = load_other_policies(self.problem, place, others)
         self._seed, self._episode = -1, 0
         self.session: Session | None = None
 
@@ -63,37 +66,54 @@ class Env(gymnasium.Env[Any, Any]):
         """Begins an episode: `options={"episode": n}` says which of the seed."""
         super().reset(seed=seed)
         if seed is not None or self._seed < 0:
-            self._seed, self._episode = fresh() if seed is None else seed, -1
+            self._seed, self._episode = new_seed() if seed is None else seed, -1
         self._episode = (options or {}).get("episode", self._episode + 1)
-        dice = Dice(self._seed, self._episode)
-        self.session = Session(self.problem, dice, self._policies, limit=self._turns)
-        return self._seen(self.session), self.seat.info(self.session.legal(self.seat.seat))
+        dice = SeededUniforms(self._seed, self._episode)
+        self.session = Session(self.problem, dice, self._policies, turn_limit=self._turn_limit)
+        return self._current_observation(self.session), self.seat.make_info(
+            self.session.legal_actions_mask(self.seat.seat)
+        )
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, Info]:
         """Plays a turn."""
-        game, seat = self._game(), self.seat.seat
-        done, legal = self.seat.act(np.asarray(action)[None])[0], game.legal(seat)
+        game, seat = self._current_session(), self.seat.seat
+        done, legal = (
+            self.seat.decode_actions(np.asarray(action)[None])[0],
+            game.legal_actions_mask(seat),
+        )
         reward = 0.0
         if legal is None or legal[int(done)]:
             turn = game.advance([done if i == seat else None for i in range(len(self._policies))])
             reward = float(turn.rewards[seat])
-        over = game.ending
-        info = self.seat.info(game.legal(seat))
-        return self._seen(game), reward, over == "terminal", over not in (None, "terminal"), info
+        over = game.end_reason
+        info = self.seat.make_info(game.legal_actions_mask(seat))
+        return (
+            self._current_observation(game),
+            reward,
+            over == "terminal",
+            over not in (None, "terminal"),
+            info,
+        )
 
-    def _game(self) -> Session:
+    def _current_session(self) -> Session:
         if self.session is None:
-            raise BadParameter(NOT_BEGUN)
+            raise BadParameter(NOT_RESET_MESSAGE)
         return self.session
 
-    def _seen(self, game: Session) -> Any:
+    def _current_observation(self, game: Session) -> Any:
         turn = len(game.turns)
         joint = game.turns[-1].actions[None] if turn else None
-        return self.seat.seen(game.observation(self.seat.seat, turn)[None], joint)[0]
+        return self.seat.encode_observations(
+            game.observation_after(self.seat.seat, turn)[None], joint
+        )[0]
 
     def render(self) -> str | None:
         """The board as the seat sees it, with `render_mode="ansi"`."""
-        return drawn(self._game(), self.seat.seat) if self.render_mode == "ansi" else None
+        return (
+            render_board(self._current_session(), self.seat.seat)
+            if self.render_mode == "ansi"
+            else None
+        )
 
 
 class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
@@ -113,62 +133,64 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         seat: str = "",
         others: str = "",
         turns: int | None = None,
-        dice: str = "recorded",
+        uniforms: str = "recorded",
         **parameters: Any,
     ) -> None:
-        if dice not in ("recorded", "fast"):
-            raise BadParameter(f"dice: got {dice!r}, expected recorded or fast")
-        self.problem = found(problem, parameters)
-        place = self.problem.seat(seat) if seat else 0
+        if uniforms not in ("recorded", "fast"):
+            raise BadParameter(f"dice: got {uniforms!r}, expected recorded or fast")
+        self.problem = resolve_problem(problem, parameters)
+        place = self.problem.seat_index(seat) if seat else 0
         self.num_envs = num_envs
-        self._seat = Seat(self.problem, place)
-        self.single_action_space = self._seat.actions
-        self.single_observation_space = self._seat.observations
-        self.action_space = batch_space(self._seat.actions, num_envs)
-        self.observation_space = batch_space(self._seat.observations, num_envs)
-        self._limit = self.problem.horizon if turns is None else turns
-        self._policies = seated(self.problem, place, others)
-        self._fast = dice == "fast"
-        self._rows: Rows | None = None
-        self._info = {**self._seat.info(None)}
+        self._seat = SeatSpaces(self.problem, place)
+        self.single_action_space = self._seat.action_space
+        self.single_observation_space = self._seat.observation_space
+        self.action_space = batch_space(self._seat.action_space, num_envs)
+        self.observation_space = batch_space(self._seat.observation_space, num_envs)
+        self._turn_limit = self.problem.horizon if turns is None else turns
+        self._policies = load_other_policies(self.problem, place, others)
+        self._fast = uniforms == "fast"
+        self._rows: VectorGames | None = None
+        self._info = {**self._seat.make_info(None)}
         if self._info:
             self._info = {"action_mask": np.tile(self._info["action_mask"], (num_envs, 1))}
 
     def reset(self, *, seed: int | None = None, options: Info | None = None) -> tuple[Array, Info]:
         """Begins all rows; without a seed, the next games of the last one."""
         if self._rows is None or seed is not None:
-            seed = fresh() if seed is None else seed
-            luck = Fast(seed) if self._fast else Recorded(seed, self.num_envs)
-            self._rows = Rows(self._seat, self._policies, luck, self.num_envs, self._limit)
+            seed = new_seed() if seed is None else seed
+            luck = FastUniforms(seed) if self._fast else ReplayableUniforms(seed, self.num_envs)
+            self._rows = VectorGames(
+                self._seat, self._policies, luck, self.num_envs, self._turn_limit
+            )
         else:
-            self._rows.begin()
-        return self._rows.seen.copy(), self._told(self._rows)
+            self._rows.reset()
+        return self._rows.observations.copy(), self._reset_info(self._rows)
 
     def step(self, actions: Array) -> tuple[Array, Reals, Bools, Bools, Info]:
         """Plays a turn in every row; one that was over begins anew, whichever action it has."""
         if self._rows is None:
-            raise BadParameter(NOT_BEGUN)
+            raise BadParameter(NOT_RESET_MESSAGE)
         told = np.asarray(actions)
         if told.shape[:1] != (self.num_envs,):
             raise IllegalAction(f"step: got shape {told.shape}, expected {self.num_envs} actions")
-        if self._rows.ended.any():
+        if self._rows.done_mask.any():
             told = told.copy()
-            told[self._rows.ended] = 0  # what is not looked at may be anything, as in Gymnasium
-        rewards, terminated, truncated = self._rows.play(self._seat.act(told))
-        seen = self._rows.seen.copy()
-        return seen, rewards, terminated, truncated.copy(), self._told(self._rows)
+            told[self._rows.done_mask] = 0  # what is not looked at may be anything, as in Gymnasium
+        rewards, terminated, truncated = self._rows.step(self._seat.decode_actions(told))
+        seen = self._rows.observations.copy()
+        return seen, rewards, terminated, truncated.copy(), self._reset_info(self._rows)
 
-    def _told(self, rows: Rows) -> Info:
+    def _reset_info(self, rows: VectorGames) -> Info:
         """Which actions `[B, A]` are legal."""
-        if rows.legal is None:
+        if rows.legal_actions_mask is None:
             return dict(self._info)
-        return {"action_mask": rows.legal[:, self._seat.seat].astype(np.int8)}
+        return {"action_mask": rows.legal_actions_mask[:, self._seat.seat].astype(np.int8)}
 
 
-def _register() -> None:
+def _register_environments() -> None:
     """Has Gymnasium know every problem and variant, as `dmplay/CryingBaby-v0`."""
     for name in problem_names():
-        for variant in problems.variants(name):
+        for variant in problems.load_variants(name):
             spec = f"{name}:{variant}" if variant else name
             words = spec.replace(":", "-").split("-")
             gymnasium.register(
@@ -179,4 +201,4 @@ def _register() -> None:
             )
 
 
-_register()
+_register_environments()

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from dmplay.chance import Array, Chance, Reals
-from dmplay.columns import Column, column, lines
+from dmplay.columns import Column, take_rows, to_column
 from dmplay.core import Labels, Outcome, Problem
 
 
@@ -32,30 +32,30 @@ class MatrixGame(Problem):
     def payoffs(self) -> Reals:
         """The rewards `[A1, ..., An, n]`, agent 1's actions first."""
 
-    def opening(self, rows: int) -> tuple[Chance, ...]:
+    def initial_chance(self, rows: int) -> tuple[Chance, ...]:
         """Nothing."""
         return ()
 
-    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
+    def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
         """The one state."""
         return np.zeros(rows, np.int64)
 
     @cached_property
-    def _listed(self) -> Reals:
+    def _joint_payoffs(self) -> Reals:
         """The rewards of every joint action `[A, n]`."""
         return self.payoffs.reshape(-1, len(self.agents))
 
-    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+    def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """What the table pays."""
-        joint: Column = column(a[:, 0])
+        joint: Column = to_column(a[:, 0])
         for seat, many in enumerate(self.action_counts[1:], 1):
-            joint = joint * many + column(a[:, seat])
-        return Outcome(s, lines(self._listed, joint), s)
+            joint = joint * many + to_column(a[:, seat])
+        return Outcome(s, take_rows(self._joint_payoffs, joint), s)
 
-    def notation(self, s: Array) -> str:
+    def format_state(self, s: Array) -> str:
         """`-`: there is nothing to say."""
         return "-"
 
-    def parse(self, text: str) -> Array:
+    def parse_state(self, text: str) -> Array:
         """The one state."""
         return np.array(0)

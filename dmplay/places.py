@@ -9,50 +9,57 @@ from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
-OWN = str(Path(__file__).parent)
-STANDARD = sysconfig.get_path("stdlib")
-INSTALLED = (OWN, STANDARD, *map(sysconfig.get_path, ("purelib", "platlib")), "<")
-LIBRARIES = {"site-packages", "dist-packages"}  # folders, of other environments too
+PACKAGE_FOLDER = str(Path(__file__).parent)
+STDLIB_FOLDER = sysconfig.get_path("stdlib")
+INSTALLED_PREFIXES = (
+    PACKAGE_FOLDER,
+    STDLIB_FOLDER,
+    *map(sysconfig.get_path, ("purelib", "platlib")),
+    "<",
+)
+LIBRARY_FOLDERS = {"site-packages", "dist-packages"}  # folders, of other environments too
 
 
-def blamed(error: BaseException) -> str:
+def describe_error_location(error: BaseException) -> str:
     """The line of code outside of dmplay and of packages that an error comes from, and the error;
     '' where there is none.
     """
     frames = traceback.extract_tb(error.__traceback__)
-    own = [frame for frame in frames if not _installed(frame.filename)]
+    own = [frame for frame in frames if not _is_installed(frame.filename)]
     if not own:
         return ""
     what = f"{type(error).__name__}: {error}".partition("\n")[0].removesuffix(": ")
-    return f"{named(own[-1].filename, own[-1].lineno)}: {what}"
+    return f"{format_location(own[-1].filename, own[-1].lineno)}: {what}"
 
 
-def left(error: SystemExit) -> str:
+def describe_exit_location(error: SystemExit) -> str:
     """The line of such code that ends the program, and how; '' where dmplay does, as signals have
     it.
     """
     raised = traceback.extract_tb(error.__traceback__)[-1]
-    return "" if _installed(raised.filename) else blamed(error)
+    return "" if _is_installed(raised.filename) else describe_error_location(error)
 
 
-def _installed(file: str) -> bool:
+def _is_installed(file: str) -> bool:
     """Whether a file is dmplay's, Python's or a package's."""
-    return file.startswith(INSTALLED) or not LIBRARIES.isdisjoint(Path(file).parts)
+    return file.startswith(INSTALLED_PREFIXES) or not LIBRARY_FOLDERS.isdisjoint(Path(file).parts)
 
 
-def place(kind: type, name: str = "", argument: str = "", order: Sequence[str] = ()) -> str:
+def locate_definition(
+    user_class: type, name: str = "", argument: str = "", order: Sequence[str] = ()
+) -> str:
     """The line on which a class says a name, or an argument of the call, in this order, that is it.
 
     Where it leaves that to dmplay, the line on which the class begins; '' of one in no file.
     """
-    for one in kind.__mro__:
-        if name in vars(one) and not _file(one).startswith(OWN):
-            return _line(one, name, argument, order)
-    begins = _class(kind)
-    return named(_file(kind), begins.lineno) if begins else ""
+    for one in user_class.__mro__:
+        if name in vars(one) and not _class_file(one).startswith(PACKAGE_FOLDER):
+            return _definition_line(one, name, argument, order)
+    begins = _find_class_node(user_class)
+    return format_location(_class_file(user_class), begins.lineno) if begins else ""
 
 
-def named(file: str, line: int | None) -> str:
+def format_location(file: str, line: int | None) -> str:
     """A file, and a line of it, as a person types it: `./tiger.py:14`."""
     path = os.path.relpath(file)
     path = file if path.startswith(os.path.join("..", "..")) else path
@@ -60,52 +67,54 @@ def named(file: str, line: int | None) -> str:
     return f"{path}:{line}" if line else path
 
 
-def _file(kind: type) -> str:
+def _class_file(kind: type) -> str:
     """The file of a class; '' where it has none of its own."""
     try:
         file = inspect.getsourcefile(kind) or ""
     except (TypeError, OSError):  # built in, or made at a prompt
         return ""
-    return "" if file.startswith(STANDARD) else file
+    return "" if file.startswith(STDLIB_FOLDER) else file
 
 
 @cache
-def _tree(file: str, changed: float) -> ast.Module:
+def _parse_source(file: str, changed: float) -> ast.Module:
     return ast.parse(Path(file).read_bytes())  # in the encoding that it names
 
 
-def _class(kind: type) -> ast.ClassDef | None:
+def _find_class_node(kind: type) -> ast.ClassDef | None:
     """Where a class stands in its file."""
-    file = _file(kind)
+    file = _class_file(kind)
     if not os.path.isfile(file):
         return None
-    nodes = ast.walk(_tree(file, os.path.getmtime(file)))
+    nodes = ast.walk(_parse_source(file, os.path.getmtime(file)))
     classes = (node for node in nodes if isinstance(node, ast.ClassDef))
     return next((node for node in classes if node.name == kind.__name__), None)
 
 
-def _line(kind: type, name: str, argument: str, order: Sequence[str]) -> str:
+def _definition_line(kind: type, name: str, argument: str, order: Sequence[str]) -> str:
     """The line of a method or a value in a class."""
     found = vars(kind)[name]
     written = getattr(found, "fget", None) or getattr(found, "func", None) or found
     if inspect.isfunction(written):
         code = written.__code__
-        return named(code.co_filename, code.co_firstlineno)
-    begins = _class(kind)
+        return format_location(code.co_filename, code.co_firstlineno)
+    begins = _find_class_node(kind)
     for node in begins.body if begins else ():
-        if any(isinstance(part, ast.Name) and part.id == name for part in _told(node)):
-            return named(_file(kind), _within(node, argument, order))
-    return place(kind)
+        if any(
+            isinstance(part, ast.Name) and part.id == name for part in _assignment_targets(node)
+        ):
+            return format_location(_class_file(kind), _argument_line(node, argument, order))
+    return locate_definition(kind)
 
 
-def _told(node: ast.stmt) -> list[ast.AST]:
+def _assignment_targets(node: ast.stmt) -> list[ast.AST]:
     """What a statement gives a value to."""
     targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", node)]
     kinds = ast.Assign | ast.AnnAssign
     return [part for one in targets for part in ast.walk(one)] if isinstance(node, kinds) else []
 
 
-def _within(node: ast.stmt, argument: str, order: Sequence[str]) -> int:
+def _argument_line(node: ast.stmt, argument: str, order: Sequence[str]) -> int:
     """The line of an argument of the call whose value is given; else of all."""
     call = getattr(node, "value", None)
     if not argument or not isinstance(call, ast.Call):

@@ -19,70 +19,74 @@ from prompt_toolkit.output import ColorDepth, Output
 
 from dmplay.errors import DmplayError
 from dmplay.game import saves
-from dmplay.screen.row import Veil
-from dmplay.screen.screen import Screen
-from dmplay.screen.show import show
-from dmplay.signals import ENDS, INTERRUPTED, leaving
-from dmplay.terminal import clean
-from dmplay.words.commands import Leave
-from dmplay.words.completion.candidates import Candidates
+from dmplay.screen.row import HiddenInputProcessor
+from dmplay.screen.screen import PlayScreen
+from dmplay.screen.show import run_full_screen
+from dmplay.signals import INTERRUPTED_EXIT_CODE, SIGNAL_EXIT_CODES, exit_on_signals
+from dmplay.terminal import escape_unprintable
+from dmplay.words.commands import PlayerQuit
+from dmplay.words.completion.candidates import CommandCompleter
 from dmplay.words.shell import Shell
 
-SHORT = 24  # characters of a state that the toolbar has room for
+MAX_STATE_CHARS = 24  # characters of a state that the toolbar has room for
 
 
-class Typed(InMemoryHistory):
+class ShellHistory(InMemoryHistory):
     """The lines typed, but for choices that another person must not see."""
 
-    def __init__(self, shell: Shell, kept: History) -> None:
+    def __init__(self, shell: Shell, saved_history: History) -> None:
         super().__init__()
-        self._shell, self._kept = shell, kept
+        self._shell, self._saved_history = shell, saved_history
 
     def load_history_strings(self) -> Iterable[str]:
         """The lines of all sessions, the last first."""
-        return self._kept.load_history_strings()
+        return self._saved_history.load_history_strings()
 
     def append_string(self, string: str) -> None:
         """Keeps a line."""
-        if not self._shell.table.secret:
+        if not self._shell.controller.is_input_hidden:
             super().append_string(string)
 
     def store_string(self, string: str) -> None:
         """Writes a line down."""
-        self._kept.store_string(string)
+        self._saved_history.store_string(string)
 
 
-def toolbar(shell: Shell) -> str:
+def toolbar_text(shell: Shell) -> str:
     """Score, place and the key for help."""
     facts = []
     if shell.game:
         view = shell.game.view()
         if view.rewards is not None:
-            facts.append(f"score {shell.game.account.returned(shell.game.moment()):.2f}")
-        if not view.problem.hidden and view.problem.states != 1:
-            at = view.problem.notation(view.observation)
-            facts += [f"at {at}"] if len(at) <= SHORT else []
-        elif view.problem.hidden and view.turn:
-            facts.append(f"saw {view.problem.observations[view.seat].told(view.observation)}")
+            facts.append(f"score {shell.game.narrator.seat_return(shell.game.snapshot()):.2f}")
+        if not view.problem.partially_observable and view.problem.state_count != 1:
+            at = view.problem.format_state(view.observation)
+            facts += [f"at {at}"] if len(at) <= MAX_STATE_CHARS else []
+        elif view.problem.partially_observable and view.turns_played:
+            facts.append(
+                f"saw {view.problem.observations[view.seat].format_observation(view.observation)}"
+            )
     between = " - " if shell.terminal.ascii else " · "
     return f" {between.join([*facts, 'F1 help'])}"
 
 
-def run(shell: Shell, input_: Input | None = None, output: Output | None = None) -> int:
+def run_prompt(shell: Shell, input_: Input | None = None, output: Output | None = None) -> int:
     """Asks for lines until the player leaves; returns the exit code."""
-    session = _session(shell, input_, output)
-    shell.table.open_screen = lambda: _screen(shell)
+    session = _create_prompt_session(shell, input_, output)
+    shell.controller.open_screen = lambda: _show_full_screen(shell)
     warned = False
     while True:
         try:
-            if shell.curtained:
-                with leaving():
-                    shell.change_places(again=warned)
-            line = session.prompt(lambda: shell.prompt, pre_run=_ready, handle_sigint=True)
+            if shell.awaiting_handover:
+                with exit_on_signals():
+                    shell.hand_over(is_retry=warned)
+            line = session.prompt(
+                lambda: shell.prompt, pre_run=_install_signal_handlers, handle_sigint=True
+            )
         except KeyboardInterrupt:
-            empty = shell.curtained or not session.default_buffer.text
+            empty = shell.awaiting_handover or not session.default_buffer.text
             if empty and warned:
-                return INTERRUPTED
+                return INTERRUPTED_EXIT_CODE
             warned = empty
             if empty:
                 print("Ctrl-C once more leaves; so do quit and Ctrl-D.")
@@ -91,33 +95,39 @@ def run(shell: Shell, input_: Input | None = None, output: Output | None = None)
             return 0
         warned = False
         try:
-            with leaving():  # the library puts back no handler but its own
-                shell.do(line)
-        except Leave:
+            with exit_on_signals():  # the library puts back no handler but its own
+                shell.run_line(line)
+        except PlayerQuit:
             return 0
         except KeyboardInterrupt:
             print("interrupted.")
         except DmplayError as error:
-            print(f"error: {clean(str(error))}", file=sys.stderr)
+            print(f"error: {escape_unprintable(str(error))}", file=sys.stderr)
 
 
-def _session(shell: Shell, input_: Input | None, output: Output | None) -> PromptSession[str]:
+def _create_prompt_session(
+    shell: Shell, input_: Input | None, output: Output | None
+) -> PromptSession[str]:
     """The line editor, with its history, completion and toolbar."""
-    file = saves.history()
+    file = saves.shell_history_path()
     bindings = KeyBindings()
 
     @bindings.add("f1")
-    def _help(event: KeyPressEvent) -> None:
+    def _submit_help(event: KeyPressEvent) -> None:
         event.current_buffer.text = "help"
         event.current_buffer.validate_and_handle()
 
     return PromptSession(
-        history=Typed(shell, FileHistory(str(file)) if file else InMemoryHistory()),
+        history=ShellHistory(shell, FileHistory(str(file)) if file else InMemoryHistory()),
         auto_suggest=AutoSuggestFromHistory(),
-        completer=FuzzyCompleter(Candidates(shell.table), WORD=True),
+        completer=FuzzyCompleter(CommandCompleter(shell.controller), WORD=True),
         complete_while_typing=False,
-        bottom_toolbar=lambda: toolbar(shell),
-        input_processors=[ConditionalProcessor(Veil(), Condition(lambda: shell.table.secret))],
+        bottom_toolbar=lambda: toolbar_text(shell),
+        input_processors=[
+            ConditionalProcessor(
+                HiddenInputProcessor(), Condition(lambda: shell.controller.is_input_hidden)
+            )
+        ],
         enable_suspend=True,
         key_bindings=bindings,
         color_depth=None if shell.terminal.color else ColorDepth.DEPTH_1_BIT,
@@ -126,16 +136,16 @@ def _session(shell: Shell, input_: Input | None, output: Output | None) -> Promp
     )
 
 
-def _ready() -> None:
+def _install_signal_handlers() -> None:
     """Lets the signals that end a program end the prompt."""
     app, loop = get_app(), asyncio.get_running_loop()
-    for number, code in ENDS.items():
+    for number, code in SIGNAL_EXIT_CODES.items():
         loop.add_signal_handler(number, partial(app.exit, exception=SystemExit(code)))
 
 
-def _screen(shell: Shell) -> str:
+def _show_full_screen(shell: Shell) -> str:
     """Shows the game on the full screen."""
-    code = show(Screen(shell.table, shell.terminal, shell.speed))
+    code = run_full_screen(PlayScreen(shell.controller, shell.terminal, shell.speed))
     if code > 128 and code != 128 + signal.SIGINT:
         raise SystemExit(code)
     return ""

@@ -12,9 +12,9 @@ from shlex import quote
 import pytest
 
 from dmplay.errors import DmplayError, TranscriptMismatch
-from dmplay.terminal import clean
+from dmplay.terminal import escape_unprintable
 
-SUFFIX = ".dmt"
+TRANSCRIPT_SUFFIX = ".dmt"
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -34,7 +34,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
     """Collects transcripts."""
-    if file_path.suffix != SUFFIX:
+    if file_path.suffix != TRANSCRIPT_SUFFIX:
         return None
     collected: pytest.Collector = TranscriptFile.from_parent(parent, path=file_path)
     return collected
@@ -58,21 +58,21 @@ class TranscriptItem(pytest.Item):
         trusted = bool(self.config.getini("dmplay_trust"))
         path = Path(os.path.relpath(self.path))
         if self.config.getoption("--dmplay-update"):
-            diff = checking.update(path, trusted=trusted)
+            diff = checking.rewrite_file(path, trusted=trusted)
             if diff:
-                self.add_report_section("call", "rewritten", clean(diff))
-        report = checking.check(path, trusted=trusted)
-        self.add_report_section("call", "compared", clean(report.told))
-        if not report.ok:
+                self.add_report_section("call", "rewritten", escape_unprintable(diff))
+        report = checking.verify_file(path, trusted=trusted)
+        self.add_report_section("call", "compared", escape_unprintable(report.summary))
+        if not report.is_ok:
             accept = f"\nto accept the change: pytest {quote(str(path))} --dmplay-update"
-            raise TranscriptMismatch(f"{report}{accept if report.replayed else ''}")
+            raise TranscriptMismatch(f"{report}{accept if report.is_replayable else ''}")
 
     def repr_failure(
         self, excinfo: pytest.ExceptionInfo[BaseException], style: object = None
     ) -> str:
         """The report alone; a traceback only for what is no error of ours."""
         if isinstance(excinfo.value, DmplayError):
-            return clean(str(excinfo.value))
+            return escape_unprintable(str(excinfo.value))
         return str(super().repr_failure(excinfo))
 
     def reportinfo(self) -> tuple[Path, int, str]:

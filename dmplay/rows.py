@@ -5,57 +5,59 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.chance import Ints, Reals
-from dmplay.columns import Column, least, listed
+from dmplay.columns import Column, minimum, take_values
 
 
-class Rows(NamedTuple):
+class SparseMatrix(NamedTuple):
     """A matrix by the support of its rows, which are never empty: N numbers in all."""
 
-    starts: Ints  # [R + 1], the place of each row's first number; N at last
+    row_starts: Ints  # [R + 1], the place of each row's first number; N at last
     columns: Ints  # [N], rising within a row
     values: Reals  # [N]
 
     @classmethod
-    def of(cls, dense: Reals) -> "Rows":
+    def from_dense(cls, dense: Reals) -> "SparseMatrix":
         """The rows of an array `[R, C]`."""
         row, column = np.nonzero(dense)
         starts = np.searchsorted(row, np.arange(len(dense) + 1))
         return cls(starts, column, dense[row, column])
 
     @property
-    def lengths(self) -> Ints:
+    def row_lengths(self) -> Ints:
         """How many numbers each row has `[R]`."""
-        return np.diff(self.starts)
+        return np.diff(self.row_starts)
 
     @property
-    def row(self) -> Ints:
+    def row_indices(self) -> Ints:
         """The row of each number `[N]`."""
-        return np.repeat(np.arange(len(self.starts) - 1), self.lengths)
+        return np.repeat(np.arange(len(self.row_starts) - 1), self.row_lengths)
 
-    def sums(self, numbers: Reals) -> Reals:
+    def row_sums(self, numbers: Reals) -> Reals:
         """The sum in each row `[R, ...]` of what stands beside its numbers `[N, ...]`."""
-        return np.asarray(np.add.reduceat(numbers, self.starts[:-1]))
+        return np.asarray(np.add.reduceat(numbers, self.row_starts[:-1]))
 
-    def dense(self, columns: int) -> Reals:
+    def to_dense(self, columns: int) -> Reals:
         """The array `[R, columns]`."""
-        whole = np.zeros((len(self.starts) - 1, columns))
-        whole[self.row, self.columns] = self.values
+        whole = np.zeros((len(self.row_starts) - 1, columns))
+        whole[self.row_indices, self.columns] = self.values
         return whole
 
-    def at(self, rows: Column, nth: Column) -> Column:
+    def entry_index(self, rows: Column, nth: Column) -> Column:
         """The places of the nth numbers of these rows; beyond the last, its own."""
-        return least(listed(self.starts, rows) + nth, listed(self.starts, rows + 1) - 1)
+        return minimum(
+            take_values(self.row_starts, rows) + nth, take_values(self.row_starts, rows + 1) - 1
+        )
 
-    def taken(self, rows: Ints, most: int) -> tuple[Ints, Reals]:
+    def padded_rows(self, rows: Ints, width: int) -> tuple[Ints, Reals]:
         """The columns and numbers `[..., most]` of these rows, at the end 0 in the last column."""
-        nth = np.arange(most)
-        place = np.asarray(self.at(rows[..., None], nth))
-        there = nth < self.lengths[rows][..., None]
+        nth = np.arange(width)
+        place = np.asarray(self.entry_index(rows[..., None], nth))
+        there = nth < self.row_lengths[rows][..., None]
         return self.columns[place], np.where(there, self.values[place], 0.0)
 
-    def places(self, rows: Ints) -> tuple[Ints, Ints]:
+    def entries_of_rows(self, rows: Ints) -> tuple[Ints, Ints]:
         """The place of each number in these rows `[M]`, and which of them it is in."""
-        lengths = self.lengths[rows]
+        lengths = self.row_lengths[rows]
         which = np.repeat(np.arange(len(rows)), lengths)
         before = np.cumsum(lengths) - lengths
-        return self.starts[rows][which] + np.arange(len(which)) - before[which], which
+        return self.row_starts[rows][which] + np.arange(len(which)) - before[which], which

@@ -5,23 +5,40 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from dmplay.chance import COUNTED, Array, Bools, Reals, batched, drawn
-from dmplay.core import Outcome, Percept, Problem, lasting, locked, own, raw
+from dmplay.chance import (
+    FINITE_CHANCE_TYPES,
+    Array,
+    Bools,
+    Reals,
+    sample_unbatched,
+    to_event_arrays,
+)
+from dmplay.core import (
+    Outcome,
+    Percept,
+    Problem,
+    array_bytes,
+    intern_array,
+    make_readonly,
+    readonly_copy,
+)
 
-MOST = 4096  # answers that are remembered; and pairs of a state and a joint action where any are
+MAX_CACHED_ANSWERS = (
+    4096  # answers that are remembered; and pairs of a state and a joint action where any are
+)
 
 T = TypeVar("T")
 
 
-class Place(NamedTuple):
+class StateInfo(NamedTuple):
     """What holds in a state, however a game came to it."""
 
-    legal: Bools | None  # [n, A]; None for all
-    waiting: Bools  # [n], who only waits
+    legal_actions_mask: Bools | None  # [n, A]; None for all
+    inactive_agents: Bools  # [n], who only waits
     terminal: bool
 
 
-class Came(NamedTuple):
+class StepResult(NamedTuple):
     """What came of a turn, without the batch axis."""
 
     actions: Array  # [n]
@@ -30,84 +47,97 @@ class Came(NamedTuple):
     rewards: Reals  # [n]
 
 
-class Rules:
+class ProblemDynamics:
     """A problem that is asked each time."""
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
-        self._nobody = locked(np.zeros(len(problem.agents), bool))
+        self._no_inactive_agents = make_readonly(np.zeros(len(problem.agents), bool))
 
-    def place(self, state: Array) -> Place:
+    def state_info(self, state: Array) -> StateInfo:
         """What holds in a state."""
         problem, s = self.problem, state[None]
-        legal, terminal = problem.legal(s), bool(problem.terminal(s)[0])
+        legal, terminal = problem.legal_actions_mask(s), bool(problem.terminal(s)[0])
         if legal is None:
-            return Place(None, self._nobody, terminal)
-        return Place(legal[0], problem.waiting(s)[0], terminal)
+            return StateInfo(None, self._no_inactive_agents, terminal)
+        return StateInfo(legal[0], problem.inactive_agents(s)[0], terminal)
 
-    def turn(self, state: Array, joint: Array, draws: Reals) -> Came:
+    def resolve_turn(self, state: Array, joint: Array, draws: Reals) -> StepResult:
         """What comes of a joint action under these draws."""
-        return self._came(joint, self.problem.step(state[None], joint[None], draws[None]))
+        return self._step_result(joint, self.problem.step(state[None], joint[None], draws[None]))
 
-    def _came(self, joint: Array, outcome: Outcome) -> Came:
-        state = own(outcome.state[0])
-        seen = own(outcome.observations[0]) if self.problem.hidden else state
-        return Came(locked(joint), state, seen, locked(outcome.rewards[0] + 0.0))
+    def _step_result(self, joint: Array, outcome: Outcome) -> StepResult:
+        state = readonly_copy(outcome.state[0])
+        seen = (
+            readonly_copy(outcome.observations[0]) if self.problem.partially_observable else state
+        )
+        return StepResult(
+            make_readonly(joint), state, seen, make_readonly(outcome.rewards[0] + 0.0)
+        )
 
-    def percept(self, seat: int, actions: Array, outcome: Outcome) -> Percept:
+    def build_percept(self, seat: int, actions: Array, outcome: Outcome) -> Percept:
         """What a turn taught a seat, as a batch of one row."""
-        return self.problem.percept(seat, actions, outcome)
+        return self.problem.build_percept(seat, actions, outcome)
 
 
-class Remembered(Rules):
+class CachedDynamics(ProblemDynamics):
     """A problem in which little can happen: what it was asked before is not asked again."""
 
     def __init__(self, problem: Problem) -> None:
         super().__init__(problem)
-        self._places: dict[bytes, Place] = {}
-        self._turns: dict[tuple[object, ...], Came] = {}
+        self._state_infos: dict[bytes, StateInfo] = {}
+        self._step_results: dict[tuple[object, ...], StepResult] = {}
         self._percepts: dict[tuple[object, ...], Percept] = {}
 
-    def place(self, state: Array) -> Place:
+    def state_info(self, state: Array) -> StateInfo:
         """What holds in a state."""
-        known, key = self._places, raw(state)
+        known, key = self._state_infos, array_bytes(state)
         if key not in known:
-            known[key] = super().place(state)
+            known[key] = super().state_info(state)
         return known[key]
 
-    def turn(self, state: Array, joint: Array, draws: Reals) -> Came:
+    def resolve_turn(self, state: Array, joint: Array, draws: Reals) -> StepResult:
         """What comes of a joint action under these draws."""
         s, a, u = state[None], joint[None], draws[None]
         chances = self.problem.chance(s, a)
-        if not all([isinstance(chance, COUNTED) for chance in chances]):
-            return super().turn(state, joint, draws)
-        events = drawn(chances, u)
-        known, key = self._turns, (raw(state), raw(joint), *events)
+        if not all([isinstance(chance, FINITE_CHANCE_TYPES) for chance in chances]):
+            return super().resolve_turn(state, joint, draws)
+        events = sample_unbatched(chances, u)
+        known, key = self._step_results, (array_bytes(state), array_bytes(joint), *events)
         if key not in known:
-            _make_room(known)
-            known[key] = self._came(joint, self.problem.move(s, a, batched(events)))
+            _clear_if_full(known)
+            known[key] = self._step_result(
+                joint, self.problem.resolve_events(s, a, to_event_arrays(events))
+            )
         return known[key]
 
-    def percept(self, seat: int, actions: Array, outcome: Outcome) -> Percept:
+    def build_percept(self, seat: int, actions: Array, outcome: Outcome) -> Percept:
         """What a turn taught a seat, in arrays into which nobody ever can write."""
         _, rewards, seen = outcome
-        known, key = self._percepts, (seat, raw(actions), raw(seen), raw(rewards))
+        known, key = (
+            self._percepts,
+            (seat, array_bytes(actions), array_bytes(seen), array_bytes(rewards)),
+        )
         if key not in known:
-            _make_room(known)
-            taught = super().percept(seat, actions, outcome)
-            parts = {k: lasting(part) for k, part in taught._asdict().items() if part is not None}
+            _clear_if_full(known)
+            taught = super().build_percept(seat, actions, outcome)
+            parts = {
+                k: intern_array(part) for k, part in taught._asdict().items() if part is not None
+            }
             known[key] = taught._replace(**parts)
         return known[key]
 
 
-def _make_room(known: dict[tuple[object, ...], T]) -> None:
+def _clear_if_full(cache: dict[tuple[object, ...], T]) -> None:
     """Forgets everything where there is no more room."""
-    if len(known) >= MOST:
-        known.clear()
+    if len(cache) >= MAX_CACHED_ANSWERS:
+        cache.clear()
 
 
-def rules(problem: Problem, first: Array) -> Rules:
+def make_dynamics(problem: Problem, initial_state: Array) -> ProblemDynamics:
     """The rules for a game that begins in this state."""
-    many, exact = problem.states, first.dtype.kind in "iub"
-    little = isinstance(many, int) and 0 < many * math.prod(problem.action_counts) <= MOST
-    return Remembered(problem) if little and exact else Rules(problem)
+    many, exact = problem.state_count, initial_state.dtype.kind in "iub"
+    little = (
+        isinstance(many, int) and 0 < many * math.prod(problem.action_counts) <= MAX_CACHED_ANSWERS
+    )
+    return CachedDynamics(problem) if little and exact else ProblemDynamics(problem)

@@ -11,30 +11,32 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dmplay.budget import ROUND, Budget
+from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Array, Categorical, Chance, Ints, Reals
-from dmplay.columns import Column, batch, column, columns, lines, listed
-from dmplay.core import Outcome, Problem, exact, locked, reached
+from dmplay.columns import Column, split_columns, take_rows, take_values, to_batch, to_column
+from dmplay.core import Outcome, Problem, enumerate_outcomes, make_readonly, next_state_indices
 from dmplay.errors import BadParameter
-from dmplay.rows import Rows
+from dmplay.rows import SparseMatrix
 
-KEPT = 2**20  # numbers of all rows that are summed once
-CERTAIN = 1e-9  # probabilities this close are equal
-DEPENDS = "observations depend on the state before: put what is seen into the state, or use search"
+MAX_CACHED_PROBABILITIES = 2**20  # numbers of all rows that are summed once
+PROBABILITY_TOLERANCE = 1e-9  # probabilities this close are equal
+STATE_DEPENDENT_OBSERVATION_MESSAGE = (
+    "observations depend on the state before: put what is seen into the state, or use search"
+)
 
 
-class _Arrays(NamedTuple):
+class _TableArrays(NamedTuple):
     transition: Reals  # [S, A, S']
     rewards: Reals  # [S, A, n] expected, or [S, A, S', n], or [S, A, S', O, n]
     observation: Reals | None  # [A, S', O]; None where every agent sees the state
 
 
-def _read_only(numbers: ArrayLike) -> Reals:
+def _readonly_array(numbers: ArrayLike) -> Reals:
     """An array into which nobody writes."""
-    return locked(np.asarray(numbers))
+    return make_readonly(np.asarray(numbers))
 
 
-class Tables(_Arrays):
+class Tables(_TableArrays):
     """A finite problem as arrays; A counts joint actions and O joint observations, row-major.
 
     `transition` is `[S, A, S']`; `rewards`, of n agents, `[S, A, n]`, or `[S, A, S', n]` or
@@ -49,74 +51,86 @@ class Tables(_Arrays):
         cls, transition: "ArrayLike", rewards: "ArrayLike", observation: "ArrayLike | None" = None
     ) -> "Tables":
         """Takes arrays as they are, for reading alone; lists of lists are made arrays."""
-        seen = None if observation is None else _read_only(observation)
-        return super().__new__(cls, _read_only(transition), _read_only(rewards), seen)
+        seen = None if observation is None else _readonly_array(observation)
+        return super().__new__(
+            cls, _readonly_array(transition), _readonly_array(rewards), seen
+        )
 
     @property
-    def seen(self) -> Reals:
+    def observation_model(self) -> Reals:
         """O `[A, S', O]`; raises BadParameter where every agent sees the state."""
         if self.observation is None:
             raise BadParameter("got a problem whose state is seen, expected one with observations")
         return self.observation
 
     @property
-    def joint(self) -> Reals:
+    def joint_probabilities(self) -> Reals:
         """The probability `[S, A, O, S']` of each observation and next state."""
-        return np.asarray(self.transition[:, :, None] * self.seen.transpose(0, 2, 1))
+        return np.asarray(self.transition[:, :, None] * self.observation_model.transpose(0, 2, 1))
 
     @property
-    def sparse(self) -> "Sparse":
+    def sparse_tables(self) -> "SparseTables":
         """The same by what can happen."""
         transition, rewards, observation = self
         states, many, _ = transition.shape
-        flow = Rows.of(transition.reshape(states * many, states))
+        flow = SparseMatrix.from_dense(transition.reshape(states * many, states))
         paid = rewards.reshape(states * many, *rewards.shape[2:])
         if paid.ndim > 2:
-            paid = paid[flow.row, flow.columns].reshape(-1, paid.shape[-1])
-        seen = None if observation is None else Rows.of(observation.reshape(many * states, -1))
-        return Sparse(flow, paid, seen)
+            paid = paid[flow.row_indices, flow.columns].reshape(-1, paid.shape[-1])
+        seen = (
+            None
+            if observation is None
+            else SparseMatrix.from_dense(observation.reshape(many * states, -1))
+        )
+        return SparseTables(flow, paid, seen)
 
     @property
-    def dense(self) -> "Tables":
+    def expected_reward_tables(self) -> "Tables":
         """These arrays, the rewards expected `[S, A, n]`."""
         if self.rewards.ndim == 3:
             return self
-        sparse, size = self.sparse, self.transition.shape[:2]
-        return self._replace(rewards=sparse.expected(len(self.rewards)).reshape(*size, -1))
+        sparse, size = self.sparse_tables, self.transition.shape[:2]
+        return self._replace(rewards=sparse.expected_rewards(len(self.rewards)).reshape(*size, -1))
 
 
-class Sparse(NamedTuple):
+class SparseTables(NamedTuple):
     """A finite problem by what can happen: no next state, no observation of probability 0.
 
     Where rewards depend on the next state there is one for each of the N numbers in `transition`;
     where they depend on the observation too, O for each.
     """
 
-    transition: Rows  # [S * A] over next states
+    transition: SparseMatrix  # [S * A] over next states
     rewards: Reals  # [S * A, n] expected, or [N, n], or [N * O, n]
-    observation: Rows | None = None  # [A * S'] over joint observations
+    observation: SparseMatrix | None = None  # [A * S'] over joint observations
 
-    def expected(self, states: int) -> Reals:
+    def expected_rewards(self, state_count: int) -> Reals:
         """R(s, a) `[S * A, n]`."""
         flow, rewards = self.transition, self.rewards
-        if len(rewards) == len(flow.starts) - 1:
+        if len(rewards) == len(flow.row_starts) - 1:
             return rewards
-        many, likely = (len(flow.starts) - 1) // states, flow.values
+        many, likely = (len(flow.row_starts) - 1) // state_count, flow.values
         if len(rewards) > len(likely):
             assert self.observation is not None
-            row = flow.row % many * states + flow.columns
-            seen = self.observation.dense(len(rewards) // len(likely))[row]
+            row = flow.row_indices % many * state_count + flow.columns
+            seen = self.observation.to_dense(len(rewards) // len(likely))[row]
             likely = (likely[:, None] * seen).reshape(-1)
         each = (likely[:, None] * rewards).reshape(len(flow.values), -1, rewards.shape[1])
-        return flow.sums(each.sum(axis=1))
+        return flow.row_sums(each.sum(axis=1))
 
-    def dense(self, states: int, kinds: int) -> Tables:
+    def to_dense_tables(self, state_count: int, observation_count: int) -> Tables:
         """The arrays, of so many joint observations; the rewards expected."""
-        flow = self.transition.dense(states).reshape(states, -1, states)
-        rewards = self.expected(states).reshape(*flow.shape[:2], -1)
+        flow = self.transition.to_dense(state_count).reshape(state_count, -1, state_count)
+        rewards = self.expected_rewards(state_count).reshape(*flow.shape[:2], -1)
         if self.observation is None:
             return Tables(flow, rewards)
-        return Tables(flow, rewards, self.observation.dense(kinds).reshape(-1, states, kinds))
+        return Tables(
+            flow,
+            rewards,
+            self.observation.to_dense(observation_count).reshape(
+                -1, state_count, observation_count
+            ),
+        )
 
 
 @dataclass(frozen=True)
@@ -128,23 +142,23 @@ class Tabular(Problem):
 
     @cached_property
     @abstractmethod
-    def tables(self) -> Tables | Sparse:
+    def tables(self) -> Tables | SparseTables:
         """T, R and O, dense or sparse."""
 
     @property
-    def states(self) -> int:
+    def state_count(self) -> int:
         """As many as they have names."""
-        return len(self.names)
+        return len(self.state_names)
 
     @property
     @abstractmethod
-    def names(self) -> tuple[str, ...]:
+    def state_names(self) -> tuple[str, ...]:
         """The names of the states."""
 
     @property
-    def start_belief(self) -> Reals:
+    def initial_belief(self) -> Reals:
         """The distribution of the start state `[S]`: uniform unless overridden."""
-        return np.full(self.states, 1.0 / self.states)
+        return np.full(self.state_count, 1.0 / self.state_count)
 
     @cached_property
     def shared_reward(self) -> bool:
@@ -153,83 +167,91 @@ class Tabular(Problem):
         return len(self.agents) > 1 and bool((paid == paid[..., :1]).all())
 
     @cached_property
-    def support(self) -> Sparse:
+    def sparse_tables(self) -> SparseTables:
         """What can happen."""
-        return self.tables.sparse if isinstance(self.tables, Tables) else self.tables
+        return self.tables.sparse_tables if isinstance(self.tables, Tables) else self.tables
 
     @cached_property
-    def _most(self) -> tuple[int, int]:
+    def _max_support(self) -> tuple[int, int]:
         """The next states that a row names at most, and the observations."""
-        flow, _, seen = self.support
-        return int(flow.lengths.max()), 1 if seen is None else int(seen.lengths.max())
+        flow, _, seen = self.sparse_tables
+        return int(flow.row_lengths.max()), 1 if seen is None else int(seen.row_lengths.max())
 
     @cached_property
-    def _cumulative(self) -> Reals | None:
+    def _cached_cumulative(self) -> Reals | None:
         """The cumulative probabilities of the events of all rows; None where they are many."""
-        rows = np.arange(len(self.support.transition.starts) - 1)
-        few = len(rows) * prod(self._most) <= KEPT
-        return self._edges(rows) if few else None
+        rows = np.arange(len(self.sparse_tables.transition.row_starts) - 1)
+        few = len(rows) * prod(self._max_support) <= MAX_CACHED_PROBABILITIES
+        return self._event_cumulative(rows) if few else None
 
-    def _edges(self, rows: Ints) -> Reals:
+    def _event_cumulative(self, rows: Ints) -> Reals:
         """The cumulative probabilities `[B, K - 1]` of the events of some rows."""
-        flow, _, seen = self.support
-        after, p = flow.taken(rows, int(flow.lengths[rows].max()))
+        flow, _, seen = self.sparse_tables
+        after, p = flow.padded_rows(rows, int(flow.row_lengths[rows].max()))
         if seen is not None:
-            _, likely = seen.taken(np.asarray(self._seeing(rows[:, None], after)), self._most[1])
+            _, likely = seen.padded_rows(
+                np.asarray(self._observation_rows(rows[:, None], after)), self._max_support[1]
+            )
             p = (p[:, :, None] * likely).reshape(len(rows), -1)
         return np.cumsum(p, axis=1)[:, :-1]
 
-    def _seeing(self, rows: Column, after: Column) -> Column:
+    def _observation_rows(self, rows: Column, next_states: Column) -> Column:
         """The rows of observations once those of transitions led to these states."""
-        return rows % self._joint * self.states + after
+        return rows % self._joint_action_count * self.state_count + next_states
 
     @cached_property
-    def _joint(self) -> int:
+    def _joint_action_count(self) -> int:
         """How many joint actions there are."""
         return prod(self.action_counts)
 
     @cached_property
-    def _each(self) -> Ints:
+    def _joint_observations(self) -> Ints:
         """The observation of each agent in each joint observation `[O, n]`."""
         return np.array(list(product(*map(range, self.observation_counts))))
 
-    def _row(self, s: Array, a: Array) -> Column:
-        row = column(s)
-        for many, action in zip(self.action_counts, columns(a), strict=True):
+    def _transition_row(self, s: Array, a: Array) -> Column:
+        row = to_column(s)
+        for many, action in zip(self.action_counts, split_columns(a), strict=True):
             row = row * many + action
         return row
 
-    def opening(self, rows: int) -> tuple[Chance, ...]:
+    def initial_chance(self, rows: int) -> tuple[Chance, ...]:
         """The start state."""
-        return (Categorical(np.cumsum(self.start_belief)[None, :-1]),)
+        return (Categorical(np.cumsum(self.initial_belief)[None, :-1]),)
 
-    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
+    def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
         """The event is the state."""
         return events[0]
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         """The pair of next state and joint observation, of those that can be."""
-        row = self._row(s, a)
-        whole = self._cumulative
-        return (Categorical(self._edges(batch(row)) if whole is None else lines(whole, row)),)
+        row = self._transition_row(s, a)
+        whole = self._cached_cumulative
+        return (
+            Categorical(
+                self._event_cumulative(to_batch(row)) if whole is None else take_rows(whole, row)
+            ),
+        )
 
-    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+    def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """Reads the pair apart; the reward is R(s, a) unless it depends on the pair."""
-        flow, rewards, seeing = self.support
-        row = self._row(s, a)
-        nth, which = divmod(column(events[0]), self._most[1])
-        place = flow.at(row, nth)
-        moved = listed(flow.columns, place)
-        after = batch(moved)
-        expected = len(rewards) == len(flow.starts) - 1
+        flow, rewards, seeing = self.sparse_tables
+        row = self._transition_row(s, a)
+        nth, which = divmod(to_column(events[0]), self._max_support[1])
+        place = flow.entry_index(row, nth)
+        moved = take_values(flow.columns, place)
+        after = to_batch(moved)
+        expected = len(rewards) == len(flow.row_starts) - 1
         if seeing is None:
-            return Outcome(after, lines(rewards, row if expected else place), after)
-        seen = listed(seeing.columns, seeing.at(self._seeing(row, moved), which))
+            return Outcome(after, take_rows(rewards, row if expected else place), after)
+        seen = take_values(
+            seeing.columns, seeing.entry_index(self._observation_rows(row, moved), which)
+        )
         each = len(rewards) // len(flow.columns)  # rewards of a place
         paid = row if expected else place * each + seen * (each > 1)
-        return Outcome(after, lines(rewards, paid), lines(self._each, seen))
+        return Outcome(after, take_rows(rewards, paid), take_rows(self._joint_observations, seen))
 
-    def carry(
+    def joint_belief_update(
         self, belief: Reals, actions: Sequence[int | None], observations: Sequence[int | None]
     ) -> Reals:
         """The probability `[S]` of these observations and each next state, as for any problem."""
@@ -239,36 +261,38 @@ class Tabular(Problem):
         total = np.zeros(len(belief))
         for choice in choices:
             a = np.broadcast_to(np.array(choice), (len(support), len(choice)))
-            rows = batch(self._row(support, a))
-            places, which = self.support.transition.places(rows)
-            p = self.support.transition.values[places] * belief[support][which] / len(choices)
-            after = np.bincount(self.support.transition.columns[places], p, len(belief))
-            total += after * self._likelihood(rows[:1], after, observations)
+            rows = to_batch(self._transition_row(support, a))
+            places, which = self.sparse_tables.transition.entries_of_rows(rows)
+            p = self.sparse_tables.transition.values[places] * belief[support][which] / len(choices)
+            after = np.bincount(self.sparse_tables.transition.columns[places], p, len(belief))
+            total += after * self._observation_likelihood(rows[:1], after, observations)
         return total
 
-    def _likelihood(self, row: Ints, after: Array, observations: Sequence[int | None]) -> Reals:
+    def _observation_likelihood(
+        self, row: Ints, next_state_weights: Array, observations: Sequence[int | None]
+    ) -> Reals:
         """How likely the observations are in each state `[S]` that the action of a row led to."""
-        seeing = self.support.observation
+        seeing = self.sparse_tables.observation
         if seeing is None or all(one is None for one in observations):
-            return np.ones(len(after))
-        reached = np.flatnonzero(after)
-        places, which = seeing.places(np.asarray(self._seeing(row, reached)))
-        told = self._each[seeing.columns[places]]
+            return np.ones(len(next_state_weights))
+        reached = np.flatnonzero(next_state_weights)
+        places, which = seeing.entries_of_rows(np.asarray(self._observation_rows(row, reached)))
+        told = self._joint_observations[seeing.columns[places]]
         fits = np.ones(len(places), bool)
         for seat, one in enumerate(observations):
             if one is not None:
                 fits &= told[:, seat] == one
-        likely = np.zeros(len(after))
+        likely = np.zeros(len(next_state_weights))
         likely[reached] = np.bincount(which, seeing.values[places] * fits, len(reached))
         return likely
 
-    def notation(self, s: Array) -> str:
+    def format_state(self, s: Array) -> str:
         """The state's name."""
-        return self.names[int(s)]
+        return self.state_names[int(s)]
 
-    def parse(self, text: str) -> Array:
+    def parse_state(self, text: str) -> Array:
         """The state of this name."""
-        return np.array(self.names.index(text))
+        return np.array(self.state_names.index(text))
 
 
 def joint_actions(problem: Problem) -> Ints:
@@ -276,7 +300,7 @@ def joint_actions(problem: Problem) -> Ints:
     return np.array(list(product(*map(range, problem.action_counts))))
 
 
-def joint_observation(problem: Problem, observations: Array) -> Ints:
+def joint_observation_index(problem: Problem, observations: Array) -> Ints:
     """The row-major index of joint observations `[..., n]`."""
     joint = np.zeros(observations.shape[:-1], np.int64)
     for seat, many in enumerate(problem.observation_counts):
@@ -284,21 +308,21 @@ def joint_observation(problem: Problem, observations: Array) -> Ints:
     return joint
 
 
-def allowed(problem: Problem, s: Array, a: Ints) -> Ints:
+def replace_illegal_actions(problem: Problem, s: Array, a: Ints) -> Ints:
     """Joint actions `[B, n]`, each illegal one changed for the first legal one of its agent."""
-    legal = problem.legal(s)
+    legal = problem.legal_actions_mask(s)
     if legal is None:
         return a
     able = np.take_along_axis(legal, a[:, :, None], axis=2)[:, :, 0]
     return np.asarray(np.where(able, a, legal.argmax(axis=2)))
 
 
-def _dense(problem: Tabular) -> Tables:
+def _dense_tables(problem: Tabular) -> Tables:
     """The arrays of one that has them, the rewards expected."""
     tables = problem.tables
     if isinstance(tables, Tables):
-        return tables.dense
-    return tables.dense(problem.states, prod(problem.observation_counts))
+        return tables.expected_reward_tables
+    return tables.to_dense_tables(problem.state_count, prod(problem.observation_counts))
 
 
 def tabulate(problem: Problem) -> Tables:
@@ -308,39 +332,44 @@ def tabulate(problem: Problem) -> Tables:
     Pairs (action, next state) that never occur observe the first label. Raises BadParameter where
     an observation depends on more than (joint action, next state): the array cannot hold it.
     """
-    states = problem.enumerated()
+    states = problem.enumerate_states()
     choices = joint_actions(problem)
     size, many = len(states), len(choices)
     budget = Budget("tables", "fewer states or actions, or an agent that lists none: search")
     kinds = prod(problem.observation_counts)
-    budget.hold(8.0 * size * many * (size + kinds * (2 if problem.hidden else 0)))
+    budget.check_memory(
+        8.0 * size * many * (size + kinds * (2 if problem.partially_observable else 0))
+    )
     s, a = np.repeat(states, many, axis=0), np.tile(choices, (size, 1))
-    a = allowed(problem, s, a)
+    a = replace_illegal_actions(problem, s, a)
     if isinstance(problem, Tabular):
-        tables, joint = _dense(problem), np.ravel_multi_index(tuple(a.T), problem.action_counts)
+        tables, joint = (
+            _dense_tables(problem),
+            np.ravel_multi_index(tuple(a.T), problem.action_counts),
+        )
         at = s.reshape(size, many), joint.reshape(size, many)
         return tables._replace(transition=tables.transition[at], rewards=tables.rewards[at])
-    p, outcome = exact(problem, s, a)
+    p, outcome = enumerate_outcomes(problem, s, a)
     row = np.arange(len(p))[:, None]
-    after = reached(problem, outcome)
+    after = next_state_indices(problem, outcome)
     transition = np.zeros((size * many, size))
     np.add.at(transition, (row, after), p)
     rewards = np.einsum("bk,bkn->bn", p, outcome.rewards)
     observation = None
-    if problem.hidden:
-        seen = joint_observation(problem, outcome.observations)
+    if problem.partially_observable:
+        seen = joint_observation_index(problem, outcome.observations)
         observation = np.zeros((many, size, kinds))
         np.add.at(observation, (np.broadcast_to(row % many, p.shape), after, seen), p)
         observation[..., 0] += observation.sum(axis=2) == 0
         observation /= observation.sum(axis=2, keepdims=True)
         for first in range(0, len(p), many):  # state by state, which bounds the memory
-            budget.spend(ROUND + 4 * observation.size)
+            budget.spend_work(ARRAY_CALL_WORK + 4 * observation.size)
             joint = np.zeros_like(observation)
             here = slice(first, first + many)
             np.add.at(joint, (row[:many], after[here], seen[here]), p[here])
-            if abs(joint - transition[here, :, None] * observation).max() > CERTAIN:
-                raise BadParameter(DEPENDS)
+            if abs(joint - transition[here, :, None] * observation).max() > PROBABILITY_TOLERANCE:
+                raise BadParameter(STATE_DEPENDENT_OBSERVATION_MESSAGE)
     flow, paid = transition.reshape(size, many, size), rewards.reshape(size, many, -1)
-    over = np.flatnonzero(problem.terminal(states) & (not problem.hidden))
+    over = np.flatnonzero(problem.terminal(states) & (not problem.partially_observable))
     flow[over], paid[over] = np.eye(size)[over, None], 0.0  # whatever its moves say
     return Tables(flow, paid, observation)

@@ -9,12 +9,12 @@ import sys
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple, TextIO
 
-from dmplay.finding.typed import whole
+from dmplay.finding.typed import parse_whole_number
 
-INPUT, LOCAL = 0, 3  # of a terminal's attributes, the flags
+INPUT_FLAGS_INDEX, LOCAL_FLAGS_INDEX = 0, 3  # of a terminal's attributes, the flags
 
 
-class Wishes(NamedTuple):
+class TerminalOptions(NamedTuple):
     """What the command line asked for."""
 
     plain: bool = False
@@ -30,15 +30,15 @@ class Wishes(NamedTuple):
 class Terminal(NamedTuple):
     """How to talk to this user."""
 
-    screen: bool  # full screen; else plain lines
-    why: str  # the switch that chose plain lines
-    typed: bool  # whether a person types: an unknown word is asked again
+    full_screen: bool  # full screen; else plain lines
+    plain_reason: str  # the switch that chose plain lines
+    is_interactive: bool  # whether a person types: an unknown word is asked again
     color: bool
     ascii: bool
     theme: str = "default"  # mono where there is no colour
     width: int | None = None  # columns to draw in, where fewer are wanted than there are
     motion: bool = True  # whether things may move without a key
-    asks: bool = True  # whether somebody may be asked: else all comes from options or a pipe
+    can_ask: bool = True  # whether somebody may be asked: else all comes from options or a pipe
 
     @property
     def columns(self) -> int:
@@ -46,39 +46,41 @@ class Terminal(NamedTuple):
         return self.width or shutil.get_terminal_size().columns
 
 
-def decide(wishes: Wishes, env: Mapping[str, str], stdin: TextIO, stdout: TextIO) -> Terminal:
+def choose_terminal(
+    options: TerminalOptions, env: Mapping[str, str], stdin: TextIO, stdout: TextIO
+) -> Terminal:
     """Reads the wishes, the environment and the streams, in this order of strength."""
     dumb = env.get("TERM", "") in ("", "dumb")
     reasons = {
-        "--plain": wishes.plain,
-        "--json": wishes.json,
-        "--no-input": not wishes.input,
+        "--plain": options.plain,
+        "--json": options.json,
+        "--no-input": not options.input,
         "ACCESSIBLE": env.get("ACCESSIBLE", "").lower() not in ("", "0", "false"),
         "input is not a terminal": not stdin.isatty(),
         "output is not a terminal": not stdout.isatty(),
         "TERM=dumb": dumb,
     }
     why = next((reason for reason, holds in reasons.items() if holds), "")
-    color = _color(wishes.color, env, stdout.isatty() and not dumb)
+    color = _use_color(options.color, env, stdout.isatty() and not dumb)
     return Terminal(
-        screen=not why,
-        why=why,
-        typed=stdin.isatty() and wishes.input,
+        full_screen=not why,
+        plain_reason=why,
+        is_interactive=stdin.isatty() and options.input,
         color=color,
-        ascii=wishes.ascii or _bare(env) or not _unicode(stdout),
-        theme=wishes.theme if color else "mono",
-        width=wishes.width or whole(env.get("COLUMNS", "")) or None,
-        motion=wishes.motion,
-        asks=wishes.input or not stdin.isatty(),
+        ascii=options.ascii or _is_c_locale(env) or not _can_encode_unicode(stdout),
+        theme=options.theme if color else "mono",
+        width=options.width or parse_whole_number(env.get("COLUMNS", "")) or None,
+        motion=options.motion,
+        can_ask=options.input or not stdin.isatty(),
     )
 
 
-def here(wishes: Wishes) -> Terminal:
+def current_terminal(options: TerminalOptions) -> Terminal:
     """The decision for this process."""
-    return decide(wishes, os.environ, sys.stdin, sys.stdout)
+    return choose_terminal(options, os.environ, sys.stdin, sys.stdout)
 
 
-def wipe() -> None:
+def clear_screen() -> None:
     """Leaves nothing of what was shown before the eyes; where it cannot, moves it out of sight."""
     if sys.stdout.isatty():
         able = os.environ.get("TERM", "") not in ("", "dumb")
@@ -86,27 +88,27 @@ def wipe() -> None:
         print(blank, end="", flush=True)
 
 
-def _color(wish: str, env: Mapping[str, str], able: bool) -> bool:
+def _use_color(color_option: str, env: Mapping[str, str], can_color: bool) -> bool:
     """Whether to write in colour: the wish, then the variables, then what is able."""
-    if wish != "auto":
-        return wish == "always"
+    if color_option != "auto":
+        return color_option == "always"
     if env.get("NO_COLOR"):
         return False
     if env.get("CLICOLOR_FORCE", "0") != "0" or env.get("FORCE_COLOR"):
         return True
     if env.get("DMPLAY_NO_COLOR"):
         return False
-    return able and env.get("CLICOLOR", "1") != "0"
+    return can_color and env.get("CLICOLOR", "1") != "0"
 
 
-def _bare(env: Mapping[str, str]) -> bool:
+def _is_c_locale(env: Mapping[str, str]) -> bool:
     """Whether the locale is the bare one, which Python writes as UTF-8 none the less."""
     names = (env.get(name, "") for name in ("LC_ALL", "LC_CTYPE", "LANG"))
     chosen = next(filter(None, names), "")
     return chosen in ("C", "POSIX") and not env.get("PYTHONIOENCODING")
 
 
-def _unicode(stdout: TextIO) -> bool:
+def _can_encode_unicode(stdout: TextIO) -> bool:
     try:
         "╱◆▏γ".encode(stdout.encoding or "ascii")
     except (UnicodeEncodeError, LookupError):
@@ -115,7 +117,7 @@ def _unicode(stdout: TextIO) -> bool:
 
 
 @contextlib.contextmanager
-def silent(stdin: TextIO) -> Iterator[None]:
+def mute_typed_keys(stdin: TextIO) -> Iterator[None]:
     """Keys typed meanwhile wait: they are not shown, and are no signals."""
     import termios
 
@@ -126,8 +128,8 @@ def silent(stdin: TextIO) -> Iterator[None]:
         yield
         return
     quiet = termios.tcgetattr(fd)
-    quiet[INPUT] &= ~termios.ICRNL
-    quiet[LOCAL] &= ~(termios.ECHO | termios.ICANON | termios.ISIG | termios.IEXTEN)
+    quiet[INPUT_FLAGS_INDEX] &= ~termios.ICRNL
+    quiet[LOCAL_FLAGS_INDEX] &= ~(termios.ECHO | termios.ICANON | termios.ISIG | termios.IEXTEN)
     termios.tcsetattr(fd, termios.TCSANOW, quiet)
     try:
         yield
@@ -136,7 +138,7 @@ def silent(stdin: TextIO) -> Iterator[None]:
             termios.tcsetattr(fd, termios.TCSANOW, before)
 
 
-def fills(stream: TextIO) -> bool:
+def has_background_erase(stream: TextIO) -> bool:
     """Whether what is erased takes the colour that is set, as the terminal's description says."""
     import curses  # only for the full screen
 
@@ -147,7 +149,7 @@ def fills(stream: TextIO) -> bool:
     return curses.tigetflag("bce") > 0
 
 
-def line(prompt: str, stdin: TextIO) -> str:
+def read_line(prompt: str, stdin: TextIO) -> str:
     """The next line, '' at the end; of a terminal, no signal is lost that comes before it is read.
 
     A signal between the prompt and the read would wait for the line: so both are waited for.
@@ -169,13 +171,15 @@ def line(prompt: str, stdin: TextIO) -> str:
     return stdin.readline()
 
 
-def clean(text: str) -> str:
+def escape_unprintable(text: str) -> str:
     """An outside string made safe to show: what does not print is written as an escape."""
     if text.isprintable():  # as most is
         return text
     rows = text.split("\n")
-    return "\n".join(row if row.isprintable() else "".join(map(_escaped, row)) for row in rows)
+    return "\n".join(
+        row if row.isprintable() else "".join(map(_escape_character, row)) for row in rows
+    )
 
 
-def _escaped(c: str) -> str:
+def _escape_character(c: str) -> str:
     return c if c.isprintable() else c.encode("unicode_escape").decode()

@@ -12,133 +12,133 @@ from threading import Event, Lock, Thread
 from time import monotonic
 from typing import NamedTuple, TypeVar
 
-from dmplay.budget import Stopped, watched
+from dmplay.budget import ComputationStopped, report_progress_to
 
 T = TypeVar("T")
-PATIENCE = 1.0  # seconds after which what was cancelled and goes on is left alone
+CANCEL_SECONDS = 1.0  # seconds after which what was cancelled and goes on is left alone
 
 
-class About(NamedTuple):
+class TaskInfo(NamedTuple):
     """What is thought of, in words, and whether it is an agent's move."""
 
-    told: str  # "optimal is thinking"
-    move: bool = False  # of an agent: nothing else can be done meanwhile
+    message: str  # "optimal is thinking"
+    is_agent_move: bool = False  # of an agent: nothing else can be done meanwhile
 
 
-class Cancelled(KeyboardInterrupt):
+class TaskCancelled(KeyboardInterrupt):
     """Ctrl-C in words while something only looked on: the game goes on where a person types."""
 
 
-class Thought:
+class BackgroundTask:
     """What a key or a typed line has the game do."""
 
-    def __init__(self, act: Callable[[], None]) -> None:
-        self.about: About | None = None  # None while the game acts
-        self.share: float | None = None  # that is done, where it is known
-        self.left = False  # whether it did not stop, and is left alone
-        self._act = act
-        self._fault: BaseException | None = None
-        self._over = Event()
-        self._told: Callable[[], object] | None = None
-        self._hold = Lock()  # had by who may touch the game
+    def __init__(self, action: Callable[[], None]) -> None:
+        self.info: TaskInfo | None = None  # None while the game acts
+        self.progress: float | None = None  # that is done, where it is known
+        self.is_abandoned = False  # whether it did not stop, and is left alone
+        self._action = action
+        self._error: BaseException | None = None
+        self._finished = Event()
+        self._finish_callback: Callable[[], object] | None = None
+        self._game_lock = Lock()  # had by who may touch the game
         self._cancelled = False
-        self._since = 0.0
+        self._start_time = 0.0
         Thread(target=self._run, daemon=True).start()
 
     def _run(self) -> None:
-        with self._hold:
-            _here.set(self)
+        with self._game_lock:
+            _current_task.set(self)
             try:
-                self._act()
+                self._action()
             except BaseException as fault:
-                self._fault = fault
-            self._over.set()
-        if self._told:
+                self._error = fault
+            self._finished.set()
+        if self._finish_callback:
             with suppress(RuntimeError):  # of who waits no more
-                self._told()
+                self._finish_callback()
 
     @property
-    def over(self) -> bool:
+    def is_finished(self) -> bool:
         """Whether all is done."""
-        return self._over.is_set()
+        return self._finished.is_set()
 
     @property
-    def far(self) -> str:
+    def progress_text(self) -> str:
         """How far it is, or how long it takes where that is not known."""
-        share, seconds = self.share, int(monotonic() - self._since)
+        share, seconds = self.progress, int(monotonic() - self._start_time)
         return f"{seconds} s. " if share is None else f"{share:.0%}. "
 
-    def ends(self, seconds: float) -> bool:
+    def wait_until_finished(self, seconds: float) -> bool:
         """Waits so long; whether all is done by then."""
-        return self._over.wait(seconds)
+        return self._finished.wait(seconds)
 
-    def then(self, call: Callable[[], object]) -> None:
+    def set_finish_callback(self, call: Callable[[], object]) -> None:
         """Calls back from the thread once all is done, if it is not yet."""
-        self._told = call
+        self._finish_callback = call
 
-    def finish(self) -> None:
+    def raise_error(self) -> None:
         """Raises what the game raised."""
-        if self._fault:
-            raise self._fault
+        if self._error:
+            raise self._error
 
     @contextmanager
-    def resting(self) -> Iterator[About | None]:
+    def pause_game(self) -> Iterator[TaskInfo | None]:
         """Has the game stand still; what is thought of, None where it acts and must be let be."""
-        held = self._hold.acquire(blocking=False)
+        held = self._game_lock.acquire(blocking=False)
         try:
-            yield self.about if held else None
+            yield self.info if held else None
         finally:
             if held:
-                self._hold.release()
+                self._game_lock.release()
 
-    def cancel(self, patience: float = PATIENCE) -> None:
+    def cancel(self, timeout: float = CANCEL_SECONDS) -> None:
         """Stops it, or leaves it alone; where the game acts, its next thought is not begun."""
         self._cancelled = True
-        held = not self.ends(patience) and self._hold.acquire(blocking=False)
-        self.left = held and not self.over
+        held = not self.wait_until_finished(timeout) and self._game_lock.acquire(blocking=False)
+        self.is_abandoned = held and not self.is_finished
 
-    def aside(self, about: About, compute: Callable[[], T]) -> T:
+    def compute_unlocked(self, info: TaskInfo, compute: Callable[[], T]) -> T:
         """Computes what changes nothing of the game, and lets go of it meanwhile."""
-        self.about, self.share, self._since = about, None, monotonic()
-        with self._let_go(), watched(self._watch):
-            self._go_on()
+        self.info, self.progress, self._start_time = info, None, monotonic()
+        with self._release_game(), report_progress_to(self._update_progress):
+            self._check_cancelled()
             found = compute()
-        self._go_on()
+        self._check_cancelled()
         return found
 
     @contextmanager
-    def _let_go(self) -> Iterator[None]:
+    def _release_game(self) -> Iterator[None]:
         """Holds the game no more, up to the end; for ever where it is left alone by then."""
-        self._hold.release()
-        inner = _here.set(None)  # a thought within a thought is part of it
+        self._game_lock.release()
+        inner = _current_task.set(None)  # a thought within a thought is part of it
         try:
             yield
         finally:
-            _here.reset(inner)
-            self._hold.acquire()
-            self.about = None
+            _current_task.reset(inner)
+            self._game_lock.acquire()
+            self.info = None
 
-    def _watch(self, share: float) -> None:
-        self.share = share
-        self._go_on()
+    def _update_progress(self, share: float) -> None:
+        self.progress = share
+        self._check_cancelled()
 
-    def _go_on(self) -> None:
+    def _check_cancelled(self) -> None:
         """Raises Stopped where nobody waits any more."""
         if self._cancelled:
-            raise Stopped
+            raise ComputationStopped
 
 
-_here: ContextVar[Thought | None] = ContextVar("thought", default=None)
+_current_task: ContextVar[BackgroundTask | None] = ContextVar("thought", default=None)
 
 
-def think(about: About, compute: Callable[[], T]) -> T:
+def run_cancellable(info: TaskInfo, compute: Callable[[], T]) -> T:
     """What a computation that changes nothing comes to; cancelled, it raises Stopped."""
-    thought = _here.get()
+    thought = _current_task.get()
     if thought:
-        return thought.aside(about, compute)
+        return thought.compute_unlocked(info, compute)
     try:
         return compute()
     except KeyboardInterrupt:
-        if about.move:
+        if info.is_agent_move:
             raise
-        raise Cancelled from None
+        raise TaskCancelled from None

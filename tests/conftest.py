@@ -14,7 +14,7 @@ from hypothesis.internal.constants_ast import Constants
 
 from dmplay.policies import cart_pole, mountain_car
 from dmplay.solutions import reals
-from dmplay.solvers.grid_iteration import Grid
+from dmplay.solvers.grid_iteration import RectangularGrid
 
 gc.set_threshold(5_000, 9_999)  # old things are looked through at the end
 providers._get_local_constants = Constants  # what is tried is not what is loaded
@@ -61,7 +61,7 @@ def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
 
     It is for what is true of however many.
     """
-    grid = Grid(mountain_car.GRID.low, mountain_car.GRID.high, (61, 47))
+    grid = RectangularGrid(mountain_car.VALUE_GRID.low, mountain_car.VALUE_GRID.high, (61, 47))
     for module in (mountain_car, reals):
-        monkeypatch.setattr(module, "GRID", grid)
-    monkeypatch.setattr(cart_pole, "STOOD", 4)
+        monkeypatch.setattr(module, "VALUE_GRID", grid)
+    monkeypatch.setattr(cart_pole, "LOOKAHEAD_TURNS", 4)

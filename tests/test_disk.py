@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.disk import content, played, put, user_folder, write
-from dmplay.errors import NoRoom
+from dmplay.disk import is_locked_elsewhere, read_bytes, user_folder, write_at_offset, write_file
+from dmplay.errors import DiskFull
 from tests.support.games import recorded
 from tests.support.programs import run, shell
 
@@ -166,10 +166,10 @@ def test_a_write_that_the_disk_cuts_leaves_the_old_file_or_none(tmp_path: Path) 
     resource.setrlimit(resource.RLIMIT_FSIZE, (100, most))
     try:
         for path in (old, tmp_path / "new"):
-            with pytest.raises(NoRoom, match=r"cannot write .*: File too large"):
-                write(path, "x" * 1000, force=True)
-        with pytest.raises(NoRoom, match="old: File too large"):
-            put(old, 4, "x" * 1000)
+            with pytest.raises(DiskFull, match=r"cannot write .*: File too large"):
+                write_file(path, "x" * 1000, force=True)
+        with pytest.raises(DiskFull, match="old: File too large"):
+            write_at_offset(old, 4, "x" * 1000)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (least, most))
     assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("old", "mine")]
@@ -180,11 +180,11 @@ def test_where_a_draft_needs_a_name_it_is_gone_after_it(
 ) -> None:
     monkeypatch.delattr(os, "O_TMPFILE")  # as on other systems
     path = tmp_path / "new"
-    write(path, "one")
+    write_file(path, "one")
     path.chmod(0o640)
-    write(path, "two", force=True)
+    write_file(path, "two", force=True)
     assert [*tmp_path.iterdir()] == [path]
-    assert (content(path), path.stat().st_mode & 0o777) == (b"two", 0o640)
+    assert (read_bytes(path), path.stat().st_mode & 0o777) == (b"two", 0o640)
 
 
 def test_the_draft_of_a_killed_write_is_gone_with_the_next(tmp_path: Path) -> None:
@@ -193,9 +193,9 @@ def test_the_draft_of_a_killed_write_is_gone_with_the_next(tmp_path: Path) -> No
     old = tmp_path / "old"
     old.write_text("one")
     with (tmp_path / ".dmplay-2.tmp").open() as another:
-        assert not played(another.fileno())  # as a write that is under way
-        write(old, "two", force=True)
-        write(tmp_path / "new", "two")
+        assert not is_locked_elsewhere(another.fileno())  # as a write that is under way
+        write_file(old, "two", force=True)
+        write_file(tmp_path / "new", "two")
     assert {path.name for path in tmp_path.iterdir()} == {".dmplay-2.tmp", "old", "new"}
     assert old.read_text() == "two"
 
@@ -211,7 +211,7 @@ def test_what_is_written_part_by_part_is_never_held_as_a_whole(tmp_path: Path) -
     part, many = "x" * 10_000, 500
     tracemalloc.start()
     try:
-        write(tmp_path / "new", (part for _ in range(many)))
+        write_file(tmp_path / "new", (part for _ in range(many)))
         most = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()

@@ -10,8 +10,8 @@ import dmplay
 from dmplay import conformance
 from dmplay.conformance import check
 from dmplay.errors import DmplayError
-from dmplay.laws.sound import COMMANDS
-from dmplay.places import blamed
+from dmplay.laws.sound import RESERVED_WORDS
+from dmplay.places import describe_error_location
 from dmplay.reports import checked
 from dmplay.words import commands
 from tests.support.blocks import TIGER
@@ -39,11 +39,11 @@ FAULTS = [
      "tables.transition: got shape (2, 3, 2), expected an array of shape (2, 2, 2)"),
     ("tiger", '    observations = (Labels(("growl-left", "growl-right")),)\n', "", "0.85",
      "tables.observation: expected None where no observations are named"),
-    ("tiger", "    names, horizon", "    called, horizon", "class Tiger", "Tiger lacks names"),
-    ("tiger", "    tables = ", "    start_belief = np.array([0.5, 0.6])\n    tables = ",
-     "start_belief", "start_belief sums to 1.1, expected 1"),
-    ("tiger", 'names, horizon = ("left", "right")', 'names, horizon = ("left", "left")', "names,",
-     "names: got ('left', 'left'), expected names, each another"),
+    ("tiger", "    state_names, horizon", "    called, horizon", "class Tiger", "Tiger lacks state_names"),
+    ("tiger", "    tables = ", "    initial_belief = np.array([0.5, 0.6])\n    tables = ",
+     "initial_belief =", "initial_belief sums to 1.1, expected 1"),
+    ("tiger", 'names, horizon = ("left", "right")', 'names, horizon = ("left", "left")', "state_names,",
+     "state_names: got ('left', 'left'), expected names, each another"),
     ("tiger", "tables = Tables(", "tables = (", "tables =", "tables: got tuple"),
     # names and facts
     ("tiger", '"open-left", "open-right"', '"open", "open"', "actions =",
@@ -56,10 +56,10 @@ FAULTS = [
     ("walk", 'Labels(("left", "right"))', '("left", "right")', "actions =", "expected Labels"),
     ("walk", "actions =", 'agents = ("a", "b")\n    actions =', "actions =",
      "actions: got 1 action set for 2 agents, expected one each"),
-    ("walk", "states, horizon = 5, 20", "states, horizon = 5, 0", "horizon", "horizon: got 0"),
-    ("walk", "states, horizon = 5, 20", "states, horizon = 2.5, 20", "states,", "states: got 2.5"),
-    ("walk", "states, horizon = 5, 20", "horizon = 20", "class Walk",
-     "states: got 1, expected how many, as move gives state 1"),
+    ("walk", "state_count, horizon = 5, 20", "state_count, horizon = 5, 0", "horizon", "horizon: got 0"),
+    ("walk", "state_count, horizon = 5, 20", "state_count, horizon = 2.5, 20", "state_count,", "state_count: got 2.5"),
+    ("walk", "state_count, horizon = 5, 20", "horizon = 20", "class Walk",
+     "state_count: got 1, expected how many, as resolve_events gives state 1"),
     ("walk", "parameter(0.9,", "parameter(0.9j,", "discount", "discount"),
     ("walk", 'discount: float = parameter(0.9, "what a later turn counts", 0.0, 1.0)',
      "discount = 1.5", "discount = 1.5", "discount: got 1.5, expected a number from 0 to 1"),
@@ -67,72 +67,72 @@ FAULTS = [
     ("walk", "slip: float = 0.1", "slip: object = None", "slip: o", "slip: got NoneType"),
     ("walk", "slip: float = 0.1", "slip: float = 1.4", "def chance",
      "chance: got probabilities -0.4 to 1.4, expected 0 to 1"),
-    ("walk", "(0.0, 1.0)\n\n", "(0.0, 0.5)\n\n", "def move",
-     "move: got 0 to 1, expected reward_bounds, 0.0 to 0.5"),
+    ("walk", "(0.0, 1.0)\n\n", "(0.0, 0.5)\n\n", "def resolve_events",
+     "resolve_events: got 0 to 1, expected reward_bounds, 0.0 to 0.5"),
     # methods
-    ("walk", "    def parse(self, text):\n        return np.array(int(text.split()[1]))\n", "",
-     "class Walk", "Walk lacks parse"),
-    ("walk", "int(text.split()[1])", "int(text.split()[1]) + 1", "def parse",
-     "parse: got array(1)"),
+    ("walk", "    def parse_state(self, text):\n        return np.array(int(text.split()[1]))\n", "",
+     "class Walk", "Walk lacks parse_state"),
+    ("walk", "int(text.split()[1])", "int(text.split()[1]) + 1", "def parse_state",
+     "parse_state: got array(1)"),
     ("walk", "text.split()[1]", "text.split()[2]", "text.split()[2]", "IndexError: list index"),
-    ("walk", 'f"at {int(s)}"', 'f"at {int(s)}\\n"', "def notation", "notation: got 'at 0\\n'"),
-    ("walk", 'f"at {int(s)}"', 'f"at {int(s) // 2}"', "def parse",
-     "parse: got 1 from 'at 1', expected 2"),
-    ("walk", "return np.zeros(rows, int)", "return np.zeros(rows - 1, int)", "def place",
-     "place: got array([0]), expected an array, a state for each of 2 rows"),
-    ("walk", "return np.zeros(rows, int)", "return np.full(rows, 7)", "def place",
-     "place: got state 7, expected 0 to 4, as states says"),
+    ("walk", 'f"at {int(s)}"', 'f"at {int(s)}\\n"', "def format_state", "format_state: got 'at 0\\n'"),
+    ("walk", 'f"at {int(s)}"', 'f"at {int(s) // 2}"', "def parse_state",
+     "parse_state: got 1 from 'at 1', expected 2"),
+    ("walk", "return np.zeros(rows, int)", "return np.zeros(rows - 1, int)", "def initial_states",
+     "initial_states: got array([0]), expected an array, a state for each of 2 rows"),
+    ("walk", "return np.zeros(rows, int)", "return np.full(rows, 7)", "def initial_states",
+     "initial_states: got state 7, expected 0 to 4, as state_count says"),
     ("walk", "return s == 4", "return s", "def terminal", "terminal: got array([0, 0])"),
-    ("walk", "paid[:, None]", "paid", "def move", "move: rewards: got shape (2,)"),
-    ("walk", "Outcome(moved, paid[:, None], moved)", "moved", "def move", "expected Outcome("),
-    ("walk", "paid[:, None], moved)", "paid[:, None], s)", "def move",
+    ("walk", "paid[:, None]", "paid", "def resolve_events", "resolve_events: rewards: got shape (2,)"),
+    ("walk", "Outcome(moved, paid[:, None], moved)", "moved", "def resolve_events", "expected Outcome("),
+    ("walk", "paid[:, None], moved)", "paid[:, None], s)", "def resolve_events",
      "to be seen, expected the new states"),
-    ("walk", "np.clip(s + way, 0, 4)", "np.clip(s + 2 * way, 0, 9)", "def move",
-     "move: got states 0 to 5, expected 0 to 4, as many as there are"),
+    ("walk", "np.clip(s + way, 0, 4)", "np.clip(s + 2 * way, 0, 9)", "def resolve_events",
+     "resolve_events: got states 0 to 5, expected 0 to 4, as many as there are"),
     ("walk", "way = np", "way = missing", "missing", "NameError: name 'missing'"),
     ("walk", "way = np", "s += 0\n        way = np", "s += 0", "ValueError: output array is read"),
-    ("walk", "((s < 4) & (moved == 4))", "(moved == 4)", "def move",
-     "move: got 1 to 1 after the end, expected 0"),
-    ("walk", "np.where(s == 4, 4, np.clip(s + way, 0, 4))", "np.clip(s + way, 0, 4)", "def move",
+    ("walk", "((s < 4) & (moved == 4))", "(moved == 4)", "def resolve_events",
+     "resolve_events: got 1 to 1 after the end, expected 0"),
+    ("walk", "np.where(s == 4, 4, np.clip(s + way, 0, 4))", "np.clip(s + way, 0, 4)", "def resolve_events",
      "another state after the terminal 'at 4', expected it to stay"),
-    ("walk", "np.stack([s > 0, s >= 0]", "np.stack([s > 9, s == 0]", "def legal",
-     "legal: got no action in 'at 1', expected one at least"),
-    ("walk", "astype(float)", "astype(float) + np.random.rand(len(s))", "def move",
+    ("walk", "np.stack([s > 0, s >= 0]", "np.stack([s > 9, s == 0]", "def legal_actions_mask",
+     "legal_actions_mask: got no action in 'at 1', expected one at least"),
+    ("walk", "astype(float)", "astype(float) + np.random.rand(len(s))", "def resolve_events",
      "from the same draws; expected the same again"),
-    ("walk", "astype(float)", "astype(float) / len(s)", "def move",
+    ("walk", "astype(float)", "astype(float) / len(s)", "def resolve_events",
      "expected a row to depend on itself alone"),
-    ("walk", "np.where(events[0] == 0", "np.where(events[0][0] == 0", "def move",
+    ("walk", "np.where(events[0] == 0", "np.where(events[0][0] == 0", "def resolve_events",
      "expected a row to depend on itself alone"),
-    ("walk", "    def opening", "    def index(self, s):\n        return 4 - s\n\n    def opening",
-     "def index", "index: got [4, 3, 2, 1, 0], expected 0 to 4 in order"),
+    ("walk", "    def initial_chance", "    def state_indices(self, s):\n        return 4 - s\n\n    def initial_chance",
+     "def state_indices", "state_indices: got [4, 3, 2, 1, 0], expected 0 to 4 in order"),
     ("walk", "self.slip)),)", "self.slip)),) * (1 + (s.max() > 0))", "def chance",
      "draws, expected 1"),
-    ("walk", "    def notation(", "    def called(self, s):\n        return (Labels('aa'),)\n\n"
-     "    def notation(", "def called", "called: got a, a, which are typed alike"),
-    ("walk", "    def notation(", "    def called(self, s):\n        return (Labels('a'),)\n\n"
-     "    def notation(", "def called", "called: got ('a',), expected Labels, a name for each of"),
+    ("walk", "    def format_state(", "    def action_labels(self, s):\n        return (Labels('aa'),)\n\n"
+     "    def format_state(", "def action_labels", "action_labels: got a, a, which are typed alike"),
+    ("walk", "    def format_state(", "    def action_labels(self, s):\n        return (Labels('a'),)\n\n"
+     "    def format_state(", "def action_labels", "action_labels: got ('a',), expected Labels, a name for each of"),
     # observations
-    ("walk", "actions =", 'observations = (Labels(("x", "y")),)\n    actions =', "def move",
-     "move: got the observations"),
-    ("walk", "actions =", "observations = (Numbers(2),)\n    actions =", "def move",
+    ("walk", "actions =", 'observations = (Labels(("x", "y")),)\n    actions =', "def resolve_events",
+     "resolve_events: got the observations"),
+    ("walk", "actions =", "observations = (RealVector(2),)\n    actions =", "def resolve_events",
      "expected reals of shape (2, 1, 2)"),
-    ("walk", "actions =", "observations = (Texts(),)\n    actions =", "def move",
+    ("walk", "actions =", "observations = (TextLine(),)\n    actions =", "def resolve_events",
      "expected an array of text of shape (2, 1)"),
     ("walk", "actions =", 'observations = "xy"\n    actions =', "observations =",
-     "observations: got 'xy', expected Labels, Numbers or Texts"),
+     "observations: got 'xy', expected Labels, RealVector or TextLine"),
     # the module
     ("walk", "import numpy as np", "import numpy_as_np", "import numpy_as_np",
      "ModuleNotFoundError: No module named 'numpy_as_np'"),
-    ("walk", "def opening(self, rows):", "def opening(self, rows)", "def opening", "expected ':'"),
+    ("walk", "def initial_chance(self, rows):", "def initial_chance(self, rows)", "def initial_chance", "expected ':'"),
     ("walk", "import numpy as np", "import sys\nsys.exit('done')", "sys.exit",
      'SystemExit: done; put what runs under `if __name__ == "__main__":`'),
-    ("walk", "return ()", "return []", "def opening", "got [], expected (Pick(...),), a tuple, or"),
+    ("walk", "return ()", "return []", "def initial_chance", "got [], expected (DiscreteUniform(...),), a tuple, or"),
     ("walk", "@dataclass(frozen=True)\nclass Walk", "@dataclass\nclass Walk", "@dataclass",
      "TypeError: cannot inherit non-frozen dataclass from a frozen one"),
-    ("walk", "    def opening", "    def __init__(self, size):\n        self.size = size\n\n"
-     "    def opening", "def __init__", "parameters are fields with a default"),
+    ("walk", "    def initial_chance", "    def __init__(self, size):\n        self.size = size\n\n"
+     "    def initial_chance", "def __init__", "parameters are fields with a default"),
     ("walk", '{"patient": Patient}', '{"patient": Walk}', "", "AGENTS: patient: got <class"),
-    ("walk", 'adviser="patient"', 'adviser="hasty"', "", "AGENTS: adviser: got 'hasty'"),
+    ("walk", 'hint_provider="patient"', 'hint_provider="hasty"', "", "AGENTS: hint_provider: got 'hasty'"),
     ("walk", "np.ones(len(u), int)", "np.zeros(len(u), int)", "def choose",
      "patient: choose: got an action that is not legal"),
     ("walk", "np.ones(len(u), int)", "np.full(len(u), 2)", "def choose",
@@ -141,12 +141,12 @@ FAULTS = [
     ("walk", 'KEYS = {"l": "right"}', "KEYS = ['l']", "", "KEYS: got ['l'], expected key -"),
     ("walk", '"l": "right"', '"l": 1', "", "KEYS: got 'l': 1, expected the names of both"),
     ("walk", '"l": "right"', '"q": "right"', "", "KEYS: 'q' is the shell's or a number"),
-    ("walk", 'Roster({"patient": Patient}, adviser="patient")', "[7]", "",
+    ("walk", 'Roster({"patient": Patient}, hint_provider="patient")', "[7]", "",
      "AGENTS: got [7], expected name -> class"),
-    ("walk", "KEYS =", "import sys\ngoal = lambda view: 7\nLOOK = sys.modules[__name__]\nKEYS =",
-     "def picture", "goal: expected a list of clauses"),
+    ("walk", "KEYS =", "import sys\ngoal_lines = lambda view: 7\nVIEW = sys.modules[__name__]\nKEYS =",
+     "def draw_state", "goal_lines: expected a list of clauses"),
     ("walk", 'return "." * int(s) + "@"', "return s.missing", "s.missing", "AttributeError"),
-    ("walk", 'return "." * int(s) + "@"', "return 7", "def picture", "picture: got 7, expected"),
+    ("walk", 'return "." * int(s) + "@"', "return 7", "def draw_state", "draw_state: got 7, expected"),
 ]  # fmt: skip
 
 
@@ -154,11 +154,11 @@ def told(source: str) -> str:
     """What is said of a problem in a file here."""
     Path("own.py").write_text(source)
     try:
-        return str(checked.report("./own.py", {}, json=False).text)
+        return str(checked.report_violations("./own.py", {}, json=False).text)
     except DmplayError as error:
         return str(error)
     except Exception as error:
-        return blamed(error)
+        return describe_error_location(error)
 
 
 def test_each_planted_fault_is_found_and_its_line_is_told(
@@ -185,12 +185,12 @@ def test_the_line_of_a_fault_is_found_in_whatever_encoding_a_file_names(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.dont_write_bytecode", True)
-    source = TIGER.replace("names, horizon", "called, horizon").replace("Listen", "H\xf6re")
+    source = TIGER.replace("state_names, horizon", "called, horizon").replace("Listen", "H\xf6re")
     for mark, encoding in (("# coding: latin-1\n", "latin-1"), ("#\n", "utf-8-sig")):
         Path("own.py").write_text(mark + source, encoding=encoding)
         at = (mark + source).split("class Tiger")[0].count("\n") + 1
-        with pytest.raises(DmplayError, match=f"^./own.py:{at} Tiger lacks names"):
-            checked.report("./own.py", {}, json=False)
+        with pytest.raises(DmplayError, match=f"^./own.py:{at} Tiger lacks state_names"):
+            checked.report_violations("./own.py", {}, json=False)
 
 
 def test_nothing_is_wrong_with_what_is_right(
@@ -206,13 +206,13 @@ def test_nothing_is_wrong_with_what_is_right(
 
 @every_problem
 def test_a_built_in_problem_keeps_every_law(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(conformance, "GAMES", 8)
+    monkeypatch.setattr(conformance, "RANDOM_GAMES", 8)
     assert check(load(name)) == []
 
 
 def test_no_action_can_have_the_name_of_a_command() -> None:
-    assert {*commands.NAMED} == COMMANDS | {*commands.SHORT}
-    assert os.sep not in "".join(COMMANDS)
+    assert {*commands.COMMANDS_BY_NAME} == RESERVED_WORDS | {*commands.SHORT_NAMES}
+    assert os.sep not in "".join(RESERVED_WORDS)
 
 
 def test_what_is_legal_tells_nothing_of_a_hidden_state() -> None:
@@ -222,5 +222,5 @@ def test_what_is_legal_tells_nothing_of_a_hidden_state() -> None:
 
 
 def test_what_rounding_leaves_over_is_no_state_that_one_may_be_in() -> None:
-    rounded = {"start_belief": np.array([1 / 3, 2 / 3 - 1e-7, 0.0, 0.0])}
+    rounded = {"initial_belief": np.array([1 / 3, 2 / 3 - 1e-7, 0.0, 0.0])}
     assert check(type("Rounded", (Vault,), rounded)()) == []

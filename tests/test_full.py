@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.game.checking import check
+from dmplay.game.checking import verify_file
 from tests.support.brought import NO_AGENT
 from tests.support.games import altered, recorded, verified
 from tests.support.programs import Small, fresh, run, unprivileged, within
@@ -48,9 +48,9 @@ def test_a_full_disk_is_told_once_and_what_it_holds_goes_on(
     assert done.returncode == 1
     assert re.fullmatch(r"error: cannot write small\.dmt: [\w ]+\n", done.stderr)
     assert way == "--quiet" or "quit" in done.stdout.splitlines()[-1]  # it was played to its end
-    report = check(small) if size > 100 else None  # before, not even the opening fits
+    report = verify_file(small) if size > 100 else None  # before, not even the opening fits
     assert small.stat().st_size if report else not small.stat().st_size
-    assert report is None or report.unfinished
+    assert report is None or report.is_unfinished
     turns = report.turns if report else 0
     again = ("resume", small.name) if report else (*words, small.name)
     assert run(tmp_path, *again, stdin="".join(TYPED.splitlines(True)[turns:])).returncode == 0
@@ -77,7 +77,7 @@ def test_what_does_not_fit_is_one_line_and_leaves_what_was_there(
     assert not [*place.rglob("*.tmp")]
     assert {path.name for path in place.iterdir()} <= {"g.dmt", "new", ".cache"}
     if words[0] == "branch":
-        assert check(place / "new").unfinished
+        assert verify_file(place / "new").is_unfinished
     else:
         assert not (place / "new").exists()
 
@@ -91,7 +91,7 @@ def test_the_screen_tells_of_a_full_disk_and_plays_on(tmp_path: Path) -> None:
         assert terminal.press("q").ended() == 1
         assert "error: cannot write g.dmt: No space left on device" in terminal.text
         assert terminal.left_clean()
-    assert check(tmp_path / "g.dmt").unfinished
+    assert verify_file(tmp_path / "g.dmt").is_unfinished
 
 
 def test_a_kept_game_that_does_not_fit_is_told_of(tmp_path: Path) -> None:
@@ -122,8 +122,8 @@ def test_what_a_disk_could_not_hold_is_saved_elsewhere(record: str, tmp_path: Pa
         assert "error: " in done.stderr
         assert not (tmp_path / "s.dmt").exists()  # nor does it fit there
         return
-    report = check(tmp_path / "s.dmt")
-    assert (report.unfinished, report.turns) == (True, 2)
+    report = verify_file(tmp_path / "s.dmt")
+    assert (report.is_unfinished, report.turns) == (True, 2)
     assert run(tmp_path, "resume", "s.dmt", stdin="e\n").returncode == 0
     assert verified(tmp_path / "s.dmt").read_text().count("\n| ") > 2
 
@@ -131,7 +131,7 @@ def test_what_a_disk_could_not_hold_is_saved_elsewhere(record: str, tmp_path: Pa
 def test_a_game_whose_output_is_its_file_is_saved_too(tmp_path: Path) -> None:
     done = run(tmp_path, *GAME, "-q", "-o", "-", stdin="e\nsave s.dmt\nquit\n")
     assert done.returncode == 0
-    assert check(tmp_path / "s.dmt").turns == 1
+    assert verify_file(tmp_path / "s.dmt").turns == 1
 
 
 def test_a_fault_whose_log_does_not_fit_is_one_line(tmp_path: Path) -> None:

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.finding.names import problem_names, stem_of
-from dmplay.transcript.reading import read
+from dmplay.finding.names import name_to_stem, problem_names
+from dmplay.transcript.reading import read_transcript
 
 TESTS = Path(__file__).parent
 TRANSCRIPTS = sorted(TESTS.parent.glob("transcripts/*/*.dmt"))
-STEMS = [stem_of(name) for name in problem_names()]
+STEMS = [name_to_stem(name) for name in problem_names()]
 FAMILIES = {  # of exact cases that are not called as their problem is
     "cart_pole": "cartpole",
     "collaborative_predator_prey": "collab",
@@ -35,7 +35,9 @@ def test_a_problem_has_a_transcript(stem: str) -> None:
 
 def test_a_transcript_lies_in_the_folder_of_its_problem() -> None:
     for path in TRANSCRIPTS:
-        assert path.parent.name == stem_of(read(path).header.problem.partition(":")[0]), path
+        assert path.parent.name == name_to_stem(
+            read_transcript(path).header.problem.partition(":")[0]
+        ), path
 
 
 @pytest.mark.parametrize("stem", STEMS)

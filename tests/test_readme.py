@@ -4,14 +4,14 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.finding.names import problem_names, stem_of
-from dmplay.game.request import Request
-from dmplay.game.start import new
-from dmplay.game.table import Table
+from dmplay.finding.names import name_to_stem, problem_names
+from dmplay.game.request import GameRequest
+from dmplay.game.start import start_new_game
+from dmplay.game.table import GameController
 from dmplay.screen import frame
-from dmplay.screen.press import press
-from dmplay.screen.screen import Screen
-from dmplay.screen.shown import Room
+from dmplay.screen.press import handle_key
+from dmplay.screen.screen import PlayScreen
+from dmplay.screen.shown import Viewport
 from dmplay.terminal import Terminal
 from tests.support.blocks import README, ROOT, Reader
 from tests.support.pictures import PICTURES, drawn
@@ -35,15 +35,15 @@ def test_a_picture_of_the_readme_is_what_is_exported_today(picture: str) -> None
 
 
 def test_the_readme_shows_a_screen_of_every_problem() -> None:
-    stems = [stem_of(name) for name in problem_names()]
+    stems = [name_to_stem(name) for name in problem_names()]
     assert sorted(Path(one).parent.name for one in PICTURES if one.count(".") == 2) == sorted(stems)
 
 
 def test_the_frame_of_the_readme_is_what_the_screen_shows(tmp_path: Path) -> None:
-    game = new(Request("hexworld", seed=7, record=tmp_path / "g.dmt"))
-    screen = Screen(Table(game), Terminal(True, "", True, False, False))
+    game = start_new_game(GameRequest("hexworld", seed=7, record_path=tmp_path / "g.dmt"))
+    screen = PlayScreen(GameController(game), Terminal(True, "", True, False, False))
     for key in "hbhh":
-        press(screen, key)
-    shown = frame.compose(game, Room(80, 16), screen.shown, screen.log).plain
+        handle_key(screen, key)
+    shown = frame.compose_frame(game, Viewport(80, 16), screen.frame_state, screen.log).plain
     rows = [row.rstrip() for row in shown.split("\n")]
     assert "\n".join(rows) in README

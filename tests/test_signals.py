@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.game.checking import check
+from dmplay.game.checking import verify_file
 from tests.kills.moments import Fuse
 from tests.support.games import values, verified
 from tests.support.programs import PATIENCE, within
@@ -69,9 +69,9 @@ def left(folder: Path, front: str, moment: int, *signals: int) -> tuple[int, int
     file = folder / "g.dmt"
     if not file.exists() or not file.stat().st_size:
         return done.returncode, 0, False
-    report = check(file)
-    assert report.ok or report.unfinished, (front, moment, str(report))
-    return done.returncode, report.turns, report.ok
+    report = verify_file(file)
+    assert report.is_ok or report.is_unfinished, (front, moment, str(report))
+    return done.returncode, report.turns, report.is_ok
 
 
 @pytest.mark.parametrize("front", FRONTS)

@@ -5,7 +5,7 @@ import pytest
 
 from dmplay import tiles
 from dmplay.chance import Array
-from dmplay.problems.game_2048 import Game2048, slide
+from dmplay.problems.game_2048 import Game2048, slide_and_score
 
 GAME = Game2048()
 
@@ -51,12 +51,16 @@ def test_a_turn_is_what_the_rules_say_of_one_board_and_of_many(boards: Array) ->
     for a in range(4):
         actions = np.full((len(boards), 1), a)
         whole = GAME.step(boards, actions, u)
-        moves = GAME.legal(boards)[:, 0, a]
+        moves = GAME.legal_actions_mask(boards)[:, 0, a]
         for row, board in enumerate(boards):
             one = slice(row, row + 1)
             expected, pay = after(board, a)
             wanted = np.array(expected)
-            assert moves[row] == (wanted != board).any() == GAME.legal(boards[one])[0, 0, a]
+            assert (
+                moves[row]
+                == (wanted != board).any()
+                == GAME.legal_actions_mask(boards[one])[0, 0, a]
+            )
             if moves[row]:
                 holes = np.argwhere(wanted == 0)
                 hole = holes[int(u[row, 0] * len(holes))]
@@ -71,13 +75,16 @@ def test_a_board_is_over_where_no_slide_moves_anything(boards: Array) -> None:
     met = striped.copy()
     met[0, 0] = 2
     for some in (np.concatenate([boards, [striped, met]]), boards[1:4], striped[None], met[None]):
-        assert GAME.terminal(some).tolist() == (~GAME.legal(some).any(axis=(1, 2))).tolist()
+        assert (
+            GAME.terminal(some).tolist()
+            == (~GAME.legal_actions_mask(some).any(axis=(1, 2))).tolist()
+        )
     assert GAME.terminal(np.stack([striped, met])).tolist() == [True, False]
 
 
 def test_slides_alone_are_those_of_the_turn(boards: Array) -> None:
     for a in range(4):
-        moved, pay = slide(boards, np.full(len(boards), a))
+        moved, pay = slide_and_score(boards, np.full(len(boards), a))
         expected = [after(board, a) for board in boards]
         assert moved.tolist() == [board for board, _ in expected]
         assert pay.tolist() == [paid for _, paid in expected]
@@ -85,6 +92,6 @@ def test_slides_alone_are_those_of_the_turn(boards: Array) -> None:
 
 def test_a_board_is_packed_without_loss_up_to_its_largest_tile() -> None:
     cells = np.random.default_rng(1).integers(0, 15, (5, 4, 4)).astype(np.uint8)
-    many = tiles.words(cells)
-    assert (tiles.unpacked(many) == cells).all()
-    assert [tiles.unpacked(board)[0].tolist() for board in many.tolist()] == cells.tolist()
+    many = tiles.pack_boards(cells)
+    assert (tiles.unpack_boards(many) == cells).all()
+    assert [tiles.unpack_boards(board)[0].tolist() for board in many.tolist()] == cells.tolist()

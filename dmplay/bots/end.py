@@ -7,30 +7,30 @@ from pathlib import Path
 
 from dmplay import disk
 from dmplay.bots.bot import Bot
-from dmplay.bots.protocol import Facts
+from dmplay.bots.protocol import JsonObject
 from dmplay.errors import DmplayError
 from dmplay.session import Session
-from dmplay.transcript.seal import LEFT
+from dmplay.transcript.seal import RESUMABLE_END_REASONS
 
 
-def dismissed(session: Session, game: str) -> list[Path]:
+def close_bots(session: Session, game_name: str) -> list[Path]:
     """The logs of the programs in a game of this name; they are told its end, and end."""
-    over: Facts = {"reason": session.ending, "turns": len(session.turns)}
-    known = session.problem.rewards_observed or session.ending not in LEFT
+    over: JsonObject = {"reason": session.end_reason, "turns": len(session.turns)}
+    known = session.problem.rewards_observable or session.end_reason not in RESUMABLE_END_REASONS
     logs = []
-    for follower in session.followers:
+    for follower in session.seated_policies:
         bot = follower and follower.policy
         if not follower or not isinstance(bot, Bot):
             continue
-        if bot.running:
-            sums = {"return": session.returns(), "total": session.totals()}
+        if bot.is_running:
+            sums = {"return": session.returns(), "total": session.total_rewards()}
             earned = {name: float(each[bot.seat]) for name, each in sums.items()} if known else {}
-            bot.close(over | earned, follower.memory())
-        logs += _kept(f"{game} {session.problem.agents[bot.seat]}", bot.log)
+            bot.close(over | earned, follower.current_memory())
+        logs += _save_log(f"{game_name} {session.problem.agents[bot.seat]}", bot.log)
     return logs
 
 
-def _kept(name: str, log: str) -> list[Path]:
+def _save_log(name: str, log: str) -> list[Path]:
     """The file of what was said on the standard error, in place of what was said there before."""
     place = disk.user_folder(os.environ, "XDG_STATE_HOME", ".local", "state")
     words = re.findall(r"\w+", name)
@@ -38,6 +38,6 @@ def _kept(name: str, log: str) -> list[Path]:
     if log:
         with contextlib.suppress(DmplayError, OSError):
             place.mkdir(parents=True, exist_ok=True)
-            disk.write(path, [log], force=True, private=True)
+            disk.write_file(path, [log], force=True, private=True)
             return [path]
     return []

@@ -10,75 +10,86 @@ import weakref
 from collections.abc import Sequence
 from time import monotonic
 
-from dmplay.bots.protocol import LONGEST
+from dmplay.bots.protocol import MAX_LINE_CHARACTERS
 from dmplay.budget import Budget
 from dmplay.errors import Forfeit
 
-SLICE = 0.05  # seconds after which is looked whether it is still there, and anybody waits
-GRACE = 0.5  # seconds to end by itself; of a late answer, to be told from none
-PIECE = 65_536  # bytes that are read at a time
-LOG = 65_536  # bytes that are kept of what it says on the standard error, the last
-WORDS = 100  # characters of them that are quoted
-MINE = "DMPLAY_", "OPENBLAS_DEFAULT_"  # settings of the environment, which may tell the seed
+POLL_SECONDS = 0.05  # seconds after which is looked whether it is still there, and anybody waits
+GRACE_SECONDS = 0.5  # seconds to end by itself; of a late answer, to be told from none
+READ_BYTES = 65_536  # bytes that are read at a time
+MAX_LOG_BYTES = 65_536  # bytes that are kept of what it says on the standard error, the last
+MAX_QUOTED_CHARACTERS = 100  # characters of them that are quoted
+HIDDEN_ENVIRONMENT_PREFIXES = (
+    "DMPLAY_",
+    "OPENBLAS_DEFAULT_",
+)  # settings of the environment, which may tell the seed
 
 
-class Program:
+class BotProcess:
     """A running program; what it does not do in time is a forfeit."""
 
-    def __init__(self, words: Sequence[str]) -> None:
-        world = {name: value for name, value in os.environ.items() if not name.startswith(MINE)}
+    def __init__(self, command: Sequence[str]) -> None:
+        world = {
+            name: value
+            for name, value in os.environ.items()
+            if not name.startswith(HIDDEN_ENVIRONMENT_PREFIXES)
+        }
         pipe = subprocess.PIPE
         try:
             self._process = subprocess.Popen(
-                words, bufsize=0, stdin=pipe, stdout=pipe, stderr=pipe, env=world,
+                command, bufsize=0, stdin=pipe, stdout=pipe, stderr=pipe, env=world,
                 start_new_session=True,
             )  # fmt: skip
         except OSError as error:
             raise Forfeit("dead", f"cannot be started: {error.strerror}") from None
         streams = (self._process.stdin, self._process.stdout, self._process.stderr)
-        self._in, self._out, self._err = (stream.fileno() if stream else -1 for stream in streams)
-        for number in (self._in, self._out, self._err):
+        self._stdin_fd, self._stdout_fd, self._stderr_fd = (
+            stream.fileno() if stream else -1 for stream in streams
+        )
+        for number in (self._stdin_fd, self._stdout_fd, self._stderr_fd):
             os.set_blocking(number, False)
-        self._open = {self._out, self._err}
-        self._pending = self._heard = self.log = b""
-        self._clock = self._deadline = 0.0
-        self._ended = weakref.finalize(self, _kill, self._process)
+        self._open_fds = {self._stdout_fd, self._stderr_fd}
+        self._unsent = self._received = self.log = b""
+        self._time_limit = self._deadline = 0.0
+        self._finalizer = weakref.finalize(self, _kill_process_group, self._process)
 
-    def say(self, text: str, seconds: float) -> None:
+    def send(self, text: str, seconds: float) -> None:
         """Says lines to it; it must have read them, and answered, in so many seconds."""
-        self._pending += text.encode()
-        self._clock, self._deadline = seconds, monotonic() + seconds
-        self._write()
-        while self._pending:
-            if not self._wait():
-                raise self._fault("deaf", f"did not read what it was told in {seconds:g} s")
+        self._unsent += text.encode()
+        self._time_limit, self._deadline = seconds, monotonic() + seconds
+        self._write_unsent()
+        while self._unsent:
+            if not self._wait_for_io():
+                raise self._make_forfeit("deaf", f"did not read what it was told in {seconds:g} s")
 
-    def line(self) -> str:
+    def read_line(self) -> str:
         """The next line that it says."""
-        while b"\n" not in self._heard:
-            if len(self._heard) > LONGEST:
-                raise self._fault("garbled", f"said a line of over {LONGEST} characters")
-            if not self._wait():
-                raise self._overdue()
-        said, _, self._heard = self._heard.partition(b"\n")
+        while b"\n" not in self._received:
+            if len(self._received) > MAX_LINE_CHARACTERS:
+                raise self._make_forfeit(
+                    "garbled", f"said a line of over {MAX_LINE_CHARACTERS} characters"
+                )
+            if not self._wait_for_io():
+                raise self._timeout_forfeit()
+        said, _, self._received = self._received.partition(b"\n")
         return said.decode(errors="replace")
 
     def close(self, farewell: str = "") -> None:
         """Has it end, after these last lines, or at once; nothing of it is left."""
         with contextlib.suppress(OSError):
-            if farewell and not self._pending:
-                os.write(self._in, farewell.encode())
+            if farewell and not self._unsent:
+                os.write(self._stdin_fd, farewell.encode())
         for stream in (self._process.stdin, self._process.stdout):
             if stream:
                 stream.close()
         with contextlib.suppress(subprocess.TimeoutExpired):
-            self._process.wait(GRACE if farewell else 0)
-        self._ended()
-        self._hear_errors()
+            self._process.wait(GRACE_SECONDS if farewell else 0)
+        self._finalizer()
+        self._read_stderr()
         if self._process.stderr:
             self._process.stderr.close()
 
-    def _wait(self) -> bool:
+    def _wait_for_io(self) -> bool:
         """Waits for it to read or to say something, a moment at most; whether there is time left.
 
         Raises Forfeit where it is dead, Stopped where nobody waits for it any more.
@@ -86,78 +97,84 @@ class Program:
         left = self._deadline - monotonic()
         if left <= 0:
             return False
-        share = min(1.0, 1.0 - left / self._clock)
-        Budget("a program", "another clock", math.inf).spend(0.0, share)
+        share = min(1.0, 1.0 - left / self._time_limit)
+        Budget("a program", "another clock", math.inf).spend_work(0.0, share)
         poll = select.poll()
-        for number in self._open:
-            if number == self._err or len(self._heard) <= LONGEST:
+        for number in self._open_fds:
+            if number == self._stderr_fd or len(self._received) <= MAX_LINE_CHARACTERS:
                 poll.register(number, select.POLLIN)
-        if self._pending:
-            poll.register(self._in, select.POLLOUT)
+        if self._unsent:
+            poll.register(self._stdin_fd, select.POLLOUT)
         dead = self._process.poll() is not None  # before what it said is looked for
-        ready = [number for number, _ in poll.poll(min(left, SLICE) * 1000)]
-        if self._err in ready:
-            self._hear_errors()
-        if self._in in ready:
-            self._write()
-        if self._out in ready:
-            self._hear()
+        ready = [number for number, _ in poll.poll(min(left, POLL_SECONDS) * 1000)]
+        if self._stderr_fd in ready:
+            self._read_stderr()
+        if self._stdin_fd in ready:
+            self._write_unsent()
+        if self._stdout_fd in ready:
+            self._read_output()
         elif dead:
-            raise self._dead()
+            raise self._exit_forfeit()
         return True
 
-    def _write(self) -> None:
+    def _write_unsent(self) -> None:
         try:
-            self._pending = self._pending[os.write(self._in, self._pending) :]
+            self._unsent = self._unsent[os.write(self._stdin_fd, self._unsent) :]
         except BlockingIOError:
             return
         except OSError:
-            raise self._dead() from None
+            raise self._exit_forfeit() from None
 
-    def _hear(self) -> None:
-        said = os.read(self._out, PIECE)
+    def _read_output(self) -> None:
+        said = os.read(self._stdout_fd, READ_BYTES)
         if not said:
-            raise self._dead()
-        self._heard += said
+            raise self._exit_forfeit()
+        self._received += said
 
-    def _hear_errors(self) -> None:
+    def _read_stderr(self) -> None:
         """Keeps the last of what it says on the standard error."""
         with contextlib.suppress(BlockingIOError):
-            said = os.read(self._err, PIECE)
-            self.log = (self.log + said)[-LOG:]
+            said = os.read(self._stderr_fd, READ_BYTES)
+            self.log = (self.log + said)[-MAX_LOG_BYTES:]
             if not said:
-                self._open.discard(self._err)
+                self._open_fds.discard(self._stderr_fd)
 
-    def _overdue(self) -> Forfeit:
+    def _timeout_forfeit(self) -> Forfeit:
         """Whether it is late, or silent."""
-        clock = self._clock
-        self._deadline = monotonic() + min(GRACE, clock)
-        while b"\n" not in self._heard and len(self._heard) <= LONGEST and self._wait():
+        clock = self._time_limit
+        self._deadline = monotonic() + min(GRACE_SECONDS, clock)
+        while (
+            b"\n" not in self._received
+            and len(self._received) <= MAX_LINE_CHARACTERS
+            and self._wait_for_io()
+        ):
             pass
-        if b"\n" in self._heard:
-            return self._fault("late", f"answered after more than {clock:g} s")
-        return self._fault("silent", f"did not answer in {clock:g} s")
+        if b"\n" in self._received:
+            return self._make_forfeit("late", f"answered after more than {clock:g} s")
+        return self._make_forfeit("silent", f"did not answer in {clock:g} s")
 
-    def _dead(self) -> Forfeit:
+    def _exit_forfeit(self) -> Forfeit:
         """How it ended."""
         with contextlib.suppress(subprocess.TimeoutExpired):
-            self._process.wait(GRACE)
-        self._hear_errors()
+            self._process.wait(GRACE_SECONDS)
+        self._read_stderr()
         code = self._process.returncode
         if code is None:
-            return self._fault("dead", "closed its input or output")
+            return self._make_forfeit("dead", "closed its input or output")
         if code < 0:
-            return self._fault("dead", f"was ended by {signal.Signals(-code).name}")
-        return self._fault("dead", f"ended with exit code {code}")
+            return self._make_forfeit("dead", f"was ended by {signal.Signals(-code).name}")
+        return self._make_forfeit("dead", f"ended with exit code {code}")
 
-    def _fault(self, reason: str, told: str) -> Forfeit:
+    def _make_forfeit(self, reason: str, message: str) -> Forfeit:
         """A forfeit, with the last line on the standard error."""
         rows = self.log.decode(errors="replace").split("\n")
         last = next((row.strip() for row in reversed(rows) if row.strip()), "")
-        return Forfeit(reason, f"{told}; it says {last[:WORDS]!r}" if last else told)
+        return Forfeit(
+            reason, f"{message}; it says {last[:MAX_QUOTED_CHARACTERS]!r}" if last else message
+        )
 
 
-def _kill(process: "subprocess.Popen[bytes]") -> None:
+def _kill_process_group(process: "subprocess.Popen[bytes]") -> None:
     """Ends all that is left of a process group."""
     with contextlib.suppress(ProcessLookupError, PermissionError):
         os.killpg(process.pid, signal.SIGKILL)

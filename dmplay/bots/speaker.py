@@ -5,91 +5,111 @@ from typing import TextIO
 
 import numpy as np
 
-from dmplay.bots.protocol import GAMES, VERSION, Facts, choices, line, message, percept, seen
+from dmplay.bots.protocol import (
+    MANY_GAMES_OFFER,
+    PROTOCOL_VERSION,
+    JsonObject,
+    decode_message,
+    decode_observation,
+    decode_percept,
+    describe_choices,
+    encode_message,
+)
 from dmplay.chance import Bools
 from dmplay.core import Memory, Policy, Problem
 from dmplay.errors import BadParameter
 
-WORDS = 60  # characters of a bad line that are quoted
-Seat = Callable[[Facts], tuple[Problem, int, Policy]]  # who plays where, by what hello says
+MAX_QUOTED_CHARACTERS = 60  # characters of a bad line that are quoted
+SeatFactory = Callable[
+    [JsonObject], tuple[Problem, int, Policy]
+]  # who plays where, by what hello says
 
 
-class Speaker:
+class BotServer:
     """What an agent answers to each line."""
 
-    def __init__(self, name: str, seat: Seat) -> None:
+    def __init__(self, agent_name: str, make_seat: SeatFactory) -> None:
         self.over = False
-        self._name = name
-        self._sit = seat
-        self._seated: tuple[Problem, int, Policy] | None = None
+        self._agent_name = agent_name
+        self._make_seat = make_seat
+        self._seat: tuple[Problem, int, Policy] | None = None
         self._memories: dict[int, Memory] = {}  # of each game
 
     def answer(self, text: str) -> str:
         """The answer to a line, '' where there is none to give; BadParameter where it is wrong."""
         try:
-            return self._answer(message(text))
+            return self._answer_message(decode_message(text))
         except (KeyError, TypeError) as error:
             told = f"no {error}" if isinstance(error, KeyError) else str(error)
         except (ValueError, LookupError) as error:
             told = str(error)
-        raise BadParameter(f"got {text.rstrip()[:WORDS]!r}: {told}")
+        raise BadParameter(f"got {text.rstrip()[:MAX_QUOTED_CHARACTERS]!r}: {told}")
 
-    def _answer(self, said: Facts) -> str:
-        kind = said["type"]
+    def _answer_message(self, message: JsonObject) -> str:
+        kind = message["type"]
         if kind == "hello":
-            return self._hello(said)
+            return self._answer_hello(message)
         if kind == "quit":
             self.over = True
-        elif self._seated is None:
+        elif self._seat is None:
             raise BadParameter(f"expected hello before {kind}")
         elif kind == "turn":
-            self._learn(said, *self._seated)
+            self._update_memory(message, *self._seat)
         elif kind == "act":
-            return self._act(said, *self._seated)
+            return self._answer_act(message, *self._seat)
         return ""
 
-    def _hello(self, said: Facts) -> str:
-        if said.get("protocol") != VERSION:
-            raise BadParameter(f"protocol {said.get('protocol')!r}, expected {VERSION}")
-        self._seated = self._sit(said)
-        policy = self._seated[2]
-        wants = [one for one in said.get("offers", []) if one == GAMES]
-        facts = {"protocol": VERSION, "name": self._name, "draws": policy.draws, "wants": wants}
-        return line("hello", facts)
+    def _answer_hello(self, message: JsonObject) -> str:
+        if message.get("protocol") != PROTOCOL_VERSION:
+            raise BadParameter(f"protocol {message.get('protocol')!r}, expected {PROTOCOL_VERSION}")
+        self._seat = self._make_seat(message)
+        policy = self._seat[2]
+        wants = [one for one in message.get("offers", []) if one == MANY_GAMES_OFFER]
+        facts = {
+            "protocol": PROTOCOL_VERSION,
+            "name": self._agent_name,
+            "draws": policy.uniform_count,
+            "wants": wants,
+        }
+        return encode_message("hello", facts)
 
-    def _learn(self, said: Facts, problem: Problem, seat: int, policy: Policy) -> None:
-        game = said.get("game", 0)
-        if said["turn"]:
-            told = percept(problem, seat, said)
-            self._memories[game] = policy.update(self._memories[game], told)
+    def _update_memory(
+        self, message: JsonObject, problem: Problem, seat: int, policy: Policy
+    ) -> None:
+        game = message.get("game", 0)
+        if message["turn"]:
+            told = decode_percept(problem, seat, message)
+            self._memories[game] = policy.update_memory(self._memories[game], told)
         else:
-            self._memories[game] = policy.begin(seen(problem, seat, said["observation"]))
+            self._memories[game] = policy.initial_memory(
+                decode_observation(problem, seat, message["observation"])
+            )
 
-    def _act(self, said: Facts, problem: Problem, seat: int, policy: Policy) -> str:
-        luck = np.array([said.get("luck", [])], float)
-        memory = self._memories[said.get("game", 0)]
-        (chosen,) = policy.choose(memory, _legal(problem, seat, said["legal"]), luck)
-        action = problem.actions[seat].fact(float(chosen))
-        return line("act", {"id": said["id"], "action": action})
+    def _answer_act(self, message: JsonObject, problem: Problem, seat: int, policy: Policy) -> str:
+        luck = np.array([message.get("luck", [])], float)
+        memory = self._memories[message.get("game", 0)]
+        (chosen,) = policy.choose(memory, _decode_legal_mask(problem, seat, message["legal"]), luck)
+        action = problem.actions[seat].to_json_value(float(chosen))
+        return encode_message("act", {"id": message["id"], "action": action})
 
 
-def _legal(problem: Problem, seat: int, told: object) -> Bools | None:
+def _decode_legal_mask(problem: Problem, seat: int, value: object) -> Bools | None:
     """Which actions `[1, A]` may be done; None for all."""
-    every = choices(problem, seat)
-    if told == every or not isinstance(told, list):
+    every = describe_choices(problem, seat)
+    if value == every or not isinstance(value, list):
         return None
-    return np.array([[name in told for name in problem.actions[seat].labels]])
+    return np.array([[name in value for name in problem.actions[seat].labels]])
 
 
-def speak(speaker: Speaker, lines: TextIO, out: TextIO) -> None:
+def serve_lines(server: BotServer, lines: TextIO, output: TextIO) -> None:
     """Answers line by line until the other side has ended."""
-    for text in _until(speaker, lines):
-        answer = speaker.answer(text)
+    for text in _read_until_quit(server, lines):
+        answer = server.answer(text)
         if answer:
-            out.write(answer)
-            out.flush()
+            output.write(answer)
+            output.flush()
 
 
-def _until(speaker: Speaker, lines: TextIO) -> Iterator[str]:
-    while not speaker.over and (text := lines.readline()):
+def _read_until_quit(server: BotServer, lines: TextIO) -> Iterator[str]:
+    while not server.over and (text := lines.readline()):
         yield text

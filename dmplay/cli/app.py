@@ -9,10 +9,10 @@ os.environ.setdefault("TYPER_USE_RICH", "0")  # its help costs more than the res
 import typer
 
 from dmplay.cli import games, grading, measuring, printing, records
-from dmplay.cli.group import Commands
+from dmplay.cli.group import CommandGroup
 
 app = typer.Typer(
-    cls=Commands,
+    cls=CommandGroup,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"], "auto_envvar_prefix": "DMPLAY"},
@@ -56,7 +56,7 @@ app.command()(printing.info)
 app.command()(printing.check)
 app.command()(printing.guide)
 
-configuration = typer.Typer(
+config_app = typer.Typer(
     rich_markup_mode=None,
     help="""Settings: flags over DMPLAY_* variables over ./dmplay.toml over your config.toml.
 
@@ -64,12 +64,12 @@ configuration = typer.Typer(
   dmplay config show
   dmplay config path""",
 )
-configuration.command("show")(printing.config_show)
-configuration.command("path")(printing.config_path)
-app.add_typer(configuration, name="config")
+config_app.command("show")(printing.config_show)
+config_app.command("path")(printing.config_path)
+app.add_typer(config_app, name="config")
 
 
 @cache
-def root() -> Any:
+def root_command() -> Any:
     """The commands as click has them: a group to be called with words."""
     return typer.main.get_command(app)

@@ -25,113 +25,127 @@ from dmplay import disk
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.finding.names import problem_names
 
-PROJECT = "dmplay.toml"
+PROJECT_FILE = "dmplay.toml"
 # Set once for every command that has them.
-GENERAL = ("plain", "color", "ascii", "theme", "speed", "width", "motion", "input")
-LOOKS_AND_NUMBERS = (*GENERAL, "keys", "rate", "turns", "seed", "episode")
-Section = dict[str, object]
+GENERAL_OPTIONS = ("plain", "color", "ascii", "theme", "speed", "width", "motion", "input")
+PROJECT_FILE_OPTIONS = (*GENERAL_OPTIONS, "keys", "rate", "turns", "seed", "episode")
+SettingsTable = dict[str, object]
 
 
-class File(NamedTuple):
+class ConfigFile(NamedTuple):
     """A file of settings."""
 
     path: str
-    own: bool  # the user's; a project's may come from anywhere
-    options: Section  # for every command that has them
-    commands: dict[str, Section]  # for one
-    preset: str | None
+    is_user_file: bool  # the user's; a project's may come from anywhere
+    options: SettingsTable  # for every command that has them
+    commands: dict[str, SettingsTable]  # for one
+    key_preset: str | None
     keys: dict[str, dict[str, str]]  # family -> key -> action
     aliases: dict[str, str]
 
 
-def entrusted(option: str, where: str) -> None:
+def check_project_option(option: str, location: str) -> None:
     """Refuses what a project's file may not set."""
-    if option not in LOOKS_AND_NUMBERS:
+    if option not in PROJECT_FILE_OPTIONS:
         raise BadParameter(
-            f"{where}: a folder's file sets looks and numbers; "
+            f"{location}: a folder's file sets looks and numbers; "
             "only your own config.toml and the command line set this"
         )
 
 
-def paths(env: Mapping[str, str]) -> tuple[Path, Path]:
+def config_paths(env: Mapping[str, str]) -> tuple[Path, Path]:
     """Where the user's file is, by the base directory specification, and the project's, here."""
-    return disk.user_folder(env, "XDG_CONFIG_HOME", ".config") / "config.toml", Path(PROJECT)
+    return disk.user_folder(env, "XDG_CONFIG_HOME", ".config") / "config.toml", Path(PROJECT_FILE)
 
 
 @cache
-def files() -> tuple[File, ...]:
+def load_config_files() -> tuple[ConfigFile, ...]:
     """The files there are, the user's first."""
-    user, project = paths(os.environ)
+    user, project = config_paths(os.environ)
     found = [(user, True), (project, False)]
-    return tuple(read(path, own=own) for path, own in found if os.path.isfile(path))
+    return tuple(
+        read_config_file(path, is_user_file=own) for path, own in found if os.path.isfile(path)
+    )
 
 
-def aliases() -> dict[str, str]:
+def merged_aliases() -> dict[str, str]:
     """Every alias with what it stands for."""
-    return {name: line for file in files() for name, line in file.aliases.items()}
+    return {name: line for file in load_config_files() for name, line in file.aliases.items()}
 
 
-def keys() -> dict[str, tuple[str, dict[str, str]]]:
+def merged_keys() -> dict[str, tuple[str, dict[str, str]]]:
     """The keys set for each family with the last file to do it; a project's replace a user's."""
     merged: dict[str, tuple[str, dict[str, str]]] = {}
-    for file in files():
+    for file in load_config_files():
         for family, own in file.keys.items():
             merged[family] = file.path, {**merged.get(family, ("", {}))[1], **own}
     return merged
 
 
-def read(path: Path, *, own: bool) -> File:
+def read_config_file(path: Path, *, is_user_file: bool) -> ConfigFile:
     """A file's settings; raises BadParameter or UnknownName, which name the file."""
     import tomllib  # only where there is a file
 
     name = str(path)
     try:
-        content = tomllib.loads(disk.content(path).decode())
+        content = tomllib.loads(disk.read_bytes(path).decode())
     except OSError as error:
         raise BadParameter(f"{name}: {error.strerror}") from None
     except (ValueError, RecursionError) as error:  # not TOML, or not UTF-8
-        raise BadParameter(f"{name}: {_plainly(error)}") from None
+        raise BadParameter(f"{name}: {_describe_parse_error(error)}") from None
     for key in ("keys", "aliases"):
         if not isinstance(content.setdefault(key, {}), dict):
             raise BadParameter(f"{name}: {key}: got {content[key]!r}, expected a table, [{key}]")
     set_keys, given = content.pop("keys"), content.pop("aliases")
-    preset = _text(set_keys.pop("preset"), f"{name}: keys.preset") if "preset" in set_keys else None
+    preset = (
+        _require_text(set_keys.pop("preset"), f"{name}: keys.preset")
+        if "preset" in set_keys
+        else None
+    )
     sections = {key: value for key, value in content.items() if isinstance(value, dict)}
     options = {key: value for key, value in content.items() if key not in sections}
-    if given and not own:
-        entrusted("aliases", f"{name}: aliases.{next(iter(given))}")
-    return File(name, own, options, sections, preset, _keys(set_keys, name), _aliases(given, name))
+    if given and not is_user_file:
+        check_project_option("aliases", f"{name}: aliases.{next(iter(given))}")
+    return ConfigFile(
+        name,
+        is_user_file,
+        options,
+        sections,
+        preset,
+        _parse_keys(set_keys, name),
+        _parse_aliases(given, name),
+    )
 
 
-def _plainly(error: Exception) -> str:
+def _describe_parse_error(error: Exception) -> str:
     told = "not UTF-8" if isinstance(error, UnicodeDecodeError) else str(error).partition("\n")[0]
     return f"{told[:1].lower()}{told[1:]}" if told else type(error).__name__
 
 
-def _keys(told: Section, name: str) -> dict[str, dict[str, str]]:
+def _parse_keys(table: SettingsTable, file_name: str) -> dict[str, dict[str, str]]:
     """The keys of each family, checked for form."""
     known = ["hex", *problem_names()]
     found = {}
-    for family, own in told.items():
+    for family, own in table.items():
         if family not in known:
-            raise UnknownName("keys", family, ["preset", *known], where=name)
+            raise UnknownName("keys", family, ["preset", *known], error_prefix=file_name)
         if not isinstance(own, dict):
-            raise BadParameter(f"{name}: keys.{family}: got {own!r}, expected a table")
-        where = f"{name}: keys.{family}"
-        found[family] = {key: _text(label, f"{where}.{key}") for key, label in own.items()}
+            raise BadParameter(f"{file_name}: keys.{family}: got {own!r}, expected a table")
+        where = f"{file_name}: keys.{family}"
+        found[family] = {key: _require_text(label, f"{where}.{key}") for key, label in own.items()}
     return found
 
 
-def _aliases(told: Section, name: str) -> dict[str, str]:
+def _parse_aliases(table: SettingsTable, file_name: str) -> dict[str, str]:
     """The aliases, checked for form."""
     found = {}
-    for alias, line in told.items():
-        where = f"{name}: aliases.{alias}"
+    for alias, line in table.items():
+        where = f"{file_name}: aliases.{alias}"
         if not alias or not alias.isprintable() or set(alias) & set(" -;#'\"\\:./"):
             raise BadParameter(f"{where}: got {alias!r}, expected one plain word")
         if alias in problem_names():
             raise BadParameter(f"{where}: {alias} is a problem; give another name")
-        found[alias] = _text(line, where)
+        found[alias] = _require_text(line, where)
         try:
             words = shlex.split(found[alias])
         except ValueError:  # a quotation without end
@@ -141,7 +155,7 @@ def _aliases(told: Section, name: str) -> dict[str, str]:
     return found
 
 
-def _text(value: object, where: str) -> str:
+def _require_text(value: object, location: str) -> str:
     if not isinstance(value, str):
-        raise BadParameter(f"{where}: got {value!r}, expected text")
+        raise BadParameter(f"{location}: got {value!r}, expected text")
     return value

@@ -7,88 +7,94 @@ import typer
 
 from dmplay import records
 from dmplay.cli import config
-from dmplay.cli.app import root
-from dmplay.cli.sentence import USAGE, sentence
+from dmplay.cli.app import root_command
+from dmplay.cli.sentence import USAGE_ERROR, format_error
 from dmplay.errors import BadParameter
-from dmplay.game.errand import Errand, Hosting, Printout, Service, Sitting
-from dmplay.game.table import Table
-from dmplay.terminal import Terminal, clean, here
+from dmplay.game.errand import BotServerConfig, CliResult, McpServerConfig, PlayCommand, Printout
+from dmplay.game.table import GameController
+from dmplay.terminal import Terminal, current_terminal, escape_unprintable
 from dmplay.words.commands import is_command
 
 
-def do(errand: Errand) -> int:
+def execute_result(result: CliResult) -> int:
     """Plays a game that is wanted, or prints a report; the exit code."""
-    match errand:
+    match result:
         case str():
-            return _print(Printout(errand))
+            return _print_report(Printout(result))
         case Printout():
-            return _print(errand)
-        case Service():
-            from dmplay.cli.service import speaks
+            return _print_report(result)
+        case BotServerConfig():
+            from dmplay.cli.service import serve_bot
 
-            return speaks(*errand)
-        case Hosting():
-            from dmplay.cli.service import host
+            return serve_bot(*result)
+        case McpServerConfig():
+            from dmplay.cli.service import serve_mcp
 
-            return host(errand)
+            return serve_mcp(result)
     from dmplay import front  # the front ends are of no use to a report
 
-    if isinstance(errand, Sitting):
-        return front.sit(_table(), errand)
-    return front.converse(_table(), errand)
+    if isinstance(result, PlayCommand):
+        return front.play_game(_make_controller(), result)
+    return front.run_shell(_make_controller(), result)
 
 
-def _print(report: Printout) -> int:
-    if report.errors:
-        print(clean(report.errors), file=sys.stderr)
-    terminal = here(report.wishes)
-    text = _shown(report, terminal)
+def _print_report(report: Printout) -> int:
+    if report.stderr_text:
+        print(escape_unprintable(report.stderr_text), file=sys.stderr)
+    terminal = current_terminal(report.terminal_options)
+    text = _render_report(report, terminal)
     if report.paged:
-        from dmplay.reports.pager import page
+        from dmplay.reports.pager import print_paged
 
-        page(text, terminal, words=isinstance(report.text, str))
+        print_paged(text, terminal, wrap_words=isinstance(report.text, str))
     elif text:
         print(text)
     end = "\n"
-    for part in report.parts:
-        sys.stdout.write(clean(part))
+    for part in report.text_chunks:
+        sys.stdout.write(escape_unprintable(part))
         end = part[-1:] or end
     print(end="" if end == "\n" else "\n")
-    return report.code
+    return report.exit_code
 
 
-def _shown(report: Printout, terminal: Terminal) -> str:
+def _render_report(report: Printout, terminal: Terminal) -> str:
     if isinstance(report.text, str):
-        return clean(report.text)
-    from dmplay.reports.drawing import shown
+        return escape_unprintable(report.text)
+    from dmplay.reports.drawing import render_for_terminal
 
-    return shown(report.text, terminal)
+    return render_for_terminal(report.text, terminal)
 
 
-def _table() -> Table:
+def _make_controller() -> GameController:
     """A table with what the command line and files add to it."""
-    for name in config.aliases():
+    for name in config.merged_aliases():
         if is_command(name):
             raise BadParameter(f"aliases.{name}: {name} is a command; give another name")
-    return Table(program=understood, aliases=config.aliases(), ends=records.noted)
+    return GameController(
+        cli_interpreter=interpret_command,
+        aliases=config.merged_aliases(),
+        on_game_end=records.record_finished_game,
+    )
 
 
-def understood(words: Sequence[str]) -> Sitting | str:
+def interpret_command(words: Sequence[str]) -> PlayCommand | str:
     """What the command line makes of these words: a game, or text without colour."""
-    commands = root()
+    commands = root_command()
     name, *rest = words
     if {"-h", "--help"} & {*rest}:
         command = commands.commands[name]
         above = typer.Context(commands, info_name="dmplay")
         return str(command.get_help(typer.Context(command, info_name=name, parent=above)))
     try:
-        errand: Sitting | Printout | str = commands(
+        errand: PlayCommand | Printout | str = commands(
             [*words], standalone_mode=False, prog_name="dmplay"
         )
-    except USAGE as error:
-        raise BadParameter(sentence(error)) from None
+    except USAGE_ERROR as error:
+        raise BadParameter(format_error(error)) from None
     if isinstance(errand, Printout):
-        if errand.parts:
-            return clean("".join(errand.parts)).removesuffix("\n")
-        return _shown(errand, here(errand.wishes)._replace(color=False)).rstrip("\n")
+        if errand.text_chunks:
+            return escape_unprintable("".join(errand.text_chunks)).removesuffix("\n")
+        return _render_report(
+            errand, current_terminal(errand.terminal_options)._replace(color=False)
+        ).rstrip("\n")
     return errand

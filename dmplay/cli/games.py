@@ -7,36 +7,36 @@ import typer
 
 from dmplay.cli import options
 from dmplay.errors import BadParameter
-from dmplay.terminal import Wishes, here
+from dmplay.terminal import TerminalOptions, current_terminal
 
 
-@options.wishes()
+@options.with_terminal_options()
 def play(
-    problem: options.MaybeName = "",
-    variant: options.Variant = "",
-    set_: options.Set = [],  # noqa: B006 - typer reads it once
+    problem: options.OptionalProblemName = "",
+    variant: options.VariantName = "",
+    set_: options.ParameterSettings = [],  # noqa: B006 - typer reads it once
     seed: options.Seed = None,
-    episode: options.Episode = 0,
-    agent: options.Agent = "human",
-    vs: options.Others = "",
-    seat: options.Seats = [],  # noqa: B006
-    ghost: options.Ghost = "",
-    turns: options.Turns = None,
-    record: options.Record = None,
+    episode: options.EpisodeNumber = 0,
+    agent: options.FirstSeatAgent = "human",
+    vs: options.OtherAgents = "",
+    seat: options.SeatAgents = [],  # noqa: B006
+    ghost: options.GhostAgent = "",
+    turns: options.TurnLimit = None,
+    record: options.RecordPath = None,
     frames: options.Frames = False,
     force: options.Force = False,
     reveal: options.Reveal = False,
     strict: options.Strict = False,
     strict_hints: options.StrictHints = False,
     quiet: options.Quiet = False,
-    keys: options.Keys = None,
-    speed: options.Speed = 2.0,
-    rate: options.Rate = None,
-    assignment: options.Assignment = None,
-    player: options.Player = "",
+    keys: options.KeyPreset = None,
+    speed: options.PlaybackSpeed = 2.0,
+    rate: options.RealTimeRate = None,
+    assignment: options.AssignmentFile = None,
+    player: options.PlayerName = "",
     trust: options.Trust = False,
     *,
-    wishes: Wishes,
+    terminal_options: TerminalOptions,
     ctx: typer.Context,
 ) -> object:
     """Play a problem, or watch agents play it.
@@ -47,40 +47,42 @@ def play(
       dmplay play crying-baby --agent feed-when-crying -o game.dmt
       printf 'e\\nne\\nquit\\n' | dmplay play hexworld
     """
-    from dmplay.game.errand import Sitting
-    from dmplay.game.request import Request
+    from dmplay.game.errand import PlayCommand
+    from dmplay.game.request import GameRequest
 
     if str(record) == "-" and not quiet:
         raise BadParameter("-o -: only with --quiet; else the game itself is told there")
-    timed = options.is_said(ctx, "rate")
-    if timed and not wishes.motion:
+    timed = options.is_set_by_user(ctx, "rate")
+    if timed and not terminal_options.motion:
         raise BadParameter("--rate: real time moves by itself; leave out --no-motion")
     how = "hints" if strict_hints else strict
-    request = Request(
-        problem, variant, set_, seed, episode, agent=agent, others=vs, seats=seat, ghost=ghost,
-        turns=turns, record=record, frames=frames, force=force, strict=how, reveal=reveal,
-        player=player, keys=options.wanted_keys(keys), asks=here(wishes).asks,
-        timed=timed,
+    request = GameRequest(
+        problem, variant, set_, seed, episode, agent=agent, other_agent=vs, seats=seat, ghost_agent=ghost,
+        turns=turns, record_path=record, record_frames=frames, force=force, strict=how, reveal=reveal,
+        player=player, key_preferences=options.configured_keys(keys), can_ask=current_terminal(terminal_options).can_ask,
+        has_rate_option=timed,
     )  # fmt: skip
     if assignment:
-        from dmplay.measure.assignment import read
+        from dmplay.measure.assignment import read_assignment
 
-        request = read(assignment).request(request, trusted=trust)
+        request = read_assignment(assignment).build_request(request, trusted=trust)
     elif not problem:
         raise BadParameter("missing argument 'PROBLEM'; see dmplay play --help")
-    return Sitting(request, wishes, quiet, speed, rate if wishes.motion else None)
+    return PlayCommand(
+        request, terminal_options, quiet, speed, rate if terminal_options.motion else None
+    )
 
 
-@options.wishes()
+@options.with_terminal_options()
 def resume(
-    file: options.LastFile = None,
+    file: options.OptionalTranscriptPath = None,
     trust: options.Trust = False,
     quiet: options.Quiet = False,
-    keys: options.Keys = None,
-    turns: options.Unattended = None,
-    ghost: options.Ghost = "",
+    keys: options.KeyPreset = None,
+    turns: options.UnattendedTurnLimit = None,
+    ghost: options.GhostAgent = "",
     *,
-    wishes: Wishes,
+    terminal_options: TerminalOptions,
 ) -> object:
     """Go on with a game that was left or killed.
 
@@ -89,23 +91,25 @@ def resume(
       dmplay resume game.dmt
     """
     from dmplay.game import saves
-    from dmplay.game.errand import Sitting
-    from dmplay.game.request import Resumption
+    from dmplay.game.errand import PlayCommand
+    from dmplay.game.request import ResumeRequest
 
-    file = file or saves.latest_unfinished()
-    asks = here(wishes).asks
-    wanted = Resumption(file, trust, options.wanted_keys(keys), asks, turns=turns, ghost=ghost)
-    return Sitting(wanted, wishes, quiet)
+    file = file or saves.find_latest_unfinished()
+    asks = current_terminal(terminal_options).can_ask
+    wanted = ResumeRequest(
+        file, trust, options.configured_keys(keys), asks, turn_limit=turns, ghost_agent=ghost
+    )
+    return PlayCommand(wanted, terminal_options, quiet)
 
 
-@options.wishes()
+@options.with_terminal_options()
 def replay(
-    file: options.File,
+    file: options.TranscriptPath,
     trust: options.Trust = False,
     peek: options.Peek = False,
-    speed: options.Speed = 2.0,
+    speed: options.PlaybackSpeed = 2.0,
     *,
-    wishes: Wishes,
+    terminal_options: TerminalOptions,
 ) -> object:
     """Watch a recorded game: Space or right steps on, Backspace back, P plays at --speed.
 
@@ -113,15 +117,15 @@ def replay(
       dmplay replay game.dmt
       dmplay replay game.dmt --plain
     """
-    from dmplay.game.errand import Sitting
-    from dmplay.game.request import Recording
+    from dmplay.game.errand import PlayCommand
+    from dmplay.game.request import ReplayRequest
 
-    return Sitting(Recording(file, trust, peek), wishes, speed=speed)
+    return PlayCommand(ReplayRequest(file, trust, peek), terminal_options, speed=speed)
 
 
-@options.wishes()
+@options.with_terminal_options()
 def branch(
-    file: options.File,
+    file: options.TranscriptPath,
     at: Annotated[int, typer.Option("--at", metavar="TURN", min=0, help="the turn to go on from")],
     record: Annotated[
         Path, typer.Option("--record", "-o", metavar="FILE", help="the new transcript")
@@ -130,32 +134,39 @@ def branch(
     trust: options.Trust = False,
     peek: options.Peek = False,
     quiet: options.Quiet = False,
-    keys: options.Keys = None,
+    keys: options.KeyPreset = None,
     *,
-    wishes: Wishes,
+    terminal_options: TerminalOptions,
 ) -> object:
     """Play on from any turn of a recorded game, into a transcript of its own.
 
     \b
       dmplay branch game.dmt --at 7 -o other.dmt
     """
-    from dmplay.game.errand import Sitting
-    from dmplay.game.request import Branching
+    from dmplay.game.errand import PlayCommand
+    from dmplay.game.request import BranchRequest
 
-    wanted = Branching(
-        file, trust, options.wanted_keys(keys), here(wishes).asks, at, force, peek, record=record
+    wanted = BranchRequest(
+        file,
+        trust,
+        options.configured_keys(keys),
+        current_terminal(terminal_options).can_ask,
+        at,
+        force,
+        peek,
+        record_path=record,
     )
-    return Sitting(wanted, wishes, quiet)
+    return PlayCommand(wanted, terminal_options, quiet)
 
 
-@options.wishes("plain", "color", "ascii", "theme", "width", "motion", "input")
+@options.with_terminal_options("plain", "color", "ascii", "theme", "width", "motion", "input")
 def shell(
     execute: Annotated[
         list[str], typer.Option("--execute", "-e", metavar="COMMAND", help="do this and leave")
     ] = [],  # noqa: B006
-    speed: options.Speed = 2.0,
+    speed: options.PlaybackSpeed = 2.0,
     *,
-    wishes: Wishes,
+    terminal_options: TerminalOptions,
 ) -> object:
     """Play in words, one game after another; piped, a script whose first bad line ends it.
 
@@ -163,11 +174,11 @@ def shell(
       dmplay shell < game.dm
       dmplay -e 'play hexworld --seed 7' -e ne -e 'hint; quit'
     """
-    from dmplay.game.errand import Conversation
+    from dmplay.game.errand import ShellCommand
 
-    if not here(wishes).asks and not execute:
+    if not current_terminal(terminal_options).can_ask and not execute:
         raise BadParameter("--no-input: nobody is asked; give commands by -e or in a pipe")
-    return Conversation(execute, wishes, speed)
+    return ShellCommand(execute, terminal_options, speed)
 
 
 def bot(
@@ -181,9 +192,9 @@ def bot(
     \b
       dmplay hexworld --agent 'bot:dmplay bot optimal --problem hexworld'
     """
-    from dmplay.game.errand import Service
+    from dmplay.game.errand import BotServerConfig
 
-    return Service(agent, problem)
+    return BotServerConfig(agent, problem)
 
 
 def mcp(
@@ -211,6 +222,6 @@ def mcp(
       dmplay mcp
       dmplay mcp hexworld catch --hints --seed 7 -o games
     """
-    from dmplay.game.errand import Hosting
+    from dmplay.game.errand import McpServerConfig
 
-    return Hosting(problems, hints, undo, belief, seed, turns, folder)
+    return McpServerConfig(problems, hints, undo, belief, seed, turns, folder)

@@ -6,24 +6,24 @@ from typing import Annotated
 import typer
 
 from dmplay.cli import options
-from dmplay.cli.measuring import Csv, form_of
+from dmplay.cli.measuring import CsvFlag, output_format
 from dmplay.errors import BadParameter
-from dmplay.terminal import Wishes
+from dmplay.terminal import TerminalOptions
 
 
 def assign(
-    problem: options.Name,
+    problem: options.ProblemName,
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="a file")],
-    variant: options.Variant = "",
-    set_: options.Set = [],  # noqa: B006 - typer reads it once
+    variant: options.VariantName = "",
+    set_: options.ParameterSettings = [],  # noqa: B006 - typer reads it once
     seeds: Annotated[
         str, typer.Option("--seeds", metavar="N,N", help="the dice; new ones if not given")
     ] = "",
     games: Annotated[int, typer.Option("--games", metavar="N", min=1, help="of new dice")] = 1,
-    agent: options.Agent = "human",
-    vs: options.Others = "",
-    seat: options.Seats = [],  # noqa: B006
-    turns: options.Turns = None,
+    agent: options.FirstSeatAgent = "human",
+    vs: options.OtherAgents = "",
+    seat: options.SeatAgents = [],  # noqa: B006
+    turns: options.TurnLimit = None,
     force: options.Force = False,
     strict: options.Strict = False,
     strict_hints: options.StrictHints = False,
@@ -37,30 +37,30 @@ def assign(
       dmplay assign hexworld --seeds 7,8,9 --strict=hints -o walks
       dmplay assign prisoners-dilemma --vs grim --turns 20 --games 2 -o dilemma
     """
-    from dmplay.dice import fresh
-    from dmplay.game.request import Request
-    from dmplay.measure.assignment import assigned
+    from dmplay.dice import new_seed
+    from dmplay.game.request import GameRequest
+    from dmplay.measure.assignment import write_assignment
 
     if seeds and not all(one.strip().isdecimal() for one in seeds.split(",")):
         raise BadParameter(f"--seeds: got {seeds!r}, expected whole numbers, such as 7,8")
-    dice = tuple(map(int, seeds.split(","))) if seeds else tuple(fresh() for _ in range(games))
+    dice = tuple(map(int, seeds.split(","))) if seeds else tuple(new_seed() for _ in range(games))
     if games not in {1, len(dice)}:
         raise BadParameter(f"--games: got {games}, but --seeds says how many; leave out one")
     how = "hints" if strict_hints else strict
-    request = Request(
-        problem, variant, set_, agent=agent, others=vs, seats=seat, turns=turns, strict=how
+    request = GameRequest(
+        problem, variant, set_, agent=agent, other_agent=vs, seats=seat, turns=turns, strict=how
     )
-    return assigned(request, dice, output, force=force)
+    return write_assignment(request, dice, output, force=force)
 
 
-@options.wishes("json", "motion")
+@options.with_terminal_options("json", "motion")
 def grade(
-    paths: options.Paths,
-    assignment: options.Assignment = None,
-    csv: Csv = False,
+    paths: options.TranscriptPaths,
+    assignment: options.AssignmentFile = None,
+    csv: CsvFlag = False,
     trust: options.Trust = False,
     *,
-    wishes: Wishes,
+    terminal_options: TerminalOptions,
 ) -> object:
     """Make a table of games that were handed in: who, how well, with what help, how honest.
 
@@ -73,5 +73,7 @@ def grade(
     """
     from dmplay.reports import grading
 
-    form = form_of(json=wishes.json, csv=csv)
-    return grading.graded(paths, assignment, trusted=trust, form=form, motion=wishes.motion)
+    form = output_format(json=terminal_options.json, csv=csv)
+    return grading.report_grades(
+        paths, assignment, trusted=trust, output_format=form, motion=terminal_options.motion
+    )

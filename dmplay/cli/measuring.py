@@ -8,53 +8,58 @@ import typer
 
 from dmplay.cli import options
 from dmplay.errors import BadParameter
-from dmplay.terminal import Wishes, here
+from dmplay.terminal import TerminalOptions, current_terminal
 
-Episodes = Annotated[int, typer.Option("--episodes", metavar="N", min=1, help="games")]
-Csv = Annotated[bool, typer.Option("--csv", help="as comma-separated values")]
-Dice = Annotated[int, typer.Option("--seed", metavar="N", min=0, help="the dice of all games")]
-Engine = Annotated[
+EpisodeCount = Annotated[int, typer.Option("--episodes", metavar="N", min=1, help="games")]
+CsvFlag = Annotated[bool, typer.Option("--csv", help="as comma-separated values")]
+BatchSeed = Annotated[int, typer.Option("--seed", metavar="N", min=0, help="the dice of all games")]
+ExecutorName = Annotated[
     str,
     typer.Option("--executor", metavar="ENGINE", help="dask, dask:tcp://HOST:PORT, MODULE:FACTORY"),
 ]
-MATCH: Mapping[str, tuple[Any, object]] = {
-    "variant": (options.Variant, ""),
-    "set_": (options.Set, []),
-    "vs": (options.Others, ""),
-    "seat": (options.Seats, []),
-    "turns": (options.Unattended, None),
-    "seed": (Dice, 0),
-    "workers": (options.Workers, "auto"),
-    "executor": (Engine, ""),
-    "csv": (Csv, False),
+BATCH_OPTIONS: Mapping[str, tuple[Any, object]] = {
+    "variant": (options.VariantName, ""),
+    "set_": (options.ParameterSettings, []),
+    "vs": (options.OtherAgents, ""),
+    "seat": (options.SeatAgents, []),
+    "turns": (options.UnattendedTurnLimit, None),
+    "seed": (BatchSeed, 0),
+    "workers": (options.WorkerCount, "auto"),
+    "executor": (ExecutorName, ""),
+    "csv": (CsvFlag, False),
 }
-Form = Literal["", "json", "csv"]
+OutputFormat = Literal["", "json", "csv"]
 
 
-def _of_matches(*without: str) -> Callable[[options.Command], options.Command]:
+def _with_batch_options(*without: str) -> Callable[[options.Command], options.Command]:
     """Gives a command, in place of its parameter `given`, the options of games that are many."""
-    some = {name: one for name, one in MATCH.items() if name not in without}
-    return options.spread("given", some, lambda given: given)
+    some = {name: one for name, one in BATCH_OPTIONS.items() if name not in without}
+    return options.expand_option_group("batch_options", some, lambda given: given)
 
 
-def _match(problem: str, given: Mapping[str, Any], wishes: Wishes, agent: str = "") -> Any:
+def _make_request(
+    problem: str,
+    batch_options: Mapping[str, Any],
+    terminal_options: TerminalOptions,
+    agent: str = "",
+) -> Any:
     """What is played, by what was given."""
-    from dmplay.game.request import Request
-    from dmplay.reports.match import Match
+    from dmplay.game.request import GameRequest
+    from dmplay.reports.match import EvaluationRequest
 
-    return Match(
-        Request(problem, given["variant"]).name, given["set_"], agent,
-        others=given.get("vs", ""), seats=given.get("seat", ()), turns=given["turns"],
-        seed=given["seed"], workers=options.many(given["workers"]), engine=given["executor"],
-        form=form_of(json=wishes.json, csv=given["csv"]), motion=wishes.motion,
+    return EvaluationRequest(
+        GameRequest(problem, batch_options["variant"]).problem_name, batch_options["set_"], agent,
+        other_agent=batch_options.get("vs", ""), seats=batch_options.get("seat", ()), turn_limit=batch_options["turns"],
+        seed=batch_options["seed"], workers=options.parse_workers(batch_options["workers"]), engine=batch_options["executor"],
+        output_format=output_format(json=terminal_options.json, csv=batch_options["csv"]), motion=terminal_options.motion,
     )  # fmt: skip
 
 
-@_of_matches()
-@options.wishes("json", "motion", "ascii")
+@_with_batch_options()
+@options.with_terminal_options("json", "motion", "ascii")
 def run(
-    problem: options.Name,
-    agent: options.Agent = "",
+    problem: options.ProblemName,
+    agent: options.FirstSeatAgent = "",
     episodes: Annotated[
         int | None,
         typer.Option("--episodes", metavar="N", min=1, help="games; 10000 unless it is said"),
@@ -71,8 +76,8 @@ def run(
     worst: Annotated[int, typer.Option("--worst", metavar="N", min=0, help="the N worst")] = 0,
     best: Annotated[int, typer.Option("--best", metavar="N", min=0, help="the N best")] = 0,
     *,
-    given: Mapping[str, Any],
-    wishes: Wishes,
+    batch_options: Mapping[str, Any],
+    terminal_options: TerminalOptions,
 ) -> object:
     """Play many games: what each seat earns, how sure that is, and how it is spread.
 
@@ -86,28 +91,32 @@ def run(
       dmplay run prisoners-dilemma --agent grim --vs tit-for-tat --turns 20 --json
     """
     from dmplay.reports import measuring
-    from dmplay.reports.recorded import Keeping
+    from dmplay.reports.recorded import TranscriptSelection
 
-    match = _match(problem, given, wishes, agent)
-    keeping = Keeping(record, every, worst, best)
-    return measuring.ran(
-        match, episodes=episodes, until=until_se, keeping=keeping, ascii_=here(wishes).ascii
+    match = _make_request(problem, batch_options, terminal_options, agent)
+    keeping = TranscriptSelection(record, every, worst, best)
+    return measuring.report_run(
+        match,
+        episodes=episodes,
+        max_standard_error=until_se,
+        selection=keeping,
+        ascii_=current_terminal(terminal_options).ascii,
     )
 
 
-@_of_matches()
-@options.wishes("json", "motion")
+@_with_batch_options()
+@options.with_terminal_options("json", "motion")
 def compare(
-    problem: options.Name,
+    problem: options.ProblemName,
     agents: Annotated[list[str], typer.Argument(metavar="AGENT...", help="two or more agents")],
-    episodes: Episodes = 10_000,
+    episodes: EpisodeCount = 10_000,
     decide: Annotated[
         float | None,
         typer.Option("--decide", metavar="P", help="stop when it is clear, wrong in at most P"),
     ] = None,
     *,
-    given: Mapping[str, Any],
-    wishes: Wishes,
+    batch_options: Mapping[str, Any],
+    terminal_options: TerminalOptions,
 ) -> object:
     """Compare agents in the first seat on the same dice: who earns more, and how sure that is.
 
@@ -117,16 +126,16 @@ def compare(
     """
     from dmplay.reports import measuring
 
-    match = _match(problem, given, wishes)
-    return measuring.compared(match, agents, episodes=episodes, decide=decide)
+    match = _make_request(problem, batch_options, terminal_options)
+    return measuring.report_comparison(match, agents, episodes=episodes, decide=decide)
 
 
-@_of_matches("vs", "seat")
-@options.wishes("json", "motion")
+@_with_batch_options("vs", "seat")
+@options.with_terminal_options("json", "motion")
 def tournament(
-    problem: options.Name,
+    problem: options.ProblemName,
     entrants: Annotated[list[str], typer.Argument(metavar="AGENT...", help="two or more agents")],
-    episodes: Episodes = 1000,
+    episodes: EpisodeCount = 1000,
     seats: Annotated[
         str, typer.Option("--seats", metavar="ORDER", help="all, or given: as they are named")
     ] = "all",
@@ -135,8 +144,8 @@ def tournament(
         typer.Option("--output", "-o", metavar="FILE", help="keeps what is played, to go on with"),
     ] = None,
     *,
-    given: Mapping[str, Any],
-    wishes: Wishes,
+    batch_options: Mapping[str, Any],
+    terminal_options: TerminalOptions,
 ) -> object:
     """Seat everybody against everybody, in every order, on the same dice.
 
@@ -150,11 +159,13 @@ def tournament(
     """
     from dmplay.reports import tournaments
 
-    match = _match(problem, given, wishes)
-    return tournaments.met(match, entrants, episodes=episodes, orders=seats, kept=output)
+    match = _make_request(problem, batch_options, terminal_options)
+    return tournaments.report_tournament(
+        match, entrants, episodes=episodes, orders=seats, results_file=output
+    )
 
 
-def form_of(*, json: bool, csv: bool) -> Form:
+def output_format(*, json: bool, csv: bool) -> OutputFormat:
     """Which of two forms is wanted, or neither: for people."""
     if json and csv:
         raise BadParameter("--json and --csv: expected one of them")

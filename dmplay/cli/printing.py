@@ -8,11 +8,11 @@ import typer
 
 from dmplay.cli import config, options
 from dmplay.errors import BadParameter
-from dmplay.terminal import Wishes, here
+from dmplay.terminal import TerminalOptions, current_terminal
 
 
-@options.wishes("json", "color", "width")
-def list_(kind: options.Kind = "", *, wishes: Wishes) -> object:
+@options.with_terminal_options("json", "color", "width")
+def list_(kind: options.ProblemKind = "", *, terminal_options: TerminalOptions) -> object:
     """List the problems: table F.1 of the book. Or the games that are kept.
 
     \b
@@ -24,12 +24,16 @@ def list_(kind: options.Kind = "", *, wishes: Wishes) -> object:
     from dmplay.reports import games, problems
 
     if kind == "games":
-        return games.listing(json=wishes.json)
+        return games.report_saved_games(json=terminal_options.json)
 
-    return Printout(problems.listing(kind, wishes), wishes, errors=problems.unlisted())
+    return Printout(
+        problems.report_problem_table(kind, terminal_options),
+        terminal_options,
+        stderr_text=problems.format_load_failures(),
+    )
 
 
-def records(json: options.Json = False) -> object:
+def records(json: options.JsonFlag = False) -> object:
     """Tell your best and your last games: those that you played to their end.
 
     The best are of games that verify, with no help, nothing taken back, no look at
@@ -41,27 +45,27 @@ def records(json: options.Json = False) -> object:
     """
     from dmplay.reports import records
 
-    return records.listing(json=json)
+    return records.report_records(json=json)
 
 
-@options.wishes("json", "motion")
+@options.with_terminal_options("json", "motion")
 def solve(
-    problem: options.Name,
-    variant: options.Variant = "",
-    set_: options.Set = [],  # noqa: B006 - typer reads it once
+    problem: options.ProblemName,
+    variant: options.VariantName = "",
+    set_: options.ParameterSettings = [],  # noqa: B006 - typer reads it once
     episodes: Annotated[
         int | None, typer.Option("--episodes", metavar="N", min=2, help="games, if simulated")
     ] = None,
     turns: Annotated[
         int | None, typer.Option("--turns", metavar="N", min=1, help="of each, or of a plan")
     ] = None,
-    workers: options.Workers = "",
+    workers: options.WorkerCount = "",
     work: Annotated[
         float | None,
         typer.Option("--work", metavar="TIMES", min=0.01, max=100, help="as much work, for bounds"),
     ] = None,
     *,
-    wishes: Wishes,
+    terminal_options: TerminalOptions,
 ) -> object:
     """Solve a problem: values, best actions or equilibria, and how they were found.
 
@@ -72,22 +76,28 @@ def solve(
       dmplay solve ./tigers.dpomdp --turns 4
       dmplay solve ./hallway.pomdp --work 10
     """
-    from dmplay.game.request import Request
+    from dmplay.game.request import GameRequest
     from dmplay.reports import solving
-    from dmplay.solutions.played import Wish
+    from dmplay.solutions.played import SimulationOptions
 
-    asked = Request(problem, variant, set_)
-    wish = Wish(episodes, turns, options.many(workers) if workers else None, work)
-    return solving.solved(
-        asked.name, asked.configured(), wish, json=wishes.json, motion=wishes.motion
+    asked = GameRequest(problem, variant, set_)
+    wish = SimulationOptions(
+        episodes, turns, options.parse_workers(workers) if workers else None, work
+    )
+    return solving.report_solution(
+        asked.problem_name,
+        asked.changed_parameters(),
+        wish,
+        json=terminal_options.json,
+        motion=terminal_options.motion,
     )
 
 
 def convert(
-    problem: options.Name,
+    problem: options.ProblemName,
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="a file")],
-    variant: options.Variant = "",
-    set_: options.Set = [],  # noqa: B006 - typer reads it once
+    variant: options.VariantName = "",
+    set_: options.ParameterSettings = [],  # noqa: B006 - typer reads it once
     force: options.Force = False,
 ) -> object:
     """Write a finite problem as a file for other programs: .pomdp, .mdp, .dpomdp or .nfg.
@@ -97,21 +107,21 @@ def convert(
       dmplay convert hexworld --set slip=0.2 -o hexworld.mdp
       dmplay convert prisoners-dilemma -o dilemma.nfg
     """
-    from dmplay.game.request import Request
-    from dmplay.reports.converting import converted
+    from dmplay.game.request import GameRequest
+    from dmplay.reports.converting import convert_problem
 
-    asked = Request(problem, variant, set_)
-    return converted(asked.name, asked.configured(), output, force=force)
+    asked = GameRequest(problem, variant, set_)
+    return convert_problem(asked.problem_name, asked.changed_parameters(), output, force=force)
 
 
-@options.wishes("color", "ascii", "theme")
+@options.with_terminal_options("color", "ascii", "theme")
 def figure(
-    name: options.Figure = "",
+    name: options.FigureName = "",
     svg: Annotated[bool, typer.Option("--svg", help="as a picture")] = False,
-    output: options.Output = None,
+    output: options.OutputPath = None,
     force: options.Force = False,
     *,
-    wishes: Wishes,
+    terminal_options: TerminalOptions,
 ) -> object:
     """Draw a figure or table of the book's appendix F from the problems themselves.
 
@@ -123,13 +133,15 @@ def figure(
     from dmplay.reports import drawing
 
     if name:
-        return drawing.drawn(name, output, svg=svg, force=force)._replace(wishes=wishes)
+        return drawing.draw_figure(name, output, svg=svg, force=force)._replace(
+            terminal_options=terminal_options
+        )
     if svg or output:
         raise BadParameter("figure: --svg and -o want a figure, as F.2; dmplay figure names them")
-    return drawing.named()
+    return drawing.format_figure_list()
 
 
-def agents(problem: options.Name, json: options.Json = False) -> object:
+def agents(problem: options.ProblemName, json: options.JsonFlag = False) -> object:
     """List the agents that fit a problem, with their parameters.
 
     \b
@@ -138,10 +150,12 @@ def agents(problem: options.Name, json: options.Json = False) -> object:
     """
     from dmplay.reports import problems
 
-    return problems.who_plays(problem, json=json)
+    return problems.report_agents(problem, json=json)
 
 
-def info(problem: options.Name, json: options.Json = False, keys: options.Keys = None) -> object:
+def info(
+    problem: options.ProblemName, json: options.JsonFlag = False, keys: options.KeyPreset = None
+) -> object:
     """Tell all about a problem: spaces, parameters, variants, agents, keys, decisions, source.
 
     \b
@@ -150,14 +164,14 @@ def info(problem: options.Name, json: options.Json = False, keys: options.Keys =
     """
     from dmplay.reports import problems
 
-    return problems.info(problem, options.wanted_keys(keys), json=json)
+    return problems.report_problem(problem, options.configured_keys(keys), json=json)
 
 
 def check(
-    problem: options.Name,
-    variant: options.Variant = "",
-    set_: options.Set = [],  # noqa: B006 - typer reads it once
-    json: options.Json = False,
+    problem: options.ProblemName,
+    variant: options.VariantName = "",
+    set_: options.ParameterSettings = [],  # noqa: B006 - typer reads it once
+    json: options.JsonFlag = False,
 ) -> object:
     """Check a problem of yours: arrays, labels, chances, states, agents and look.
 
@@ -167,19 +181,19 @@ def check(
       dmplay check ./tiger.py
       dmplay check ./shop.py:Shop --set price=9
     """
-    from dmplay.game.request import Request
+    from dmplay.game.request import GameRequest
     from dmplay.reports import checked
 
-    asked = Request(problem, variant, set_)
-    return checked.report(asked.name, asked.configured(), json=json)
+    asked = GameRequest(problem, variant, set_)
+    return checked.report_violations(asked.problem_name, asked.changed_parameters(), json=json)
 
 
-@options.wishes("plain", "color", "ascii", "theme", "width")
+@options.with_terminal_options("plain", "color", "ascii", "theme", "width")
 def guide(
-    topic: options.Topic = "",
+    topic: options.TopicName = "",
     raw: Annotated[bool, typer.Option("--raw", help="the Markdown itself")] = False,
     *,
-    wishes: Wishes,
+    terminal_options: TerminalOptions,
 ) -> object:
     """Read the guide: a first game, transcripts, problems and agents of your own, and more.
 
@@ -193,25 +207,29 @@ def guide(
     from dmplay.reports import guide
 
     if topic and raw:
-        return topics.topic(topic).removesuffix("\n")
+        return topics.read_topic(topic).removesuffix("\n")
     if topic:
-        return Printout(guide.drawn(topic, here(wishes)), wishes, paged=True)
+        return Printout(
+            guide.render_topic(topic, current_terminal(terminal_options)),
+            terminal_options,
+            paged=True,
+        )
     if raw:
         raise BadParameter("guide: --raw wants a topic, as agents; dmplay guide names them")
-    return guide.named()
+    return guide.format_topic_list()
 
 
-def config_show(ctx: typer.Context, json: options.Json = False) -> object:
+def config_show(ctx: typer.Context, json: options.JsonFlag = False) -> object:
     """Show every setting with its value and where it comes from.
 
     \b
       dmplay config show
       DMPLAY_COLOR=never dmplay config show --json
     """
-    from dmplay.cli.settings import in_force, named, shown
+    from dmplay.cli.settings import format_settings, iter_effective_settings, iter_keys_and_aliases
 
-    settings = [*in_force(ctx.find_root()), *named()]
-    return shown(settings, as_json=json)
+    settings = [*iter_effective_settings(ctx.find_root()), *iter_keys_and_aliases()]
+    return format_settings(settings, as_json=json)
 
 
 def config_path() -> object:
@@ -220,4 +238,4 @@ def config_path() -> object:
     \b
       dmplay config path
     """
-    return "\n".join(map(str, config.paths(os.environ)))
+    return "\n".join(map(str, config.config_paths(os.environ)))

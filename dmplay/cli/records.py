@@ -6,19 +6,19 @@ from typing import Annotated
 import typer
 
 from dmplay.cli import options
-from dmplay.terminal import Wishes, here
+from dmplay.terminal import TerminalOptions, current_terminal
 
-MISMATCH_CODE = 3
+MISMATCH_EXIT_CODE = 3
 
 
 def verify(
-    paths: options.Paths,
+    paths: options.TranscriptPaths,
     update: Annotated[bool, typer.Option("--update", help="show the diff and rewrite")] = False,
     allow_unfinished: Annotated[
         bool, typer.Option("--allow-unfinished", help="a file without an end is no fault")
     ] = False,
     trust: options.Trust = False,
-    json: options.Json = False,
+    json: options.JsonFlag = False,
     quiet: options.Quiet = False,
 ) -> object:
     """Check transcripts: facts by a replay, inputs by seed and agents; exit code 3 if one differs.
@@ -31,19 +31,19 @@ def verify(
     from dmplay.game import checking
     from dmplay.game.errand import Printout
 
-    files = list(checking.files(paths))
-    diffs, refused = checking.updates(files, trusted=trust) if update else ([], [])
-    reports = [checking.check(file, trusted=trust) for file in files]
-    good = [report.ok or (allow_unfinished and report.unfinished) for report in reports]
-    rows = [*diffs, *checking.reported(reports, good, json=json, quiet=quiet)]
-    code = 0 if all(good) else MISMATCH_CODE
-    return Printout("\n".join(rows), errors="\n".join(refused), code=code)
+    files = list(checking.iter_transcript_files(paths))
+    diffs, refused = checking.rewrite_files(files, trusted=trust) if update else ([], [])
+    reports = [checking.verify_file(file, trusted=trust) for file in files]
+    good = [report.is_ok or (allow_unfinished and report.is_unfinished) for report in reports]
+    rows = [*diffs, *checking.format_reports(reports, good, json=json, quiet=quiet)]
+    code = 0 if all(good) else MISMATCH_EXIT_CODE
+    return Printout("\n".join(rows), stderr_text="\n".join(refused), exit_code=code)
 
 
-@options.formats
-@options.wishes("ascii", "width")
+@options.with_export_formats
+@options.with_terminal_options("ascii", "width")
 def export(
-    file: options.File,
+    file: options.TranscriptPath,
     formats: Sequence[str],
     at: Annotated[
         int | None, typer.Option("--at", metavar="TURN", help="the turn of a picture")
@@ -54,12 +54,12 @@ def export(
     hint: Annotated[
         bool, typer.Option("--hint", help="a picture for who chooses there, with a hint")
     ] = False,
-    output: options.Output = None,
+    output: options.OutputPath = None,
     force: options.Force = False,
     trust: options.Trust = False,
     peek: options.Peek = False,
     *,
-    wishes: Wishes,
+    terminal_options: TerminalOptions,
     ctx: typer.Context,
 ) -> object:
     """Write a recorded game as a picture, a screen recording, text, a table or data.
@@ -70,22 +70,28 @@ def export(
       dmplay export game.dmt --film -o film.svg
       dmplay export game.dmt --csv
     """
-    from dmplay.game.request import Recording
-    from dmplay.reports.export import Aspect, exported
-    from dmplay.screen.shown import Room
+    from dmplay.game.request import ReplayRequest
+    from dmplay.reports.export import ExportOptions, export_transcript
+    from dmplay.screen.shown import Viewport
 
-    ascii_ = (here(wishes) if str(output or "-") == "-" else wishes).ascii
-    typed = [o for o in ("width", "height", "ascii") if options.source(ctx, o) == "COMMANDLINE"]
-    aspect = Aspect(Room(wishes.width or 0, height or 0, ascii_), at, hint, typed)
-    return exported(Recording(file, trust, peek), formats, aspect, output, force=force)
+    ascii_ = (
+        current_terminal(terminal_options) if str(output or "-") == "-" else terminal_options
+    ).ascii
+    typed = [
+        o for o in ("width", "height", "ascii") if options.option_source(ctx, o) == "COMMANDLINE"
+    ]
+    aspect = ExportOptions(
+        Viewport(terminal_options.width or 0, height or 0, ascii_), at, hint, typed
+    )
+    return export_transcript(ReplayRequest(file, trust, peek), formats, aspect, output, force=force)
 
 
 def review(
-    file: options.File,
+    file: options.TranscriptPath,
     write: Annotated[bool, typer.Option("--write", help="keep it in the file as notes")] = False,
     trust: options.Trust = False,
     peek: options.Peek = False,
-    json: options.Json = False,
+    json: options.JsonFlag = False,
 ) -> object:
     """Value each move of the people in a game: the best action, and the regret.
 
@@ -93,7 +99,7 @@ def review(
       dmplay review game.dmt
       dmplay review game.dmt --write
     """
-    from dmplay.game.request import Recording
-    from dmplay.reports.reviewing import reviewed
+    from dmplay.game.request import ReplayRequest
+    from dmplay.reports.reviewing import review_transcript
 
-    return reviewed(Recording(file, trust, peek), write=write, json=json)
+    return review_transcript(ReplayRequest(file, trust, peek), write=write, json=json)

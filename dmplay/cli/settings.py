@@ -10,17 +10,17 @@ import typer
 from dmplay.cli import config
 from dmplay.errors import BadParameter, UnknownName
 
-BY_HAND = ("execute", "force", "help", "output", "record", "trust", "update", "write")
-KINDS: dict[str, tuple[tuple[type, ...], str]] = {  # by how click's name of a type begins
+COMMAND_LINE_ONLY = ("execute", "force", "help", "output", "record", "trust", "update", "write")
+VALUE_TYPES: dict[str, tuple[tuple[type, ...], str]] = {  # by how click's name of a type begins
     "bool": ((bool,), "true or false"),
     "int": ((int,), "a whole number"),
     "float": ((int, float), "a number"),
     "": ((str,), "text"),
 }
-Commands = Mapping[str, Any]  # click's, by name
+CommandsByName = Mapping[str, Any]  # click's, by name
 
 
-class InForce(NamedTuple):
+class EffectiveSetting(NamedTuple):
     """The value of an option and where it comes from: a file, a variable, or the default."""
 
     name: str
@@ -28,125 +28,131 @@ class InForce(NamedTuple):
     source: str
 
 
-def options(command: Any) -> dict[str, Any]:
+def configurable_options(command: Any) -> dict[str, Any]:
     """The options of a command that files may set, by their long names."""
     named = {
         max(one.opts, key=len).lstrip("-"): one
         for one in command.params
         if one.param_type_name == "option"
     }
-    return {name: one for name, one in named.items() if name not in BY_HAND}
+    return {name: one for name, one in named.items() if name not in COMMAND_LINE_ONLY}
 
 
-def defaults(commands: Commands) -> dict[str, dict[str, object]]:
+def config_defaults(commands: CommandsByName) -> dict[str, dict[str, object]]:
     """What the files set, as click takes it: command -> parameter -> value."""
     found: dict[str, dict[str, object]] = {}
-    for file in config.files():
-        _check_names(file, commands)
+    for file in config.load_config_files():
+        _reject_unknown_names(file, commands)
         for name, command in commands.items():
-            for option, value in _given(file, name, command):
-                found.setdefault(name, {})[options(command)[option].name] = value
+            for option, value in _iter_file_options(file, name, command):
+                found.setdefault(name, {})[configurable_options(command)[option].name] = value
     return found
 
 
-def _given(file: config.File, name: str, command: Any) -> Iterator[tuple[str, object]]:
+def _iter_file_options(
+    file: config.ConfigFile, command_name: str, command: Any
+) -> Iterator[tuple[str, object]]:
     """The options that a file sets for a command, checked."""
-    known = options(command)
+    known = configurable_options(command)
     general = {key: value for key, value in file.options.items() if key in known}
-    if file.preset is not None and "keys" in known:
-        general["keys"] = file.preset
-    own = file.commands.get(name, {})
+    if file.key_preset is not None and "keys" in known:
+        general["keys"] = file.key_preset
+    own = file.commands.get(command_name, {})
     for option, value in {**general, **own}.items():
         inside = {"keys": "keys.preset"}.get(option, option)
-        where = f"{file.path}: {f'{name}.{option}' if option in own else inside}"
+        where = f"{file.path}: {f'{command_name}.{option}' if option in own else inside}"
         if option not in known:
-            raise UnknownName("setting", option, known, where=f"{file.path}: [{name}]")
+            raise UnknownName(
+                "setting", option, known, error_prefix=f"{file.path}: [{command_name}]"
+            )
         hints = (option, value) == ("strict", "hints")  # as it is said of the flag
         if not hints:
-            _check(known[option], value, where)
-        if not file.own:
-            config.entrusted(option, where)
+            _check_value(known[option], value, where)
+        if not file.is_user_file:
+            config.check_project_option(option, where)
         yield ("strict-hints", True) if hints else (option, value)
 
 
-def _check_names(file: config.File, commands: Commands) -> None:
+def _reject_unknown_names(file: config.ConfigFile, commands: CommandsByName) -> None:
     """Refuses settings, tables and aliases of names that a file cannot have."""
     for name in file.options:
-        if name not in config.GENERAL:
-            known = [*config.GENERAL, "keys", "aliases", *commands]
-            raise UnknownName("setting", name, known, where=file.path)
+        if name not in config.GENERAL_OPTIONS:
+            known = [*config.GENERAL_OPTIONS, "keys", "aliases", *commands]
+            raise UnknownName("setting", name, known, error_prefix=file.path)
     for name in file.commands:
         if name not in commands:
-            raise UnknownName("table", name, ["keys", "aliases", *commands], where=file.path)
+            raise UnknownName("table", name, ["keys", "aliases", *commands], error_prefix=file.path)
     for name in file.aliases:
         if name in commands:
             raise BadParameter(f"{file.path}: aliases.{name}: {name} is a command")
 
 
-def _check(option: Any, value: object, where: str) -> None:
+def _check_value(option: Any, value: object, location: str) -> None:
     """Refuses a value of another type, or out of bounds."""
-    fitting, kind = next(told for word, told in KINDS.items() if option.type.name.startswith(word))
+    fitting, kind = next(
+        told for word, told in VALUE_TYPES.items() if option.type.name.startswith(word)
+    )
     if option.multiple and not isinstance(value, list):
-        raise BadParameter(f"{where}: got {value!r}, expected a list, as [{value!r}]")
+        raise BadParameter(f"{location}: got {value!r}, expected a list, as [{value!r}]")
     for one in value if isinstance(value, list) and option.multiple else [value]:
         if type(one) not in fitting:
-            raise BadParameter(f"{where}: got {one!r}, expected {kind}")
+            raise BadParameter(f"{location}: got {one!r}, expected {kind}")
         try:
             option.type.convert(one, option, None)
         except typer.BadParameter as error:
             message = error.message.rstrip(".")
-            raise BadParameter(f"{where}: {message[:1].lower()}{message[1:]}") from None
+            raise BadParameter(f"{location}: {message[:1].lower()}{message[1:]}") from None
         except OverflowError:  # of more digits than a number can have
-            raise BadParameter(f"{where}: expected {kind}, which is not as large") from None
+            raise BadParameter(f"{location}: expected {kind}, which is not as large") from None
 
 
-def in_force(root: Any) -> Iterator[InForce]:
+def iter_effective_settings(root: Any) -> Iterator[EffectiveSetting]:
     """Every option of every command with its value; `root` is click's context of the program."""
-    set_by = _files(root.command.commands)
+    set_by = _option_files(root.command.commands)
     for name, command in root.command.commands.items():
         with command.make_context(name, [], parent=root, resilient_parsing=True) as context:
-            for option, one in options(command).items():
+            for option, one in configurable_options(command).items():
                 source = context.get_parameter_source(one.name).name
                 told = {
                     "DEFAULT_MAP": set_by.get((name, option), ""),
-                    "ENVIRONMENT": _variable(one, context),
+                    "ENVIRONMENT": _variable_name(one, context),
                 }.get(source, "default")
-                yield InForce(f"{name}.{option}", context.params.get(one.name), told)
+                yield EffectiveSetting(f"{name}.{option}", context.params.get(one.name), told)
 
 
-def _files(commands: Commands) -> dict[tuple[str, str], str]:
+def _option_files(commands: CommandsByName) -> dict[tuple[str, str], str]:
     """The file that sets an option."""
     return {
         (name, option): file.path
-        for file in config.files()
+        for file in config.load_config_files()
         for name, command in commands.items()
-        for option, _ in _given(file, name, command)
+        for option, _ in _iter_file_options(file, name, command)
     }
 
 
-def _variable(option: Any, context: Any) -> str:
+def _variable_name(option: Any, context: Any) -> str:
     own = [option.envvar] if isinstance(option.envvar, str) else []
     names = [*own, f"{context.auto_envvar_prefix}_{option.name.upper()}"]
     return next((name for name in names if os.environ.get(name)), names[-1])
 
 
-def named() -> Iterator[InForce]:
+def iter_keys_and_aliases() -> Iterator[EffectiveSetting]:
     """The keys and aliases that files set."""
-    for file in config.files():
+    for file in config.load_config_files():
         for family, own in file.keys.items():
             for key, label in own.items():
-                yield InForce(f"keys.{family}.{key}", label, file.path)
+                yield EffectiveSetting(f"keys.{family}.{key}", label, file.path)
         for alias, line in file.aliases.items():
-            yield InForce(f"aliases.{alias}", line, file.path)
+            yield EffectiveSetting(f"aliases.{alias}", line, file.path)
 
 
-def shown(told: Iterable[InForce], *, as_json: bool) -> str:
+def format_settings(settings: Iterable[EffectiveSetting], *, as_json: bool) -> str:
     """Settings for people, those at their default only for `play`; or all of them as data."""
     if as_json:
-        return json.dumps([one._asdict() for one in told], default=str)
-    rows = [one for one in told if one.source != "default" or one.name.startswith("play.")]
-    return "\n".join(f"{one.name:<18} {_value(one.value):<24} {one.source}" for one in rows)
+        return json.dumps([one._asdict() for one in settings], default=str)
+    rows = [one for one in settings if one.source != "default" or one.name.startswith("play.")]
+    return "\n".join(f"{one.name:<18} {_format_value(one.value):<24} {one.source}" for one in rows)
 
 
-def _value(value: object) -> str:
+def _format_value(value: object) -> str:
     return "-" if value is None or value == [] else json.dumps(value, default=str)

@@ -4,54 +4,64 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.chance import Reals
-from dmplay.finding.problems import load
+from dmplay.finding.problems import load_problem
 from dmplay.solvers import collision_grid
-from dmplay.solvers.value_iteration import SLACK, best
+from dmplay.solvers.value_iteration import VALUE_TOLERANCE, mark_best_actions
 from dmplay.views.canvas import Canvas
 
-RATES = (0.0, 5.0)  # m/s, of the left and the right column
-NO_ADVISORY = 1  # the index of the last advisory and of the action
-DEPTHS = " ▁▂▃▄▅▆▇█"
-ADVISORIES = ("↓", "·", "↑")
-STYLES = ("bold yellow", "dim", "bold blue")
+CLIMB_RATES = (0.0, 5.0)  # m/s, of the left and the right column
+NO_ADVISORY_INDEX = 1  # the index of the last advisory and of the action
+LOSS_LEVELS = " ▁▂▃▄▅▆▇█"
+ADVISORY_GLYPHS = ("↓", "·", "↑")
+ADVISORY_STYLES = ("bold yellow", "dim", "bold blue")
 
 
-def slices() -> Text:
+def draw_value_and_policy_slices() -> Text:
     """Values above, advisories below; rate 0 at the left, 5 m/s at the right."""
-    q = collision_grid.optimal(load("collision-avoidance"))
+    q = collision_grid.compute_optimal_q(load_problem("collision-avoidance"))
     canvas = Canvas()
-    for column, rate in enumerate(RATES):
-        j = int(np.searchsorted(collision_grid.CLIMBS, rate))
-        known = q[:, NO_ADVISORY, :, j]  # [time, height, action]
+    for column, rate in enumerate(CLIMB_RATES):
+        j = int(np.searchsorted(collision_grid.CLIMB_RATES, rate))
+        known = q[:, NO_ADVISORY_INDEX, :, j]  # [time, height, action]
         x = 8 + 48 * column
-        canvas.put(x, 0, f"rate {rate:g} m/s: how much is lost, {DEPTHS[1]} little {DEPTHS[-1]} 1")
-        _values(canvas, x, 1, known)
-        canvas.put(x, 24, "advisory: ↑ climb, ↓ descend, · none")
-        _policy(canvas, x, 25, known)
-    return canvas.text()
+        canvas.write_text(
+            x,
+            0,
+            f"rate {rate:g} m/s: how much is lost, {LOSS_LEVELS[1]} little {LOSS_LEVELS[-1]} 1",
+        )
+        _draw_values(canvas, x, 1, known)
+        canvas.write_text(x, 24, "advisory: ↑ climb, ↓ descend, · none")
+        _draw_policy(canvas, x, 25, known)
+    return canvas.to_text()
 
 
-def _axes(canvas: Canvas, x: int, y: int) -> None:
+def _draw_axes(canvas: Canvas, x: int, y: int) -> None:
     for row, height in ((0, "+200 m"), (10, "0"), (20, "-200 m")):
-        canvas.put(x - 8, y + row, height.rjust(7), "dim")
-    canvas.put(x, y + 21, "0 s".ljust(20) + "20 s".ljust(17) + "40 s", "dim")
+        canvas.write_text(x - 8, y + row, height.rjust(7), "dim")
+    canvas.write_text(x, y + 21, "0 s".ljust(20) + "20 s".ljust(17) + "40 s", "dim")
 
 
-def _values(canvas: Canvas, x: int, y: int, q: Reals) -> None:
-    _axes(canvas, x, y)
+def _draw_values(canvas: Canvas, x: int, y: int, q: Reals) -> None:
+    _draw_axes(canvas, x, y)
     for time, heights in enumerate(-q.max(axis=2)):
         for i, lost in enumerate(heights):
-            depth = int(np.ceil(min(max(lost, 0.0), 1.0) * (len(DEPTHS) - 1) - SLACK))
-            canvas.put(x + time, y + 20 - i, DEPTHS[depth], "red" if lost > 0.1 else "")
+            depth = int(
+                np.ceil(min(max(lost, 0.0), 1.0) * (len(LOSS_LEVELS) - 1) - VALUE_TOLERANCE)
+            )
+            canvas.write_text(x + time, y + 20 - i, LOSS_LEVELS[depth], "red" if lost > 0.1 else "")
 
 
-def _policy(canvas: Canvas, x: int, y: int, q: Reals) -> None:
-    _axes(canvas, x, y)
+def _draw_policy(canvas: Canvas, x: int, y: int, q: Reals) -> None:
+    _draw_axes(canvas, x, y)
     for time, heights in enumerate(q):
         for i, values in enumerate(heights):
-            right = best(values)
-            chosen = NO_ADVISORY if right[NO_ADVISORY] else int(np.argmax(right))
-            canvas.put(x + time, y + 20 - i, ADVISORIES[chosen], STYLES[chosen])
+            right = mark_best_actions(values)
+            chosen = NO_ADVISORY_INDEX if right[NO_ADVISORY_INDEX] else int(np.argmax(right))
+            canvas.write_text(
+                x + time, y + 20 - i, ADVISORY_GLYPHS[chosen], ADVISORY_STYLES[chosen]
+            )
 
 
-FIGURES = {"F.9": ("collision avoidance, optimal values and advisories", slices)}
+FIGURES = {
+    "F.9": ("collision avoidance, optimal values and advisories", draw_value_and_policy_slices)
+}

@@ -11,22 +11,22 @@ from dmplay.errors import UnknownName
 Figure = tuple[str, Callable[[], Text]]
 
 
-def figures() -> dict[str, Figure]:
+def load_figures() -> dict[str, Figure]:
     """Every figure by name: its title and what draws it."""
     found: dict[str, Figure] = {}
     for file in sorted(Path(__file__).parent.glob("[a-z]*.py")):
         found |= getattr(importlib.import_module(f"dmplay.figures.{file.stem}"), "FIGURES", {})
-    return dict(sorted(found.items(), key=lambda item: _order(item[0])))
+    return dict(sorted(found.items(), key=lambda item: _figure_sort_key(item[0])))
 
 
-def _order(name: str) -> tuple[str, int]:
+def _figure_sort_key(name: str) -> tuple[str, int]:
     letter, _, number = name.partition(".")
     return letter, int(number)
 
 
-def figure(name: str) -> Figure:
+def find_figure(name: str) -> Figure:
     """The figure of this name, `F.10`, `f10` or `figure F.10`."""
-    known = figures()
+    known = load_figures()
     wanted = "".join(name.split()[-1:])  # of blanks, nothing
     for key, found in known.items():
         if key.replace(".", "").lower() == wanted.replace(".", "").lower():

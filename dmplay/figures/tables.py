@@ -7,72 +7,74 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.chance import Reals
-from dmplay.describe import aligned, summary
-from dmplay.dice import Dice
+from dmplay.describe import align_columns, problem_summary
+from dmplay.dice import SeededUniforms
 from dmplay.finding.names import problem_names
-from dmplay.finding.problems import load
+from dmplay.finding.problems import load_problem
 from dmplay.session import Session
 from dmplay.tabular import tabulate
-from dmplay.views.style import Look, style_of
+from dmplay.views.style import DrawOptions, load_view_module
 
 
-def _payoff(name: str) -> Text:
-    problem = load(name)
-    view = Session(problem, Dice(0)).view(0)
-    drawn = list(style_of(problem).boards(view, Look()))[1]  # the table without the rounds
+def _draw_payoff_table(name: str) -> Text:
+    problem = load_problem(name)
+    view = Session(problem, SeededUniforms(0)).view(0)
+    drawn = list(load_view_module(problem).iter_boards(view, DrawOptions()))[
+        1
+    ]  # the table without the rounds
     return Text("rewards of agent 1, agent 2; rows are agent 1's actions\n").append_text(drawn)
 
 
-def prisoners_dilemma() -> Text:
+def draw_prisoners_dilemma() -> Text:
     """The rewards of the prisoner's dilemma."""
-    return _payoff("prisoners-dilemma")
+    return _draw_payoff_table("prisoners-dilemma")
 
 
-def rock_paper_scissors() -> Text:
+def draw_rock_paper_scissors() -> Text:
     """The rewards of rock-paper-scissors."""
-    return _payoff("rock-paper-scissors")
+    return _draw_payoff_table("rock-paper-scissors")
 
 
-def problems() -> Text:
+def draw_problem_table() -> Text:
     """The kind and the spaces of every problem."""
     rows = [["problem", "kind", "agents", "states", "actions", "observations", "discount"]]
-    for name in sorted(problem_names(), key=_section):
-        problem = load(name)
-        rows.append([name, problem.kind, *summary(problem).values()])
+    for name in sorted(problem_names(), key=_read_appendix_section):
+        problem = load_problem(name)
+        rows.append([name, problem.kind, *problem_summary(problem).values()])
     text = Text()
-    for number, row in enumerate(aligned(rows)):
+    for number, row in enumerate(align_columns(rows)):
         text.append(f"{row}\n", style="" if number else "bold")
     return text
 
 
-def _section(name: str) -> int:
+def _read_appendix_section(name: str) -> int:
     """The section of the appendix that a problem's module names as its source."""
-    told = sys.modules[type(load(name)).__module__].__doc__ or ""
+    told = sys.modules[type(load_problem(name)).__module__].__doc__ or ""
     found = re.search(r"appendix F\.(\d+)", told)
     return int(found[1]) if found else 0
 
 
-def machine() -> Text:
+def draw_machine_tables() -> Text:
     """Transitions, observations and rewards of machine replacement."""
-    problem = load("machine-replacement")
+    problem = load_problem("machine-replacement")
     tables = tabulate(problem)
     text = Text()
     for a in range(tables.transition.shape[1]):
-        text.append(f"{problem.action_name(0, a)}\n", style="bold")
-        parts = (tables.transition[:, a], tables.seen[a], tables.rewards[:, a])
+        text.append(f"{problem.format_action(0, a)}\n", style="bold")
+        parts = (tables.transition[:, a], tables.observation_model[a], tables.rewards[:, a])
         for s in range(len(tables.transition)):
-            row = "   ".join(_row(part[s]) for part in parts)
+            row = "   ".join(_format_row(part[s]) for part in parts)
             text.append(f"  {row}\n" if s else f"  {row}   T(s'|s,a)  O(o|a,s')  R(s,a)\n")
     return text
 
 
-def _row(values: Reals) -> str:
+def _format_row(values: Reals) -> str:
     return " ".join(f"{value:7.4g}" for value in np.atleast_1d(values))
 
 
 FIGURES = {
-    "F.14": ("the rewards of the prisoner's dilemma", prisoners_dilemma),
-    "F.15": ("the rewards of rock-paper-scissors", rock_paper_scissors),
-    "T.1": ("table F.1, the problems", problems),
-    "T.2": ("table F.2, machine replacement", machine),
+    "F.14": ("the rewards of the prisoner's dilemma", draw_prisoners_dilemma),
+    "F.15": ("the rewards of rock-paper-scissors", draw_rock_paper_scissors),
+    "T.1": ("table F.1, the problems", draw_problem_table),
+    "T.2": ("table F.2, machine replacement", draw_machine_tables),
 }

@@ -10,35 +10,37 @@ import numpy as np
 from dmplay.budget import Budget
 from dmplay.chance import Bools, Ints
 from dmplay.errors import UnknownName
-from dmplay.files.words import Part, whole
+from dmplay.files.words import TokenSpan, parse_integer
 
-ANY = "*"
-BYTES = 200  # of a name, in memory
+WILDCARD = "*"
+BYTES_PER_NAME = 200  # of a name, in memory
 
-Places = int | Ints | None  # one of a set, some, or all
+IndexSelection = int | Ints | None  # one of a set, some, or all
 
 
-def every(places: Places, many: int) -> Ints:
+def to_index_array(selection: IndexSelection, count: int) -> Ints:
     """The places as an array, of so many in all."""
-    return np.arange(many) if places is None else np.atleast_1d(places)
+    return np.arange(count) if selection is None else np.atleast_1d(selection)
 
 
-def budget() -> Budget:
+def make_reading_budget() -> Budget:
     """What reading a file may cost."""
     return Budget("reading it", "try a smaller problem")
 
 
-def plainly(names: Sequence[str], what: str, taken: Collection[str] = ()) -> list[str]:
+def make_unique_labels(
+    names: Sequence[str], kind: str, reserved: Collection[str] = ()
+) -> list[str]:
     """Names as they are typed, each another; with what they name where they mean something else.
 
     Where they are numbers from 0 on, with a letter.
     """
     if list(names) == [*map(str, range(len(names)))]:
-        return [f"{what[0]}{name}" for name in names]
+        return [f"{kind[0]}{name}" for name in names]
     found: list[str] = []
     for name in names:
-        plain = "-".join(re.sub("[_,;=#]", " ", name.lower()).split()) or what
-        plain = f"{what}-{plain}" if plain in taken else plain
+        plain = "-".join(re.sub("[_,;=#]", " ", name.lower()).split()) or kind
+        plain = f"{kind}-{plain}" if plain in reserved else plain
         label, number = plain, 2
         while label in found:
             label, number = f"{plain}-{number}", number + 1
@@ -46,130 +48,141 @@ def plainly(names: Sequence[str], what: str, taken: Collection[str] = ()) -> lis
     return found
 
 
-class Axis:
+class Declaration:
     """A finite set in a file: its names, or numbers from 0 on, and `*` for all of them."""
 
-    def __init__(self, what: str, names: Sequence[str]) -> None:
-        self.what = what
+    def __init__(self, kind: str, names: Sequence[str]) -> None:
+        self.kind = kind
         self.names = tuple(names)
 
     @classmethod
-    def told(cls, what: str, part: Part) -> "Axis":
+    def parse(cls, kind: str, span: TokenSpan) -> "Declaration":
         """The set that a line of a file tells: names, each another, or how many."""
-        words = part.words
-        many = whole(words[0]) if len(words) == 1 else None
+        words = span.tokens
+        many = parse_integer(words[0]) if len(words) == 1 else None
         if not words or many == 0:
-            raise part.fault(0, f"expected how many {what}s, or their names")
+            raise span.error_at(0, f"expected how many {kind}s, or their names")
         if many is not None:
-            budget().hold(float(BYTES) * many)
-            return cls(what, [*map(str, range(many))])
+            make_reading_budget().check_memory(float(BYTES_PER_NAME) * many)
+            return cls(kind, [*map(str, range(many))])
         known: set[str] = set()
         for number, word in enumerate(words):
-            if word in known or word in (ANY, ":"):
-                raise part.fault(number, f"got {word!r}, expected the name of another {what}")
+            if word in known or word in (WILDCARD, ":"):
+                raise span.error_at(number, f"got {word!r}, expected the name of another {kind}")
             known.add(word)
-        return cls(what, words)
+        return cls(kind, words)
 
     def __len__(self) -> int:
         return len(self.names)
 
     @cached_property
-    def known(self) -> dict[str, int]:
+    def index_by_name(self) -> dict[str, int]:
         """The place of each name and number."""
         numbers = {str(place): place for place in range(len(self.names))}
         return numbers | {name: place for place, name in enumerate(self.names)}
 
-    def name(self, place: int) -> str:
+    def name_at(self, index: int) -> str:
         """The name of one."""
-        return self.names[place]
+        return self.names[index]
 
-    def holds(self, words: Sequence[str]) -> bool:
+    def matches(self, words: Sequence[str]) -> bool:
         """Whether these words name something of the set."""
-        return len(words) == 1 and (words[0] == ANY or words[0] in self.known)
+        return len(words) == 1 and (words[0] == WILDCARD or words[0] in self.index_by_name)
 
-    def picked(self, part: Part) -> int | None:
+    def parse_selection(self, span: TokenSpan) -> int | None:
         """The place of what a word names; None for all."""
-        words = part.words
-        if len(words) == 1 and words[0] in self.known:
-            return self.known[words[0]]
-        if len(words) == 1 and words[0] == ANY:
+        words = span.tokens
+        if len(words) == 1 and words[0] in self.index_by_name:
+            return self.index_by_name[words[0]]
+        if len(words) == 1 and words[0] == WILDCARD:
             return None
         if len(words) != 1:
             got = " ".join(words) or "nothing"
-            raise part.fault(0, f"got {got!r}, expected one {self.what}, or *")
-        raise part.fault(0, UnknownName(self.what, words[0], self._told))
+            raise span.error_at(0, f"got {got!r}, expected one {self.kind}, or *")
+        raise span.error_at(0, UnknownName(self.kind, words[0], self._expected_names))
 
-    def marked(self, part: Part) -> Bools:
+    def parse_mask(self, span: TokenSpan) -> Bools:
         """Which of them the words of a list name."""
         found = np.zeros(len(self), bool)
-        for number, word in enumerate(part.words or [""]):
-            if word == ANY:
-                raise part.fault(number, f"got '*', expected a {self.what}")
-            found[self.picked(part.slice(number, number + 1))] = True
+        for number, word in enumerate(span.tokens or [""]):
+            if word == WILDCARD:
+                raise span.error_at(number, f"got '*', expected a {self.kind}")
+            found[self.parse_selection(span.slice(number, number + 1))] = True
         return found
 
     @property
-    def _told(self) -> list[str]:
+    def _expected_names(self) -> list[str]:
         """The names, those of which there are only numbers as a span."""
         numbers = self.names == tuple(map(str, range(len(self.names))))
         return [f"0 to {len(self.names) - 1}"] if numbers else [*self.names]
 
 
-class Joint:
+class JointDeclaration:
     """Joint actions or observations: one of each agent's, row-major, the last agent fastest."""
 
-    def __init__(self, each: Sequence[Axis]) -> None:
-        self.each = tuple(each)
-        self.counts = tuple(map(len, each))
-        self.what = f"joint {each[0].what}" if len(each) > 1 else each[0].what
-        self._many = prod(self.counts)
-        self._found: dict[tuple[str, ...], Places] = {}
+    def __init__(self, declarations: Sequence[Declaration]) -> None:
+        self.declarations = tuple(declarations)
+        self.counts = tuple(map(len, declarations))
+        self.kind = (
+            f"joint {declarations[0].kind}" if len(declarations) > 1 else declarations[0].kind
+        )
+        self._count = prod(self.counts)
+        self._parsed: dict[tuple[str, ...], IndexSelection] = {}
 
     def __len__(self) -> int:
-        return self._many
+        return self._count
 
-    def name(self, place: int) -> str:
+    def name_at(self, index: int) -> str:
         """The names of one's parts."""
-        parts = np.unravel_index(place, self.counts)
-        return " ".join(axis.name(int(n)) for axis, n in zip(self.each, parts, strict=True))
+        parts = np.unravel_index(index, self.counts)
+        return " ".join(
+            axis.name_at(int(n)) for axis, n in zip(self.declarations, parts, strict=True)
+        )
 
     @property
-    def known(self) -> dict[str, int]:
+    def index_by_name(self) -> dict[str, int]:
         """The place of each name and number, where there is one part."""
-        return self.each[0].known if len(self.each) == 1 else {}
+        return self.declarations[0].index_by_name if len(self.declarations) == 1 else {}
 
-    def holds(self, words: Sequence[str]) -> bool:
+    def matches(self, words: Sequence[str]) -> bool:
         """Whether these words name one, or some."""
-        if len(words) == len(self.each):
-            return all(axis.holds([word]) for axis, word in zip(self.each, words, strict=True))
-        return len(words) == 1 and (words[0] == ANY or whole(words[0]) is not None)
+        if len(words) == len(self.declarations):
+            return all(
+                axis.matches([word]) for axis, word in zip(self.declarations, words, strict=True)
+            )
+        return len(words) == 1 and (words[0] == WILDCARD or parse_integer(words[0]) is not None)
 
-    def picked(self, part: Part) -> Places:
+    def parse_selection(self, span: TokenSpan) -> IndexSelection:
         """The places of what some words name: a name, a number or `*` for each agent; or all."""
-        words = tuple(part.words)
-        if words not in self._found:
-            self._found[words] = self._picked(part)
-        return self._found[words]
+        words = tuple(span.tokens)
+        if words not in self._parsed:
+            self._parsed[words] = self._parse_uncached(span)
+        return self._parsed[words]
 
-    def _picked(self, part: Part) -> Places:
-        words = part.words
-        if len(self.each) == 1:
-            return self.each[0].picked(part)
-        if len(words) == len(self.each):
-            parts = [part.slice(n, n + 1) for n in range(len(words))]
-            told = [axis.picked(one) for axis, one in zip(self.each, parts, strict=True)]
+    def _parse_uncached(self, span: TokenSpan) -> IndexSelection:
+        words = span.tokens
+        if len(self.declarations) == 1:
+            return self.declarations[0].parse_selection(span)
+        if len(words) == len(self.declarations):
+            parts = [span.slice(n, n + 1) for n in range(len(words))]
+            told = [
+                axis.parse_selection(one)
+                for axis, one in zip(self.declarations, parts, strict=True)
+            ]
             if all(n is None for n in told):
                 return None
-            each = [every(n, many) for n, many in zip(told, self.counts, strict=True)]
+            each = [to_index_array(n, many) for n, many in zip(told, self.counts, strict=True)]
             found = np.ravel_multi_index(np.ix_(*each), self.counts).reshape(-1)
             return int(found[0]) if len(found) == 1 else found
-        if len(words) == 1 and words[0] == ANY:
+        if len(words) == 1 and words[0] == WILDCARD:
             return None
-        number = whole(words[0]) if len(words) == 1 else None
+        number = parse_integer(words[0]) if len(words) == 1 else None
         if number is None or number >= len(self):
-            got, many = " ".join(words) or "nothing", len(self.each)
-            raise part.fault(0, f"got {got!r}, expected {many} {self.each[0].what}s, or *")
+            got, many = " ".join(words) or "nothing", len(self.declarations)
+            raise span.error_at(
+                0, f"got {got!r}, expected {many} {self.declarations[0].kind}s, or *"
+            )
         return number
 
 
-Field = Axis | Joint
+AnyDeclaration = Declaration | JointDeclaration

@@ -7,19 +7,19 @@ import numpy as np
 
 from dmplay.chance import Ints, Reals
 from dmplay.errors import BadFile
-from dmplay.files.names import budget, every
-from dmplay.files.preamble import EXACT, SUMS
-from dmplay.files.statements import FIELDS, Form, Statement
-from dmplay.files.words import Text
-from dmplay.rows import Rows
+from dmplay.files.names import make_reading_budget, to_index_array
+from dmplay.files.preamble import EXACT_SUM_TOLERANCE, SUM_TOLERANCE
+from dmplay.files.statements import FIELD_COUNT, Statement, StatementGrammar
+from dmplay.files.words import SourceText
+from dmplay.rows import SparseMatrix
 
-BYTES = 80  # of a number that is told, while all are sorted
-
-
-N = TypeVar("N", int, Ints)
+BYTES_PER_ENTRY = 80  # of a number that is told, while all are sorted
 
 
-class _Told(NamedTuple):
+IndexOrArray = TypeVar("IndexOrArray", int, Ints)
+
+
+class _SparseEntries(NamedTuple):
     """Numbers of an array, some of them 0."""
 
     rows: Ints
@@ -27,141 +27,159 @@ class _Told(NamedTuple):
     values: Reals
 
 
-class Shares:
+class ProbabilityArray:
     """The array T, rows state by action, or O, rows action by state: what was told of it so far."""
 
-    def __init__(self, form: Form, start: Reals) -> None:
-        self._kind = form.kind
-        self._fields = fields = form.fields
-        self._start = start
+    def __init__(self, grammar: StatementGrammar, initial_belief: Reals) -> None:
+        self._kind = grammar.kind
+        self._fields = fields = grammar.fields
+        self._initial_belief = initial_belief
         self._actions, self._states, self._columns = (len(field) for field in fields)
-        self._every = np.arange(self._columns)
+        self._all_columns = np.arange(self._columns)
         self._size = self._actions * self._states
-        budget().hold(float(BYTES) * self._size)
-        self._told: list[_Told] = []
-        self._many = 0  # numbers in all that was told
-        self._single = (array("q"), array("q"), array("d"))  # one at a time, told last
-        self._anew = np.zeros(self._size, np.int64)  # how many there were when a row began anew
-        self._at = np.full(self._size, -1)  # where the file tells last of a row
+        make_reading_budget().check_memory(float(BYTES_PER_ENTRY) * self._size)
+        self._entries: list[_SparseEntries] = []
+        self._n_entries = 0  # numbers in all that was told
+        self._single_entries = (array("q"), array("q"), array("d"))  # one at a time, told last
+        self._row_resets = np.zeros(
+            self._size, np.int64
+        )  # how many there were when a row began anew
+        self._row_offsets = np.full(self._size, -1)  # where the file tells last of a row
 
-    def tell(self, said: Statement) -> None:
+    def add_statement(self, statement: Statement) -> None:
         """Takes what a line says."""
-        match said.places:
+        match statement.selections:
             case [int(action), int(state), int(column)]:
-                self._tell_one(action, state, column, said)
-            case [int(action), int(state)] if not said.word:
-                self._tell_row(self._number(action, state), said)
+                self._add_entry(action, state, column, statement)
+            case [int(action), int(state)] if not statement.keyword:
+                self._add_row(self._row_index(action, state), statement)
             case _:
-                self._tell_many(said)
+                self._add_submatrix(statement)
 
-    def _tell_one(self, action: int, state: int, column: int, said: Statement) -> None:
+    def _add_entry(self, action: int, state: int, column: int, statement: Statement) -> None:
         """Takes one number."""
-        rows, columns, values = self._single
-        rows.append(self._number(action, state))
+        rows, columns, values = self._single_entries
+        rows.append(self._row_index(action, state))
         columns.append(column)
-        values.append(said.values.probability())
-        self._at[rows[-1]] = said.at
+        values.append(statement.value_tokens.parse_probability())
+        self._row_offsets[rows[-1]] = statement.offset
 
-    def _tell_row(self, row: int, said: Statement) -> None:
+    def _add_row(self, row: int, statement: Statement) -> None:
         """Takes the numbers of a row."""
-        values = said.values.probabilities(self._columns)
-        self._flush()
-        self._at[row], self._anew[row] = said.at, self._many
-        self._add(_Told(np.full(self._columns, row), self._every, values))
+        values = statement.value_tokens.parse_probabilities(self._columns)
+        self._flush_single_entries()
+        self._row_offsets[row], self._row_resets[row] = statement.offset, self._n_entries
+        self._append_entries(_SparseEntries(np.full(self._columns, row), self._all_columns, values))
 
-    def _tell_many(self, said: Statement) -> None:
+    def _add_submatrix(self, statement: Statement) -> None:
         """Takes the numbers of several columns, or of several rows."""
-        action, state, column = (*said.places, None, None)[:3]
-        actions, states = every(action, self._actions), every(state, self._states)
-        columns = states if said.word == "identity" else every(column, self._columns)
-        blank = len(said.places) == FIELDS and column is None and not said.values.probability()
-        each = 1 if said.word == "identity" else len(columns) * (not blank)
-        budget().hold(BYTES * (self._many + float(len(actions)) * len(states) * each))
-        self._flush()
-        rows = self._number(actions[:, None], states).reshape(-1)
-        self._at[rows] = said.at
+        action, state, column = (*statement.selections, None, None)[:3]
+        actions, states = to_index_array(action, self._actions), to_index_array(state, self._states)
+        columns = (
+            states if statement.keyword == "identity" else to_index_array(column, self._columns)
+        )
+        blank = (
+            len(statement.selections) == FIELD_COUNT
+            and column is None
+            and not statement.value_tokens.parse_probability()
+        )
+        each = 1 if statement.keyword == "identity" else len(columns) * (not blank)
+        make_reading_budget().check_memory(
+            BYTES_PER_ENTRY * (self._n_entries + float(len(actions)) * len(states) * each)
+        )
+        self._flush_single_entries()
+        rows = self._row_index(actions[:, None], states).reshape(-1)
+        self._row_offsets[rows] = statement.offset
         if column is None:
             if len(rows) == self._size:
-                self._told, self._many = [], 0
-            self._anew[rows] = self._many
+                self._entries, self._n_entries = [], 0
+            self._row_resets[rows] = self._n_entries
         if blank:
             return
-        s, column, values = self._said(said, states, columns)
-        row = self._number(actions[:, None], s).reshape(-1)
-        self._add(_Told(row, np.tile(column, len(actions)), np.tile(values, len(actions))))
+        s, column, values = self._expand_statement(statement, states, columns)
+        row = self._row_index(actions[:, None], s).reshape(-1)
+        self._append_entries(
+            _SparseEntries(row, np.tile(column, len(actions)), np.tile(values, len(actions)))
+        )
 
-    def _number(self, action: N, state: N) -> N:
+    def _row_index(self, action: IndexOrArray, state: IndexOrArray) -> IndexOrArray:
         """The row of an action and a state."""
         if self._kind == "T":
             return state * self._actions + action
         return action * self._states + state
 
-    def _flush(self) -> None:
+    def _flush_single_entries(self) -> None:
         """Puts what was told one at a time with the rest."""
-        if self._single[0]:
-            rows, columns = (np.array(one, np.int64) for one in self._single[:2])
-            self._add(_Told(rows, columns, np.array(self._single[2])))
-            self._single = (array("q"), array("q"), array("d"))
+        if self._single_entries[0]:
+            rows, columns = (np.array(one, np.int64) for one in self._single_entries[:2])
+            self._append_entries(_SparseEntries(rows, columns, np.array(self._single_entries[2])))
+            self._single_entries = (array("q"), array("q"), array("d"))
 
-    def _add(self, told: _Told) -> None:
-        self._told.append(told)
-        self._many += len(told.rows)
-        budget().hold(float(BYTES) * self._many)
+    def _append_entries(self, entries: _SparseEntries) -> None:
+        self._entries.append(entries)
+        self._n_entries += len(entries.rows)
+        make_reading_budget().check_memory(float(BYTES_PER_ENTRY) * self._n_entries)
 
-    def _said(self, said: Statement, states: Ints, columns: Ints) -> _Told:
+    def _expand_statement(
+        self, statement: Statement, states: Ints, columns: Ints
+    ) -> _SparseEntries:
         """The states, columns and numbers that a line says of each of its actions."""
-        named, values = len(said.places), said.values
-        if said.word == "identity":
-            return _Told(states, columns, np.ones(len(states)))
-        if named == 1 and not said.word:
-            matrix = values.probabilities(self._states * self._columns)
+        named, values = len(statement.selections), statement.value_tokens
+        if statement.keyword == "identity":
+            return _SparseEntries(states, columns, np.ones(len(states)))
+        if named == 1 and not statement.keyword:
+            matrix = values.parse_probabilities(self._states * self._columns)
             matrix = matrix.reshape(self._states, self._columns)
             s, column = np.nonzero(matrix)
-            return _Told(s, column, matrix[s, column])
+            return _SparseEntries(s, column, matrix[s, column])
         if named == 3:
-            row = np.full(len(columns), values.probability())
-        elif said.word:
-            row = self._start if said.word == "reset" else np.full(len(columns), 1 / len(columns))
+            row = np.full(len(columns), values.parse_probability())
+        elif statement.keyword:
+            row = (
+                self._initial_belief
+                if statement.keyword == "reset"
+                else np.full(len(columns), 1 / len(columns))
+            )
         else:
-            row = values.probabilities(self._columns)
-        return _Told(
+            row = values.parse_probabilities(self._columns)
+        return _SparseEntries(
             np.repeat(states, len(columns)),
             np.tile(columns, len(states)),
             np.tile(row, len(states)),
         )
 
-    def rows(self, text: Text) -> Rows:
+    def rows(self, text: SourceText) -> SparseMatrix:
         """All that was told; raises BadFile where a row does not sum to 1."""
-        self._flush()
-        row, column, value = self._last()
+        self._flush_single_entries()
+        row, column, value = self._merge_entries()
         sums = np.bincount(row, value, self._size).astype(float)
         off = abs(sums - 1)
-        if off.max() > SUMS:
-            raise self._fault(text, int(np.argmax(off > SUMS)), sums)
-        value = np.where(off[row] > EXACT, value / sums[row], value)
-        return Rows(np.searchsorted(row, np.arange(self._size + 1)), column, value)
+        if off.max() > SUM_TOLERANCE:
+            raise self._row_sum_error(text, int(np.argmax(off > SUM_TOLERANCE)), sums)
+        value = np.where(off[row] > EXACT_SUM_TOLERANCE, value / sums[row], value)
+        return SparseMatrix(np.searchsorted(row, np.arange(self._size + 1)), column, value)
 
-    def _last(self) -> _Told:
+    def _merge_entries(self) -> _SparseEntries:
         """What was told last of every number that is not 0, in order."""
-        told = [_Told(*(np.zeros(0, kind) for kind in (int, int, float))), *self._told]
-        self._told = []
+        told = [_SparseEntries(*(np.zeros(0, kind) for kind in (int, int, float))), *self._entries]
+        self._entries = []
         row, column, value = (np.concatenate(part) for part in zip(*told, strict=True))
-        holds = np.arange(len(row)) >= self._anew[row]
+        holds = np.arange(len(row)) >= self._row_resets[row]
         place = (row * self._columns + column)[holds]
         order = np.argsort(place, kind="stable")
         last = np.append(np.diff(place[order]) != 0, True)[: len(order)]
         order = order[last & (value[holds][order] > 0)]
-        return _Told(*(part[holds][order] for part in (row, column, value)))
+        return _SparseEntries(*(part[holds][order] for part in (row, column, value)))
 
-    def _fault(self, text: Text, row: int, sums: Reals) -> BadFile:
+    def _row_sum_error(self, source: SourceText, row: int, sums: Reals) -> BadFile:
         """The error of a row that does not sum to 1."""
         actions, states = self._fields[:2]
         first, second = divmod(row, self._actions if self._kind == "T" else self._states)
         a, s = (second, first) if self._kind == "T" else (first, second)
-        where = f"{self._kind}: {actions.what} {actions.name(a)}, state {states.name(s)}"
-        at = int(self._at[row])
+        where = f"{self._kind}: {actions.kind} {actions.name_at(a)}, state {states.name_at(s)}"
+        at = int(self._row_offsets[row])
         if at < 0:
-            at, what = len(text.content.rstrip()), "expected probabilities, got none"
+            at, what = len(source.content.rstrip()), "expected probabilities, got none"
         else:
             what = f"got probabilities that sum to {sums[row]:.6g}, not 1"
-        return text.fault(at, f"{where}: {what}")
+        return source.error_at(at, f"{where}: {what}")

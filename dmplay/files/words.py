@@ -9,143 +9,151 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.chance import Bools, Reals
-from dmplay.describe import counted
+from dmplay.describe import format_count
 from dmplay.errors import BadFile, UnknownName
 
-COMMENT = re.compile("#[^\n]*")
-MOST = 1e100  # so that sums and squares of numbers are some too
-NUMBER = f"a number, at most {MOST:g}"
-ROUNDED = 1e-9  # more than 1 that a probability may be
-SIGN = re.compile(r"(?<!\S)[+-]\s+(?=[\d.])")  # apart from its number
-WORD = re.compile(r"[^\s:]+|:")
+COMMENT_PATTERN = re.compile("#[^\n]*")
+MAX_NUMBER = 1e100  # so that sums and squares of numbers are some too
+EXPECTED_NUMBER = f"a number, at most {MAX_NUMBER:g}"
+PROBABILITY_TOLERANCE = 1e-9  # more than 1 that a probability may be
+DETACHED_SIGN_PATTERN = re.compile(r"(?<!\S)[+-]\s+(?=[\d.])")  # apart from its number
+TOKEN_PATTERN = re.compile(r"[^\s:]+|:")
 
 
 @dataclass(frozen=True)
-class Text:
+class SourceText:
     """The content of a file, its comments blanked, and the one it begins with."""
 
     path: str
     content: str
-    about: str = ""
+    leading_comment: str = ""
 
     @classmethod
-    def of(cls, path: str, raw: bytes) -> "Text":
+    def from_bytes(cls, path: str, raw: bytes) -> "SourceText":
         """What stands in a file."""
         content = raw.decode("utf-8-sig", "replace")
         first = takewhile(lambda line: line.startswith("#"), content.splitlines())
         about = "\n".join(line.lstrip("#").strip() for line in first).strip()
-        content = COMMENT.sub(lambda found: " " * len(found[0]), content)
-        return cls(path, SIGN.sub(lambda found: found[0][1:] + found[0][0], content), about)
+        content = COMMENT_PATTERN.sub(lambda found: " " * len(found[0]), content)
+        return cls(
+            path,
+            DETACHED_SIGN_PATTERN.sub(lambda found: found[0][1:] + found[0][0], content),
+            about,
+        )
 
-    def fault(self, at: int, what: object) -> BadFile:
+    def error_at(self, offset: int, explanation: object) -> BadFile:
         """The error that stands at a place of the content."""
-        line = self.content.count("\n", 0, at) + 1
-        column = at - (self.content.rfind("\n", 0, at) + 1) + 1
-        return BadFile(self.path, line, column, str(what))
+        line = self.content.count("\n", 0, offset) + 1
+        column = offset - (self.content.rfind("\n", 0, offset) + 1) + 1
+        return BadFile(self.path, line, column, str(explanation))
 
 
-class Part(NamedTuple):
+class TokenSpan(NamedTuple):
     """Some words of a file, each after the other, from a place on and some words after it."""
 
-    text: Text
-    at: int
-    words: Sequence[str]
-    skipped: int = 0
+    source: SourceText
+    offset: int
+    tokens: Sequence[str]
+    skipped_tokens: int = 0
 
     @classmethod
-    def between(cls, text: Text, first: int, last: int) -> "Part":
+    def from_range(cls, source: SourceText, start: int, end: int) -> "TokenSpan":
         """The words between two places, colons among them."""
-        return cls(text, first, WORD.findall(text.content, first, last))
+        return cls(source, start, TOKEN_PATTERN.findall(source.content, start, end))
 
-    def place(self, number: int) -> int:
+    def token_offset(self, index: int) -> int:
         """Where a word stands; of what is missing, where the word before it ends."""
-        found = self._found()
-        if number < len(self.words):
-            return found[self.skipped + number].start()
-        return found[-1].end() if found else self.at
+        found = self._match_tokens()
+        if index < len(self.tokens):
+            return found[self.skipped_tokens + index].start()
+        return found[-1].end() if found else self.offset
 
-    def _found(self) -> list[re.Match[str]]:
+    def _match_tokens(self) -> list[re.Match[str]]:
         """The words from the place on, up to its last."""
-        words = WORD.finditer(self.text.content, self.at)
-        return [*islice(words, self.skipped + len(self.words))]
+        words = TOKEN_PATTERN.finditer(self.source.content, self.offset)
+        return [*islice(words, self.skipped_tokens + len(self.tokens))]
 
-    def fault(self, number: int, what: object) -> BadFile:
+    def error_at(self, index: int, explanation: object) -> BadFile:
         """The error that a word is."""
-        return self.text.fault(self.place(number), what)
+        return self.source.error_at(self.token_offset(index), explanation)
 
-    def slice(self, first: int, last: int | None = None) -> "Part":
+    def slice(self, first: int, last: int | None = None) -> "TokenSpan":
         """Some of the words."""
-        return Part(self.text, self.at, self.words[first:last], self.skipped + first)
+        return TokenSpan(
+            self.source, self.offset, self.tokens[first:last], self.skipped_tokens + first
+        )
 
     @property
-    def begins_line(self) -> bool:
+    def is_line_start(self) -> bool:
         """Whether the first word is the first of its line."""
-        content, at = self.text.content, self.place(0)
+        content, at = self.source.content, self.token_offset(0)
         return not content[content.rfind("\n", 0, at) + 1 : at].strip()
 
-    def lines(self) -> list["Part"]:
+    def split_lines(self) -> list["TokenSpan"]:
         """The words of each line that has any."""
-        places = [found.start() for found in self._found()][self.skipped :]
-        lines = [self.text.content.count("\n", 0, place) for place in places]
+        places = [found.start() for found in self._match_tokens()][self.skipped_tokens :]
+        lines = [self.source.content.count("\n", 0, place) for place in places]
         first = [n for n, line in enumerate(lines) if line not in lines[:n]]
         return [self.slice(*pair) for pair in pairwise([*first, len(lines)])]
 
-    def numbers(self, expected: int) -> Reals:
+    def parse_numbers(self, expected_count: int) -> Reals:
         """So many numbers, none too great, which are all the words."""
-        found = self._reals()
-        good = np.abs(found) <= MOST
-        if len(found) != expected or not good.all():
-            raise self._fault(good, expected, NUMBER)
+        found = self._parse_floats()
+        good = np.abs(found) <= MAX_NUMBER
+        if len(found) != expected_count or not good.all():
+            raise self._value_error(good, expected_count, EXPECTED_NUMBER)
         return found
 
-    def probabilities(self, expected: int) -> Reals:
+    def parse_probabilities(self, expected_count: int) -> Reals:
         """So many numbers from 0 to 1."""
-        found = self._reals()
-        good = (found >= 0) & (found <= 1 + ROUNDED)
-        if len(found) != expected or not good.all():
-            raise self._fault(good, expected, "a probability, 0 to 1")
+        found = self._parse_floats()
+        good = (found >= 0) & (found <= 1 + PROBABILITY_TOLERANCE)
+        if len(found) != expected_count or not good.all():
+            raise self._value_error(good, expected_count, "a probability, 0 to 1")
         return found
 
-    def probability(self) -> float:
+    def parse_probability(self) -> float:
         """The one number, from 0 to 1."""
-        if len(self.words) == 1 and is_number(self.words[0]):
-            value = float(self.words[0])
-            if 0 <= value <= 1 + ROUNDED:
+        if len(self.tokens) == 1 and is_number(self.tokens[0]):
+            value = float(self.tokens[0])
+            if 0 <= value <= 1 + PROBABILITY_TOLERANCE:
                 return value
-        return float(self.probabilities(1)[0])
+        return float(self.parse_probabilities(1)[0])
 
-    def _reals(self) -> Reals:
+    def _parse_floats(self) -> Reals:
         """The numbers that the words are; NaN for one that is none."""
         try:
-            return np.array(self.words, float)
+            return np.array(self.tokens, float)
         except ValueError:
-            return np.array([float(one) if is_number(one) else np.nan for one in self.words])
+            return np.array([float(one) if is_number(one) else np.nan for one in self.tokens])
 
-    def _fault(self, good: Bools, expected: int, what: str) -> BadFile:
+    def _value_error(self, valid_mask: Bools, expected_count: int, expected_text: str) -> BadFile:
         """The error of the first word that is not good, or of too many or too few."""
-        if not good.all():
-            number = int(np.argmin(good))
-            return self.fault(number, f"got {self.words[number]!r}, expected {what}")
-        got = counted(len(good), "number")
-        return self.fault(min(len(good), expected), f"got {got}, expected {expected}")
+        if not valid_mask.all():
+            number = int(np.argmin(valid_mask))
+            return self.error_at(number, f"got {self.tokens[number]!r}, expected {expected_text}")
+        got = format_count(len(valid_mask), "number")
+        return self.error_at(
+            min(len(valid_mask), expected_count), f"got {got}, expected {expected_count}"
+        )
 
-    def one_of(self, what: str, known: Collection[str]) -> str:
+    def parse_choice(self, category: str, choices: Collection[str]) -> str:
         """The one word, which must be one of these."""
-        if len(self.words) != 1 or self.words[0] not in known:
-            got = " ".join(self.words)
-            raise self.fault(0, UnknownName(what, got, known))
-        return self.words[0]
+        if len(self.tokens) != 1 or self.tokens[0] not in choices:
+            got = " ".join(self.tokens)
+            raise self.error_at(0, UnknownName(category, got, choices))
+        return self.tokens[0]
 
 
-def is_number(word: str) -> bool:
+def is_number(token: str) -> bool:
     """Whether a word is a number."""
     try:
-        float(word)
+        float(token)
     except ValueError:
         return False
     return True
 
 
-def whole(word: str) -> int | None:
+def parse_integer(token: str) -> int | None:
     """The whole number that a word is; None where it is none."""
-    return int(word) if word.isascii() and word.isdecimal() and len(word) < 19 else None
+    return int(token) if token.isascii() and token.isdecimal() and len(token) < 19 else None

@@ -3,34 +3,34 @@
 from importlib import import_module
 
 from dmplay.errors import BadParameter
-from dmplay.finding.ways import Found
-from dmplay.guests.extras import origin
+from dmplay.finding.ways import LookupResult
+from dmplay.guests.extras import format_library_version
 
-LIBRARIES = {  # by the word before the colon, the package that is asked
+LIBRARY_PACKAGES = {  # by the word before the colon, the package that is asked
     "gymnasium": "gymnasium",
     "pettingzoo": "pettingzoo",
     "openspiel": "open-spiel",
 }
 
 
-def takes(name: str) -> bool:
+def names_external_problem(name: str) -> bool:
     """Whether a name is that of a problem of another library."""
     library, colon, _ = name.partition(":")
-    return bool(colon) and library in LIBRARIES
+    return bool(colon) and library in LIBRARY_PACKAGES
 
 
-def names(word: str) -> list[str]:
+def list_external_problems(word: str) -> list[str]:
     """The problems of the library before the colon; none where it is not installed."""
     library = word.partition(":")[0]
     try:
-        known: list[str] = import_module(f"dmplay.guests.{library}").names()
+        known: list[str] = import_module(f"dmplay.guests.{library}").list_problem_names()
     except BadParameter:
         return []
     return [f"{library}:{name}" for name in known]
 
 
-def find(name: str) -> Found:
+def load_external_problem(name: str) -> LookupResult:
     """The problem of this name; its origin is the library's version."""
     library = name.partition(":")[0]
-    problem = import_module(f"dmplay.guests.{library}").find(name)
-    return Found(name, problem, origin(LIBRARIES[library]))
+    problem = import_module(f"dmplay.guests.{library}").load_problem(name)
+    return LookupResult(name, problem, format_library_version(LIBRARY_PACKAGES[library]))

@@ -3,17 +3,17 @@
 import sys
 from functools import lru_cache
 
-GROUP = "dmplay.problems"
+ENTRY_POINT_GROUP = "dmplay.problems"
 
 
-def installed() -> dict[str, str]:
+def entry_point_targets() -> dict[str, str]:
     """Their names, and what each points to, `MODULE` or `MODULE:PROBLEM`, which is not imported."""
-    return _found(tuple(sys.path))
+    return _scan_entry_points(tuple(sys.path))
 
 
 @lru_cache(maxsize=1)
-def _found(path: tuple[str, ...]) -> dict[str, str]:
+def _scan_entry_points(path: tuple[str, ...]) -> dict[str, str]:
     """Those that lie on a path; to look for them takes time."""
     from importlib.metadata import entry_points
 
-    return {point.name: point.value for point in entry_points(group=GROUP)}
+    return {point.name: point.value for point in entry_points(group=ENTRY_POINT_GROUP)}

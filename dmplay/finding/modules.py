@@ -17,113 +17,143 @@ from typing import Any
 from dmplay import places
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, UnknownName
-from dmplay.policies.kinds import Seated
+from dmplay.policies.kinds import SeatPolicy
 from dmplay.policies.roster import Roster
 
-TAKEN = ("human", "mcp", "script", "replay", "bot")  # what else may sit
+RESERVED_AGENT_NAMES = ("human", "mcp", "script", "replay", "bot")  # what else may sit
 
 
-def problems(module: ModuleType) -> dict[str, type[Problem]]:
+def problem_classes(module: ModuleType) -> dict[str, type[Problem]]:
     """The problems that a module defines, by name."""
     kinds = [value for value in vars(module).values() if isinstance(value, type)]
     own = [kind for kind in kinds if kind.__module__ == module.__name__]
-    return {kind.__name__: kind for kind in own if issubclass(kind, Problem) and _whole(kind, own)}
+    return {
+        kind.__name__: kind
+        for kind in own
+        if issubclass(kind, Problem) and _is_playable_class(kind, own)
+    }
 
 
-def _whole(kind: type[Problem], own: list[type]) -> bool:
+def _is_playable_class(kind: type[Problem], module_classes: list[type]) -> bool:
     """Whether a class is to be played: unless others in the module complete it."""
-    completed = any(kind in other.__mro__[1:] for other in own)
+    completed = any(kind in other.__mro__[1:] for other in module_classes)
     return not (completed and inspect.isabstract(kind))
 
 
-def variants(module: ModuleType) -> dict[str, Problem]:
+def module_variants(module: ModuleType) -> dict[str, Problem]:
     """The variants that a module names."""
     named = getattr(module, "VARIANTS", {})
     if not isinstance(named, Mapping):
-        raise BadParameter(f"{_file(module)}: VARIANTS: got {named!r}, expected name -> problem")
-    return {str(name): made(f"VARIANTS: {name}", one) for name, one in named.items()}
+        raise BadParameter(
+            f"{_format_module_file(module)}: VARIANTS: got {named!r}, expected name -> problem"
+        )
+    return {str(name): to_problem(f"VARIANTS: {name}", one) for name, one in named.items()}
 
 
-def made(name: str, found: object) -> Problem:
+def to_problem(name: str, value: object) -> Problem:
     """The problem that a class or an instance is; raises BadParameter where it is none."""
-    if isinstance(found, type) and issubclass(found, Problem):
-        found = _instance(found)
-    if not isinstance(found, Problem):
-        kind = found if isinstance(found, type) else type(found)
+    if isinstance(value, type) and issubclass(value, Problem):
+        value = _instantiate_with_defaults(value)
+    if not isinstance(value, Problem):
+        kind = value if isinstance(value, type) else type(value)
         raise BadParameter(f"{name}: got {kind.__name__}, expected a dmplay Problem")
-    return found
+    return value
 
 
-def _instance(kind: type[Problem]) -> Problem:
+def _instantiate_with_defaults(kind: type[Problem]) -> Problem:
     """A problem with its usual parameters."""
     if inspect.isabstract(kind):
         missing = ", ".join(sorted(kind.__abstractmethods__))
         what = f"{kind.__name__} lacks {missing}, which every problem of its kind has"
-        raise BadParameter(f"{places.place(kind)} {what}")
+        raise BadParameter(f"{places.locate_definition(kind)} {what}")
     bare = [one.name for one in fields(kind) if one.default is one.default_factory is MISSING]
     if bare:
         what = f"{kind.__name__}: {bare[0]} has no default; expected one for each parameter"
-        raise BadParameter(f"{places.place(kind)} {what}")
+        raise BadParameter(f"{places.locate_definition(kind)} {what}")
     return kind()
 
 
-def agents(problem: Problem) -> list[str]:
+def module_agent_names(problem: Problem) -> list[str]:
     """The names of the agents that a problem's module brings."""
-    told = _roster(problem)
+    told = _module_roster(problem)
     return [*told.agents] if told else []
 
 
-def roster(problem: Problem, seat: int, usual: Roster) -> Roster:
+def merge_module_agents(problem: Problem, seat: int, default_roster: Roster) -> Roster:
     """Who can play a seat: the agents that a problem's module brings, then the usual ones."""
-    told, where = _roster(problem), f"{file(problem)}: AGENTS"
+    told, where = _module_roster(problem), f"{module_file(problem)}: AGENTS"
     if told is None:
-        return usual
+        return default_roster
     for name, made_of in told.agents.items():
-        _check(where, name, made_of)
-    known = {**told.agents, **{n: one for n, one in usual.agents.items() if n not in told.agents}}
+        _check_agent(where, name, made_of)
+    known = {
+        **told.agents,
+        **{n: one for n, one in default_roster.agents.items() if n not in told.agents},
+    }
     parts = {
         name: getattr(told, name)
-        for name in ("adviser", "planner", "partner", "quick", "simulated")
+        for name in (
+            "hint_provider",
+            "finite_horizon_hint_provider",
+            "default_partner",
+            "batch_agent",
+            "simulation_agent",
+        )
     }
     for part, who in parts.items():
         if who is not None and who not in known:
             raise BadParameter(f"{where}: {part}: got {who!r}, expected one of {', '.join(known)}")
-    planner = told.planner if told.adviser else usual.planner
-    return replace(told, agents=known, adviser=told.adviser or usual.adviser, planner=planner)
+    planner = (
+        told.finite_horizon_hint_provider
+        if told.hint_provider
+        else default_roster.finite_horizon_hint_provider
+    )
+    return replace(
+        told,
+        agents=known,
+        hint_provider=told.hint_provider or default_roster.hint_provider,
+        finite_horizon_hint_provider=planner,
+    )
 
 
-def _roster(problem: Problem) -> Roster | None:
+def _module_roster(problem: Problem) -> Roster | None:
     """The agents that a problem's module brings, as they are written there; None for none."""
-    brought = getattr(_module(problem), "AGENTS", None)
+    brought = getattr(_user_module(problem), "AGENTS", None)
     told = brought if isinstance(brought, Roster) or brought is None else Roster(brought)
     named: object = told.agents if told else {}
     if not isinstance(named, Mapping):
         expected = "expected name -> class, or a Roster"
-        raise BadParameter(f"{file(problem)}: AGENTS: got {brought!r}, {expected}")
+        raise BadParameter(f"{module_file(problem)}: AGENTS: got {brought!r}, {expected}")
     return told
 
 
-def _check(where: str, name: object, found: object) -> None:
+def _check_agent(location: str, name: object, agent_class: object) -> None:
     """Refuses what cannot be the name of an agent, or an agent."""
     good = isinstance(name, str) and name.isprintable() and name.strip() == name != ""
-    if not good or name in TAKEN or {*str(name)} & {*":,= "}:
-        raise BadParameter(f"{where}: got {name!r}, expected a name without blanks and :,=")
-    if not (isinstance(found, type) and issubclass(found, Seated) and is_dataclass(found)):
+    if not good or name in RESERVED_AGENT_NAMES or {*str(name)} & {*":,= "}:
+        raise BadParameter(f"{location}: got {name!r}, expected a name without blanks and :,=")
+    if not (
+        isinstance(agent_class, type)
+        and issubclass(agent_class, SeatPolicy)
+        and is_dataclass(agent_class)
+    ):
         expected = "expected a frozen dataclass of dmplay.policies.kinds.Seated"
-        raise BadParameter(f"{where}: {name}: got {found!r}, {expected}")
-    if inspect.isabstract(found):
-        missing = ", ".join(sorted(found.__abstractmethods__))
-        raise BadParameter(f"{places.place(found)} {found.__name__} lacks {missing}")
+        raise BadParameter(f"{location}: {name}: got {agent_class!r}, {expected}")
+    if inspect.isabstract(agent_class):
+        missing = ", ".join(sorted(agent_class.__abstractmethods__))
+        raise BadParameter(
+            f"{places.locate_definition(agent_class)} {agent_class.__name__} lacks {missing}"
+        )
 
 
-def look(problem: Problem) -> Any:
+def module_view(problem: Problem) -> Any:
     """The view that a problem's module brings; None where it brings none."""
-    return getattr(_module(problem), "LOOK", None)
+    return getattr(_user_module(problem), "VIEW", None)
 
 
-def keys(problem: Problem) -> dict[str, str]:
+def module_keys(problem: Problem) -> dict[str, str]:
     """The keys that a problem's module brings."""
-    found, where = getattr(_module(problem), "KEYS", {}), f"{file(problem)}: KEYS"
+    found, where = getattr(_user_module(problem), "KEYS", {}), f"{module_file(problem)}: KEYS"
     known = [label for each in problem.actions for label in each.labels]
     if not isinstance(found, Mapping):
         raise BadParameter(f"{where}: got {found!r}, expected key -> action")
@@ -131,21 +161,21 @@ def keys(problem: Problem) -> dict[str, str]:
         if not (isinstance(key, str) and isinstance(label, str)):
             raise BadParameter(f"{where}: got {key!r}: {label!r}, expected the names of both")
         if label not in known:
-            raise UnknownName("action", label, known, where=f"{where}: {key}")
+            raise UnknownName("action", label, known, error_prefix=f"{where}: {key}")
     return dict(found)
 
 
-def _module(problem: Problem) -> ModuleType | None:
+def _user_module(problem: Problem) -> ModuleType | None:
     """The module of a problem that is not dmplay's."""
     home = type(problem).__module__
     return None if home.startswith("dmplay.problems.") else sys.modules.get(home)
 
 
-def file(problem: Problem) -> str:
+def module_file(problem: Problem) -> str:
     """Where a problem's module stands, as it is told."""
-    return _file(_module(problem))
+    return _format_module_file(_user_module(problem))
 
 
-def _file(module: ModuleType | None) -> str:
+def _format_module_file(module: ModuleType | None) -> str:
     file = getattr(module, "__file__", None)
-    return places.named(file, None) if file else getattr(module, "__name__", "")
+    return places.format_location(file, None) if file else getattr(module, "__name__", "")

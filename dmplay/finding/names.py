@@ -3,7 +3,7 @@
 from functools import cache
 from pathlib import Path
 
-SPECIAL = {"game_2048": "2048"}  # a module's name cannot begin with a digit
+NAME_BY_STEM = {"game_2048": "2048"}  # a module's name cannot begin with a digit
 
 
 @cache
@@ -11,15 +11,15 @@ def problem_names() -> tuple[str, ...]:
     """Every built-in problem, by listing the folder once."""
     folder = Path(__file__).parent.parent / "problems"
     stems = (file.stem for file in folder.glob("*.py") if not file.stem.startswith("_"))
-    return tuple(sorted(name_of(stem) for stem in stems))
+    return tuple(sorted(stem_to_name(stem) for stem in stems))
 
 
-def name_of(stem: str) -> str:
+def stem_to_name(stem: str) -> str:
     """The command-line name of a module."""
-    return SPECIAL.get(stem, stem.replace("_", "-"))
+    return NAME_BY_STEM.get(stem, stem.replace("_", "-"))
 
 
-def stem_of(name: str) -> str:
+def name_to_stem(name: str) -> str:
     """The module of a command-line name."""
-    special = {name: stem for stem, name in SPECIAL.items()}
+    special = {name: stem for stem, name in NAME_BY_STEM.items()}
     return special.get(name, name.replace("-", "_"))

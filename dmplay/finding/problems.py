@@ -21,17 +21,26 @@ from typing import NamedTuple
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, DmplayError, UnknownName
 from dmplay.finding import data, guests, modules, outside
-from dmplay.finding.installed import installed
-from dmplay.finding.names import problem_names, stem_of
-from dmplay.finding.typed import typed
-from dmplay.finding.ways import CODE, DATA, HERE, Found, Way, is_data, is_file, moved
-from dmplay.laws.sound import sound
-from dmplay.places import blamed
+from dmplay.finding.installed import entry_point_targets
+from dmplay.finding.names import name_to_stem, problem_names
+from dmplay.finding.typed import parse_parameter
+from dmplay.finding.ways import (
+    CURRENT_FOLDER,
+    DATA_SUFFIXES,
+    PYTHON_SUFFIX,
+    LookupResult,
+    ProblemSource,
+    names_data_file,
+    names_python_file,
+    rebase_name,
+)
+from dmplay.laws.sound import check_playable
+from dmplay.places import describe_error_location
 
-FILES, GUESTS = "dmplay.files.", "dmplay.guests."
+FORMATS_PACKAGE, EXTERNAL_PACKAGE = "dmplay.files.", "dmplay.guests."
 
 
-class Loaded(NamedTuple):
+class LoadedProblem(NamedTuple):
     """A problem, the name that loads it again, and the parameters that differ from the default."""
 
     name: str
@@ -40,207 +49,220 @@ class Loaded(NamedTuple):
     origin: str = ""  # by which another is told: a file's hash, a library's version
 
 
-def load(name: str | os.PathLike[str], **parameters: object) -> Problem:
+def load_problem(name: str | os.PathLike[str], **parameters: object) -> Problem:
     """The problem of this name, or of the file at a path, with these parameters.
 
     Raises UnknownName with the nearest names, or BadParameter.
     """
     named = name if isinstance(name, str) else os.path.join(os.curdir, name)
-    return resolve(named, parameters).problem
+    return resolve_problem(named, parameters).problem
 
 
-def resolve(
-    name: str, given: Mapping[str, object], *, trusted: bool = True, folder: Path = HERE
-) -> Loaded:
+def resolve_problem(
+    name: str,
+    parameters: Mapping[str, object],
+    *,
+    trusted: bool = True,
+    folder: Path = CURRENT_FOLDER,
+) -> LoadedProblem:
     """The problem of this name, a path in it told from `folder`, if it can be played.
 
     Nothing but dmplay's own code runs unless `trusted`.
     """
-    loaded = found(name, given, trusted=trusted, folder=folder)
-    if not stem(loaded.problem):
-        sound(loaded.name, loaded.problem)
+    loaded = find_problem(name, parameters, trusted=trusted, folder=folder)
+    if not builtin_stem(loaded.problem):
+        check_playable(loaded.name, loaded.problem)
     return loaded
 
 
-def found(
-    name: str, given: Mapping[str, object], *, trusted: bool = True, folder: Path = HERE
-) -> Loaded:
+def find_problem(
+    name: str,
+    parameters: Mapping[str, object],
+    *,
+    trusted: bool = True,
+    folder: Path = CURRENT_FOLDER,
+) -> LoadedProblem:
     """The problem of this name as it is."""
-    name = name if folder == HERE else moved(name, folder, HERE)
-    way = _way(name)
+    name = name if folder == CURRENT_FOLDER else rebase_name(name, folder, CURRENT_FOLDER)
+    way = _source_of(name)
     if not (way.safe or trusted):
         raise UnknownName("built-in problem", name, problem_names())
-    found = way.find(name)
-    if not given:
-        return Loaded(found.name, found.problem, {}, found.origin)
-    problem, usual = configured(found.problem, given), parameters(found.problem)
-    changed = {key: one for key, one in parameters(problem).items() if one != usual[key]}
-    return Loaded(found.name, problem, changed, found.origin)
+    found = way.load(name)
+    if not parameters:
+        return LoadedProblem(found.name, found.problem, {}, found.origin)
+    problem, usual = with_parameters(found.problem, parameters), parameter_values(found.problem)
+    changed = {key: one for key, one in parameter_values(problem).items() if one != usual[key]}
+    return LoadedProblem(found.name, problem, changed, found.origin)
 
 
-def _way(name: str) -> Way:
+def _source_of(name: str) -> ProblemSource:
     """The first way that takes a name."""
-    return next(way for way in WAYS if way.takes(name))
+    return next(way for way in PROBLEM_SOURCES if way.accepts(name))
 
 
-def variants(name: str) -> dict[str, Problem]:
+def load_variants(name: str) -> dict[str, Problem]:
     """The named variants of a problem, the standard one first as '', where it is the only one."""
-    way = _way(name)
-    if way.module is None:
+    way = _source_of(name)
+    if way.load_module is None:
         return {}
-    module = way.module(name)
-    kinds = modules.problems(module)
-    only = {"": modules.made(name, *kinds.values())} if len(kinds) == 1 else {}
-    return only | modules.variants(module)
+    module = way.load_module(name)
+    kinds = modules.problem_classes(module)
+    only = {"": modules.to_problem(name, *kinds.values())} if len(kinds) == 1 else {}
+    return only | modules.module_variants(module)
 
 
-def configured(problem: Problem, given: Mapping[str, object]) -> Problem:
+def with_parameters(problem: Problem, parameters: Mapping[str, object]) -> Problem:
     """The problem with these parameters, text or values, each of the type of its default."""
-    known = parameters(problem)
+    known = parameter_values(problem)
     values = {}
-    for key, value in given.items():
+    for key, value in parameters.items():
         plain = key.replace("-", "_")
         if plain not in known:
             raise UnknownName("parameter", key, known)
-        values[plain] = typed(plain, value, known[plain])
+        values[plain] = parse_parameter(plain, value, known[plain])
     return replace(problem, **values)  # type: ignore[arg-type] # typed by `typed`
 
 
-def parameters(problem: Problem) -> dict[str, object]:
+def parameter_values(problem: Problem) -> dict[str, object]:
     """The parameters of a problem with their values."""
-    return {name: getattr(problem, name) for name in meanings(problem)}
+    return {name: getattr(problem, name) for name in parameter_meanings(problem)}
 
 
-def meanings(problem: Problem) -> dict[str, str]:
+def parameter_meanings(problem: Problem) -> dict[str, str]:
     """The parameters of a problem with what they mean; what it does not show of itself is none."""
     shown = (one for one in fields(problem) if one.repr)
     return {one.name: one.metadata.get("meaning", "") for one in shown}
 
 
-def stem(problem: Problem) -> str:
+def builtin_stem(problem: Problem) -> str:
     """The module stem of a problem's view and policies; '' where it is not built in."""
     package, _, last = type(problem).__module__.rpartition(".")
     return last if package == "dmplay.problems" else ""
 
 
-def docs(problem: Problem) -> str:
+def full_description(problem: Problem) -> str:
     """What a problem is, its source and decisions: its module's words, or what tells its story."""
     told = inspect.getdoc(inspect.getmodule(type(problem)))
-    return told if told and not _of_a_house(problem) else problem.story()
+    return told if told and not _is_shared_class(problem) else problem.description()
 
 
-def brought(name: str) -> bool:
+def requires_trust(name: str) -> bool:
     """Whether a name may find code that is not dmplay's, so that transcripts of it need trust."""
-    return not _way(name).safe
+    return not _source_of(name).safe
 
 
-def _of_a_house(problem: Problem) -> bool:
+def _is_shared_class(problem: Problem) -> bool:
     """Whether its class serves many problems: of files, or of another library."""
-    return type(problem).__module__.startswith((FILES, GUESTS))
+    return type(problem).__module__.startswith((FORMATS_PACKAGE, EXTERNAL_PACKAGE))
 
 
-def _base(name: str) -> str:
+def _base_name(name: str) -> str:
     """What stands before the colon of a name, however it is written; a path as it is."""
     base = name.partition(":")[0]
     return base if "/" in base or "." in base else base.lower().replace("_", "-")
 
 
 def _is_built_in(name: str) -> bool:
-    return _base(name) in problem_names()
+    return _base_name(name) in problem_names()
 
 
-def _own_module(name: str) -> ModuleType:
-    return import_module(f"dmplay.problems.{stem_of(_base(name))}")
+def _builtin_module(name: str) -> ModuleType:
+    return import_module(f"dmplay.problems.{name_to_stem(_base_name(name))}")
 
 
 @lru_cache(64)
-def _own(name: str) -> Found:
+def _load_builtin(name: str) -> LookupResult:
     """A built-in problem: never changed, so that all that plays it may share it."""
-    base, variant = _base(name), name.partition(":")[2].lower()
-    problem = _of_module(_own_module(name), base, variant)
-    return Found(f"{base}:{variant}" if variant else base, problem)
+    base, variant = _base_name(name), name.partition(":")[2].lower()
+    problem = _problem_of_module(_builtin_module(name), base, variant)
+    return LookupResult(f"{base}:{variant}" if variant else base, problem)
 
 
-def others() -> Iterator[tuple[str, Problem | str]]:
+def iter_installed_problems() -> Iterator[tuple[str, Problem | str]]:
     """The installed problems, or why one of them cannot be loaded."""
-    for name in sorted(installed()):
+    for name in sorted(entry_point_targets()):
         try:
-            yield name, load(name)
+            yield name, load_problem(name)
         except DmplayError as error:
             yield name, str(error)
         except Exception as error:  # of code that is not ours
-            yield name, blamed(error) or f"{type(error).__name__}: {error}"
+            yield name, describe_error_location(error) or f"{type(error).__name__}: {error}"
 
 
 def _is_installed(name: str) -> bool:
-    return _base(name) in installed()
+    return _base_name(name) in entry_point_targets()
 
 
 def _installed_module(name: str) -> ModuleType:
-    return import_module(installed()[_base(name)].partition(":")[0])
+    return import_module(entry_point_targets()[_base_name(name)].partition(":")[0])
 
 
-def _installed(name: str) -> Found:
+def _load_installed(name: str) -> LookupResult:
     """The problem of an entry point, `MODULE` or `MODULE:PROBLEM`."""
     base, _, variant = name.partition(":")
-    wanted, module = installed()[_base(name)].partition(":")[2], _installed_module(name)
+    wanted, module = (
+        entry_point_targets()[_base_name(name)].partition(":")[2],
+        _installed_module(name),
+    )
     if wanted and not variant:
-        return Found(name, modules.made(name, getattr(module, wanted)))
-    return Found(name, _of_module(module, base, variant))
+        return LookupResult(name, modules.to_problem(name, getattr(module, wanted)))
+    return LookupResult(name, _problem_of_module(module, base, variant))
 
 
-def _brought(name: str) -> Found:
+def _load_user_problem(name: str) -> LookupResult:
     """The problem of a module or a file of code: the one that is named, else the only one."""
     place, _, wanted = name.partition(":")
-    module = outside.module(name)
+    module = outside.load_named_module(name)
     first, _, variant = wanted.partition(":")
-    if not hasattr(module, first) and wanted in ("", *modules.variants(module)):
-        return Found(name, _of_module(module, place, wanted))
+    if not hasattr(module, first) and wanted in ("", *modules.module_variants(module)):
+        return LookupResult(name, _problem_of_module(module, place, wanted))
     if variant:
-        return Found(name, _of_module(module, place, variant))
-    return Found(name, modules.made(name, outside.attribute(name)))
+        return LookupResult(name, _problem_of_module(module, place, variant))
+    return LookupResult(name, modules.to_problem(name, outside.load_named_attribute(name)))
 
 
-def is_name(word: str) -> bool:
+def is_problem_name(word: str) -> bool:
     """Whether a word is the name of a problem, or of what may hold one."""
-    return _way(word).find is not _unknown
+    return _source_of(word).load is not _raise_unknown_problem
 
 
-def is_elsewhere(name: str) -> bool:
+def depends_on_location(name: str) -> bool:
     """Whether a name holds a path or a module, under which another problem may stand tomorrow."""
-    return _way(name).find not in (_own, _installed)
+    return _source_of(name).load not in (_load_builtin, _load_installed)
 
 
-def _unknown(name: str) -> Found:
+def _raise_unknown_problem(name: str) -> LookupResult:
     """None: no way leads there."""
     if Path(name).suffix and os.path.isfile(name):
-        kinds = ", ".join((CODE, *DATA))
+        kinds = ", ".join((PYTHON_SUFFIX, *DATA_SUFFIXES))
         raise BadParameter(f"{name}: got a file of another kind, expected a name in {kinds}")
-    raise UnknownName("problem", name.partition(":")[0], [*problem_names(), *installed()])
+    raise UnknownName("problem", name.partition(":")[0], [*problem_names(), *entry_point_targets()])
 
 
-def _of_module(module: ModuleType, name: str, variant: str) -> Problem:
+def _problem_of_module(module: ModuleType, name: str, variant: str) -> Problem:
     """The only problem of a module, or a variant."""
-    named = modules.variants(module)
+    named = modules.module_variants(module)
     if variant and variant != "standard":
         if variant not in named:
-            raise UnknownName("variant", variant, ["standard", *named], where=name)
+            raise UnknownName("variant", variant, ["standard", *named], error_prefix=name)
         return named[variant]
-    kinds = modules.problems(module)
+    kinds = modules.problem_classes(module)
     if len(kinds) > 1:
         each = " or ".join(f"{name}:{kind}" for kind in kinds)
         raise BadParameter(f"{name}: got several problems, expected one, as {each}")
     if not kinds:
         raise BadParameter(f"{name} offers no Problem")
-    return modules.made(name, *kinds.values())
+    return modules.to_problem(name, *kinds.values())
 
 
-WAYS = (
-    Way(_is_built_in, _own, _own_module, safe=True),
-    Way(is_file, _brought, outside.module),
-    Way(is_data, data.find, safe=True),
-    Way(guests.takes, guests.find),
-    Way(_is_installed, _installed, _installed_module),  # to look for entry points takes time
-    Way(outside.is_module, _brought, outside.module),
-    Way(lambda name: True, _unknown),
+PROBLEM_SOURCES = (
+    ProblemSource(_is_built_in, _load_builtin, _builtin_module, safe=True),
+    ProblemSource(names_python_file, _load_user_problem, outside.load_named_module),
+    ProblemSource(names_data_file, data.load_data_problem, safe=True),
+    ProblemSource(guests.names_external_problem, guests.load_external_problem),
+    ProblemSource(
+        _is_installed, _load_installed, _installed_module
+    ),  # to look for entry points takes time
+    ProblemSource(outside.names_module, _load_user_problem, outside.load_named_module),
+    ProblemSource(lambda name: True, _raise_unknown_problem),
 )

@@ -5,21 +5,21 @@ import re
 
 from dmplay.errors import BadParameter
 
-LARGEST = 1e300  # a parameter; more is a slip of the keyboard
-NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?", re.IGNORECASE | re.ASCII)
-DIGITS = 19  # of a whole number that is typed: enough for any seed
+MAX_PARAMETER = 1e300  # a parameter; more is a slip of the keyboard
+NUMBER_PATTERN = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?", re.IGNORECASE | re.ASCII)
+MAX_DIGITS = 19  # of a whole number that is typed: enough for any seed
 
 
-def whole(text: str) -> int | None:
+def parse_whole_number(text: str) -> int | None:
     """The whole number that a text is, None where it is none or nobody counts so far."""
-    good = text.isascii() and text.isdecimal() and len(text) <= DIGITS
+    good = text.isascii() and text.isdecimal() and len(text) <= MAX_DIGITS
     return int(text) if good else None
 
 
-def typed(name: str, value: object, default: object) -> object:
+def parse_parameter(name: str, value: object, default: object) -> object:
     """A parameter's value from text or JSON, of the type of its default."""
     parsed = value
-    if isinstance(value, str) and isinstance(default, float) and NUMBER.fullmatch(value):
+    if isinstance(value, str) and isinstance(default, float) and NUMBER_PATTERN.fullmatch(value):
         parsed = float(value)
     elif isinstance(value, str) and not isinstance(default, str):
         try:
@@ -30,13 +30,13 @@ def typed(name: str, value: object, default: object) -> object:
         good = isinstance(parsed, bool)
     elif isinstance(default, float):
         number = isinstance(parsed, float | int) and not isinstance(parsed, bool)
-        good = number and -LARGEST <= parsed <= LARGEST  # type: ignore[operator]
+        good = number and -MAX_PARAMETER <= parsed <= MAX_PARAMETER  # type: ignore[operator]
         parsed = float(parsed) if good else parsed  # type: ignore[arg-type]
     elif isinstance(default, tuple):
         good = isinstance(parsed, list | tuple)
     else:
         good = type(parsed) is type(default)
-        good = good and not (isinstance(parsed, int) and abs(parsed) > LARGEST)
+        good = good and not (isinstance(parsed, int) and abs(parsed) > MAX_PARAMETER)
     if not good:
         wanted = {float: "a number", int: "a whole number", bool: "true or false", tuple: "a list"}
         kind = wanted.get(type(default), "text")

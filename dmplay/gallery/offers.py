@@ -3,10 +3,10 @@
 from typing import NamedTuple
 
 from dmplay.finding import problems
-from dmplay.finding.installed import installed
+from dmplay.finding.installed import entry_point_targets
 from dmplay.finding.names import problem_names
 
-KINDS = {  # in the order of the list
+KIND_HEADINGS = {  # in the order of the list
     "MDP": "alone, all seen (MDP)",
     "POMDP": "alone, part hidden (POMDP)",
     "simple game": "both at once (simple game)",
@@ -14,23 +14,26 @@ KINDS = {  # in the order of the list
     "POMG": "several, part hidden (POMG)",
     "Dec-POMDP": "a team, hidden (Dec-POMDP)",
 }
-INSTALLED = "installed"
+INSTALLED_HEADING = "installed"
 
 
-class Offer(NamedTuple):
+class ProblemEntry(NamedTuple):
     """A problem in the list, and the heading that it stands under."""
 
     name: str
     heading: str
 
 
-def offers() -> list[Offer]:
+def list_problem_entries() -> list[ProblemEntry]:
     """Every problem, by kind; those that are installed last, as they are not imported yet."""
-    kinds = {name: problems.load(name).kind for name in problem_names()}
+    kinds = {name: problems.load_problem(name).kind for name in problem_names()}
     built_in = [
-        Offer(name, heading)
-        for kind, heading in KINDS.items()
+        ProblemEntry(name, heading)
+        for kind, heading in KIND_HEADINGS.items()
         for name in problem_names()
         if kinds[name] == kind
     ]
-    return [*built_in, *(Offer(name, INSTALLED) for name in sorted(installed()))]
+    return [
+        *built_in,
+        *(ProblemEntry(name, INSTALLED_HEADING) for name in sorted(entry_point_targets())),
+    ]

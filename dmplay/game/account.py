@@ -3,120 +3,134 @@
 from collections.abc import Mapping, Sequence
 
 from dmplay.advice.ghost import Ghost
-from dmplay.describe import counted, ended, score
+from dmplay.describe import describe_end_reason, format_count, score_label
 from dmplay.game import facts
 from dmplay.session import Session
-from dmplay.transcript.format import end_facts, number, turn_facts
-from dmplay.transcript.seal import LEFT
-from dmplay.views.kept import Kept, Moment
-from dmplay.views.style import Look, fit, style_of, whole
+from dmplay.transcript.format import collect_end_facts, collect_turn_facts, round_number
+from dmplay.transcript.seal import RESUMABLE_END_REASONS
+from dmplay.views.kept import SeatSnapshot, ViewCache
+from dmplay.views.style import DrawOptions, expand_for_picture, fit_board, load_view_module
 
-NOTHING: Mapping[str, object] = {}
-FRAME = Look(width=80, height=24)
+NO_FACTS: Mapping[str, object] = {}
+TRANSCRIPT_DRAW_OPTIONS = DrawOptions(width=80, height=24)
 
 
-def frame(session: Session) -> str:
+def render_transcript_frame(session: Session) -> str:
     """What the first seat's screen shows, as the transcript's plain-text frame."""
-    style, view = style_of(session.problem), session.view(0)
-    width, height = whole(style, view, FRAME.width, FRAME.height)
-    drawn = fit(style, view, FRAME._replace(width=width, height=height))
+    style, view = load_view_module(session.problem), session.view(0)
+    width, height = expand_for_picture(
+        style, view, TRANSCRIPT_DRAW_OPTIONS.width, TRANSCRIPT_DRAW_OPTIONS.height
+    )
+    drawn = fit_board(style, view, TRANSCRIPT_DRAW_OPTIONS._replace(width=width, height=height))
     return "\n".join(row.rstrip() for row in drawn.plain.split("\n"))
 
 
-class Account:
+class Narrator:
     """What is said of a session, to people who may know their view of it, or all if revealed."""
 
-    def __init__(self, session: Session, people: Sequence[int], *, reveal: bool) -> None:
+    def __init__(self, session: Session, human_seats: Sequence[int], *, reveal: bool) -> None:
         self.session = session
-        self.people = people
+        self.human_seats = human_seats
         self.reveal = reveal
-        self.dice = True  # whether draws may be told
+        self.shows_uniforms = True  # whether draws may be told
         self.ghost: Ghost | None = None
-        self.forfeit = ""  # the last there was: whose, and why
-        self.kept = Kept(session.problem)
-        self._hidden: tuple[object, list[dict[str, object]]] = (None, [])
+        self.last_forfeit = ""  # the last there was: whose, and why
+        self.view_cache = ViewCache(session.problem)
+        self._debrief_cache: tuple[object, list[dict[str, object]]] = (None, [])
 
-    def said(self, now: Moment) -> str:
+    def describe_turn(self, snapshot: SeatSnapshot) -> str:
         """The last turn in one line: number, what happened, reward and score where seen."""
-        rerolled = ", under other dice" if now.turn in self.session.rerolls else ""
-        parts = [f"turn {now.turn}{rerolled}.", self.kept.told(now)]
-        if now.paid and now.last:
-            reward = now.last.rewards.item(now.seat)
-            parts.append(f"reward {reward:.6g}. score {self.returned(now):.6g}.")
-        if self.ghost and self.ghost.early:
-            parts.append(f"ghost {self.ghost.score:.6g}, lead {self.ghost.lead:+.6g}.")
+        rerolled = ", under other dice" if snapshot.turn in self.session.reroll_counts else ""
+        parts = [f"turn {snapshot.turn}{rerolled}.", self.view_cache.describe_turn(snapshot)]
+        if snapshot.rewards_visible and snapshot.last_turn:
+            reward = snapshot.last_turn.rewards.item(snapshot.seat)
+            parts.append(f"reward {reward:.6g}. score {self.seat_return(snapshot):.6g}.")
+        if self.ghost and self.ghost.is_shown_during_play:
+            parts.append(f"ghost {self.ghost.score:.6g}, lead {self.ghost.player_lead:+.6g}.")
         return " ".join(parts)
 
-    def change(self, now: Moment, before: int) -> str:
+    def describe_change(self, snapshot: SeatSnapshot, previous_turn_count: int) -> str:
         """What happened since there were so many turns: how far back the game is, or a turn."""
-        return f"undone. turn {now.turn}." if now.turn < before else self.said(now)
+        return (
+            f"undone. turn {snapshot.turn}."
+            if snapshot.turn < previous_turn_count
+            else self.describe_turn(snapshot)
+        )
 
-    def returned(self, now: Moment) -> float:
+    def seat_return(self, snapshot: SeatSnapshot) -> float:
         """The discounted sum of the rewards of the seat so far."""
-        return self.session.returned(now.seat)
+        return self.session.seat_return(snapshot.seat)
 
-    def situation(self, now: Moment) -> str:
+    def describe_situation(self, snapshot: SeatSnapshot) -> str:
         """Where the game stands, in sentences."""
-        words = self.kept.situation(now)
-        if self.reveal and self.session.problem.hidden:
-            words += f" truly {self.session.problem.notation(self.session.state)}."
+        words = self.view_cache.describe_situation(snapshot)
+        if self.reveal and self.session.problem.partially_observable:
+            words += f" truly {self.session.problem.format_state(self.session.state)}."
         return words
 
-    def public(self, now: Moment) -> dict[str, object]:
+    def visible_turn_facts(self, snapshot: SeatSnapshot) -> dict[str, object]:
         """The last turn as data: all of it if no person plays or all is revealed, else what the
         seat of the view may know.
         """
-        if not self.people or self.reveal:
-            return self.turn()
-        return facts.public(self.session, now)
+        if not self.human_seats or self.reveal:
+            return self.all_turn_facts()
+        return facts.visible_turn_facts(self.session, snapshot)
 
-    def turn(self) -> dict[str, object]:
+    def all_turn_facts(self) -> dict[str, object]:
         """All of the last turn, but for its draws where nobody may know the dice."""
-        told = turn_facts(self.session)
-        return {key: value for key, value in told.items() if self.dice or key != "draws"}
+        told = collect_turn_facts(self.session)
+        return {key: value for key, value in told.items() if self.shows_uniforms or key != "draws"}
 
-    def result(self) -> str:
+    def describe_result(self) -> str:
         """How it ended: reason, turns, score and total of each seat."""
         session = self.session
         agents = session.problem.agents
-        sums = zip(agents, session.returns(), session.totals(), strict=True)
-        name = score(session.problem)
-        each = "; ".join(f"{who} {name} {number(r):g}, total {number(t):g}" for who, r, t in sums)
-        turns = f"{ended(session.ending)} after {counted(len(session.turns), 'turn')}."
-        turns += f" {self.forfeited.rstrip('?.')}." if self.forfeited else ""
-        known = not self.people or self.reveal or session.ending not in LEFT
-        return f"{turns} {each}." if known or not session.problem.hidden else turns
+        sums = zip(agents, session.returns(), session.total_rewards(), strict=True)
+        name = score_label(session.problem)
+        each = "; ".join(
+            f"{who} {name} {round_number(r):g}, total {round_number(t):g}" for who, r, t in sums
+        )
+        turns = f"{describe_end_reason(session.end_reason)} after {format_count(len(session.turns), 'turn')}."
+        turns += f" {self.forfeit_reason.rstrip('?.')}." if self.forfeit_reason else ""
+        known = (
+            not self.human_seats or self.reveal or session.end_reason not in RESUMABLE_END_REASONS
+        )
+        return f"{turns} {each}." if known or not session.problem.partially_observable else turns
 
-    def end(self, known: Mapping[str, object] = NOTHING) -> dict[str, object]:
+    def result_facts(self, extra_facts: Mapping[str, object] = NO_FACTS) -> dict[str, object]:
         """The ending as data, with what else is known of it, and turn by turn what was hidden."""
-        facts = {**end_facts(self.session), **known}
-        if self.forfeited:
-            facts["why"] = self.forfeited
-        rows = self.debrief()
+        facts = {**collect_end_facts(self.session), **extra_facts}
+        if self.forfeit_reason:
+            facts["why"] = self.forfeit_reason
+        rows = self.debrief_rows()
         return facts | ({"debrief": rows} if rows else {})
 
     @property
-    def forfeited(self) -> str:
+    def forfeit_reason(self) -> str:
         """Which seat forfeited the game, and why; '' where none did."""
-        return self.forfeit if self.session.ending == "forfeit" else ""
+        return self.last_forfeit if self.session.end_reason == "forfeit" else ""
 
-    def closing(self) -> list[str]:
+    def closing_lines(self) -> list[str]:
         """How it ended and, turn by turn, what was hidden, a line each."""
-        return [f"over: {self.result()}", *self._ghostly(), *map(facts.sentence, self.debrief())]
+        return [
+            f"over: {self.describe_result()}",
+            *self._ghost_comparison_lines(),
+            *map(facts.format_facts, self.debrief_rows()),
+        ]
 
-    def _ghostly(self) -> list[str]:
+    def _ghost_comparison_lines(self) -> list[str]:
         """What the ghost made of the same dice, once that tells no secret."""
-        if not self.ghost or (self.session.ending or "") in LEFT:
+        if not self.ghost or (self.session.end_reason or "") in RESUMABLE_END_REASONS:
             return []
-        self.ghost.finish()
-        return [self.ghost.compared()]
+        self.ghost.play_to_end()
+        return [self.ghost.describe_comparison()]
 
-    def debrief(self) -> list[dict[str, object]]:
+    def debrief_rows(self) -> list[dict[str, object]]:
         """Turn by turn what was hidden, once it is over: state, observation, belief and reward."""
         session = self.session
-        if not (session.problem.hidden and session.over):
+        if not (session.problem.partially_observable and session.over):
             return []
-        key = (len(session.turns), session.ending)
-        if self._hidden[0] != key:
-            self._hidden = key, facts.debrief(session)
-        return self._hidden[1]
+        key = (len(session.turns), session.end_reason)
+        if self._debrief_cache[0] != key:
+            self._debrief_cache = key, facts.build_debrief(session)
+        return self._debrief_cache[1]

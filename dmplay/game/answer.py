@@ -9,12 +9,12 @@ class Page(str):
     __slots__ = ()
 
 
-class Told(Page):
+class TurnReports(Page):
     """Turns that were played and are told, a row each."""
 
     __slots__ = ()
 
 
-def answer(rows: Sequence[str]) -> str:
+def format_reply(rows: Sequence[str]) -> str:
     """One row as a message, several as a page."""
     return Page("\n".join(rows)) if len(rows) > 1 else (*rows, "")[0]

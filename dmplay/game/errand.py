@@ -8,82 +8,88 @@ from typing import NamedTuple
 from rich.text import Text
 
 from dmplay.errors import BadParameter
-from dmplay.game.request import Recording, Request, Wanted
-from dmplay.terminal import Wishes
+from dmplay.game.request import AnyGameRequest, GameRequest, ReplayRequest
+from dmplay.terminal import TerminalOptions
 
-HERE = Wishes()
+DEFAULT_TERMINAL_OPTIONS = TerminalOptions()
 
 
-class Sitting(NamedTuple):
+class PlayCommand(NamedTuple):
     """A game that is wanted, and how it is to be played."""
 
-    wanted: Wanted
-    wishes: Wishes
+    request: AnyGameRequest
+    terminal_options: TerminalOptions
     quiet: bool = False
     speed: float = 2.0  # turns a second when agents play
-    rate: float | None = None  # turns a second in real time
+    realtime_rate: float | None = None  # turns a second in real time
 
     @property
-    def timed(self) -> bool:
+    def has_rate_option(self) -> bool:
         """Whether real time was asked for, and not only by a file of settings."""
-        return isinstance(self.wanted, Request) and self.wanted.timed
+        return isinstance(self.request, GameRequest) and self.request.has_rate_option
 
     @property
-    def at_a_table(self) -> Wanted:
+    def interactive_request(self) -> AnyGameRequest:
         """The game as one that people play after another: they may be asked, and it is kept."""
-        match self.wanted:
-            case Request(timed=True):
+        match self.request:
+            case GameRequest(has_rate_option=True):
                 raise BadParameter("--rate: real time is for the screen that dmplay play opens")
-            case Request():
-                return replace(self.wanted, keep=True, asks=True)
-            case Recording():
-                return self.wanted
-        return replace(self.wanted, asks=True)
+            case GameRequest():
+                return replace(self.request, keep_save=True, can_ask=True)
+            case ReplayRequest():
+                return self.request
+        return replace(self.request, can_ask=True)
 
 
 class Printout(NamedTuple):
     """A report of which there is more to say than its text."""
 
     text: Text | str
-    wishes: Wishes = HERE
-    errors: str = ""  # for the channel of errors
-    code: int = 0  # of the process
+    terminal_options: TerminalOptions = DEFAULT_TERMINAL_OPTIONS
+    stderr_text: str = ""  # for the channel of errors
+    exit_code: int = 0  # of the process
     paged: bool = False  # whether it is read a screenful at a time
-    parts: Iterable[str] = ()  # more text, told as it is made
+    text_chunks: Iterable[str] = ()  # more text, told as it is made
 
 
-class Conversation(NamedTuple):
+class ShellCommand(NamedTuple):
     """Games that are wanted one after another, in words."""
 
     commands: Sequence[str]  # done in place of what is typed
-    wishes: Wishes
+    terminal_options: TerminalOptions
     speed: float
-    gallery: bool = False  # whether it begins with the list of problems, where that can be drawn
+    opens_gallery: bool = (
+        False  # whether it begins with the list of problems, where that can be drawn
+    )
 
 
-class Service(NamedTuple):
+class BotServerConfig(NamedTuple):
     """An agent that is to play a game which another program keeps, at the other end of a pipe."""
 
     agent: str
     problem: str
 
 
-class Hosting(NamedTuple):
+class McpServerConfig(NamedTuple):
     """What a language model at the other end of a pipe may play, and what it may ask for."""
 
     problems: Sequence[str] = ()  # all that are built in if none is named
-    hints: bool = False
-    undo: bool = False
-    belief: bool = False  # whether it is told what its seat is to believe
+    allow_hints: bool = False
+    allow_undo: bool = False
+    show_belief: bool = False  # whether it is told what its seat is to believe
     seed: int | None = None  # of all games, which are its episodes; fresh dice if there is none
-    turns: int | None = None  # after which a game ends
-    folder: Path | None = None  # for transcripts; that of games that are kept if there is none
+    turn_limit: int | None = None  # after which a game ends
+    transcript_folder: Path | None = (
+        None  # for transcripts; that of games that are kept if there is none
+    )
 
     @property
     def strict(self) -> bool | str:
         """How strict its games are, as their transcripts say."""
-        return not self.undo and (self.hints or "hints")
+        return not self.allow_undo and (self.allow_hints or "hints")
 
 
-Errand = Sitting | Conversation | Service | Hosting | Printout | str
-Program = Callable[[Sequence[str]], Sitting | str]  # what the command line makes of words
+CliResult = PlayCommand | ShellCommand | BotServerConfig | McpServerConfig | Printout | str
+CliInterpreter = Callable[
+    [Sequence[str]], PlayCommand | str
+]  # what the command line makes of words

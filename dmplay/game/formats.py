@@ -6,34 +6,49 @@ from typing import NamedTuple
 from dmplay.errors import BadParameter
 
 
-class Format(NamedTuple):
+class ExportFormat(NamedTuple):
     """A form that a game can be written in."""
 
     help: str
-    ending: str  # of its file
-    still: bool = False  # whether it shows one turn
-    rows: int = 18  # of a screen in it; 0 where it has none
-    plain: bool = False  # whether it is text to read
+    extension: str  # of its file
+    shows_one_turn: bool = False  # whether it shows one turn
+    screen_rows: int = 18  # of a screen in it; 0 where it has none
+    is_text: bool = False  # whether it is text to read
 
 
-FORMATS = {
-    "svg": Format("a picture of the screen", "svg", still=True),
-    "film": Format("an animated picture", "svg"),
-    "html": Format("a page with every turn, to step through", "html", still=True, rows=24),
-    "cast": Format("a recording, asciicast v2", "cast", rows=24),
-    "cast3": Format("a recording, asciicast v3", "cast", rows=24),
-    "text": Format("every screen as text", "txt", plain=True),
-    "csv": Format("a row a turn", "csv", rows=0, plain=True),
-    "json": Format("the game as one object", "json", rows=0, plain=True),
+EXPORT_FORMATS = {
+    "svg": ExportFormat("a picture of the screen", "svg", shows_one_turn=True),
+    "film": ExportFormat("an animated picture", "svg"),
+    "html": ExportFormat(
+        "a page with every turn, to step through", "html", shows_one_turn=True, screen_rows=24
+    ),
+    "cast": ExportFormat("a recording, asciicast v2", "cast", screen_rows=24),
+    "cast3": ExportFormat("a recording, asciicast v3", "cast", screen_rows=24),
+    "text": ExportFormat("every screen as text", "txt", is_text=True),
+    "csv": ExportFormat("a row a turn", "csv", screen_rows=0, is_text=True),
+    "json": ExportFormat("the game as one object", "json", screen_rows=0, is_text=True),
 }
 # By which a file is taken for what it is.
-ENDINGS = {"svg", "html", "cast", "csv", "json", "txt", "png", "jpg", "jpeg", "gif", "webp", "pdf"}
+KNOWN_EXTENSIONS = {
+    "svg",
+    "html",
+    "cast",
+    "csv",
+    "json",
+    "txt",
+    "png",
+    "jpg",
+    "jpeg",
+    "gif",
+    "webp",
+    "pdf",
+}
 
 
-def fits(path: Path | None, form: str) -> None:
+def check_extension(path: Path | None, format_name: str) -> None:
     """Refuses to write a form into a file whose name ends as another's does."""
-    ending = FORMATS[form].ending
-    own = {ending, "txt"} if FORMATS[form].plain else {ending}
-    if path and path.suffix[1:].lower() in ENDINGS - own:
+    ending = EXPORT_FORMATS[format_name].extension
+    own = {ending, "txt"} if EXPORT_FORMATS[format_name].is_text else {ending}
+    if path and path.suffix[1:].lower() in KNOWN_EXTENSIONS - own:
         rather = path.with_suffix(f".{ending}")
         raise BadParameter(f"-o {path}: it is written as {ending.upper()}; name it {rather}")

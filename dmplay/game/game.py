@@ -7,75 +7,81 @@ from typing import cast
 
 from rich.text import Text
 
-from dmplay.advice.adviser import Adviser
+from dmplay.advice.adviser import HintProvider
 from dmplay.advice.ghost import Ghost
-from dmplay.budget import Stopped
+from dmplay.budget import ComputationStopped
 from dmplay.chance import Array
 from dmplay.core import Problem
-from dmplay.describe import ended, one_line
-from dmplay.dice import Dice
+from dmplay.describe import describe_end_reason, escape_newlines
+from dmplay.dice import SeededUniforms
 from dmplay.errors import BadParameter, Forfeit
-from dmplay.finding.ways import is_program
-from dmplay.game.account import Account
-from dmplay.game.request import Request
+from dmplay.finding.ways import names_bot
+from dmplay.game.account import Narrator
+from dmplay.game.request import GameRequest
 from dmplay.keys.keyboard import Keyboard
 from dmplay.policies.script import EndOfScript
-from dmplay.session import Follower, Session, View
-from dmplay.signals import WHOLE
-from dmplay.terminal import clean
-from dmplay.thought import About, think
+from dmplay.session import SeatedPolicy, Session, View
+from dmplay.signals import TURN_GATE
+from dmplay.terminal import escape_unprintable
+from dmplay.thought import TaskInfo, run_cancellable
 from dmplay.transcript.recorder import Recorder
-from dmplay.transcript.seal import LEFT, secret
-from dmplay.views.kept import Moment
-from dmplay.views.style import Look, pictured, style_of
+from dmplay.transcript.seal import RESUMABLE_END_REASONS, has_hidden_information
+from dmplay.views.kept import SeatSnapshot
+from dmplay.views.style import DrawOptions, draw_picture, load_view_module
 
-NOTHING: Mapping[int, float] = {}
-AGAIN = "# again: under dice that were played before"
+NO_CHOICES: Mapping[int, float] = {}
+REPEATED_UNIFORMS_NOTE = "# again: under dice that were played before"
 
 
 class Game:
     """What is played and recorded; its account tells of it, its keyboard says which keys act."""
 
-    paid = False  # whether rewards are told that the game does not show
+    rewards_visible = False  # whether rewards are told that the game does not show
 
     def __init__(  # noqa: PLR0913, PLR0917 - what is played, who sits there, and where it is kept
         self,
-        name: str,
+        problem_name: str,
         session: Session,
-        seats: Sequence[str],
+        player_names: Sequence[str],
         keyboard: Keyboard,
         recorder: Recorder | None = None,
-        request: Request | None = None,
+        request: GameRequest | None = None,
     ) -> None:
-        self.name = name
-        self.seats = tuple(seats)
-        self.people = keyboard.people
+        self.problem_name = problem_name
+        self.player_names = tuple(player_names)
+        self.human_seats = keyboard.human_seats
         self.keyboard = keyboard
         self.recorder = recorder
         self.request = request  # None for a recording
-        self.style = style_of(session.problem)
+        self.view_module = load_view_module(session.problem)
         self.warning = ""  # for whoever goes on with it, or looks at it
-        self.notes = ""  # for the end of the transcript
-        self.verdict: Sequence[str] = ()  # what its moves and dice were worth, once it is over
+        self.end_notes = ""  # for the end of the transcript
+        self.review_lines: Sequence[str] = ()  # what its moves and dice were worth, once it is over
         self.ghost: Ghost | None = None
-        self.removed = 0  # older games that had to make room for it where games are kept
-        self.repeats = False  # whether one of the same dice was played before it
-        self.between: Callable[[], object] = lambda: None  # after a turn that another follows
-        self.logs: list[Path] = []  # of programs that play, once it is over
-        agents = {clean(who): None for seat, who in enumerate(seats) if seat not in self.people}
+        self.removed_save_count = 0  # older games that had to make room for it where games are kept
+        self.repeats_uniforms = False  # whether one of the same dice was played before it
+        self.on_intermediate_turn: Callable[[], object] = lambda: (
+            None
+        )  # after a turn that another follows
+        self.log_paths: list[Path] = []  # of programs that play, once it is over
+        agents = {
+            escape_unprintable(who): None
+            for seat, who in enumerate(player_names)
+            if seat not in self.human_seats
+        }
         who = " and ".join(agents) + (" are" if len(agents) > 1 else " is")
-        self._choosing = About(f"{who} thinking", move=True)
-        self._chosen: dict[int, float] = {}
-        self._undone: list[list[float]] = []
-        self._sit(session)
+        self._thinking_task_info = TaskInfo(f"{who} thinking", is_agent_move=True)
+        self._pending_choices: dict[int, float] = {}
+        self._undone_actions: list[list[float]] = []
+        self._attach_session(session)
 
-    def _sit(self, session: Session) -> None:
+    def _attach_session(self, session: Session) -> None:
         """Plays this session from now on."""
         self.session = session
-        self.account = Account(session, self.people, reveal=self.reveal)
-        self._advisers: dict[int, Adviser] = {}
-        self._now: Moment | None = None
-        self._drawn: tuple[Moment, Look, Text] | None = None
+        self.narrator = Narrator(session, self.human_seats, reveal=self.reveal)
+        self._hint_providers: dict[int, HintProvider] = {}
+        self._snapshot: SeatSnapshot | None = None
+        self._board_cache: tuple[SeatSnapshot, DrawOptions, Text] | None = None
 
     @property
     def problem(self) -> Problem:
@@ -83,14 +89,14 @@ class Game:
         return self.session.problem
 
     @property
-    def source(self) -> Path | None:
+    def transcript_path(self) -> Path | None:
         """The file that holds the game."""
         return self.recorder.path if self.recorder else None
 
     @property
     def settings(self) -> list[str]:
         """The parameters that differ from the default, as they are typed."""
-        return self.request.told if self.request else []
+        return self.request.all_settings if self.request else []
 
     @property
     def strict(self) -> bool:
@@ -98,7 +104,7 @@ class Game:
         return self.request is not None and bool(self.request.strict)
 
     @property
-    def unaided(self) -> bool:
+    def hints_forbidden(self) -> bool:
         """Whether nobody may be given advice."""
         return self.request is not None and self.request.strict == "hints"
 
@@ -108,102 +114,138 @@ class Game:
         return self.request is not None and self.request.reveal
 
     @property
-    def sealed(self) -> bool:
+    def is_concealed(self) -> bool:
         """Whether there are secrets and the game can be played on, so that they must stay so."""
-        left = (self.session.ending or "") in LEFT
-        return left and secret(self.problem, self.seats, reveal=self.reveal)
+        left = (self.session.end_reason or "") in RESUMABLE_END_REASONS
+        return left and has_hidden_information(self.problem, self.player_names, reveal=self.reveal)
 
     @property
     def seed(self) -> int:
         """The seed of the dice."""
-        return cast(Dice, self.session.source).seed
+        return cast(SeededUniforms, self.session.uniform_source).seed
 
     @property
-    def shows_seed(self) -> bool:
+    def is_seed_visible(self) -> bool:
         """Whether the player knows the seed: a fresh one is told after the game."""
-        return self.request is None or self.request.seed_known or self.session.over
+        return self.request is None or self.request.is_seed_visible or self.session.over
 
     @property
-    def again(self) -> str:
+    def play_again_command(self) -> str:
         """The command that plays a game of fresh dice once more; '' for another."""
-        fresh = self.request is not None and self.request.fresh
-        return self.request.command(self.name, self.seed) if self.request and fresh else ""
+        fresh = self.request is not None and self.request.has_fresh_seed
+        return (
+            self.request.format_command(self.problem_name, self.seed)
+            if self.request and fresh
+            else ""
+        )
 
     @property
-    def private(self) -> bool:
+    def has_private_views(self) -> bool:
         """Whether several people play of whom each may know something else."""
-        return len(self.people) > 1 and self.problem.hidden
+        return len(self.human_seats) > 1 and self.problem.partially_observable
 
     @property
-    def watched(self) -> bool:
+    def agents_only(self) -> bool:
         """Whether agents alone play it, now."""
-        return self.request is not None and not self.people
+        return self.request is not None and not self.human_seats
 
     @property
-    def watcher(self) -> int:
+    def viewing_seat(self) -> int:
         """The seat whose view is shown: the person to choose, else the first."""
-        waiting = self.waiting
-        return waiting if waiting is not None else (self.people or [0])[0]
+        waiting = self.choosing_seat
+        return waiting if waiting is not None else (self.human_seats or [0])[0]
 
     @property
-    def waiting(self) -> int | None:
+    def choosing_seat(self) -> int | None:
         """The person who chooses next."""
-        if not self.people or self.session.over:
+        if not self.human_seats or self.session.over:
             return None
-        left = (seat for seat in self.session.asked(self.people) if seat not in self._chosen)
+        left = (
+            seat
+            for seat in self.session.active_seats(self.human_seats)
+            if seat not in self._pending_choices
+        )
         return next(left, None)
 
     @property
-    def adviser(self) -> Adviser:
+    def hint_provider(self) -> HintProvider:
         """Who gives hints to the watcher."""
-        seat = self.watcher
-        if seat not in self._advisers:
-            self._advisers[seat] = Adviser(self.session, seat, self.seats)
-        return self._advisers[seat]
+        seat = self.viewing_seat
+        if seat not in self._hint_providers:
+            self._hint_providers[seat] = HintProvider(
+                self.session, seat, self.player_names
+            )
+        return self._hint_providers[seat]
 
-    def moment(self, seat: int | None = None) -> Moment:
+    def snapshot(self, seat: int | None = None) -> SeatSnapshot:
         """What the watcher, or another seat, may know now.
 
         The watcher's is made anew only when a turn, the seat or the end is new.
         """
         if seat is not None:
-            return Moment(self.session, seat, paid=self.paid, watched=self.watched)
-        watcher = self.watcher
-        if self._now is None or not self._now.lasts(watcher):
-            self._now = Moment(self.session, watcher, paid=self.paid, watched=self.watched)
-        return self._now
+            return SeatSnapshot(
+                self.session,
+                seat,
+                rewards_visible=self.rewards_visible,
+                agents_only=self.agents_only,
+            )
+        watcher = self.viewing_seat
+        if self._snapshot is None or not self._snapshot.is_current_for(watcher):
+            self._snapshot = SeatSnapshot(
+                self.session,
+                watcher,
+                rewards_visible=self.rewards_visible,
+                agents_only=self.agents_only,
+            )
+        return self._snapshot
 
     def view(self, seat: int | None = None) -> View[Problem]:
         """The same as policies and drawings are given it."""
-        return self.moment(seat).view
+        return self.snapshot(seat).view
 
-    def draw(self, look: Look, now: Moment | None = None) -> Text:
+    def draw_board(self, options: DrawOptions, snapshot: SeatSnapshot | None = None) -> Text:
         """The board in the room there is; the state too where it is revealed.
 
         It is drawn anew only for another moment or look; nobody writes into it.
         """
-        now = now or self.moment()
-        ghost = self.ghost.session.state if self.ghost and self.ghost.early else look.ghost
-        names = {**self.keyboard.names(self.watcher), **look.names}
-        look = look._replace(state=self._told, ghost=ghost, names=names)
-        if not (self._drawn and self._drawn[0] is now and self._drawn[1].alike(look)):
-            self._drawn = now, look, self.account.kept.fit(now, look)
-        return self._drawn[2]
+        snapshot = snapshot or self.snapshot()
+        ghost = (
+            self.ghost.session.state
+            if self.ghost and self.ghost.is_shown_during_play
+            else options.ghost_state
+        )
+        names = {**self.keyboard.get_keys_by_action(self.viewing_seat), **options.keys_by_action}
+        options = options._replace(
+            revealed_state=self._revealed_state, ghost_state=ghost, keys_by_action=names
+        )
+        if not (
+            self._board_cache
+            and self._board_cache[0] is snapshot
+            and self._board_cache[1].is_equal_to(options)
+        ):
+            self._board_cache = (
+                snapshot,
+                options,
+                self.narrator.view_cache.fit_board(snapshot, options),
+            )
+        return self._board_cache[2]
 
-    def price(self, action: float) -> str:
+    def describe_expected_reward(self, action: float) -> str:
         """What an action costs, behind a blank; '' where its view does not say."""
-        told: Callable[[View[Problem], float], str] | None = getattr(self.style, "price", None)
+        told: Callable[[View[Problem], float], str] | None = getattr(
+            self.view_module, "describe_expected_reward", None
+        )
         return f" {told(self.view(), action)}" if told else ""
 
     @property
-    def _told(self) -> Array | None:
+    def _revealed_state(self) -> Array | None:
         """The state where what is hidden is told."""
-        told = self.reveal or (self.session.over and self.problem.hidden)
+        told = self.reveal or (self.session.over and self.problem.partially_observable)
         return self.session.state if told else None
 
-    def pictured(self) -> list[str]:
+    def picture_rows(self) -> list[str]:
         """The rows of the picture that a problem brings of what the watcher may see; else none."""
-        drawn = pictured(self.style, self.view(), self._told)
+        drawn = draw_picture(self.view_module, self.view(), self._revealed_state)
         return drawn.plain.split("\n") if drawn else []
 
     def choose(self, action: float, seat: int | None = None) -> bool:
@@ -211,179 +253,192 @@ class Game:
 
         Plays the turn once everybody's is in.
         """
-        waiting = self.waiting if seat is None else seat
+        waiting = self.choosing_seat if seat is None else seat
         if self.session.over:
-            raise BadParameter(f"the game is over ({ended(self.session.ending)})")
+            raise BadParameter(f"the game is over ({describe_end_reason(self.session.end_reason)})")
         if waiting is None:
             raise BadParameter("no person plays here")
-        self.session.check(waiting, action)
-        chosen = {**self._chosen, waiting: action}
-        if len(chosen) == len(self.session.asked(self.people)):
+        self.session.validate_action(waiting, action)
+        chosen = {**self._pending_choices, waiting: action}
+        if len(chosen) == len(self.session.active_seats(self.human_seats)):
             played = self.advance(chosen)
-            self.catch_up()
+            self.play_until_choice()
             return played
-        self._chosen = chosen
+        self._pending_choices = chosen
         return False
 
-    def advance(self, chosen: Mapping[int, float] = NOTHING) -> bool:
+    def advance(self, choices: Mapping[int, float] = NO_CHOICES) -> bool:
         """Plays a turn of these choices and the agents'; none is kept of one that is not played."""
         try:
-            actions = self._decided([chosen.get(seat) for seat in range(len(self.seats))])
+            actions = self._fill_in_actions(
+                [choices.get(seat) for seat in range(len(self.player_names))]
+            )
         except EndOfScript:
             self.session.end("quit")
             return False
         except Forfeit as forfeit:
-            self.account.forfeit = one_line(clean(str(forfeit)))
+            self.narrator.last_forfeit = escape_newlines(escape_unprintable(str(forfeit)))
             self.session.end("forfeit")
             return False
         finally:
-            self._chosen = {}
-        with WHOLE:
+            self._pending_choices = {}
+        with TURN_GATE:
             self.session.advance(actions)
-            self._undone.clear()
-            self._record()
-        self._haunt()
+            self._undone_actions.clear()
+            self._record_turn()
+        self._advance_ghost()
         return True
 
-    def catch_up(self) -> None:
+    def play_until_choice(self) -> None:
         """Plays the turns of others until a person is asked."""
-        while self.session.idle(self.people):
-            self.between()
+        while self.session.is_waiting_for_others(self.human_seats):
+            self.on_intermediate_turn()
             self.advance()
 
-    def _decided(self, actions: Sequence[float | None]) -> Sequence[float | None]:
+    def _fill_in_actions(self, actions: Sequence[float | None]) -> Sequence[float | None]:
         """The choices of people, and of the agents, who may think for long."""
-        if len(self.people) == len(self.seats):
+        if len(self.human_seats) == len(self.player_names):
             return actions
-        return think(self._choosing, lambda: self.session.decided(actions))
+        return run_cancellable(
+            self._thinking_task_info, lambda: self.session.fill_in_actions(actions)
+        )
 
-    def leave_alone(self) -> None:
+    def recreate_agents(self) -> None:
         """Has agents and advisers think anew: one of them may still be thinking."""
         session = self.session
-        session.followers = [
-            follower and Follower(session, follower.seat, follower.policy)
-            for follower in session.followers
+        session.seated_policies = [
+            follower and SeatedPolicy(session, follower.seat, follower.policy)
+            for follower in session.seated_policies
         ]
-        self._advisers, self._chosen = {}, {}
-        self.ghost = self.account.ghost = None
+        self._hint_providers, self._pending_choices = {}, {}
+        self.ghost = self.narrator.ghost = None
 
-    def unattended(self) -> bool:
+    def play_agent_turn(self) -> bool:
         """Plays a turn of a game without people; False once it is over."""
         return not self.session.over and self.advance()
 
-    def run(self) -> Iterator[int]:
+    def iter_agent_turns(self) -> Iterator[int]:
         """Plays a game without people to its end; before each turn, or event of a recording, which
         may take turns back, how many turns there were.
         """
         before = len(self.session.turns)
-        while self.unattended():
+        while self.play_agent_turn():
             yield before
             before = len(self.session.turns)
 
     def undo(self, turns: int = 1) -> None:
         """Takes back turns; the transcript keeps that it was done."""
-        self._may("undo")
-        if self._chosen:  # a first choice of two is taken back before any turn is
-            self._chosen.clear()
+        self._check_undo_allowed("undo")
+        if self._pending_choices:  # a first choice of two is taken back before any turn is
+            self._pending_choices.clear()
             return
-        with WHOLE:
-            taken = self.session.undo(self.session.back(self.people, turns))
-            self._undone += [list(turn.actions) for turn in reversed(taken)]
+        with TURN_GATE:
+            taken = self.session.undo(self.session.turns_to_undo(self.human_seats, turns))
+            self._undone_actions += [list(turn.actions) for turn in reversed(taken)]
             if self.recorder:
-                self.recorder.event("undo", len(taken))
-        self._haunt()
+                self.recorder.write_event("undo", len(taken))
+        self._advance_ghost()
 
     def redo(self) -> None:
         """Plays the turn last taken back again."""
-        if not self._undone:
+        if not self._undone_actions:
             raise BadParameter("redo: nothing was taken back")
-        self._chosen.clear()
-        self._again()
-        while self._undone and self.session.idle(self.people):
-            self.between()
-            self._again()
-        self.catch_up()
+        self._pending_choices.clear()
+        self._replay_undone_turn()
+        while self._undone_actions and self.session.is_waiting_for_others(self.human_seats):
+            self.on_intermediate_turn()
+            self._replay_undone_turn()
+        self.play_until_choice()
 
-    def _again(self) -> None:
-        with WHOLE:
-            self.session.advance(self._undone[-1])
-            self._undone.pop()
-            self._record()
-        self._haunt()
+    def _replay_undone_turn(self) -> None:
+        with TURN_GATE:
+            self.session.advance(self._undone_actions[-1])
+            self._undone_actions.pop()
+            self._record_turn()
+        self._advance_ghost()
 
     def reroll(self) -> None:
         """Plays the last turn again under other dice; the transcript says so."""
-        self._may("reroll")
+        self._check_undo_allowed("reroll")
         if not self.session.turns:
             raise BadParameter("reroll: no turn was played yet")
-        self._chosen.clear()
-        self._undone.clear()
-        with WHOLE:
+        self._pending_choices.clear()
+        self._undone_actions.clear()
+        with TURN_GATE:
             self.session.reroll()
             if self.recorder:
-                self.recorder.event("reroll", self.session.rerolls[len(self.session.turns)])
-            self._record()
-        self._haunt()
-        self.catch_up()
+                self.recorder.write_event(
+                    "reroll", self.session.reroll_counts[len(self.session.turns)]
+                )
+            self._record_turn()
+        self._advance_ghost()
+        self.play_until_choice()
 
-    def haunt(self, ghost: Ghost | None) -> None:
+    def set_ghost(self, ghost: Ghost | None) -> None:
         """Has this ghost play beside, up to the present turn."""
-        self.ghost = self.account.ghost = ghost
-        self._haunt()
+        self.ghost = self.narrator.ghost = ghost
+        self._advance_ghost()
 
-    def repeat(self) -> None:
+    def note_repeated_uniforms(self) -> None:
         """Has its transcript say at once, and once, that its dice were played before."""
-        if self.recorder and not self.repeats:
-            self.recorder.note(AGAIN)
-        self.repeats = True
+        if self.recorder and not self.repeats_uniforms:
+            self.recorder.write_note(REPEATED_UNIFORMS_NOTE)
+        self.repeats_uniforms = True
 
-    def _haunt(self) -> None:
+    def _advance_ghost(self) -> None:
         """Has the ghost play as far as the person did, where it may be seen before the end."""
         ghost = self.ghost
-        if ghost and ghost.early:
-            with suppress(Stopped):
-                think(About(f"{clean(ghost.name)} plays beside you"), ghost.follow)
+        if ghost and ghost.is_shown_during_play:
+            with suppress(ComputationStopped):
+                run_cancellable(
+                    TaskInfo(f"{escape_unprintable(ghost.name)} plays beside you"), ghost.catch_up
+                )
 
-    def may_help(self, command: str) -> None:
+    def check_hints_allowed(self, command: str) -> None:
         """Refuses advice where nobody may be given any."""
-        if self.unaided:
+        if self.hints_forbidden:
             raise BadParameter(f"{command}: this game is strict about help")
 
-    def helped(self) -> None:
+    def record_hint(self) -> None:
         """Counts that the watcher was given advice; the transcript keeps it."""
-        if self.watcher not in self.people:
+        if self.viewing_seat not in self.human_seats:
             return
-        name = self.problem.agents[self.watcher]
-        with WHOLE:
-            self.session.help[name] += 1
+        name = self.problem.agents[self.viewing_seat]
+        with TURN_GATE:
+            self.session.hint_counts[name] += 1
             if self.recorder:
-                self.recorder.event("help", {name: 1})
+                self.recorder.write_event("help", {name: 1})
 
     @property
-    def final(self) -> str:
+    def undo_forbidden_reason(self) -> str:
         """Why it would not be fair to take turns back; '' where they may be."""
         if self.strict:
             return "this game is strict"
-        shown = self.session.over and self.problem.hidden and self.people and not self.reveal
+        shown = (
+            self.session.over
+            and self.problem.partially_observable
+            and self.human_seats
+            and not self.reveal
+        )
         return "the game is over and what was hidden is shown" if shown else ""
 
-    def _may(self, command: str) -> None:
+    def _check_undo_allowed(self, command: str) -> None:
         """Refuses to take back where that is not fair."""
-        if self.final:
-            raise BadParameter(f"{command}: {self.final}")
+        if self.undo_forbidden_reason:
+            raise BadParameter(f"{command}: {self.undo_forbidden_reason}")
 
-    def _record(self) -> None:
+    def _record_turn(self) -> None:
         if self.recorder:
-            self.recorder.turn()
+            self.recorder.write_turn()
 
     def finish(self, reason: str = "quit") -> None:
         """Ends the game and its transcript, and the programs that play in it."""
-        with WHOLE:
+        with TURN_GATE:
             self.session.end(reason)
             if self.recorder:
-                why = f"# {self.account.forfeited}\n" if self.account.forfeited else ""
-                self.recorder.end(f"{why}{self.notes}")
-        if any(map(is_program, self.seats)):
-            from dmplay.bots.end import dismissed  # not needed where none plays
+                why = f"# {self.narrator.forfeit_reason}\n" if self.narrator.forfeit_reason else ""
+                self.recorder.write_end(f"{why}{self.end_notes}")
+        if any(map(names_bot, self.player_names)):
+            from dmplay.bots.end import close_bots  # not needed where none plays
 
-            self.logs += dismissed(self.session, self.name)
+            self.log_paths += close_bots(self.session, self.problem_name)

@@ -2,88 +2,92 @@
 
 from pathlib import Path
 
-from dmplay.describe import counted
-from dmplay.displayed import Displayed
+from dmplay.describe import format_count
+from dmplay.displayed import NotebookDisplay
 from dmplay.errors import BadParameter
-from dmplay.game.checking import altered, loaded
+from dmplay.game.checking import describe_problem_change, load_transcript_problem
 from dmplay.game.game import Game
-from dmplay.game.request import set_to
-from dmplay.game.saves import readable
-from dmplay.game.seats import people
+from dmplay.game.request import format_settings
+from dmplay.game.saves import load_transcript
+from dmplay.game.seats import list_human_seats
 from dmplay.keys.keyboard import Keyboard
-from dmplay.keys.keymap import AS_DRAWN
+from dmplay.keys.keymap import DEFAULT_KEY_PREFERENCES
 from dmplay.session import Session
-from dmplay.transcript.feeding import Ahead
-from dmplay.transcript.replay import start
-from dmplay.transcript.seal import opened
+from dmplay.transcript.feeding import BatchReplayer
+from dmplay.transcript.replay import start_session
+from dmplay.transcript.seal import disclose_transcript
 
 
-class Playback(Displayed, Game):
+class Playback(NotebookDisplay, Game):
     """A recorded game to step through; nothing in it is hidden any more."""
 
-    watched = True  # who played is called by name; who plays on from there is "you"
-    paid = True
+    agents_only = True  # who played is called by name; who plays on from there is "you"
+    rewards_visible = True
 
     def __init__(self, path: Path, *, trusted: bool = False, peek: bool = False) -> None:
-        transcript = readable(path)
-        found = loaded(transcript, trusted=trusted)
-        self.transcript = opened(transcript, found.problem, peek=peek)
+        transcript = load_transcript(path)
+        found = load_transcript_problem(transcript, trusted=trusted)
+        self.transcript = disclose_transcript(transcript, found.problem, peek=peek)
         self._problem = found.problem
         opening, *blocks = self.transcript.blocks
         helped = [block for block in blocks if block.kind == "help"]
         played = [block for block in blocks if block.kind != "help"]
         self._blocks = [opening, *helped, *played]
-        self._first = self._place = 1 + len(helped)
+        self._first_index = self._next_index = 1 + len(helped)
         seats = list(self.transcript.header.seats.values())
-        keyboard = Keyboard(found.problem, [], AS_DRAWN)  # nobody plays
-        super().__init__(found.name, self._session(self._first), seats, keyboard)
-        self.warning = altered(transcript, found)
+        keyboard = Keyboard(found.problem, [], DEFAULT_KEY_PREFERENCES)  # nobody plays
+        super().__init__(
+            found.name, self._session_before(self._first_index), seats, keyboard
+        )
+        self.warning = describe_problem_change(transcript, found)
 
-    def _session(self, place: int) -> Session:
+    def _session_before(self, block_index: int) -> Session:
         """The game before the block at this place."""
-        session = start(self.transcript, self._problem, self.transcript.header.dice)
-        self._ahead = Ahead(self.transcript, self._blocks, session)
-        for before in range(1, place):
-            self._ahead.feed(before)
+        session = start_session(
+            self.transcript, self._problem, self.transcript.header.uniform_source
+        )
+        self._batch_replayer = BatchReplayer(self.transcript, self._blocks, session)
+        for before in range(1, block_index):
+            self._batch_replayer.apply_block(before)
         return session
 
     @property
     def settings(self) -> list[str]:
         """The parameters that differ from the default, as they are typed."""
-        return set_to(self.transcript.header.parameters)
+        return format_settings(self.transcript.header.parameters)
 
-    def _sit(self, session: Session) -> None:
-        super()._sit(session)
-        self.account.dice = self.shows_seed
+    def _attach_session(self, session: Session) -> None:
+        super()._attach_session(session)
+        self.narrator.shows_uniforms = self.is_seed_visible
 
-    def unattended(self) -> bool:
+    def play_agent_turn(self) -> bool:
         """Shows the next turn or event; False at the end of the file."""
-        if self.whole:
-            self.session.end(self.transcript.chosen or "unfinished")
+        if self.is_at_end:
+            self.session.end(self.transcript.player_end_reason or "unfinished")
             return False
-        self._feed()
-        if self._blocks[self._place - 1].kind == "reroll" and not self.whole:
-            self._feed()  # the turn that came of it
+        self._play_next_block()
+        if self._blocks[self._next_index - 1].kind == "reroll" and not self.is_at_end:
+            self._play_next_block()  # the turn that came of it
         return True
 
-    def _feed(self) -> None:
-        self._ahead.feed(self._place)
-        self._place += 1
+    def _play_next_block(self) -> None:
+        self._batch_replayer.apply_block(self._next_index)
+        self._next_index += 1
 
     @property
-    def steps(self) -> int:
+    def step_count(self) -> int:
         """How many turns and events there are to be shown: a reroll and its turn are one."""
-        return self._steps(len(self._blocks))
+        return self._count_steps(len(self._blocks))
 
-    def _steps(self, place: int) -> int:
+    def _count_steps(self, block_index: int) -> int:
         """How many there are before a place."""
-        blocks = self._blocks[self._first : place]
+        blocks = self._blocks[self._first_index : block_index]
         return len(blocks) - sum(block.kind == "reroll" for block in blocks[:-1])
 
     @property
-    def whole(self) -> bool:
+    def is_at_end(self) -> bool:
         """Whether all of it was shown."""
-        return self._place >= len(self._blocks)
+        return self._next_index >= len(self._blocks)
 
     @property
     def reveal(self) -> bool:
@@ -91,13 +95,13 @@ class Playback(Displayed, Game):
         return True
 
     @property
-    def shows_seed(self) -> bool:
+    def is_seed_visible(self) -> bool:
         """Whether it is no secret: of a game that people still play it may be one."""
-        known = self.transcript.end is not None or self.transcript.header.peeked
-        return known or not people(self.seats)
+        known = self.transcript.end_block is not None or self.transcript.header.peeked
+        return known or not list_human_seats(self.player_names)
 
     @property
-    def source(self) -> Path | None:
+    def transcript_path(self) -> Path | None:
         """The file that is looked at."""
         return Path(self.transcript.path)
 
@@ -111,15 +115,15 @@ class Playback(Displayed, Game):
 
     def undo(self, turns: int = 1) -> None:
         """Shows the place so many turns or events back."""
-        shown = self._steps(self._place)
+        shown = self._count_steps(self._next_index)
         if shown < turns:
-            told = f"undo {turns}: the beginning is {counted(shown, 'step')} back"
+            told = f"undo {turns}: the beginning is {format_count(shown, 'step')} back"
             raise BadParameter(told if shown else "this is the beginning")
         for _ in range(turns):
-            self._place -= 1
-            if self._blocks[self._place].kind == "turn":
+            self._next_index -= 1
+            if self._blocks[self._next_index].kind == "turn":
                 self.session.undo()
-            if self._blocks[self._place - 1].kind == "reroll":
-                self._place -= 1
-            if self._blocks[self._place].kind != "turn":  # what it took back is played again
-                self._sit(self._session(self._place))
+            if self._blocks[self._next_index - 1].kind == "reroll":
+                self._next_index -= 1
+            if self._blocks[self._next_index].kind != "turn":  # what it took back is played again
+                self._attach_session(self._session_before(self._next_index))

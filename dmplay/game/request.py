@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from dmplay.errors import BadParameter
-from dmplay.keys.keymap import AS_DRAWN, Keys
-from dmplay.transcript.format import PERSON
+from dmplay.keys.keymap import DEFAULT_KEY_PREFERENCES, KeyPreferences
+from dmplay.transcript.format import HUMAN_PLAYER
 from dmplay.transcript.header import Header
 
 
 @dataclass(frozen=True)
-class Request:
+class GameRequest:
     """A game that is wanted."""
 
     problem: str
@@ -21,13 +21,15 @@ class Request:
     settings: Sequence[str] = ()  # NAME=VALUE
     seed: int | None = None
     episode: int = 0
-    agent: str = PERSON
-    others: str = ""
+    agent: str = HUMAN_PLAYER
+    other_agent: str = ""
     seats: Sequence[str] = ()  # NAME=AGENT
     turns: int | None = None
-    record: Path | None = None
-    frames: bool = False
-    timed: bool = field(default=False, kw_only=True)  # by words, not by a file of settings
+    record_path: Path | None = None
+    record_frames: bool = False
+    has_rate_option: bool = field(
+        default=False, kw_only=True
+    )  # by words, not by a file of settings
     force: bool = False
     strict: bool | str = False
     reveal: bool = False
@@ -36,36 +38,36 @@ class Request:
     origin: str = ""
     player: str = ""  # who says to be the person
     parameters: Mapping[str, object] = field(default_factory=dict)
-    keep: bool = False  # in the state folder, though nobody plays
-    keys: Keys = AS_DRAWN
-    ghost: str = ""  # the agent that plays the same dice beside the person
-    person: str = PERSON  # what the record calls whoever is asked to choose
-    asks: bool = True  # whether a person may be asked to choose
-    seed_known: bool = True  # whether the player may see the seed before the end
-    fresh: bool = False  # whether the seed was drawn for this game
+    keep_save: bool = False  # in the state folder, though nobody plays
+    key_preferences: KeyPreferences = DEFAULT_KEY_PREFERENCES
+    ghost_agent: str = ""  # the agent that plays the same dice beside the person
+    person_label: str = HUMAN_PLAYER  # what the record calls whoever is asked to choose
+    can_ask: bool = True  # whether a person may be asked to choose
+    is_seed_visible: bool = True  # whether the player may see the seed before the end
+    has_fresh_seed: bool = False  # whether the seed was drawn for this game
 
     @property
-    def name(self) -> str:
+    def problem_name(self) -> str:
         """The problem with its variant."""
         return f"{self.problem}:{self.variant}" if self.variant else self.problem
 
-    def configured(self) -> dict[str, object]:
+    def changed_parameters(self) -> dict[str, object]:
         """The parameters that differ from the default."""
-        return {**self.parameters, **pairs(self.settings, "--set")}
+        return {**self.parameters, **parse_settings(self.settings, "--set")}
 
     @property
-    def told(self) -> list[str]:
+    def all_settings(self) -> list[str]:
         """The same, as they are typed."""
-        return [*set_to(self.parameters), *self.settings]
+        return [*format_settings(self.parameters), *self.settings]
 
-    def command(self, name: str, seed: int) -> str:
+    def format_command(self, problem_name: str, seed: int) -> str:
         """The command that plays the same game with the same dice."""
         options = {
-            "--set": self.told,
+            "--set": self.all_settings,
             "--seat": self.seats,
-            "--agent": [self.agent] if self.agent != PERSON else [],
-            "--vs": [self.others] if self.others else [],
-            "--ghost": [self.ghost] if self.ghost else [],
+            "--agent": [self.agent] if self.agent != HUMAN_PLAYER else [],
+            "--vs": [self.other_agent] if self.other_agent else [],
+            "--ghost": [self.ghost_agent] if self.ghost_agent else [],
             "--turns": [] if self.turns is None else [str(self.turns)],
             "--episode": [str(self.episode)] if self.episode else [],
         }
@@ -73,33 +75,33 @@ class Request:
         wishes = {"--strict": self.strict, "--reveal": self.reveal}
         words += [option for option, wish in wishes.items() if wish is True]
         words += ["--strict=hints"] if self.strict == "hints" else []
-        return shlex.join(["dmplay", name, *words, "--seed", str(seed)])
+        return shlex.join(["dmplay", problem_name, *words, "--seed", str(seed)])
 
 
 @dataclass(frozen=True)
-class Resumption:
+class ResumeRequest:
     """The game of a transcript, to go on with."""
 
     path: Path
     trusted: bool = False
-    keys: Keys = AS_DRAWN
-    asks: bool = True
-    turns: int | None = field(default=None, kw_only=True)  # that agents alone may play
-    ghost: str = field(default="", kw_only=True)  # beside the person; '' for the one it had
+    key_preferences: KeyPreferences = DEFAULT_KEY_PREFERENCES
+    can_ask: bool = True
+    turn_limit: int | None = field(default=None, kw_only=True)  # that agents alone may play
+    ghost_agent: str = field(default="", kw_only=True)  # beside the person; '' for the one it had
 
 
 @dataclass(frozen=True)
-class Branching(Resumption):
+class BranchRequest(ResumeRequest):
     """A new game that begins as that of a transcript did, up to a turn."""
 
     turn: int = 0
-    record: Path = field(kw_only=True)
+    record_path: Path = field(kw_only=True)
     force: bool = False
     peek: bool = False
 
 
 @dataclass(frozen=True)
-class Recording:
+class ReplayRequest:
     """A recorded game, to look at."""
 
     path: Path
@@ -107,10 +109,10 @@ class Recording:
     peek: bool = False  # though it can be played on
 
 
-Wanted = Request | Resumption | Branching | Recording
+AnyGameRequest = GameRequest | ResumeRequest | BranchRequest | ReplayRequest
 
 
-def words_of(line: str) -> list[str]:
+def split_words(line: str) -> list[str]:
     """The words of a line, as a shell takes them apart."""
     try:
         return shlex.split(line)
@@ -118,12 +120,12 @@ def words_of(line: str) -> list[str]:
         raise BadParameter(f"got {line!r}: {str(error).lower()}") from None
 
 
-def set_to(parameters: Mapping[str, object]) -> list[str]:
+def format_settings(parameters: Mapping[str, object]) -> list[str]:
     """Parameters as they are typed."""
     return [f"{key}={json.dumps(one)}" for key, one in parameters.items()]
 
 
-def pairs(settings: Sequence[str], option: str) -> dict[str, object]:
+def parse_settings(settings: Sequence[str], option: str) -> dict[str, object]:
     """The settings `NAME=VALUE` of an option."""
     found: dict[str, object] = {}
     for setting in settings:
@@ -134,8 +136,16 @@ def pairs(settings: Sequence[str], option: str) -> dict[str, object]:
     return found
 
 
-def repeated(header: Header, seats: Sequence[str], record: Path, keys: Keys) -> Request:
+def request_from_header(
+    header: Header, player_names: Sequence[str], record_path: Path, key_preferences: KeyPreferences
+) -> GameRequest:
     """The game of a transcript, with those who sit there now."""
-    sitting = [f"{name}={who}" for name, who in zip(header.seats, seats, strict=True)]
+    sitting = [f"{name}={who}" for name, who in zip(header.seats, player_names, strict=True)]
     told = vars(header) | {"seats": sitting}
-    return Request(**told, agent=seats[0], record=record, keys=keys, seed_known=False)
+    return GameRequest(
+        **told,
+        agent=player_names[0],
+        record_path=record_path,
+        key_preferences=key_preferences,
+        is_seed_visible=False,
+    )

@@ -8,59 +8,59 @@ from typing import NamedTuple
 
 from dmplay.errors import BadParameter
 
-CALLED = re.compile(r"(?P<name>[^()]+)(\((?P<given>.*)\))?")
-APART = re.compile(r",(?![^\[]*\])")  # no comma of a list
-RAISED = (
+CALL_PATTERN = re.compile(r"(?P<name>[^()]+)(\((?P<given>.*)\))?")
+ARGUMENT_SEPARATOR = re.compile(r",(?![^\[]*\])")  # no comma of a list
+LIBRARY_ERRORS = (
     ArithmeticError, AssertionError, AttributeError, ImportError, LookupError, OSError,
     RuntimeError, TypeError, ValueError,
 )  # fmt: skip # what other libraries raise
 
 
-class Called(NamedTuple):
+class LibraryCall(NamedTuple):
     """A name in a library, and what it is given."""
 
     name: str
-    given: dict[str, object]
+    arguments: dict[str, object]
 
 
-def library(module: str, extra: str, name: str) -> ModuleType:
+def import_library(module: str, extra: str, problem_name: str) -> ModuleType:
     """The library that a name needs; raises BadParameter with the extra that installs it."""
     try:
         return import_module(module)
     except ModuleNotFoundError:
         cure = f"install the extra {extra}: pip install 'dmplay[{extra}]'"
-        raise BadParameter(f"{name}: {cure}") from None
+        raise BadParameter(f"{problem_name}: {cure}") from None
 
 
-def origin(package: str) -> str:
+def format_library_version(package: str) -> str:
     """A library and its version."""
     from importlib.metadata import version  # it takes as long to load as the rest of the start
 
     return f"{package} {version(package)}"
 
 
-def called(name: str) -> Called:
+def parse_library_call(text: str) -> LibraryCall:
     """What a text `NAME(KEY=VALUE,...)` asks for."""
-    found = CALLED.fullmatch(name)
+    found = CALL_PATTERN.fullmatch(text)
     if not found:
-        raise BadParameter(f"got {name!r}, expected a name, or NAME(KEY=VALUE,...)")
+        raise BadParameter(f"got {text!r}, expected a name, or NAME(KEY=VALUE,...)")
     given = {}
-    for pair in filter(None, APART.split(found["given"] or "")):
+    for pair in filter(None, ARGUMENT_SEPARATOR.split(found["given"] or "")):
         key, equals, value = pair.partition("=")
         if not equals:
             raise BadParameter(f"{found['name']}: got {pair!r}, expected KEY=VALUE")
-        given[key.strip()] = _value(value.strip())
-    return Called(found["name"], given)
+        given[key.strip()] = _parse_value(value.strip())
+    return LibraryCall(found["name"], given)
 
 
-def _value(text: str) -> object:
+def _parse_value(text: str) -> object:
     try:
         return json.loads(text.lower() if text in ("True", "False") else text)
     except ValueError:
         return text
 
 
-def first_line(error: BaseException) -> str:
+def summarize_error(error: BaseException) -> str:
     """What an error says, in a line."""
     told = " ".join(str(error).split("\n")[0].split())
     return told or type(error).__name__

@@ -8,16 +8,22 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Any
 
-from dmplay.core import Interval, Labels, Numbers, Problem
+from dmplay.core import Interval, Labels, Problem, RealVector
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.guests import tabled
-from dmplay.guests.extras import RAISED, called, first_line, library
-from dmplay.guests.history import Environment, Known, World, seed, sight
-from dmplay.guests.spaces import Actions, numbers, size
+from dmplay.guests.extras import LIBRARY_ERRORS, import_library, parse_library_call, summarize_error
+from dmplay.guests.history import (
+    EnvironmentProblem,
+    ExternalEnvironment,
+    TimeStep,
+    make_numbers_space,
+    seed_from_uniform,
+)
+from dmplay.guests.spaces import ActionSpaceAdapter, flat_dimension, flatten_observation
 
-EXTRA = "gymnasium"
-VERSION = re.compile(r"-v\d+$")
-ACTIONS: Mapping[str, str] = {  # as their descriptions have them; the spaces only count
+PIP_EXTRA = "gymnasium"
+VERSION_PATTERN = re.compile(r"-v\d+$")
+ACTION_NAMES: Mapping[str, str] = {  # as their descriptions have them; the spaces only count
     "Acrobot": "left none right",
     "Blackjack": "stick hit",
     "CartPole": "left right",
@@ -31,158 +37,167 @@ ACTIONS: Mapping[str, str] = {  # as their descriptions have them; the spaces on
 }
 
 
-def find(name: str) -> Problem:
+def load_problem(name: str) -> Problem:
     """The environment of this name: by its tables where it tells them, else as it is."""
-    env = _made(name)
-    if tabled.tells(env.unwrapped):
-        return Tabled(name=name)
-    made = Observed(name=name)
-    made.check()
+    env = _make_raw_environment(name)
+    if tabled.has_transition_table(env.unwrapped):
+        return GymnasiumTableProblem(name=name)
+    made = GymnasiumProblem(name=name)
+    made.check_playable()
     return made
 
 
-def names() -> list[str]:
+def list_problem_names() -> list[str]:
     """The environments of a registry."""
-    return sorted(library("gymnasium", EXTRA, EXTRA).registry)
+    return sorted(import_library("gymnasium", PIP_EXTRA, PIP_EXTRA).registry)
 
 
-def _made(name: str, **more: object) -> Any:
+def _make_raw_environment(name: str, **overrides: object) -> Any:
     """The environment; raises UnknownName or BadParameter in one line."""
-    gymnasium = library("gymnasium", EXTRA, name)
-    wanted = called(name.partition(":")[2])
+    gymnasium = import_library("gymnasium", PIP_EXTRA, name)
+    wanted = parse_library_call(name.partition(":")[2])
     if wanted.name not in gymnasium.registry and ":" not in wanted.name:
-        raise UnknownName("environment", wanted.name, gymnasium.registry, where=EXTRA)
-    given = {"disable_env_checker": True, "max_episode_steps": -1, **wanted.given, **more}
+        raise UnknownName("environment", wanted.name, gymnasium.registry, error_prefix=PIP_EXTRA)
+    given = {"disable_env_checker": True, "max_episode_steps": -1, **wanted.arguments, **overrides}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
             return gymnasium.make(wanted.name, **given)
-        except (*RAISED, gymnasium.error.Error) as error:
-            raise BadParameter(f"{name}: {first_line(error)}") from None
+        except (*LIBRARY_ERRORS, gymnasium.error.Error) as error:
+            raise BadParameter(f"{name}: {summarize_error(error)}") from None
 
 
 @cache
-def _example(name: str) -> Any:
+def _make_example_environment(name: str) -> Any:
     """An environment that is asked what it is, and never played."""
-    return _made(name)
+    return _make_raw_environment(name)
 
 
 @cache
-def _drawing(name: str) -> Any:
+def _make_text_renderer(name: str) -> Any:
     """An environment that draws states; None where it draws none in text."""
-    modes = _example(name).unwrapped.metadata.get("render_modes") or ()
-    return _made(name, render_mode="ansi").unwrapped if "ansi" in modes else None
+    modes = _make_example_environment(name).unwrapped.metadata.get("render_modes") or ()
+    return _make_raw_environment(name, render_mode="ansi").unwrapped if "ansi" in modes else None
 
 
-def _actions(name: str) -> Actions:
-    base = VERSION.sub("", called(name.partition(":")[2]).name)
-    return Actions(_example(name).action_space, name, ACTIONS.get(base, "").split())
+def _make_action_adapter(name: str) -> ActionSpaceAdapter:
+    base = VERSION_PATTERN.sub("", parse_library_call(name.partition(":")[2]).name)
+    return ActionSpaceAdapter(
+        _make_example_environment(name).action_space, name, ACTION_NAMES.get(base, "").split()
+    )
 
 
-def _turns(name: str) -> int | None:
-    spec = _example(name).spec
-    gymnasium = library("gymnasium", EXTRA, name)
+def _max_episode_steps(name: str) -> int | None:
+    spec = _make_example_environment(name).spec
+    gymnasium = import_library("gymnasium", PIP_EXTRA, name)
     turns: int | None = gymnasium.spec(spec.id).max_episode_steps
     return turns
 
 
-def _story(name: str) -> str:
+def _describe_environment(name: str) -> str:
     """The first paragraph of an environment's description."""
-    told = inspect.getdoc(type(_example(name).unwrapped)) or ""
+    told = inspect.getdoc(type(_make_example_environment(name).unwrapped)) or ""
     parts = [part for part in told.split("\n\n") if part and not part.startswith("#")]
-    first = parts[0] if parts else called(name.partition(":")[2]).name
+    first = parts[0] if parts else parse_library_call(name.partition(":")[2]).name
     return " ".join(row for row in first.split("\n") if not row.startswith("#"))
 
 
-class Playing(World):
+class GymnasiumEnvironment(ExternalEnvironment):
     """An environment that is played."""
 
     def __init__(self, name: str) -> None:
-        self._env = _made(name)
-        self._actions = _actions(name)
+        self._env = _make_raw_environment(name)
+        self._action_adapter = _make_action_adapter(name)
 
-    def begin(self, draw: float) -> Known:
+    def reset(self, draw: float) -> TimeStep:
         """The draw seeds its generator."""
-        seen, info = self._env.reset(seed=seed(draw))
-        return self._known(seen, 0.0, info, over=False)
+        seen, info = self._env.reset(seed=seed_from_uniform(draw))
+        return self._make_time_step(seen, 0.0, info, over=False)
 
-    def act(self, actions: tuple[float, ...], draw: float) -> Known:
+    def step(self, actions: tuple[float, ...], draw: float) -> TimeStep:
         """The draw seeds its generator anew."""
         from gymnasium.utils.seeding import np_random
 
-        self._env.unwrapped.np_random = np_random(seed(draw))[0]
-        action = self._actions.of(actions[0])
+        self._env.unwrapped.np_random = np_random(seed_from_uniform(draw))[0]
+        action = self._action_adapter.to_space_value(actions[0])
         seen, reward, over, cut, info = self._env.step(action)
-        return self._known(seen, float(reward), info, over=bool(over or cut))
+        return self._make_time_step(seen, float(reward), info, over=bool(over or cut))
 
-    def copy(self) -> None:
+    def clone(self) -> None:
         """There is none: copies of an environment are fresh ones."""
 
-    def _known(self, seen: Any, reward: float, info: Mapping[str, Any], *, over: bool) -> Known:
+    def _make_time_step(
+        self, observation: Any, reward: float, info: Mapping[str, Any], *, over: bool
+    ) -> TimeStep:
         able = [n for n, may in enumerate(info.get("action_mask", ())) if may]
-        told = numbers(self._env.observation_space, seen)
+        told = flatten_observation(self._env.observation_space, observation)
         shown = tuple(told) if len(told) > 1 else told[0]
-        return Known((reward,), over, (able,) if able else None, (shown,))
+        return TimeStep((reward,), over, (able,) if able else None, (shown,))
 
 
 @dataclass(frozen=True)
-class Observed(Environment):
+class GymnasiumProblem(EnvironmentProblem):
     """An environment of which only its observations are known."""
 
     @cached_property
     def actions(self) -> tuple[Labels | Interval]:
         """Those of its space."""
-        return (_actions(self.name).known,)
+        return (_make_action_adapter(self.name).action_set,)
 
     @cached_property
-    def observations(self) -> tuple[Numbers]:
+    def observations(self) -> tuple[RealVector]:
         """The numbers of its space."""
-        return (sight(size(_example(self.name).observation_space, self.name), self.name),)
+        return (
+            make_numbers_space(
+                flat_dimension(_make_example_environment(self.name).observation_space, self.name),
+                self.name,
+            ),
+        )
 
     @property
     def horizon(self) -> int | None:
         """After how many turns it is cut off."""
-        return _turns(self.name)
+        return _max_episode_steps(self.name)
 
-    def world(self) -> World:
+    def make_environment(self) -> ExternalEnvironment:
         """An environment of its own."""
-        return Playing(self.name)
+        return GymnasiumEnvironment(self.name)
 
-    def story(self) -> str:
+    def description(self) -> str:
         """The environment's own description."""
-        return _story(self.name)
+        return _describe_environment(self.name)
 
-    def check(self) -> None:
+    def check_playable(self) -> None:
         """Refuses spaces that cannot be played."""
         _ = self.actions, self.observations
 
 
 @dataclass(frozen=True)
-class Tabled(tabled.Tabled):
+class GymnasiumTableProblem(tabled.TableProblem):
     """An environment that tells its tables."""
 
     @cached_property
-    def told(self) -> tabled.Told:
+    def transition_table(self) -> tabled.TransitionTable:
         """Its tables."""
-        return tabled.told(_example(self.name).unwrapped)
+        return tabled.read_transition_table(_make_example_environment(self.name).unwrapped)
 
     @cached_property
     def actions(self) -> tuple[Labels | Interval]:
         """Those of its space."""
-        return (_actions(self.name).known,)
+        return (_make_action_adapter(self.name).action_set,)
 
     @property
     def horizon(self) -> int | None:
         """After how many turns it is cut off."""
-        return _turns(self.name)
+        return _max_episode_steps(self.name)
 
-    def story(self) -> str:
+    def description(self) -> str:
         """The environment's own description."""
-        return _story(self.name)
+        return _describe_environment(self.name)
 
-    def drawn(self, state: int) -> str:
+    def render_table_state(self, state: int) -> str:
         """The environment's drawing of a state, where it draws any in text."""
-        env = _drawing(self.name)
+        env = _make_text_renderer(self.name)
         if env is None:
             return ""
         env.s, env.lastaction = state, None

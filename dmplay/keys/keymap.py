@@ -11,111 +11,117 @@ from typing import NamedTuple
 from dmplay.core import Labels, Problem
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.finding import modules, problems
-from dmplay.finding.names import name_of
-from dmplay.views.style import style_of
+from dmplay.finding.names import stem_to_name
+from dmplay.views.style import load_view_module
 
-Own = tuple[str, Mapping[str, str]]  # the file that has them; key -> action
-NOTHING: Mapping[str, Own] = {}
-ARROWS = ("left", "right", "up", "down", "home", "end", "pageup", "pagedown")
-DIGITS = "1234567890"  # the key of each action by its number
-CLUSTERS = {"vi": "hjklyubn", "left": "wasdezx", "arrows": ARROWS, "digits": DIGITS}
-PAIRS = [f"{one} {other}" for one in ("up", "down") for other in ("left", "right")]
-QUIT = "q"
-SHOWN = {
+KeyOverrides = tuple[str, Mapping[str, str]]  # the file that has them; key -> action
+NO_OVERRIDES: Mapping[str, KeyOverrides] = {}
+NAVIGATION_KEYS = ("left", "right", "up", "down", "home", "end", "pageup", "pagedown")
+DIGIT_KEYS = "1234567890"  # the key of each action by its number
+KEY_PRESETS = {"vi": "hjklyubn", "left": "wasdezx", "arrows": NAVIGATION_KEYS, "digits": DIGIT_KEYS}
+ARROW_PAIRS = [f"{one} {other}" for one in ("up", "down") for other in ("left", "right")]
+QUIT_KEY = "q"
+KEY_SYMBOLS = {
     "left": "←", "right": "→", "up": "↑", "down": "↓",
     "home": "Home", "end": "End", "pageup": "PgUp", "pagedown": "PgDn",
     "up left": "↑←", "up right": "↑→", "down left": "↓←", "down right": "↓→",
 }  # fmt: skip
 
 
-class Keys(NamedTuple):
+class KeyPreferences(NamedTuple):
     """What a player wants of the keys: a preset, and for families of problems keys of their own."""
 
     preset: str = ""
-    own: Mapping[str, Own] = NOTHING  # by family
+    overrides: Mapping[str, KeyOverrides] = NO_OVERRIDES  # by family
 
 
-AS_DRAWN = Keys()  # the view's own keys
+DEFAULT_KEY_PREFERENCES = KeyPreferences()  # the view's own keys
 
 
-class Hands(NamedTuple):
+class KeyMaps(NamedTuple):
     """Who plays with which keys: the keys of one, and of a second person beside."""
 
-    keys: Mapping[str, str]  # key -> action
-    other: Mapping[str, str]
+    first_player_keys: Mapping[str, str]  # key -> action
+    second_player_keys: Mapping[str, str]
 
 
-def hands(problem: Problem, wanted: Keys) -> Hands:
+def resolve_key_maps(problem: Problem, preferences: KeyPreferences) -> KeyMaps:
     """The keys in force for a problem; raises BadParameter or UnknownName for what cannot be."""
-    if wanted.preset and wanted.preset not in CLUSTERS:
-        raise BadParameter(f"--keys: got {wanted.preset!r}, expected one of {', '.join(CLUSTERS)}")
-    style, labels = style_of(problem), problem.actions[0].labels
-    for key in modules.keys(problem):
-        _check(key, f"{modules.file(problem)}: KEYS")
-    left: Mapping[str, str] = getattr(style, "LEFT", {})
-    typed = hasattr(style, "NUDGES")  # digits write a number
-    first = _preset(wanted.preset, {**style.KEYS, **left}, () if typed else labels)
+    if preferences.preset and preferences.preset not in KEY_PRESETS:
+        raise BadParameter(
+            f"--keys: got {preferences.preset!r}, expected one of {', '.join(KEY_PRESETS)}"
+        )
+    style, labels = load_view_module(problem), problem.actions[0].labels
+    for key in modules.module_keys(problem):
+        _reject_reserved_key(key, f"{modules.module_file(problem)}: KEYS")
+    left: Mapping[str, str] = getattr(style, "SECOND_PLAYER_KEYS", {})
+    typed = hasattr(style, "NUMBER_STEPS")  # digits write a number
+    first = _select_preset_keys(preferences.preset, {**style.KEYS, **left}, () if typed else labels)
     keys = {**first, **{key: label for key, label in style.KEYS.items() if key not in first}}
     where, own = "", dict[str, str]()
-    for family in _families(problem):
-        if family in wanted.own:
-            file, more = wanted.own[family]
+    for family in _list_key_families(problem):
+        if family in preferences.overrides:
+            file, more = preferences.overrides[family]
             where, own = f"{file}: keys.{family}", {**own, **more}
-    keys = _with(keys, own, labels, where)
-    right = {key: label for key, label in style.KEYS.items() if key in CLUSTERS["vi"]}
-    return Hands(keys, right if wanted.preset == "left" else left)
+    keys = _apply_overrides(keys, own, labels, where)
+    right = {key: label for key, label in style.KEYS.items() if key in KEY_PRESETS["vi"]}
+    return KeyMaps(keys, right if preferences.preset == "left" else left)
 
 
-def _families(problem: Problem) -> list[str]:
+def _list_key_families(problem: Problem) -> list[str]:
     """The names under which keys of a problem are set, the widest first."""
-    name = name_of(problems.stem(problem))
-    family: str = getattr(style_of(problem), "FAMILY", name)
+    name = stem_to_name(problems.builtin_stem(problem))
+    family: str = getattr(load_view_module(problem), "KEY_FAMILY", name)
     return list(dict.fromkeys((family, name)))
 
 
-def _preset(preset: str, known: Mapping[str, str], labels: Sequence[str]) -> dict[str, str]:
+def _select_preset_keys(
+    preset: str, available_keys: Mapping[str, str], labels: Sequence[str]
+) -> dict[str, str]:
     """The keys of a cluster, where they play every action; Space belongs to all of them."""
     if not preset or not labels:
         return {}
-    if preset == "digits" and len(labels) <= len(DIGITS):
-        return dict(zip(DIGITS, labels, strict=False))
-    cluster = {*CLUSTERS[preset], "space", *(PAIRS if preset == "arrows" else ())}
-    chosen = {key: label for key, label in known.items() if key in cluster}
+    if preset == "digits" and len(labels) <= len(DIGIT_KEYS):
+        return dict(zip(DIGIT_KEYS, labels, strict=False))
+    cluster = {*KEY_PRESETS[preset], "space", *(ARROW_PAIRS if preset == "arrows" else ())}
+    chosen = {key: label for key, label in available_keys.items() if key in cluster}
     return chosen if {*chosen.values()} == {*labels} else {}
 
 
-def _with(
-    keys: Mapping[str, str], own: Mapping[str, str], labels: Labels, where: str
+def _apply_overrides(
+    keys: Mapping[str, str], overrides: Mapping[str, str], labels: Labels, source: str
 ) -> dict[str, str]:
     """The keys with a player's own before them."""
-    if own and not labels:
-        raise BadParameter(f"{where}: a number is typed here")
-    for key, label in own.items():
-        _check(key, where)
+    if overrides and not labels:
+        raise BadParameter(f"{source}: a number is typed here")
+    for key, label in overrides.items():
+        _reject_reserved_key(key, source)
         if label not in labels:
-            raise UnknownName("action", label, [*map(str, labels)], where=f"{where}.{key}")
+            raise UnknownName("action", label, [*map(str, labels)], error_prefix=f"{source}.{key}")
         before = keys.get(key, label)
-        if before != label and before not in own.values():
-            raise BadParameter(f"{where}: {key} plays {before} already; give {before} a key too")
-    both = {**own, **{key: label for key, label in keys.items() if key not in own}}
+        if before != label and before not in overrides.values():
+            raise BadParameter(f"{source}: {key} plays {before} already; give {before} a key too")
+    both = {**overrides, **{key: label for key, label in keys.items() if key not in overrides}}
     for pair in both:
         begins = pair.partition(" ")[0]
         if begins != pair and begins in both:
-            raise BadParameter(f"{where}: {begins} begins {pair!r}; give another key")
+            raise BadParameter(f"{source}: {begins} begins {pair!r}; give another key")
     return both
 
 
-def _check(key: str, where: str) -> None:
+def _reject_reserved_key(key: str, source: str) -> None:
     """Refuses a key that is not the player's to choose."""
-    letter = len(key) == 1 and key.islower() and key != QUIT
-    if letter or key in (*ARROWS, *PAIRS, "space"):
+    letter = len(key) == 1 and key.islower() and key != QUIT_KEY
+    if letter or key in (*NAVIGATION_KEYS, *ARROW_PAIRS, "space"):
         return
     if len(key) == 1 or key in ("tab", "enter", "escape", "backspace"):
-        raise BadParameter(f"{where}: {key!r} is the shell's or a number; take a small letter")
-    raise UnknownName("key", key, ["a letter", "space", *ARROWS, *PAIRS], where=where)
+        raise BadParameter(f"{source}: {key!r} is the shell's or a number; take a small letter")
+    raise UnknownName(
+        "key", key, ["a letter", "space", *NAVIGATION_KEYS, *ARROW_PAIRS], error_prefix=source
+    )
 
 
-def names(keys: Mapping[str, str], labels: Sequence[str]) -> dict[str, str]:
+def map_actions_to_keys(keys: Mapping[str, str], labels: Sequence[str]) -> dict[str, str]:
     """The first key of each action, as a board or a row shows it."""
     backwards = reversed([*keys.items()])
-    return {label: SHOWN.get(key, key) for key, label in backwards if label in labels}
+    return {label: KEY_SYMBOLS.get(key, key) for key, label in backwards if label in labels}

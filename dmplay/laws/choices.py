@@ -7,97 +7,126 @@ import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Interval, Labels, Memory, Policy, Problem
-from dmplay.laws.breach import Fact, Facts
-from dmplay.laws.samples import after, draws, frozen, parts, same
+from dmplay.laws.breach import CheckResult, CheckResults
+from dmplay.laws.samples import (
+    is_bitwise_equal,
+    make_arrays_readonly,
+    slice_rows,
+    step_turn,
+    turn_uniforms,
+)
 
-TURNS = 3  # in which an agent is asked
+TRIED_TURNS = 3  # in which an agent is asked
 
 
-class Asked(NamedTuple):
+class PolicyCall(NamedTuple):
     """One choice of a policy over a batch, and what it rested on."""
 
     memory: Memory
-    legal: Bools | None
-    u: Reals
-    chosen: Array
-    values: Reals | None
+    legal_actions_mask: Bools | None
+    uniforms: Reals
+    actions: Array
+    action_values: Reals | None
 
 
-def choosing(problem: Problem, seat: int, policies: Sequence[Policy], rows: int) -> Facts:
+def check_policy_choices(
+    problem: Problem, seat: int, policies: Sequence[Policy], rows: int
+) -> CheckResults:
     """An agent chooses what is legal, alone as in a batch; `said` is the method to blame."""
     policy = policies[seat]
-    for ask in _course(problem, seat, policies, rows):
-        yield from _answers(problem.actions[seat], ask)
-        many = len(ask.u)
+    for ask in _iter_policy_calls(problem, seat, policies, rows):
+        yield from _check_policy_call(problem.actions[seat], ask)
+        many = len(ask.uniforms)
         for some in (slice(0, 1), slice(many - 1, many), slice(many // 3, many // 2 + 1)):
-            legal = None if ask.legal is None else ask.legal[some]
-            single = _asked(policy, parts(ask.memory, some), legal, ask.u[some])
+            legal = None if ask.legal_actions_mask is None else ask.legal_actions_mask[some]
+            single = _call_policy(policy, slice_rows(ask.memory, some), legal, ask.uniforms[some])
             told = "choose: got another action for a row alone, expected the same as in a batch"
-            yield Fact(same(single.chosen, ask.chosen[some]), "choose", told)
-            told = "values: got others for a row alone, expected the same as in a batch"
-            if single.values is not None and ask.values is not None:
-                yield Fact(same(single.values, ask.values[some]), "values", told)
+            yield CheckResult(is_bitwise_equal(single.actions, ask.actions[some]), "choose", told)
+            told = "action_values: got others for a row alone, expected the same as in a batch"
+            if single.action_values is not None and ask.action_values is not None:
+                yield CheckResult(
+                    is_bitwise_equal(single.action_values, ask.action_values[some]),
+                    "action_values",
+                    told,
+                )
 
 
-def _answers(known: Labels | Interval, ask: Asked) -> Facts:
+def _check_policy_call(action_space: Labels | Interval, call: PolicyCall) -> CheckResults:
     """What a policy answers is of the right shape and can be done."""
-    rows, chosen = len(ask.u), ask.chosen
-    holds = isinstance(ask.memory, tuple) and all(len(part) == rows for part in ask.memory)
-    told = f"update: got a memory that is no tuple of arrays with {rows} rows each"
-    yield Fact(holds, "update", told)
-    yield Fact(
+    rows, chosen = len(call.uniforms), call.actions
+    holds = isinstance(call.memory, tuple) and all(len(part) == rows for part in call.memory)
+    told = f"update_memory: got a memory that is no tuple of arrays with {rows} rows each"
+    yield CheckResult(holds, "update_memory", told)
+    yield CheckResult(
         isinstance(chosen, np.ndarray) and chosen.shape == (rows,),
         "choose",
         lambda: f"choose: got {chosen!r}, expected an action for each of {rows} rows",
     )
-    if isinstance(known, Interval):
-        told = f"choose: got {chosen.min():g} to {chosen.max():g}, expected {known.words()}"
-        holds = bool(((chosen >= known.low) & (chosen <= known.high)).all())
-        yield Fact(holds, "choose", told)
+    if isinstance(action_space, Interval):
+        told = f"choose: got {chosen.min():g} to {chosen.max():g}, expected {action_space.describe_actions()}"
+        holds = bool(((chosen >= action_space.low) & (chosen <= action_space.high)).all())
+        yield CheckResult(holds, "choose", told)
         return
-    yield Fact(
-        chosen.dtype.kind in "iu" and bool(((chosen >= 0) & (chosen < len(known))).all()),
+    yield CheckResult(
+        chosen.dtype.kind in "iu" and bool(((chosen >= 0) & (chosen < len(action_space))).all()),
         "choose",
-        lambda: f"choose: got {chosen!r}, expected 0 to {len(known) - 1}, an index",
+        lambda: f"choose: got {chosen!r}, expected 0 to {len(action_space) - 1}, an index",
     )
-    shape = (rows, len(known)) if ask.values is None else np.shape(ask.values)
-    told = f"values: got shape {shape}, expected {(rows, len(known))} or None"
-    yield Fact(shape == (rows, len(known)), "values", told)
-    if ask.legal is not None:
-        able = ask.legal[np.arange(rows), chosen]
-        told = "choose: got an action that is not legal, expected one that `legal` marks"
-        yield Fact(bool(able.all()), "choose", told)
+    shape = (
+        (rows, len(action_space)) if call.action_values is None else np.shape(call.action_values)
+    )
+    told = f"action_values: got shape {shape}, expected {(rows, len(action_space))} or None"
+    yield CheckResult(shape == (rows, len(action_space)), "action_values", told)
+    if call.legal_actions_mask is not None:
+        able = call.legal_actions_mask[np.arange(rows), chosen]
+        told = (
+            "choose: got an action that is not legal, expected one that `legal_actions_mask` marks"
+        )
+        yield CheckResult(bool(able.all()), "choose", told)
 
 
-def _asked(policy: Policy, memory: Memory, legal: Bools | None, u: Reals) -> Asked:
-    return Asked(memory, legal, u, policy.choose(memory, legal, u), policy.values(memory))
+def _call_policy(
+    policy: Policy, memory: Memory, legal_actions_mask: Bools | None, u: Reals
+) -> PolicyCall:
+    return PolicyCall(
+        memory,
+        legal_actions_mask,
+        u,
+        policy.choose(memory, legal_actions_mask, u),
+        policy.action_values(memory),
+    )
 
 
-def _course(problem: Problem, seat: int, policies: Sequence[Policy], rows: int) -> Iterator[Asked]:
+def _iter_policy_calls(
+    problem: Problem, seat: int, policies: Sequence[Policy], rows: int
+) -> Iterator[PolicyCall]:
     """What a seat's policy is asked in the first turns of a batch of games."""
-    s = problem.start(draws(problem.draws.start, 0, rows))
-    memories = [policy.begin(problem.first_sight(s, at)) for at, policy in enumerate(policies)]
-    for turn in range(1, TURNS + 1):
+    s = problem.sample_initial_states(turn_uniforms(problem.uniform_counts.start, 0, rows))
+    memories = [
+        policy.initial_memory(problem.initial_observation(s, at))
+        for at, policy in enumerate(policies)
+    ]
+    for turn in range(1, TRIED_TURNS + 1):
         going = ~problem.terminal(s)
-        s = frozen(s[going])[0]
-        memories = [frozen(*(part[going] for part in memory)) for memory in memories]
+        s = make_arrays_readonly(s[going])[0]
+        memories = [make_arrays_readonly(*(part[going] for part in memory)) for memory in memories]
         if not len(s):
             return
-        legal = problem.legal(s)
+        legal = problem.legal_actions_mask(s)
         asks = [
-            _asked(
+            _call_policy(
                 policy,
                 memory,
                 None if legal is None else legal[:, at],
-                frozen(draws(policy.draws, turn, len(s), 1 + at))[0],
+                make_arrays_readonly(turn_uniforms(policy.uniform_count, turn, len(s), 1 + at))[0],
             )
             for at, (policy, memory) in enumerate(zip(policies, memories, strict=True))
         ]
         yield asks[seat]
-        a = np.stack([ask.chosen for ask in asks], axis=1)
-        outcome = after(problem, s, a, turn)
+        a = np.stack([ask.actions for ask in asks], axis=1)
+        outcome = step_turn(problem, s, a, turn)
         memories = [
-            policy.update(memory, problem.percept(at, a, outcome))
+            policy.update_memory(memory, problem.build_percept(at, a, outcome))
             for at, (policy, memory) in enumerate(zip(policies, memories, strict=True))
         ]
         s = outcome.state

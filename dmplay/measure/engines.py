@@ -6,39 +6,39 @@ from contextlib import contextmanager
 from importlib import import_module
 from typing import Any, NamedTuple
 
-from dmplay.blocks import Workers, cores, staying
+from dmplay.blocks import WorkerCount, count_cores, reuse_processes
 from dmplay.errors import BadParameter
 
 DASK = "dask"
 
 
-class Engine(NamedTuple):
+class ExecutionBackend(NamedTuple):
     """Who plays: so many workers of an executor, or of this machine where there is none."""
 
-    workers: Workers = 1
+    workers: WorkerCount = 1
     executor: Executor | None = None
 
 
 @contextmanager
-def engine(spec: str, workers: Workers = "auto") -> Iterator[Engine]:
+def open_execution_backend(spec: str, workers: WorkerCount = "auto") -> Iterator[ExecutionBackend]:
     """The engine `dask` (a cluster of this machine), `dask:tcp://HOST:PORT`, or `MODULE:FACTORY`.
 
     It is shut down after. Without a name it is this machine's processes.
     """
     name, _, address = spec.partition(":")
     if not spec:
-        with staying():
-            yield Engine(workers)
+        with reuse_processes():
+            yield ExecutionBackend(workers)
     elif name == DASK:
-        with _client(address, workers) as client:
+        with _connect_dask_client(address, workers) as client:
             many = sum(client.nthreads().values()) if workers == "auto" else workers
-            yield Engine(max(many, 1), client.get_executor(pure=False))
+            yield ExecutionBackend(max(many, 1), client.get_executor(pure=False))
     else:
-        with _made(spec) as executor:
-            yield Engine(workers, executor)
+        with _load_executor(spec) as executor:
+            yield ExecutionBackend(workers, executor)
 
 
-def _client(address: str, workers: Workers) -> Any:
+def _connect_dask_client(address: str, workers: WorkerCount) -> Any:
     """A client of the cluster there; without an address, of a new one on this machine."""
     try:
         make = import_module("distributed").Client
@@ -48,13 +48,13 @@ def _client(address: str, workers: Workers) -> Any:
     try:
         if address:
             return make(address, timeout="10s", set_as_default=False)
-        many = cores() if workers == "auto" else workers
+        many = count_cores() if workers == "auto" else workers
         return make(n_workers=many, threads_per_worker=1, dashboard_address=None)
     except (OSError, ValueError) as error:
         raise BadParameter(f"--executor: no cluster at {address}; {error}") from None
 
 
-def _made(spec: str) -> Executor:
+def _load_executor(spec: str) -> Executor:
     """The executor that a factory makes."""
     module, _, name = spec.partition(":")
     try:

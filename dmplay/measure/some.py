@@ -6,29 +6,37 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.chance import Ints
-from dmplay.core import WHOLE, Policy, Problem
+from dmplay.core import INTEGER_TYPES, Policy, Problem
 from dmplay.errors import BadParameter
-from dmplay.rollouts import Games, Interrupted, Lost, Rollout, rollouts
+from dmplay.rollouts import (
+    Rollout,
+    RolloutBlocksLost,
+    RolloutInterrupted,
+    RolloutSpec,
+    rollout_entrants,
+)
 
 
-class Some(NamedTuple):
+class PartialRollouts(NamedTuple):
     """What was played of some games, and what cut it short."""
 
-    played: tuple[Rollout, ...]  # by each entrant; none where there are no games
-    games: Ints  # which they are
-    short: Interrupted | Lost | None
+    rollouts: tuple[Rollout, ...]  # by each entrant; none where there are no games
+    episode_numbers: Ints  # which they are
+    interruption: RolloutInterrupted | RolloutBlocksLost | None
 
 
-def check_games(many: object) -> None:
+def check_episode_count(episode_count: object) -> None:
     """Refuses what is no number of games, and none, of which there is no mean."""
-    if not isinstance(many, WHOLE) or many < 1:
-        raise BadParameter(f"episodes: got {many!r}, expected a whole number, 1 or more")
+    if not isinstance(episode_count, INTEGER_TYPES) or episode_count < 1:
+        raise BadParameter(f"episodes: got {episode_count!r}, expected a whole number, 1 or more")
 
 
-def some(problem: Problem, entrants: Sequence[Sequence[Policy]], games: Games) -> Some:
+def run_rollouts_until_interrupted(
+    problem: Problem, entrants: Sequence[Sequence[Policy]], games: RolloutSpec
+) -> PartialRollouts:
     """These games by each of some entrants, as far as they come."""
     try:
-        played = rollouts(problem, entrants, games)
-    except (Interrupted, Lost) as error:
-        return Some(*error.rest, error)
-    return Some(played, np.array(games.which), None)
+        played = rollout_entrants(problem, entrants, games)
+    except (RolloutInterrupted, RolloutBlocksLost) as error:
+        return PartialRollouts(*error.partial_results, error)
+    return PartialRollouts(played, np.array(games.episodes), None)

@@ -2,58 +2,58 @@
 
 from typing import NamedTuple
 
-from dmplay.styles import Row
+from dmplay.styles import StyledRow
 
-LIFTS = (1, 2, 3, 4)  # by how many rows a log may move up in one go
-WORTH = 25  # characters saved that a scrolling of rows may be worth
+SCROLL_DISTANCES = (1, 2, 3, 4)  # by how many rows a log may move up in one go
+MIN_SAVED_CHARACTERS = 25  # characters saved that a scrolling of rows may be worth
 
 
-class Lift(NamedTuple):
+class RowScroll(NamedTuple):
     """Rows from `top` to `bottom` move up; blank ones come in below."""
 
     top: int
     bottom: int
-    by: int
+    distance: int
 
     @property
-    def codes(self) -> str:
+    def escape_sequence(self) -> str:
         """Rows out at the top, blank ones in at the bottom; the cursor stays before them."""
-        many = self.by if self.by > 1 else ""
-        at = f"\x1b[{self.top + 1}H", f"\x1b[{self.below + 1}H"
+        many = self.distance if self.distance > 1 else ""
+        at = f"\x1b[{self.top + 1}H", f"\x1b[{self.first_blank_row + 1}H"
         return f"{at[0]}\x1b[{many}M{at[1]}\x1b[{many}L"
 
     @property
-    def below(self) -> int:
+    def first_blank_row(self) -> int:
         """The first of the rows that come in."""
-        return self.bottom - self.by
+        return self.bottom - self.distance
 
-    def applied(self, shown: list[Row]) -> list[Row]:
+    def apply_to(self, rows: list[StyledRow]) -> list[StyledRow]:
         """What then stands on the screen."""
-        blank: list[Row] = [()] * self.by
+        blank: list[StyledRow] = [()] * self.distance
         return [
-            *shown[: self.top],
-            *shown[self.top + self.by : self.bottom],
+            *rows[: self.top],
+            *rows[self.top + self.distance : self.bottom],
             *blank,
-            *shown[self.bottom :],
+            *rows[self.bottom :],
         ]
 
 
-def lifted(old: list[Row], new: list[Row]) -> Lift | None:
+def find_best_scroll(old_rows: list[StyledRow], new_rows: list[StyledRow]) -> RowScroll | None:
     """The rows whose moving up saves most; none where it saves little."""
-    best, most = None, WORTH
-    for by in LIFTS:
+    best, most = None, MIN_SAVED_CHARACTERS
+    for by in SCROLL_DISTANCES:
         y = 0
-        rows = min(len(old), len(new))
+        rows = min(len(old_rows), len(new_rows))
         while y + by < rows:
             top, saved = y, 0
-            while y + by < rows and new[y] == old[y + by]:
-                saved += _length(new[y]) if new[y] != old[y] else 0
+            while y + by < rows and new_rows[y] == old_rows[y + by]:
+                saved += _count_characters(new_rows[y]) if new_rows[y] != old_rows[y] else 0
                 y += 1
             if saved > most:
-                best, most = Lift(top, y + by, by), saved
+                best, most = RowScroll(top, y + by, by), saved
             y = max(y, top + 1)
     return best
 
 
-def _length(row: Row) -> int:
+def _count_characters(row: StyledRow) -> int:
     return sum(len(piece) for piece, _ in row)

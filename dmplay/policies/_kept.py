@@ -6,22 +6,22 @@ from typing import TypeVar, TypeVarTuple
 
 T = TypeVar("T")
 Ts = TypeVarTuple("Ts")
-KEPT = 4
+CACHE_SIZE = 4
 
 
-def kept(find: Callable[[*Ts], T]) -> Callable[[*Ts], T]:
+def memoize(function: Callable[[*Ts], T]) -> Callable[[*Ts], T]:
     """The same function, which keeps what it found last.
 
     What it finds for a problem that cannot be told from others is not kept.
     """
-    keeping = lru_cache(maxsize=KEPT)(find)
+    keeping = lru_cache(maxsize=CACHE_SIZE)(function)
 
-    @wraps(find)
-    def found(*args: *Ts) -> T:
+    @wraps(function)
+    def call_cached(*args: *Ts) -> T:
         try:
             hash(args)
         except TypeError:
-            return find(*args)
+            return function(*args)
         return keeping(*args)
 
-    return found
+    return call_cached

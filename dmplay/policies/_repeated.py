@@ -9,52 +9,52 @@ from functools import cached_property
 import numpy as np
 
 from dmplay.chance import Array, Bools, Ints, Reals
-from dmplay.core import Memory, Percept, heeds, parameter
-from dmplay.policies.kinds import Rule
+from dmplay.core import Memory, Percept, parameter, requires_fields
+from dmplay.policies.kinds import RepeatedGameRule
 from dmplay.solvers import matrix_game
 
-COOPERATE = "cooperate"
+COOPERATE_LABEL = "cooperate"
 
 
 @dataclass(frozen=True)
-class Friendly(Rule):
+class CooperateDefectRule(RepeatedGameRule):
     """A rule in which an action is either to cooperate or to defect."""
 
     @cached_property
-    def _friendly(self) -> Ints:
+    def _cooperative_actions(self) -> Ints:
         """The action of each seat `[2]` that cooperates."""
-        payoffs = matrix_game.table(self.problem)
-        return np.array([self._named(seat, payoffs) for seat in range(2)])
+        payoffs = matrix_game.build_payoffs(self.problem)
+        return np.array([self._find_cooperative_action(seat, payoffs) for seat in range(2)])
 
-    def _named(self, seat: int, payoffs: Reals) -> int:
+    def _find_cooperative_action(self, seat: int, payoffs: Reals) -> int:
         labels = self.problem.actions[seat].labels
-        if COOPERATE in labels:
-            return labels.index(COOPERATE)
+        if COOPERATE_LABEL in labels:
+            return labels.index(COOPERATE_LABEL)
         return int(np.argmax(payoffs[..., 1 - seat].sum(axis=1 - seat)))
 
-    def learn(self, known: Ints, own: Ints, other: Ints) -> Array:
+    def learn_round(self, memory: Ints, own_actions: Ints, opponent_actions: Ints) -> Array:
         """What is known after a round."""
-        return self.reply(own, other)
+        return self.reply(own_actions, opponent_actions)
 
-    def act(self, known: Ints, u: Reals) -> Ints:
+    def act(self, memory: Ints, u: Reals) -> Ints:
         """The next actions `[B]`: what is known, unless a rule says more."""
-        return known
+        return memory
 
-    @heeds("actions")
-    def update(self, memory: Memory, percept: Percept) -> Memory:
+    @requires_fields("actions")
+    def update_memory(self, memory: Memory, percept: Percept) -> Memory:
         """What the rule makes of the round."""
         assert percept.actions is not None
         seats = self.seat, 1 - self.seat
-        own, other = (percept.actions[:, seat] ^ self._friendly[seat] for seat in seats)
-        return (self.learn(memory[0], own, other),)
+        own, other = (percept.actions[:, seat] ^ self._cooperative_actions[seat] for seat in seats)
+        return (self.learn_round(memory[0], own, other),)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """What the rule says."""
-        return np.asarray(self.act(memory[0], u) ^ self._friendly[self.seat])
+        return np.asarray(self.act(memory[0], u) ^ self._cooperative_actions[self.seat])
 
 
 @dataclass(frozen=True)
-class TitForTat(Friendly):
+class TitForTat(CooperateDefectRule):
     """Cooperates first, then does what the other did last."""
 
     def reply(self, own: Ints, other: Ints) -> Array:
@@ -66,11 +66,11 @@ class TitForTat(Friendly):
 class SuspiciousTitForTat(TitForTat):
     """Defects first, then does what the other did last."""
 
-    first = 1
+    first_action = 1
 
 
 @dataclass(frozen=True)
-class Grim(Friendly):
+class Grim(CooperateDefectRule):
     """Cooperates until anyone defects, then never again."""
 
     def reply(self, own: Ints, other: Ints) -> Array:
@@ -79,7 +79,7 @@ class Grim(Friendly):
 
 
 @dataclass(frozen=True)
-class WinStayLoseShift(Friendly):
+class WinStayLoseShift(CooperateDefectRule):
     """Cooperates after a round in which both did the same, else defects."""
 
     def reply(self, own: Ints, other: Ints) -> Array:
@@ -88,7 +88,7 @@ class WinStayLoseShift(Friendly):
 
 
 @dataclass(frozen=True)
-class AlwaysCooperate(Friendly):
+class AlwaysCooperate(CooperateDefectRule):
     """Cooperates."""
 
     def reply(self, own: Ints, other: Ints) -> Array:
@@ -97,10 +97,10 @@ class AlwaysCooperate(Friendly):
 
 
 @dataclass(frozen=True)
-class AlwaysDefect(Friendly):
+class AlwaysDefect(CooperateDefectRule):
     """Defects."""
 
-    first = 1
+    first_action = 1
 
     def reply(self, own: Ints, other: Ints) -> Array:
         """Defect."""
@@ -113,7 +113,7 @@ class GenerousTitForTat(TitForTat):
 
     forgiveness: float = parameter(1 / 3, "probability of forgiving", 0.0, 1.0)
 
-    draws = 1  # for forgiving
+    uniform_count = 1  # for forgiving
 
     def act(self, known: Ints, u: Reals) -> Ints:
         """Defect after a defection that is not forgiven."""
@@ -121,16 +121,16 @@ class GenerousTitForTat(TitForTat):
 
 
 @dataclass(frozen=True)
-class _Counting(Friendly):
+class _OpponentCountRule(CooperateDefectRule):
     """A rule that counts something about the other, at first 0, and acts on the count."""
 
-    def learn(self, known: Ints, own: Ints, other: Ints) -> Array:
+    def learn_round(self, known: Ints, own: Ints, other: Ints) -> Array:
         """What the other did is counted."""
         return self.reply(known, other)
 
 
 @dataclass(frozen=True)
-class TitForTwoTats(_Counting):
+class TitForTwoTats(_OpponentCountRule):
     """Defects once the other has defected twice running."""
 
     def reply(self, own: Ints, other: Ints) -> Array:
@@ -143,7 +143,7 @@ class TitForTwoTats(_Counting):
 
 
 @dataclass(frozen=True)
-class TwoTitsForTat(_Counting):
+class TwoTitsForTat(_OpponentCountRule):
     """Defects twice after each defection."""
 
     def reply(self, own: Ints, other: Ints) -> Array:
@@ -156,7 +156,7 @@ class TwoTitsForTat(_Counting):
 
 
 @dataclass(frozen=True)
-class Majority(_Counting):
+class Majority(_OpponentCountRule):
     """Cooperates while the other has cooperated at least as often as not."""
 
     def reply(self, own: Ints, other: Ints) -> Array:
@@ -168,7 +168,7 @@ class Majority(_Counting):
         return np.asarray(known > 0, np.int64)
 
 
-RULES: dict[str, type[Friendly]] = {
+REPEATED_GAME_RULES: dict[str, type[CooperateDefectRule]] = {
     "tit-for-tat": TitForTat, "suspicious-tit-for-tat": SuspiciousTitForTat, "grim": Grim,
     "win-stay-lose-shift": WinStayLoseShift, "always-cooperate": AlwaysCooperate,
     "always-defect": AlwaysDefect, "generous-tit-for-tat": GenerousTitForTat,

@@ -6,21 +6,21 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Reals, mean
+from dmplay.chance import Array, Bools, Reals, weighted_sum
 from dmplay.core import Memory, Problem
 from dmplay.errors import BadPolicy
-from dmplay.policies._kept import kept
-from dmplay.policies.kinds import FEW, Settled
-from dmplay.policies.valued import Planner, Valued
+from dmplay.policies._kept import memoize
+from dmplay.policies.kinds import MAX_TABULAR_STATES, StationaryPolicy
+from dmplay.policies.valued import FiniteHorizonPolicy, GreedyBeliefPolicy
 from dmplay.solvers import alpha_vectors, value_iteration
-from dmplay.solvers.alpha_vectors import Stage
+from dmplay.solvers.alpha_vectors import AlphaVectorStage
 from dmplay.tabular import tabulate
 
-HARDLY = 1.0 - 1e-6  # a discount
+TIE_BREAK_DISCOUNT = 1.0 - 1e-6  # a discount
 
 
 @dataclass(frozen=True)
-class Seeing(Settled):
+class MdpOptimalPolicy(StationaryPolicy):
     """The best action in every state, by policy iteration (section 7.4); of many states, by sweeps.
 
     Values of actions that a state does not allow are those of the first that it does, or -inf.
@@ -28,96 +28,104 @@ class Seeing(Settled):
 
     @cached_property
     def _q(self) -> Reals:
-        return action_values(self.problem, self.problem.discount)
+        return solve_action_values(self.problem, self.problem.discount)
 
-    def chosen(self, s: Array, legal: Bools | None) -> Array:
+    def choose_from_states(self, s: Array, legal: Bools | None) -> Array:
         """The first of the best actions; of equal ones undiscounted, what pays sooner."""
-        q = self.values((s,)) if legal is None else np.where(legal, self.values((s,)), -np.inf)
+        q = (
+            self.action_values((s,))
+            if legal is None
+            else np.where(legal, self.action_values((s,)), -np.inf)
+        )
         if self.problem.discount == 1.0:
-            sooner = self._sooner[self.problem.index(s)]
-            q = np.where(value_iteration.best(q), sooner, -np.inf)
-        return value_iteration.greedy(q)
+            sooner = self._tie_break_q[self.problem.state_indices(s)]
+            q = np.where(value_iteration.mark_best_actions(q), sooner, -np.inf)
+        return value_iteration.select_greedy_actions(q)
 
     @cached_property
-    def _sooner(self) -> Reals:
+    def _tie_break_q(self) -> Reals:
         """Q with hardly a discount: an exit now is worth more than one later."""
-        return action_values(self.problem, HARDLY)
+        return solve_action_values(self.problem, TIE_BREAK_DISCOUNT)
 
-    def values(self, memory: Memory) -> Reals:
+    def action_values(self, memory: Memory) -> Reals:
         """Q* of each action."""
-        return np.asarray(self._q[self.problem.index(memory[0])])
+        return np.asarray(self._q[self.problem.state_indices(memory[0])])
 
 
-def action_values(problem: Problem, discount: float) -> Reals:
+def solve_action_values(problem: Problem, discount: float) -> Reals:
     """Q* `[S, A]` of a problem of one agent that sees the state."""
-    if isinstance(problem.states, int) and problem.states <= FEW:
-        return value_iteration.optimal(tabulate(problem), discount)
+    if isinstance(problem.state_count, int) and problem.state_count <= MAX_TABULAR_STATES:
+        return value_iteration.compute_optimal_q(tabulate(problem), discount)
     from dmplay.solvers import backward_sweeps, graph  # not needed for few
 
-    swept = backward_sweeps.optimal(graph.whole(problem), discount)
+    swept = backward_sweeps.run_backward_value_iteration(graph.build_full_graph(problem), discount)
     found = swept.graph
     q = np.full((len(found.states), problem.action_counts[0]), -np.inf)
-    q[found.owner, found.actions[:, 0]] = swept.q
-    q[np.diff(found.rows) == 0] = 0.0
+    q[found.source_states, found.joint_actions[:, 0]] = swept.q
+    q[np.diff(found.action_starts) == 0] = 0.0
     return q
 
 
 @dataclass(frozen=True)
-class _Staged(Valued):
+class _AlphaVectorPolicy(GreedyBeliefPolicy):
     """The best action for its belief, by alpha vectors."""
 
-    def values(self, memory: Memory) -> Reals:
+    def action_values(self, memory: Memory) -> Reals:
         """Q of the belief, with as many rewards to come."""
-        return alpha_vectors.action_values(self._stage, memory[0])
+        return alpha_vectors.compute_action_values(self._alpha_vectors, memory[0])
 
     @property
     @abstractmethod
-    def _stage(self) -> Stage:
+    def _alpha_vectors(self) -> AlphaVectorStage:
         """The vectors of the rewards to come."""
 
 
 @dataclass(frozen=True)
-class Optimal(_Staged):
+class PomdpOptimalPolicy(_AlphaVectorPolicy):
     """The best action for its belief in a game without end, by alpha vectors."""
 
     @cached_property
-    def _stage(self) -> Stage:
-        return _endless(self.problem)
+    def _alpha_vectors(self) -> AlphaVectorStage:
+        return _solve_infinite_horizon(self.problem)
 
 
 @dataclass(frozen=True)
-class Plan(_Staged, Planner):
+class RecedingHorizonPolicy(_AlphaVectorPolicy, FiniteHorizonPolicy):
     """Looks `horizon` turns ahead, every turn anew."""
 
     @cached_property
-    def _stage(self) -> Stage:
-        return _ahead(self.problem, self.horizon)
+    def _alpha_vectors(self) -> AlphaVectorStage:
+        return _solve_finite_horizon(self.problem, self.horizon)
 
 
 @dataclass(frozen=True)
-class Qmdp(Valued):
+class Qmdp(GreedyBeliefPolicy):
     """Acts as if it were to see the state from the next turn on (section 21.1)."""
 
     @cached_property
     def _q(self) -> Reals:
-        return value_iteration.optimal(tabulate(self.problem), unending(self.problem))
+        return value_iteration.compute_optimal_q(
+            tabulate(self.problem), require_discount_below_one(self.problem)
+        )
 
-    def values(self, memory: Memory) -> Reals:
+    def action_values(self, memory: Memory) -> Reals:
         """The mean of Q* over the belief."""
-        return mean(memory[0], self._q)
+        return weighted_sum(memory[0], self._q)
 
 
-@kept
-def _endless(problem: Problem) -> Stage:
-    return alpha_vectors.infinite(tabulate(problem), unending(problem))
+@memoize
+def _solve_infinite_horizon(problem: Problem) -> AlphaVectorStage:
+    return alpha_vectors.solve_infinite_horizon(
+        tabulate(problem), require_discount_below_one(problem)
+    )
 
 
-@kept
-def _ahead(problem: Problem, horizon: int) -> Stage:
-    return alpha_vectors.stages(tabulate(problem), problem.discount, horizon)[-1]
+@memoize
+def _solve_finite_horizon(problem: Problem, horizon: int) -> AlphaVectorStage:
+    return alpha_vectors.solve_finite_horizon(tabulate(problem), problem.discount, horizon)[-1]
 
 
-def unending(problem: Problem) -> float:
+def require_discount_below_one(problem: Problem) -> float:
     """The discount of a game without end; refuses one that has none."""
     if problem.discount >= 1.0:
         raise BadPolicy("a game without end needs a discount below 1; plan looks some turns ahead")

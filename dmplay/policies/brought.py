@@ -4,67 +4,74 @@ from collections.abc import Callable
 
 import numpy as np
 
-from dmplay.core import Problem, exact
-from dmplay.errors import BadParameter, TooMuch
-from dmplay.laws.secret import betrayed
+from dmplay.core import Problem, enumerate_outcomes
+from dmplay.errors import BadParameter, BudgetExceeded
+from dmplay.laws.secret import has_legal_action_leak
 from dmplay.policies import team
-from dmplay.policies._matrix_agents import BestResponse, Equilibrium, Nash
-from dmplay.policies._repeated import RULES
-from dmplay.policies._solved import Plan, Qmdp
-from dmplay.policies.kinds import Seated
-from dmplay.policies.point_based import FEW, Optimal, PointBased
+from dmplay.policies._matrix_agents import FictitiousPlay, Nash, RegretMatchingEquilibrium
+from dmplay.policies._repeated import REPEATED_GAME_RULES
+from dmplay.policies._solved import Qmdp, RecedingHorizonPolicy
+from dmplay.policies.kinds import SeatPolicy
+from dmplay.policies.point_based import MAX_EXACT_STATES, PointBasedOptimalPolicy, PointBasedPolicy
 from dmplay.policies.roster import Roster
-from dmplay.policies.seeing import visible
+from dmplay.policies.seeing import list_fully_observed_agents
 from dmplay.solvers import matrix_game
 from dmplay.tabular import tabulate
 
 
-def roster(problem: Problem, seat: int) -> Roster:
+def build_roster(problem: Problem, seat: int) -> Roster:
     """Those that fit; the optimum or an equilibrium advises where there is one, else a search."""
-    if matrix_game.simple(problem):
-        return _repeated(problem)
-    if team.fits(problem):
-        return team.roster(problem, seat)
-    fitting = _fitting(problem)
+    if matrix_game.is_simple_game(problem):
+        return _build_repeated_game_roster(problem)
+    if team.can_plan_jointly(problem):
+        return team.build_roster(problem, seat)
+    fitting = _select_agents(problem)
     best = next((name for name in ("optimal", "equilibrium") if name in fitting), "search")
-    turns_count = problem.discount == 1.0 and not problem.hidden  # however many there are
+    turns_count = (
+        problem.discount == 1.0 and not problem.partially_observable
+    )  # however many there are
     planner = "plan" if turns_count and "plan" in fitting else None
-    return Roster(fitting, adviser=best, planner=planner)
+    return Roster(fitting, hint_provider=best, finite_horizon_hint_provider=planner)
 
 
-def _repeated(problem: Problem) -> Roster:
+def _build_repeated_game_roster(problem: Problem) -> Roster:
     """Who plays rounds of the same game: of two actions each the usual rules too."""
     if len(problem.agents) > 2:
-        return Roster({"equilibrium": Equilibrium}, adviser="equilibrium")
-    rules = RULES if problem.action_counts == (2, 2) else {}
-    agents: dict[str, type[Seated]] = {"nash": Nash, "frequency": BestResponse, **rules}
-    return Roster(agents, adviser="frequency", partner="frequency")
+        return Roster({"equilibrium": RegretMatchingEquilibrium}, hint_provider="equilibrium")
+    rules = REPEATED_GAME_RULES if problem.action_counts == (2, 2) else {}
+    agents: dict[str, type[SeatPolicy]] = {"nash": Nash, "frequency": FictitiousPlay, **rules}
+    return Roster(agents, hint_provider="frequency", default_partner="frequency")
 
 
-def _fitting(problem: Problem) -> dict[str, type[Seated]]:
+def _select_agents(problem: Problem) -> dict[str, type[SeatPolicy]]:
     one = len(problem.agents) == 1 and problem.actions[0].labels
-    if not problem.hidden:
-        return visible(problem)
-    if not one or not isinstance(problem.states, int) or betrayed(problem):
+    if not problem.partially_observable:
+        return list_fully_observed_agents(problem)
+    if not one or not isinstance(problem.state_count, int) or has_legal_action_leak(problem):
         return {}
     ends = problem.discount < 1.0
-    if not _can(lambda: problem.observation_counts) or not _can(lambda: _first(problem)):
+    if not _can_enumerate(lambda: problem.observation_counts) or not _can_enumerate(
+        lambda: _enumerate_first_outcomes(problem)
+    ):
         return {}
-    found: dict[str, type[Seated]] = {"optimal": Optimal, "point-based": PointBased}
-    if problem.states > FEW or not _can(lambda: tabulate(problem)):
+    found: dict[str, type[SeatPolicy]] = {
+        "optimal": PointBasedOptimalPolicy,
+        "point-based": PointBasedPolicy,
+    }
+    if problem.state_count > MAX_EXACT_STATES or not _can_enumerate(lambda: tabulate(problem)):
         return found
-    return found | {"plan": Plan} | ({"qmdp": Qmdp} if ends else {})
+    return found | {"plan": RecedingHorizonPolicy} | ({"qmdp": Qmdp} if ends else {})
 
 
-def _first(problem: Problem) -> object:
+def _enumerate_first_outcomes(problem: Problem) -> object:
     """What may come of the first action in the first state."""
-    return exact(problem, problem.enumerated()[:1], np.zeros((1, 1), np.int64))
+    return enumerate_outcomes(problem, problem.enumerate_states()[:1], np.zeros((1, 1), np.int64))
 
 
-def _can(list_them: Callable[[], object]) -> bool:
+def _can_enumerate(enumerate_outcomes: Callable[[], object]) -> bool:
     """Whether what can happen can be listed so."""
     try:
-        list_them()
-    except (BadParameter, TooMuch):
+        enumerate_outcomes()
+    except (BadParameter, BudgetExceeded):
         return False
     return True

@@ -7,7 +7,7 @@ import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Problem, parameter
-from dmplay.policies.kinds import Always, Maximising, Reactive
+from dmplay.policies.kinds import ConstantPolicy, GreedyPolicy, ReactivePolicy
 from dmplay.policies.roster import Roster
 from dmplay.solvers import collision_grid
 
@@ -15,14 +15,14 @@ DESCEND, NO_ADVISORY, CLIMB = range(3)
 
 
 @dataclass(frozen=True)
-class NoAdvisory(Always):
+class NoAdvisory(ConstantPolicy):
     """Never says anything."""
 
     action = NO_ADVISORY
 
 
 @dataclass(frozen=True)
-class Simple(Reactive):
+class AvoidWhenNear(ReactivePolicy):
     """Once the intruder is near, away from it."""
 
     distance: float = parameter(50.0, "how near in height is near, m")
@@ -36,22 +36,23 @@ class Simple(Reactive):
 
 
 @dataclass(frozen=True)
-class Optimal(Maximising, Reactive):
+class Optimal(GreedyPolicy, ReactivePolicy):
     """The best action by backward induction on a grid, between whose points it interpolates."""
 
     @cached_property
-    def _table(self) -> Reals:
-        return collision_grid.optimal(self.problem)
+    def _q_table(self) -> Reals:
+        return collision_grid.compute_optimal_q(self.problem)
 
-    def values(self, memory: Memory) -> Reals:
+    def action_values(self, memory: Memory) -> Reals:
         """Q of each action; the rows of a batch may be at different times."""
         (s,) = memory
-        times = np.floor(np.clip(s[:, 3], 0, collision_grid.TIMES[-1]))
-        return collision_grid.interpolate(self._table, times, s)
+        times = np.floor(np.clip(s[:, 3], 0, collision_grid.TIMES_TO_COLLISION[-1]))
+        return collision_grid.interpolate_values(self._q_table, times, s)
 
 
-def roster(problem: Problem, seat: int) -> Roster:
+def build_roster(problem: Problem, seat: int) -> Roster:
     """Who plays collision avoidance."""
     return Roster(
-        {"no-advisory": NoAdvisory, "simple": Simple, "optimal": Optimal}, adviser="optimal"
+        {"no-advisory": NoAdvisory, "simple": AvoidWhenNear, "optimal": Optimal},
+        hint_provider="optimal",
     )

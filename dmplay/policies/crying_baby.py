@@ -6,8 +6,8 @@ import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Problem
-from dmplay.policies._solved import Optimal, Plan, Qmdp
-from dmplay.policies.kinds import Reactive
+from dmplay.policies._solved import PomdpOptimalPolicy, Qmdp, RecedingHorizonPolicy
+from dmplay.policies.kinds import ReactivePolicy
 from dmplay.policies.roster import Roster
 
 CRYING = 0  # the observation
@@ -15,7 +15,7 @@ FEED, IGNORE = 0, 2
 
 
 @dataclass(frozen=True)
-class FeedWhenCrying(Reactive):
+class FeedWhenCrying(ReactivePolicy):
     """Feeds a baby that cries, ignores one that is quiet."""
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
@@ -23,10 +23,15 @@ class FeedWhenCrying(Reactive):
         return np.where(memory[0] == CRYING, FEED, IGNORE)
 
 
-def roster(problem: Problem, seat: int) -> Roster:
+def build_roster(problem: Problem, seat: int) -> Roster:
     """Who cares for a baby; the optimum advises where a game without end has one."""
     adviser = "optimal" if problem.discount < 1.0 else "plan"
     return Roster(
-        {"feed-when-crying": FeedWhenCrying, "optimal": Optimal, "plan": Plan, "qmdp": Qmdp},
+        {
+            "feed-when-crying": FeedWhenCrying,
+            "optimal": PomdpOptimalPolicy,
+            "plan": RecedingHorizonPolicy,
+            "qmdp": Qmdp,
+        },
         adviser,
     )

@@ -5,27 +5,27 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Memory, Percept, Problem, heeds, parameter
-from dmplay.policies.kinds import Maximising, Reactive, Seated
+from dmplay.core import Memory, Percept, Problem, parameter, requires_fields
+from dmplay.policies.kinds import GreedyPolicy, ReactivePolicy, SeatPolicy
 from dmplay.policies.roster import Roster
 from dmplay.problems.game_2048 import Game2048
 from dmplay.solvers import expectimax_2048
 from dmplay.tiles import DOWN, LEFT, RIGHT, UP
 
-DEEPEST = 20  # plies
-LONGEST = 10_000.0  # milliseconds
+MAX_DEPTH_PLIES = 20  # plies
+MAX_MILLISECONDS = 10_000.0  # milliseconds
 
 
 @dataclass(frozen=True)
-class Corner(Seated):
+class Corner(SeatPolicy):
     """Left and down in turn, right or up only when both are stuck (section F.2)."""
 
-    def begin(self, observation: Array) -> Memory:
+    def initial_memory(self, observation: Array) -> Memory:
         """The direction that is due."""
         return (np.full(len(observation), LEFT),)
 
-    @heeds("action")
-    def update(self, memory: Memory, percept: Percept) -> Memory:
+    @requires_fields("action")
+    def update_memory(self, memory: Memory, percept: Percept) -> Memory:
         """Left and down take turns."""
         return (np.where(percept.action == LEFT, DOWN, LEFT),)
 
@@ -40,7 +40,7 @@ class Corner(Seated):
 
 
 @dataclass(frozen=True)
-class Expectimax(Maximising, Reactive):
+class Expectimax(GreedyPolicy, ReactivePolicy):
     """Follows slides and tiles for as long as they are likely: far where few cells are empty.
 
     What it ends on is worth the points that are to come, as was learned from games. With a time
@@ -48,27 +48,33 @@ class Expectimax(Maximising, Reactive):
     """
 
     problem: Game2048
-    depth: int = parameter(12, "plies without a time limit: slides and tiles in turn", 1, DEEPEST)
+    depth: int = parameter(
+        12, "plies without a time limit: slides and tiles in turn", 1, MAX_DEPTH_PLIES
+    )
     milliseconds: float = parameter(
-        0.0, "time for one choice, 0 for as long as it takes", 0.0, LONGEST
+        0.0, "time for one choice, 0 for as long as it takes", 0.0, MAX_MILLISECONDS
     )
 
     @property
-    def timed(self) -> bool:
+    def depends_on_clock(self) -> bool:
         """Whether its choice depends on how fast the machine is."""
         return self.milliseconds > 0
 
-    def values(self, memory: Memory) -> Reals:
+    def action_values(self, memory: Memory) -> Reals:
         """The points that are to come with each slide; -inf where it moves nothing."""
         (board,) = memory
         p_two = self.problem.p_two
-        if not self.timed:
-            return expectimax_2048.action_values(board, p_two, self.depth)
-        return expectimax_2048.deepened(board, p_two, DEEPEST, self.milliseconds / 1000)
+        if not self.depends_on_clock:
+            return expectimax_2048.compute_action_values(board, p_two, self.depth)
+        return expectimax_2048.search_by_iterative_deepening(
+            board, p_two, MAX_DEPTH_PLIES, self.milliseconds / 1000
+        )
 
 
-def roster(problem: Problem, seat: int) -> Roster:
+def build_roster(problem: Problem, seat: int) -> Roster:
     """Who plays 2048; expectimax is too slow for many games."""
     return Roster(
-        {"corner": Corner, "expectimax": Expectimax}, adviser="expectimax", quick="corner"
+        {"corner": Corner, "expectimax": Expectimax},
+        hint_provider="expectimax",
+        batch_agent="corner",
     )

@@ -4,22 +4,22 @@ from dataclasses import dataclass
 
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Problem
-from dmplay.policies.kinds import Reactive
+from dmplay.policies.kinds import ReactivePolicy
 from dmplay.policies.roster import Roster
-from dmplay.policies.search import Search
+from dmplay.policies.search import TreeSearch
 
 
 @dataclass(frozen=True)
-class Random(Reactive):
+class Random(ReactivePolicy):
     """Any legal action, each as likely."""
 
-    draws = 1
+    uniform_count = 1
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Uniform over the legal actions, or over the interval."""
-        return self.problem.actions[self.seat].draw(u[:, 0], legal)
+        return self.problem.actions[self.seat].sample_actions(u[:, 0], legal)
 
 
-def roster(problem: Problem, seat: int) -> Roster:
+def build_roster(problem: Problem, seat: int) -> Roster:
     """Who plays any problem."""
-    return Roster({"random": Random, "search": Search})
+    return Roster({"random": Random, "search": TreeSearch})

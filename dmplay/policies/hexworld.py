@@ -1,10 +1,10 @@
 """Policies for hex world."""
 
 from dmplay.core import Problem
-from dmplay.policies._solved import Seeing
+from dmplay.policies._solved import MdpOptimalPolicy
 from dmplay.policies.roster import Roster
 
 
-def roster(problem: Problem, seat: int) -> Roster:
+def build_roster(problem: Problem, seat: int) -> Roster:
     """Who plays hex world."""
-    return Roster({"optimal": Seeing}, adviser="optimal")
+    return Roster({"optimal": MdpOptimalPolicy}, hint_provider="optimal")

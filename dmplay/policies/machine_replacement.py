@@ -5,30 +5,30 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Reals, mean
+from dmplay.chance import Array, Bools, Reals, weighted_sum
 from dmplay.core import Memory, Problem, parameter
-from dmplay.policies._believing import Believing
-from dmplay.policies._kept import kept
-from dmplay.policies.kinds import Always
+from dmplay.policies._believing import BeliefPolicy
+from dmplay.policies._kept import memoize
+from dmplay.policies.kinds import ConstantPolicy
 from dmplay.policies.roster import Roster
-from dmplay.policies.valued import LONGEST, Countdown
+from dmplay.policies.valued import MAX_HORIZON, RemainingHorizonPolicy
 from dmplay.problems.machine_replacement import MachineReplacement
 from dmplay.solvers import alpha_vectors, value_iteration
-from dmplay.solvers.alpha_vectors import Stage
+from dmplay.solvers.alpha_vectors import AlphaVectorStage
 from dmplay.tabular import tabulate
 
 MANUFACTURE, EXAMINE, INTERRUPT, REPLACE = range(4)
 
 
 @dataclass(frozen=True)
-class AlwaysManufacture(Always):
+class AlwaysManufacture(ConstantPolicy):
     """Manufactures and never looks."""
 
     action = MANUFACTURE
 
 
 @dataclass(frozen=True)
-class Threshold(Believing):
+class Threshold(BeliefPolicy):
     """Repairs a machine once it expects so many failed components, by the cheaper way.
 
     From `examine` components on it examines what it makes; that does not pay in a game of the
@@ -43,50 +43,55 @@ class Threshold(Believing):
         """By the number of failed components expected."""
         b = memory[0]
         failed = b[:, 1] + 2 * b[:, 2]
-        rewards = mean(b, self.problem.tables.rewards[:, :, 0])
+        rewards = weighted_sum(b, self.problem.tables.rewards[:, :, 0])
         cheaper = np.where(rewards[:, INTERRUPT] >= rewards[:, REPLACE], INTERRUPT, REPLACE)
         running = np.where(failed >= self.examine, EXAMINE, MANUFACTURE)
         return np.where(failed >= self.repair, cheaper, running)
 
 
 @dataclass(frozen=True)
-class Optimal(Countdown):
+class Optimal(RemainingHorizonPolicy):
     """The best action for its belief in a game of `horizon` turns, by alpha vectors."""
 
-    horizon: int = parameter(20, "turns of a game", 1, LONGEST)
+    horizon: int = parameter(20, "turns of a game", 1, MAX_HORIZON)
 
-    def ahead(self, b: Reals, left: int) -> Reals:
+    def finite_horizon_values(self, b: Reals, left: int) -> Reals:
         """Q of the beliefs."""
-        return alpha_vectors.action_values(_stages(self.problem, self.horizon)[left - 1], b)
+        return alpha_vectors.compute_action_values(
+            _solve_stages(self.problem, self.horizon)[left - 1], b
+        )
 
 
-@kept
-def _stages(problem: Problem, horizon: int) -> list[Stage]:
-    return alpha_vectors.stages(tabulate(problem), problem.discount, horizon)
+@memoize
+def _solve_stages(problem: Problem, horizon: int) -> list[AlphaVectorStage]:
+    return alpha_vectors.solve_finite_horizon(tabulate(problem), problem.discount, horizon)
 
 
 @dataclass(frozen=True)
-class Qmdp(Countdown):
+class Qmdp(RemainingHorizonPolicy):
     """Acts as if it were to see the machine from the next turn on (section 21.1)."""
 
-    horizon: int = parameter(20, "turns of a game", 1, LONGEST)
+    horizon: int = parameter(20, "turns of a game", 1, MAX_HORIZON)
 
     @cached_property
     def _q(self) -> list[Reals]:
         """Q by the rewards to come, less one."""
         tables, discount = tabulate(self.problem), self.problem.discount
-        after = [value_iteration.sweep(tables, discount, turns) for turns in range(self.horizon)]
-        return [value_iteration.action_values(tables, discount, one) for one in after]
+        after = [
+            value_iteration.compute_finite_horizon_values(tables, discount, turns)
+            for turns in range(self.horizon)
+        ]
+        return [value_iteration.compute_action_values(tables, discount, one) for one in after]
 
-    def ahead(self, b: Reals, left: int) -> Reals:
+    def finite_horizon_values(self, b: Reals, left: int) -> Reals:
         """The mean of Q over the beliefs."""
-        return mean(b, self._q[left - 1])
+        return weighted_sum(b, self._q[left - 1])
 
 
-def roster(problem: Problem, seat: int) -> Roster:
+def build_roster(problem: Problem, seat: int) -> Roster:
     """Who plays with the machine."""
     return Roster(
         {"always-manufacture": AlwaysManufacture, "optimal": Optimal, "qmdp": Qmdp,
          "threshold": Threshold},
-        adviser="optimal",
+        hint_provider="optimal",
     )  # fmt: skip

@@ -1,16 +1,16 @@
 """Policies for the repeated prisoner's dilemma."""
 
 from dmplay.core import Problem
-from dmplay.policies._axelrod import Axelrod
-from dmplay.policies._matrix_agents import BestResponse, GradientAscent, Nash, Softmax
-from dmplay.policies._repeated import RULES
+from dmplay.policies._axelrod import AxelrodStrategy
+from dmplay.policies._matrix_agents import FictitiousPlay, GradientAscent, HierarchicalSoftmax, Nash
+from dmplay.policies._repeated import REPEATED_GAME_RULES
 from dmplay.policies.roster import Roster
 
 
-def roster(problem: Problem, seat: int) -> Roster:
+def build_roster(problem: Problem, seat: int) -> Roster:
     """Who plays the repeated dilemma; the adviser takes no account of what a play provokes."""
     return Roster(
-        {**RULES, "nash": Nash, "best-response": BestResponse, "softmax": Softmax,
-         "gradient-ascent": GradientAscent, "axelrod": Axelrod},
-        adviser="best-response", partner="tit-for-tat",
+        {**REPEATED_GAME_RULES, "nash": Nash, "best-response": FictitiousPlay, "softmax": HierarchicalSoftmax,
+         "gradient-ascent": GradientAscent, "axelrod": AxelrodStrategy},
+        hint_provider="best-response", default_partner="tit-for-tat",
     )  # fmt: skip

@@ -4,14 +4,14 @@ from dataclasses import dataclass
 
 from dmplay.chance import Array, Ints
 from dmplay.core import Problem
-from dmplay.policies._matrix_agents import BestResponse, GradientAscent, Nash
+from dmplay.policies._matrix_agents import FictitiousPlay, GradientAscent, Nash
 from dmplay.policies.general import Random
-from dmplay.policies.kinds import Rule
+from dmplay.policies.kinds import RepeatedGameRule
 from dmplay.policies.roster import Roster
 
 
 @dataclass(frozen=True)
-class BeatLast(Rule):
+class BeatLast(RepeatedGameRule):
     """Rock first, then what beats the other's last."""
 
     def reply(self, own: Ints, other: Ints) -> Array:
@@ -19,10 +19,10 @@ class BeatLast(Rule):
         return (other + 1) % 3
 
 
-def roster(problem: Problem, seat: int) -> Roster:
+def build_roster(problem: Problem, seat: int) -> Roster:
     """Who plays rock-paper-scissors."""
     return Roster(
-        {"uniform": Random, "nash": Nash, "beat-last": BeatLast, "frequency": BestResponse,
+        {"uniform": Random, "nash": Nash, "beat-last": BeatLast, "frequency": FictitiousPlay,
          "gradient-ascent": GradientAscent},
-        adviser="frequency", partner="frequency",
+        hint_provider="frequency", default_partner="frequency",
     )  # fmt: skip

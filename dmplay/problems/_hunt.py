@@ -7,52 +7,52 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay.chance import Array, Categorical, Chance, Ints, Pick, Reals, drawn
-from dmplay.columns import Column, listed
-from dmplay.core import Labels, Outcome, Problem, listing, parameter
+from dmplay.chance import Array, Categorical, Chance, DiscreteUniform, Ints, Reals, sample_unbatched
+from dmplay.columns import Column, take_values
+from dmplay.core import Labels, Outcome, Problem, check_listing_size, parameter
 from dmplay.errors import BadParameter
 from dmplay.hexes import (
-    ALIASES,
+    DIRECTION_ALIASES,
     DIRECTIONS,
     Hex,
-    arrivals,
-    checked,
-    hex_of,
-    notation_of,
-    paths,
-    slips,
+    format_hex,
+    move_destinations,
+    parse_hex,
+    path_lengths,
+    slip_chance,
+    validate_hexes,
 )
 
-STANDARD = (
+STANDARD_HEXES = (
     (-1, 2), (0, 2), (1, 2), (-1, 1), (1, 1), (3, 1), (4, 1),
     (0, 0), (1, 0), (2, 0), (3, 0), (4, 0),
 )  # fmt: skip
-CIRCLE = ((-1, 2), (0, 2), (-1, 1), (1, 1), (0, 0), (1, 0))
-TRIANGLE = ((0, 1), (0, 0), (1, 0))
+CIRCLE_HEXES = ((-1, 2), (0, 2), (-1, 1), (1, 1), (0, 0), (1, 0))
+TRIANGLE_HEXES = ((0, 1), (0, 0), (1, 0))
 
 
 @dataclass(frozen=True)
-class Hunt(Problem):
+class HexHunt(Problem):
     """Walkers on a hex map; a state is the hex of each, predators first."""
 
     discount: float = parameter(0.9, "factor on the rewards of each later turn", 0.0, 1.0)
     slip: float = parameter(0.3, "probability to slip, half to either side", 0.0, 1.0)
-    hexes: tuple[Hex, ...] = parameter(STANDARD, "the map, as [[q, r], ...]")
+    hexes: tuple[Hex, ...] = parameter(STANDARD_HEXES, "the map, as [[q, r], ...]")
 
-    aliases = ALIASES
+    action_aliases = DIRECTION_ALIASES
     horizon = 50
 
     def __post_init__(self) -> None:
         """Refuses a map that makes no sense."""
         super().__post_init__()
         try:
-            object.__setattr__(self, "hexes", checked(self.hexes, "hexes"))
+            object.__setattr__(self, "hexes", validate_hexes(self.hexes, "hexes"))
         except ValueError as error:
             raise BadParameter(str(error)) from None
 
     @property
     @abstractmethod
-    def walkers(self) -> int:
+    def walker_count(self) -> int:
         """How many predators and prey."""
 
     @property
@@ -61,68 +61,70 @@ class Hunt(Problem):
         return (DIRECTIONS,) * len(self.agents)
 
     @property
-    def states(self) -> int:
+    def state_count(self) -> int:
         """Every walker on any hex."""
-        return int(len(self.hexes) ** self.walkers)
+        return int(len(self.hexes) ** self.walker_count)
 
     @cached_property
-    def slips(self) -> Categorical:
+    def slip_chance(self) -> Categorical:
         """Straight on, or to either side."""
-        return slips(self.slip)
+        return slip_chance(self.slip)
 
     @cached_property
-    def _after(self) -> Ints:
+    def _move_destinations(self) -> Ints:
         """Where a move ends, by (hex, direction, slip), flat."""
-        return arrivals(self.hexes).reshape(-1)
+        return move_destinations(self.hexes).reshape(-1)
 
     @cached_property
-    def far(self) -> Ints:
+    def move_distances(self) -> Ints:
         """Steps `[H, 6, H]` from where a move from a hex ends, if it does not slip, to another."""
-        return paths(self.hexes)[arrivals(self.hexes)[:, :, 0]]
+        return path_lengths(self.hexes)[move_destinations(self.hexes)[:, :, 0]]
 
-    def walk(self, hex_: Column, direction: Column, slip: Column) -> Column:
+    def move_walker(self, hex_: Column, direction: Column, slip: Column) -> Column:
         """Where moves end."""
-        return listed(self._after, hex_ * 18 + direction * 3 + slip)
+        return take_values(self._move_destinations, hex_ * 18 + direction * 3 + slip)
 
-    def opening(self, rows: int) -> tuple[Chance, ...]:
+    def initial_chance(self, rows: int) -> tuple[Chance, ...]:
         """The hex of each."""
-        return (Pick(np.full(rows, len(self.hexes)), len(self.hexes)),) * self.walkers
+        return (
+            DiscreteUniform(np.full(rows, len(self.hexes)), len(self.hexes)),
+        ) * self.walker_count
 
-    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
+    def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
         """The hexes drawn."""
         return np.stack(events, axis=1)
 
     @abstractmethod
-    def move(self, s: Array, a: Array, events: Sequence[Array | int]) -> Outcome:
+    def resolve_events(self, s: Array, a: Array, events: Sequence[Array | int]) -> Outcome:
         """Where everyone walks."""
 
     def step(self, s: Array, a: Array, u: Reals) -> Outcome:
         """One turn, as it is derived: of one row by plain numbers."""
-        return self.move(s, a, drawn(self.chance(s, a), u))
+        return self.resolve_events(s, a, sample_unbatched(self.chance(s, a), u))
 
-    def enumerated(self) -> Array:
+    def enumerate_states(self) -> Array:
         """Every state, the first walker slowest."""
-        listing(self, 2 * self.states * self.walkers)
-        shape = (len(self.hexes),) * self.walkers
-        return np.stack(np.unravel_index(np.arange(self.states), shape), axis=1)
+        check_listing_size(self, 2 * self.state_count * self.walker_count)
+        shape = (len(self.hexes),) * self.walker_count
+        return np.stack(np.unravel_index(np.arange(self.state_count), shape), axis=1)
 
-    def index(self, s: Array) -> Ints:
+    def state_indices(self, s: Array) -> Ints:
         """The place of each state in `enumerated`."""
         index = np.zeros(len(s), np.int64)
         for hex_ in s.T:
             index = index * len(self.hexes) + hex_
         return index
 
-    def notation(self, s: Array) -> str:
+    def format_state(self, s: Array) -> str:
         """`(q,r)` of each in turn."""
-        return " ".join(notation_of(self.hexes[int(hex_)]) for hex_ in s)
+        return " ".join(format_hex(self.hexes[int(hex_)]) for hex_ in s)
 
-    def parse(self, text: str) -> Array:
+    def parse_state(self, text: str) -> Array:
         """The state that `notation` wrote."""
-        return np.array([self.hexes.index(hex_of(word)) for word in text.split()])
+        return np.array([self.hexes.index(parse_hex(word)) for word in text.split()])
 
 
-def sharing(hexes: Sequence[Column], seat: int, others: Iterable[int]) -> Column:
+def count_on_same_hex(hexes: Sequence[Column], seat: int, others: Iterable[int]) -> Column:
     """How many of the others are on the hex of this one."""
     count: Column = 0
     for other in others:
@@ -130,6 +132,6 @@ def sharing(hexes: Sequence[Column], seat: int, others: Iterable[int]) -> Column
     return count
 
 
-def numbered(word: str, many: int) -> tuple[str, ...]:
+def make_numbered_names(word: str, count: int) -> tuple[str, ...]:
     """`word1`, `word2` ..."""
-    return tuple(f"{word}{i + 1}" for i in range(many))
+    return tuple(f"{word}{i + 1}" for i in range(count))

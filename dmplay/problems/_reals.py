@@ -9,17 +9,17 @@ from dmplay.core import Problem
 
 
 @dataclass(frozen=True)
-class RealState(Problem):
+class RealStateProblem(Problem):
     """A problem in R^d, whose opening draws the numbers of the state unless it says otherwise."""
 
-    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
+    def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
         """The numbers drawn."""
         return np.stack(events, axis=1)
 
-    def notation(self, s: Array) -> str:
+    def format_state(self, s: Array) -> str:
         """The numbers, each as short as it can be and still be read back: `0.1 -0.25`."""
         return " ".join(repr(float(number)) for number in s)
 
-    def parse(self, text: str) -> Array:
+    def parse_state(self, text: str) -> Array:
         """The state that `notation` wrote."""
         return np.array([float(word) for word in text.split()])

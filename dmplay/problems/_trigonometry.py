@@ -9,24 +9,24 @@ import numpy as np
 from dmplay.columns import Column
 
 # Half of pi in two parts, the first of 33 bits: small multiples of it are exact.
-HALF_PI, HALF_PI_REST = 1.57079632673412561417, 6.07710050650619224932e-11
+HALF_PI, HALF_PI_LOW = 1.57079632673412561417, 6.07710050650619224932e-11
 # The polynomials of fdlibm's kernels, in z = x^2, highest power first.
-SINE = (
+SINE_COEFFICIENTS = (
     1.58969099521155010221e-10, -2.50507602534068634195e-08, 2.75573137070700676789e-06,
     -1.98412698298579493134e-04, 8.33333333332248946124e-03, -1.66666666666666324348e-01,
 )  # fmt: skip
-COSINE = (
+COSINE_COEFFICIENTS = (
     -1.13596475577881948265e-11, 2.08757232129817482790e-09, -2.75573143513906633035e-07,
     2.48015872894767294178e-05, -1.38888888888741095749e-03, 4.16666666666666019037e-02,
 )  # fmt: skip
 
 
-def sine_and_cosine(x: Column) -> tuple[Column, Column]:
+def compute_sine_and_cosine(x: Column) -> tuple[Column, Column]:
     """Of angles `[B]` in radians, to the last bit or two."""
     quarter = np.rint(x * (2.0 / np.pi))
     if not (quarter if isinstance(x, float) else quarter.any()):
-        return _kernel(x)
-    sine, cosine = _kernel((x - quarter * HALF_PI) - quarter * HALF_PI_REST)
+        return _sine_and_cosine_kernel(x)
+    sine, cosine = _sine_and_cosine_kernel((x - quarter * HALF_PI) - quarter * HALF_PI_LOW)
     swapped = quarter % 2 == 1
     first, second = np.where(swapped, cosine, sine), np.where(swapped, sine, cosine)
     return (
@@ -35,24 +35,24 @@ def sine_and_cosine(x: Column) -> tuple[Column, Column]:
     )
 
 
-def cosine_of_triple(x: Column) -> Column:
+def compute_cosine_of_triple(x: Column) -> Column:
     """cos 3x of angles `[B]` within a quarter of a turn of 0, by the sine of their halves."""
     half = 0.5 * x
-    sine = _sine(half, half * half)
+    sine = _sine_kernel(half, half * half)
     cosine = 1.0 - 2.0 * (sine * sine)
     return cosine * (4.0 * (cosine * cosine) - 3.0)
 
 
-def _kernel(x: Column) -> tuple[Column, Column]:
+def _sine_and_cosine_kernel(x: Column) -> tuple[Column, Column]:
     """Sine and cosine within an eighth of a turn of 0."""
     z = x * x
-    return _sine(x, z), _cosine(z)
+    return _sine_kernel(x, z), _cosine_kernel(z)
 
 
-def _sine(x: Column, z: Column) -> Column:
+def _sine_kernel(x: Column, z: Column) -> Column:
     """x + S6 x^3 + ... + S1 x^13, where z = x^2."""
-    sine = SINE[0] * z
-    for power in SINE[1:]:
+    sine = SINE_COEFFICIENTS[0] * z
+    for power in SINE_COEFFICIENTS[1:]:
         sine += power
         sine *= z
     sine *= x
@@ -60,10 +60,10 @@ def _sine(x: Column, z: Column) -> Column:
     return sine
 
 
-def _cosine(z: Column) -> Column:
+def _cosine_kernel(z: Column) -> Column:
     """1 - z/2 + C6 z^2 + ... + C1 z^7."""
-    cosine = COSINE[0] * z
-    for power in (*COSINE[1:], -0.5):
+    cosine = COSINE_COEFFICIENTS[0] * z
+    for power in (*COSINE_COEFFICIENTS[1:], -0.5):
         cosine += power
         cosine *= z
     cosine += 1.0

@@ -11,67 +11,77 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Chance, Span
-from dmplay.columns import Column, batch, column, columns, joined, size, stayed
-from dmplay.core import Continuous, Labels, Outcome, parameter
-from dmplay.problems._reals import RealState
-from dmplay.problems._trigonometry import sine_and_cosine
+from dmplay.chance import Array, Bools, Chance, Uniform
+from dmplay.columns import (
+    Column,
+    magnitude,
+    restore_finished_rows,
+    split_columns,
+    stack_columns,
+    to_batch,
+    to_column,
+)
+from dmplay.core import ContinuousStates, Labels, Outcome, parameter
+from dmplay.problems._reals import RealStateProblem
+from dmplay.problems._trigonometry import compute_sine_and_cosine
 
-START = 0.05  # each number of the start is uniform within this
+START_BOUND = 0.05  # each number of the start is uniform within this
 
 
 @dataclass(frozen=True)
-class CartPole(RealState):
+class CartPole(RealStateProblem):
     """A pole balanced on a cart; a state is x (m), v (m/s), theta (rad) and omega (rad/s)."""
 
     gravity: float = parameter(9.8, "gravitational acceleration, m/s^2")
-    mass_cart: float = parameter(1.0, "mass of the cart, kg", 0.0, above=True)
+    mass_cart: float = parameter(1.0, "mass of the cart, kg", 0.0, exclusive_low=True)
     mass_pole: float = parameter(0.1, "mass of the pole, kg", 0.0)
-    length: float = parameter(1.0, "length of the whole pole, m", 0.0, above=True)
+    length: float = parameter(1.0, "length of the whole pole, m", 0.0, exclusive_low=True)
     force: float = parameter(10.0, "force of a push, N")
-    dt: float = parameter(0.02, "time of one turn, s", 0.0, above=True)
+    dt: float = parameter(0.02, "time of one turn, s", 0.0, exclusive_low=True)
     x_limit: float = parameter(2.4, "the cart may be this far from the middle, m", 0.0)
     theta_limit: float = parameter(12.0, "the pole may lean this far, degrees", 0.0)
     pole_mass_in_tau: bool = parameter(False, "whether F.2 has the mass of the pole, as in Gym")
 
     actions = (Labels(("left", "right")),)
-    states = Continuous(4)
+    state_count = ContinuousStates(4)
     horizon = 500
 
-    def opening(self, rows: int) -> tuple[Chance, ...]:
+    def initial_chance(self, rows: int) -> tuple[Chance, ...]:
         """Four numbers close to 0."""
-        edge = np.full(rows, START)
-        return (Span(-edge, edge),) * 4
+        edge = np.full(rows, START_BOUND)
+        return (Uniform(-edge, edge),) * 4
 
-    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+    def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """One step of Euler's method (F.1 to F.4), old values on the right-hand sides."""
-        x, v, theta, omega = columns(s)
-        push = self.force * (2.0 * column(a[:, 0]) - 1.0)
-        acceleration, angular = self._accelerations(push, theta, omega)
+        x, v, theta, omega = split_columns(s)
+        push = self.force * (2.0 * to_column(a[:, 0]) - 1.0)
+        acceleration, angular = self._compute_accelerations(push, theta, omega)
         dt = self.dt
         after = (x + dt * v, v + dt * acceleration, theta + dt * omega, omega + dt * angular)
-        over = self._past(x, theta)
-        moved = stayed(over, joined(after), s)
-        return Outcome(moved, joined([1.0 - over]), moved)
+        over = self._is_past_limit(x, theta)
+        moved = restore_finished_rows(over, stack_columns(after), s)
+        return Outcome(moved, stack_columns([1.0 - over]), moved)
 
-    def _accelerations(self, push: Column, theta: Column, omega: Column) -> tuple[Column, Column]:
+    def _compute_accelerations(
+        self, push: Column, theta: Column, omega: Column
+    ) -> tuple[Column, Column]:
         """Of the cart (F.3) and of the pole (F.1)."""
         total, half = self.mass_cart + self.mass_pole, self.length / 2
         moment = self.mass_pole * half
-        sin, cos = sine_and_cosine(theta)
+        sin, cos = compute_sine_and_cosine(theta)
         swing = (moment if self.pole_mass_in_tau else half) * (omega * omega)
         tau = (push + swing * sin) / total
         inertia = half * (4.0 / 3.0 - self.mass_pole * (cos * cos) / total)
         angular = (self.gravity * sin - cos * tau) / inertia
         return tau - moment * angular * cos / total, angular
 
-    def _past(self, x: Column, theta: Column) -> Column:
+    def _is_past_limit(self, x: Column, theta: Column) -> Column:
         lean = self.theta_limit * 2 * math.pi / 360
-        return (size(x) > self.x_limit) | (size(theta) > lean)
+        return (magnitude(x) > self.x_limit) | (magnitude(theta) > lean)
 
     def terminal(self, s: Array) -> Bools:
         """The cart is past its limit, or the pole past its."""
-        return batch(self._past(column(s[:, 0]), column(s[:, 2])))
+        return to_batch(self._is_past_limit(to_column(s[:, 0]), to_column(s[:, 2])))
 
 
 VARIANTS = {"gym": CartPole(pole_mass_in_tau=True)}

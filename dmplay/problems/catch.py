@@ -17,7 +17,7 @@ from dmplay.tabular import Tables, Tabular
 CAUGHT, DROPPED = 0, 1
 PROFICIENCIES = (20, 40, 60, 80)  # metres: the distance of which half the throws are caught
 DISTANCES = np.arange(10.0, 101.0, 10.0)
-WIDTH = 15.0  # metres: how fast the catches fall off
+CATCH_FALLOFF_METRES = 15.0  # metres: how fast the catches fall off
 
 
 @dataclass(frozen=True)
@@ -28,34 +28,34 @@ class Catch(Tabular):
 
     actions = (Labels(f"{distance:.0f}" for distance in DISTANCES),)
     observations = (Labels(("caught", "dropped")),)
-    states = len(PROFICIENCIES)
-    names = tuple(map(str, PROFICIENCIES))
+    state_count = len(PROFICIENCIES)
+    state_names = tuple(map(str, PROFICIENCIES))
     horizon = 10
-    rewards_observed = True
+    rewards_observable = True
 
     @cached_property
-    def catches(self) -> Reals:
+    def catch_probabilities(self) -> Reals:
         """The probability `[S, A]` of a catch (F.10)."""
         far = DISTANCES - np.array(PROFICIENCIES)[:, None]
-        return np.asarray(1.0 - 1.0 / (1.0 + np.exp(-far / WIDTH)))
+        return np.asarray(1.0 - 1.0 / (1.0 + np.exp(-far / CATCH_FALLOFF_METRES)))
 
     @cached_property
     def tables(self) -> Tables:
         """The state stays, and as O(a, s') it is the proficiency of the throw."""
         many = len(DISTANCES)
-        stays = np.repeat(np.eye(self.states)[:, None], many, axis=1)
-        caught = self.catches.T
+        stays = np.repeat(np.eye(self.state_count)[:, None], many, axis=1)
+        caught = self.catch_probabilities.T
         return Tables(
             stays,
-            (self.catches * DISTANCES)[:, :, None],
+            (self.catch_probabilities * DISTANCES)[:, :, None],
             np.stack([caught, 1.0 - caught], axis=2),
         )
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         """Caught or dropped."""
-        return (Categorical(self.catches[s, a[:, 0]][:, None]),)
+        return (Categorical(self.catch_probabilities[s, a[:, 0]][:, None]),)
 
-    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+    def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """A catch pays the distance."""
         seen = events[0][:, None]
         return Outcome(s, np.where(seen == CAUGHT, DISTANCES[a], 0.0), seen)

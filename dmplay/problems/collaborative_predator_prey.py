@@ -16,21 +16,29 @@ from itertools import repeat
 import numpy as np
 
 from dmplay.budget import Budget
-from dmplay.chance import Array, Bools, Chance, Ints, Pick, Reals, drawn
-from dmplay.columns import Column, Whole, chosen, column, columns, joined, listed
+from dmplay.chance import Array, Bools, Chance, DiscreteUniform, Ints, Reals, sample_unbatched
+from dmplay.columns import (
+    Column,
+    IntColumn,
+    select_where,
+    split_columns,
+    stack_columns,
+    take_values,
+    to_column,
+)
 from dmplay.core import Labels, Outcome, parameter
-from dmplay.hexes import arrivals, notation_of
-from dmplay.problems._hunt import CIRCLE, TRIANGLE, Hunt, numbered
+from dmplay.hexes import format_hex, move_destinations
+from dmplay.problems._hunt import CIRCLE_HEXES, TRIANGLE_HEXES, HexHunt, make_numbered_names
 
-CAPTURED, MOVED = 10.0, -1.0
-SENSES = Labels(("prey", "nothing"))
-AT_LARGE = 64  # the bit above those of the directions: no predator is on the hex of the prey
-ALL = 127  # these bits
-STAYS = 6  # where no direction is free
+CAPTURE_REWARD, MOVE_REWARD = 10.0, -1.0
+SENSE_LABELS = Labels(("prey", "nothing"))
+PREY_FREE_BIT = 64  # the bit above those of the directions: no predator is on the hex of the prey
+ALL_BITS = 127  # these bits
+STAY_DIRECTION = 6  # where no direction is free
 
 
 @dataclass(frozen=True)
-class CollaborativePredatorPrey(Hunt):
+class CollaborativePredatorPrey(HexHunt):
     """A hunt with one reward for all; the prey is nature's, the last of the walkers."""
 
     predators: int = parameter(2, "how many predators", 1, 26)
@@ -41,10 +49,12 @@ class CollaborativePredatorPrey(Hunt):
     @property
     def agents(self) -> tuple[str, ...]:
         """`predator1`, `predator2` ..., or `predator` alone."""
-        return numbered("predator", self.predators) if self.predators > 1 else ("predator",)
+        return (
+            make_numbered_names("predator", self.predators) if self.predators > 1 else ("predator",)
+        )
 
     @property
-    def walkers(self) -> int:
+    def walker_count(self) -> int:
         """The predators and the prey."""
         return self.predators + 1
 
@@ -52,154 +62,162 @@ class CollaborativePredatorPrey(Hunt):
     def observations(self) -> tuple[Labels, ...]:
         """Whether a prey is near, and where sighted from which hex that was sensed."""
         if not self.sighted:
-            return (SENSES,) * self.predators
-        hexes = [notation_of(hex_) for hex_ in self.hexes]
-        pairs = Labels(tuple(f"{sense} {hex_}" for sense in SENSES for hex_ in hexes))
+            return (SENSE_LABELS,) * self.predators
+        hexes = [format_hex(hex_) for hex_ in self.hexes]
+        pairs = Labels(tuple(f"{sense} {hex_}" for sense in SENSE_LABELS for hex_ in hexes))
         return (pairs,) * self.predators
 
     @cached_property
-    def _around(self) -> Ints:
+    def _neighbours(self) -> Ints:
         """The hex in each direction of a hex, the last being the hex itself: `[H, 7]`, flat."""
-        reached = arrivals(self.hexes)[:, :, 0]
+        reached = move_destinations(self.hexes)[:, :, 0]
         return np.hstack([reached, np.arange(len(self.hexes))[:, None]]).reshape(-1)
 
     @cached_property
-    def _open(self) -> Ints:
+    def _open_direction_bits(self) -> Ints:
         """What a predator on another hex leaves open to the prey on a hex `[H, H]`, flat.
 
         A bit for each direction in which the map goes on, and one unless both hexes are the same.
         """
-        around = self._around.reshape(-1, 7)
+        around = self._neighbours.reshape(-1, 7)
         goes_on = around[:, :6] != around[:, 6:]
         ways = (goes_on << np.arange(6)).sum(axis=1)
-        toward = self._toward.reshape(-1, len(self.hexes))
-        alone = AT_LARGE * ~np.eye(len(self.hexes), dtype=bool)
+        toward = self._direction_bits.reshape(-1, len(self.hexes))
+        alone = PREY_FREE_BIT * ~np.eye(len(self.hexes), dtype=bool)
         return np.asarray(ways[:, None] & ~toward | alone).reshape(-1)
 
     @cached_property
-    def _toward(self) -> Ints:
+    def _direction_bits(self) -> Ints:
         """The bit of the direction from one hex to its neighbour, else 0: `[H, H]`, flat."""
         here = np.arange(len(self.hexes))
         bits = np.zeros((len(here), len(here)), np.int64)
         for direction in range(6):
-            bits[here, self._around[direction::7]] |= 1 << direction
+            bits[here, self._neighbours[direction::7]] |= 1 << direction
         bits[here, here] = 0
         return bits.reshape(-1)
 
     @cached_property
-    def _sensed(self) -> Ints:
+    def _sense_table(self) -> Ints:
         """What a predator on one hex observes `[H, H]` with the prey on another, flat."""
-        toward = self._toward.reshape(-1, len(self.hexes))
+        toward = self._direction_bits.reshape(-1, len(self.hexes))
         far = (toward == 0) & ~np.eye(len(self.hexes), dtype=bool)
         if not self.sighted:
             return np.asarray(far, np.int64).reshape(-1)
-        return np.asarray(far * len(self.hexes) + np.arange(len(self.hexes))[:, None]).reshape(-1)
+        return np.asarray(
+            far * len(self.hexes) + np.arange(len(self.hexes))[:, None]
+        ).reshape(-1)
 
     @cached_property
-    def _most(self) -> int:
+    def _max_prey_hexes(self) -> int:
         """Of how many hexes the prey takes one at most."""
         return max(len(self.hexes), 6)
 
     @cached_property
-    def _slips(self) -> tuple[Chance, ...]:
+    def _slip_chances(self) -> tuple[Chance, ...]:
         """The slip of each predator."""
-        return (self.slips,) * self.predators
+        return (self.slip_chance,) * self.predators
 
-    def captured(self, s: Array) -> Bools:
+    def is_prey_captured(self, s: Array) -> Bools:
         """Whether any predator is on the prey's hex `[B]`."""
-        return np.asarray(self._free(tuple(s.T)) < AT_LARGE)
+        return np.asarray(self._free_direction_bits(tuple(s.T)) < PREY_FREE_BIT)
 
-    def _free(self, hexes: Sequence[Column]) -> Whole:
+    def _free_direction_bits(self, hexes: Sequence[Column]) -> IntColumn:
         """The directions open to the prey, and AT_LARGE unless it is caught, a bit each."""
         *predators, prey = hexes
-        free: Whole = ALL
+        free: IntColumn = ALL_BITS
         begins = prey * len(self.hexes)
         for hex_ in predators:
-            free = free & listed(self._open, begins + hex_)
+            free = free & take_values(self._open_direction_bits, begins + hex_)
         return free
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         """The slip of each predator; which of the hexes open to it the prey takes."""
-        return self._draws(self._free(columns(s)))
+        return self._make_chances(self._free_direction_bits(split_columns(s)))
 
-    def _draws(self, free: Whole) -> tuple[Chance, ...]:
+    def _make_chances(self, free_bits: IntColumn) -> tuple[Chance, ...]:
         """The same by what is open to the prey."""
-        many = chosen(free < AT_LARGE, len(self.hexes), listed(_COUNT, free))
-        return (*self._slips, Pick.of(many, self._most))
+        many = select_where(
+            free_bits < PREY_FREE_BIT, len(self.hexes), take_values(_DIRECTION_COUNT, free_bits)
+        )
+        return (*self._slip_chances, DiscreteUniform.from_counts(many, self._max_prey_hexes))
 
-    def move(self, s: Array, a: Array, events: Sequence[Array | int]) -> Outcome:
+    def resolve_events(self, s: Array, a: Array, events: Sequence[Array | int]) -> Outcome:
         """Predators move as in hex world unless they feed, then all look around."""
-        hexes = columns(s)
-        return self._moves(hexes, self._free(hexes), a, events)
+        hexes = split_columns(s)
+        return self._resolve_moves(hexes, self._free_direction_bits(hexes), a, events)
 
     def step(self, s: Array, a: Array, u: Reals) -> Outcome:
         """One turn, as it is derived; what is open to the prey is found once."""
-        hexes = columns(s)
-        free = self._free(hexes)
-        return self._moves(hexes, free, a, drawn(self._draws(free), u))
+        hexes = split_columns(s)
+        free = self._free_direction_bits(hexes)
+        return self._resolve_moves(hexes, free, a, sample_unbatched(self._make_chances(free), u))
 
-    def _moves(
-        self, hexes: Sequence[Column], free: Whole, a: Array, events: Sequence[Array | int]
+    def _resolve_moves(
+        self, hexes: Sequence[Column], free_bits: IntColumn, a: Array, events: Sequence[Array | int]
     ) -> Outcome:
         """As `move`, by what is open to the prey."""
         *predators, prey = hexes
-        *slips, event = map(column, events)
-        caught = free < AT_LARGE
-        moved = [*map(self._hunted, repeat(prey), predators, columns(a), slips)]
-        way = listed(_KTH, free * 6 + chosen(caught, 0, event))
-        moved.append(chosen(caught, event, listed(self._around, prey * 7 + way)))
-        pay = chosen(caught, CAPTURED, MOVED)
-        after = joined(moved, np.int64)
-        return Outcome(after, joined([pay] * self.predators), self._senses(moved))
+        *slips, event = map(to_column, events)
+        caught = free_bits < PREY_FREE_BIT
+        moved = [*map(self._move_predator, repeat(prey), predators, split_columns(a), slips)]
+        way = take_values(_KTH_DIRECTION, free_bits * 6 + select_where(caught, 0, event))
+        moved.append(select_where(caught, event, take_values(self._neighbours, prey * 7 + way)))
+        pay = select_where(caught, CAPTURE_REWARD, MOVE_REWARD)
+        after = stack_columns(moved, np.int64)
+        return Outcome(after, stack_columns([pay] * self.predators), self._observe_columns(moved))
 
-    def _hunted(self, prey: Column, hex_: Column, direction: Column, slip: Column) -> Column:
+    def _move_predator(self, prey: Column, hex_: Column, direction: Column, slip: Column) -> Column:
         """Where a predator ends: as in hex world unless it feeds."""
-        return chosen(hex_ == prey, prey, self.walk(hex_, direction, slip))
+        return select_where(hex_ == prey, prey, self.move_walker(hex_, direction, slip))
 
     def observe(self, s: Array) -> Ints:
         """What each predator `[B, n]` observes in these states."""
-        return self._senses(columns(s))
+        return self._observe_columns(split_columns(s))
 
-    def _senses(self, hexes: Sequence[Column]) -> Ints:
+    def _observe_columns(self, hexes: Sequence[Column]) -> Ints:
         """As `observe`."""
         *predators, prey = hexes
-        seen = [listed(self._sensed, hex_ * len(self.hexes) + prey) for hex_ in predators]
-        return joined(seen, np.int64)
+        seen = [take_values(self._sense_table, hex_ * len(self.hexes) + prey) for hex_ in predators]
+        return stack_columns(seen, np.int64)
 
     @cached_property
-    def _observed(self) -> Ints:
+    def _observation_table(self) -> Ints:
         """What each predator observes `[S, n]` in every state."""
-        return self.observe(self.enumerated())
+        return self.observe(self.enumerate_states())
 
     @cached_property
-    def walks(self) -> Reals:
+    def walk_probabilities(self) -> Reals:
         """The probability `[6, H, H]` of getting from one hex to another by a direction."""
         size = len(self.hexes)
-        ends = arrivals(self.hexes)
+        ends = move_destinations(self.hexes)
         walks = np.zeros((6, size, size))
-        for slip, p in enumerate(self.slips.probabilities()[0]):
+        for slip, p in enumerate(self.slip_chance.probabilities()[0]):
             for direction in range(6):
                 walks[direction, np.arange(size), ends[:, direction, slip]] += p
         return walks
 
     @cached_property
-    def flights(self) -> Reals:
+    def prey_move_probabilities(self) -> Reals:
         """The probability `[S, H]` of each next hex of the prey in every state."""
         size = len(self.hexes)
-        Budget("where the prey goes", "try a smaller map").hold(16.0 * self.states * size)
-        s = self.enumerated()
+        Budget("where the prey goes", "try a smaller map").check_memory(
+            16.0 * self.state_count * size
+        )
+        s = self.enumerate_states()
         still = np.zeros((len(s), self.predators), np.int64)
         pick = self.chance(s, still)[-1]
-        assert isinstance(pick, Pick)
+        assert isinstance(pick, DiscreteUniform)
         flights = np.zeros((len(s), size))
         for way, p in enumerate(pick.probabilities().T):
             taken = np.flatnonzero(p)
             stays = still[taken]
-            moved = self.move(s[taken], stays, (*stays.T, np.full(len(taken), way))).state[:, -1]
+            moved = self.resolve_events(
+                s[taken], stays, (*stays.T, np.full(len(taken), way))
+            ).state[:, -1]
             flights[taken, moved] += p[taken]
         return flights
 
-    def carry(
+    def joint_belief_update(
         self, belief: Reals, actions: Sequence[int | None], observations: Sequence[int | None]
     ) -> Reals:
         """Walker by walker, beliefs `[S]` or `[B, S]`: each moves by itself.
@@ -209,35 +227,40 @@ class CollaborativePredatorPrey(Hunt):
         """
         size = len(self.hexes)
         taken = [-1 if a is None else a for a in actions]
-        walks, fed = ([led[a] for a in taken] for led in self._led)
-        before = belief.reshape(-1, self.states // size, size)
-        hunted, caught = np.where(self._caught, 0.0, before), np.where(self._caught, before, 0.0)
-        fled = np.matmul(hunted[:, :, None], self.flights.reshape(-1, size, size))
-        after: Reals = _walked(fled, walks).reshape(len(before), -1, size)
-        after += _walked(caught.swapaxes(1, 2), fed).sum(axis=1)[:, :, None] / size
+        walks, fed = ([led[a] for a in taken] for led in self._walk_matrices)
+        before = belief.reshape(-1, self.state_count // size, size)
+        hunted, caught = (
+            np.where(self._captured_mask, 0.0, before),
+            np.where(self._captured_mask, before, 0.0),
+        )
+        fled = np.matmul(hunted[:, :, None], self.prey_move_probabilities.reshape(-1, size, size))
+        after: Reals = _apply_walks(fled, walks).reshape(len(before), -1, size)
+        after += _apply_walks(caught.swapaxes(1, 2), fed).sum(axis=1)[:, :, None] / size
         after = after.reshape(belief.shape)
         for seat, observation in enumerate(observations):
             if observation is not None:
-                after = after * (self._observed[:, seat] == observation)
+                after = after * (self._observation_table[:, seat] == observation)
         return after
 
     @cached_property
-    def _led(self) -> tuple[Reals, Reals]:
+    def _walk_matrices(self) -> tuple[Reals, Reals]:
         """How likely each direction, and any of them, leads to a hex from another: `[7, 1, H, H]`,
         and `[7, H, H, H]` with a prey on each hex, on which a predator feeds and stays.
         """
         size = len(self.hexes)
-        walks = np.vstack([self.walks, self.walks.mean(axis=0)[None]]).swapaxes(1, 2)[:, None]
+        walks = np.vstack(
+            [self.walk_probabilities, self.walk_probabilities.mean(axis=0)[None]]
+        ).swapaxes(1, 2)[:, None]
         stays = np.eye(size, dtype=bool)[:, None]  # from the hex of the prey
         return walks, np.where(stays, np.eye(size), walks)
 
     @cached_property
-    def _caught(self) -> Bools:
+    def _captured_mask(self) -> Bools:
         """Whether the prey on each hex is caught `[S / H, H]`."""
-        return self.captured(self.enumerated()).reshape(-1, len(self.hexes))
+        return self.is_prey_captured(self.enumerate_states()).reshape(-1, len(self.hexes))
 
 
-def _walked(joint: Reals, walks: Sequence[Reals]) -> Reals:
+def _apply_walks(joint: Reals, walks: Sequence[Reals]) -> Reals:
     """Probabilities `[B, P, ...]` by the hex of each predator, after walks `[P, H, H]` of each."""
     for seat, walk in enumerate(walks):
         many, size, _ = walk.shape
@@ -246,20 +269,20 @@ def _walked(joint: Reals, walks: Sequence[Reals]) -> Reals:
     return joint.reshape(len(joint), len(walks[0]), -1)
 
 
-def _directions() -> tuple[Ints, Ints]:
+def _tabulate_directions() -> tuple[Ints, Ints]:
     """How many directions some bits are `[128]`, 1 for none, and the k-th `[128, 6]`, flat."""
-    count, kth = np.ones(ALL + 1, np.int64), np.full((ALL + 1, 6), STAYS)
-    for mask in range(ALL + 1):
+    count, kth = np.ones(ALL_BITS + 1, np.int64), np.full((ALL_BITS + 1, 6), STAY_DIRECTION)
+    for mask in range(ALL_BITS + 1):
         held = [direction for direction in range(6) if mask >> direction & 1]
         count[mask] = max(len(held), 1)
         kth[mask, : len(held)] = held
     return count, kth.reshape(-1)
 
 
-_COUNT, _KTH = _directions()
+_DIRECTION_COUNT, _KTH_DIRECTION = _tabulate_directions()
 
 VARIANTS = {
-    "circle": CollaborativePredatorPrey(hexes=CIRCLE),
-    "triangle": CollaborativePredatorPrey(hexes=TRIANGLE),
+    "circle": CollaborativePredatorPrey(hexes=CIRCLE_HEXES),
+    "triangle": CollaborativePredatorPrey(hexes=TRIANGLE_HEXES),
     "sighted": CollaborativePredatorPrey(sighted=True),
 }

@@ -10,62 +10,81 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Categorical, Chance, Span
-from dmplay.columns import Column, chosen, column, columns, joined, listed, size, stayed, within
-from dmplay.core import Continuous, Labels, Outcome, parameter
-from dmplay.problems._reals import RealState
+from dmplay.chance import Array, Bools, Categorical, Chance, Uniform
+from dmplay.columns import (
+    Column,
+    clip_to_bounds,
+    magnitude,
+    restore_finished_rows,
+    select_where,
+    split_columns,
+    stack_columns,
+    take_values,
+    to_column,
+)
+from dmplay.core import ContinuousStates, Labels, Outcome, parameter
+from dmplay.problems._reals import RealStateProblem
 
-RATES = np.array([-5.0, 0.0, 5.0])  # m/s, by action
-GUSTS = np.array([-2.0, 0.0, 2.0])  # m/s^2
-GUST = Categorical.of(np.array([[0.25, 0.5, 0.25]]))
-LIMIT = 1.0  # m/s^2, what the aircraft can do about its vertical rate
-NEAR = 50.0  # m
-NEAR_COST, CHANGE_COST = 1.0, 0.01
-FIRST_HEIGHT, FIRST_RATE, FIRST_TIME = 200.0, 10.0, 40.0
+ADVISED_RATES = np.array([-5.0, 0.0, 5.0])  # m/s, by action
+GUST_ACCELERATIONS = np.array([-2.0, 0.0, 2.0])  # m/s^2
+GUST_CHANCE = Categorical.from_probabilities(np.array([[0.25, 0.5, 0.25]]))
+MAX_ACCELERATION = 1.0  # m/s^2, what the aircraft can do about its vertical rate
+COLLISION_DISTANCE = 50.0  # m
+COLLISION_COST, ADVISORY_CHANGE_COST = 1.0, 0.01
+START_HEIGHT_BOUND, START_RATE_BOUND, START_TIME = 200.0, 10.0, 40.0
 
 
 @dataclass(frozen=True)
-class CollisionAvoidance(RealState):
+class CollisionAvoidance(RealStateProblem):
     """Two aircraft head on; a state is h (m), its rate (m/s), the last advisory and the time."""
 
     repaired: bool = parameter(False, "whether a rate close to the advised one becomes that one")
 
     actions = (Labels(("descend", "no-advisory", "climb")),)
-    aliases = {  # noqa: RUF012 - never written
+    action_aliases = {  # noqa: RUF012 - never written
         "-5": "descend", "0": "no-advisory", "none": "no-advisory", "5": "climb",
     }  # fmt: skip
-    states = Continuous(4)
+    state_count = ContinuousStates(4)
 
-    def opening(self, rows: int) -> tuple[Chance, ...]:
+    def initial_chance(self, rows: int) -> tuple[Chance, ...]:
         """The height and its rate."""
-        height, rate = np.full(rows, FIRST_HEIGHT), np.full(rows, FIRST_RATE)
-        return (Span(-height, height), Span(-rate, rate))
+        height, rate = np.full(rows, START_HEIGHT_BOUND), np.full(rows, START_RATE_BOUND)
+        return (Uniform(-height, height), Uniform(-rate, rate))
 
-    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
+    def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
         """No advisory yet, 40 s to go."""
         height, rate = events
-        return np.stack([height, rate, np.zeros(rows), np.full(rows, FIRST_TIME)], axis=1)
+        return np.stack([height, rate, np.zeros(rows), np.full(rows, START_TIME)], axis=1)
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         """The gust."""
-        return (GUST,)
+        return (GUST_CHANCE,)
 
-    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+    def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """One second (F.5 to F.9); the costs are those of the state acted in."""
-        h, dh, a_prev, t_col = columns(s)
-        advised, gust = listed(RATES, column(a[:, 0])), listed(GUSTS, column(events[0]))
-        faster = dh + (self._acceleration(dh, advised) + gust)
-        collides = (size(h) < NEAR) & (t_col == 0)
-        cost = NEAR_COST * collides + CHANGE_COST * (advised != a_prev)
-        moved = stayed(t_col < 0, joined((h + dh, faster, advised, t_col - 1.0)), s)
-        return Outcome(moved, joined([0.0 - cost * (t_col >= 0)]), moved)
+        h, dh, a_prev, t_col = split_columns(s)
+        advised, gust = (
+            take_values(ADVISED_RATES, to_column(a[:, 0])),
+            take_values(GUST_ACCELERATIONS, to_column(events[0])),
+        )
+        faster = dh + (self._compute_acceleration(dh, advised) + gust)
+        collides = (magnitude(h) < COLLISION_DISTANCE) & (t_col == 0)
+        cost = COLLISION_COST * collides + ADVISORY_CHANGE_COST * (advised != a_prev)
+        moved = restore_finished_rows(
+            t_col < 0, stack_columns((h + dh, faster, advised, t_col - 1.0)), s
+        )
+        return Outcome(moved, stack_columns([0.0 - cost * (t_col >= 0)]), moved)
 
-    def _acceleration(self, dh: Column, advised: Column) -> Column:
+    def _compute_acceleration(self, dh: Column, advised: Column) -> Column:
         """What the aircraft does about its vertical rate (F.9)."""
         short = advised - dh
         close = short if self.repaired else advised
-        turned = chosen(size(short) < LIMIT, close, within(short, -LIMIT, LIMIT))
-        return chosen(advised == 0, 0.0, turned)
+        turned = select_where(
+            magnitude(short) < MAX_ACCELERATION,
+            close,
+            clip_to_bounds(short, -MAX_ACCELERATION, MAX_ACCELERATION),
+        )
+        return select_where(advised == 0, 0.0, turned)
 
     def terminal(self, s: Array) -> Bools:
         """The time is over: the aircraft have passed."""

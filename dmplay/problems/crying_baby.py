@@ -7,20 +7,20 @@ observation that of the state after; the start is uniform over both states, as n
 from dataclasses import dataclass
 
 from dmplay.core import parameter
-from dmplay.problems._care import ACTIONS, HEARD, Care
+from dmplay.problems._care import ACTIONS, SOUNDS, BabyCare
 
 
 @dataclass(frozen=True)
-class CryingBaby(Care):
+class CryingBaby(BabyCare):
     """The care for a baby, hungry or sated, crying or quiet."""
 
     feed_reward: float = parameter(-5.0, "reward of the effort of feeding")
     sing_reward: float = parameter(-0.5, "reward of the effort of singing")
 
     actions = (ACTIONS,)
-    observations = (HEARD,)
+    observations = (SOUNDS,)
 
     @property
-    def efforts(self) -> tuple[tuple[float, ...], ...]:
+    def action_rewards(self) -> tuple[tuple[float, ...], ...]:
         """What each action costs."""
         return ((self.feed_reward, self.sing_reward, 0.0),)

@@ -14,19 +14,28 @@ from functools import cached_property
 import numpy as np
 
 from dmplay import tiles
-from dmplay.chance import Array, Bools, Categorical, Chance, Ints, Pick, Reals, drawn
-from dmplay.columns import batch, joined, lines
+from dmplay.chance import (
+    Array,
+    Bools,
+    Categorical,
+    Chance,
+    DiscreteUniform,
+    Ints,
+    Reals,
+    sample_unbatched,
+)
+from dmplay.columns import stack_columns, take_rows, to_batch
 from dmplay.core import Labels, Outcome, Problem, parameter
 from dmplay.tiles import Cells
 
-EMPTY = "."
-ABLE = np.array([[[slides >> a & 1 for a in range(4)]] for slides in range(16)], bool)
+EMPTY_CELL = "."
+LEGAL_SLIDE_MASKS = np.array([[[slides >> a & 1 for a in range(4)]] for slides in range(16)], bool)
 
 
-def slide(board: Cells, a: Ints) -> tuple[Cells, Reals]:
+def slide_and_score(board: Cells, a: Ints) -> tuple[Cells, Reals]:
     """The boards after sliding in directions `a` `[B]`, before the new tile, and the pay `[B]`."""
-    slid = tiles.slid(board, a)
-    return slid.cells(slid.after & 0), batch(slid.pay).astype(float)
+    slid = tiles.slide_boards(board, a)
+    return slid.cells_with_tiles(slid.after & 0), to_batch(slid.scores).astype(float)
 
 
 @dataclass(frozen=True)
@@ -35,20 +44,20 @@ class Game2048(Problem):
 
     p_two: float = parameter(0.8, "probability that a new tile is a 2, not a 4", 0.0, 1.0)
 
-    endless = False  # tiles only grow, and there is room for few
+    can_run_forever = False  # tiles only grow, and there is room for few
     actions = (Labels(("left", "down", "right", "up")),)
-    states = math.inf
+    state_count = math.inf
 
     @cached_property
-    def _tile(self) -> Chance:
+    def _tile_chance(self) -> Chance:
         return Categorical(np.array([[self.p_two]]))
 
-    def opening(self, rows: int) -> tuple[Chance, ...]:
+    def initial_chance(self, rows: int) -> tuple[Chance, ...]:
         """Two different cells and what stands on them."""
-        first, second = (Pick(np.full(rows, n), n) for n in (16, 15))
-        return (first, second, self._tile, self._tile)
+        first, second = (DiscreteUniform(np.full(rows, n), n) for n in (16, 15))
+        return (first, second, self._tile_chance, self._tile_chance)
 
-    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
+    def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
         """The second cell is counted without the first."""
         first, second, one, other = events
         board = np.zeros((rows, 16), np.uint8)
@@ -59,33 +68,39 @@ class Game2048(Problem):
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         """Which of the cells left empty gets the new tile, and which tile."""
-        return Pick.of(tiles.room(s, a.ravel()), 16), self._tile
+        return DiscreteUniform.from_counts(
+            tiles.count_empty_after_slide(s, a.ravel()), 16
+        ), self._tile_chance
 
-    def move(self, s: Array, a: Array, events: Sequence[Array | int]) -> Outcome:
+    def resolve_events(self, s: Array, a: Array, events: Sequence[Array | int]) -> Outcome:
         """Slides, and puts the new tile down if anything moved."""
-        slid = tiles.slid(s, a.ravel())
-        cell, tile = tiles.numbers(events[0]), tiles.numbers(events[1])
-        new = tiles.nth(tiles.empty(slid.after), cell) * (tile + 1) * (slid.after != slid.before)
-        moved = slid.cells(new)
-        return Outcome(moved, joined([slid.pay]), moved)
+        slid = tiles.slide_boards(s, a.ravel())
+        cell, tile = tiles.to_board_integers(events[0]), tiles.to_board_integers(events[1])
+        new = (
+            tiles.select_nth_bit(tiles.compute_empty_cell_bits(slid.after), cell)
+            * (tile + 1)
+            * (slid.after != slid.before)
+        )
+        moved = slid.cells_with_tiles(new)
+        return Outcome(moved, stack_columns([slid.scores]), moved)
 
     def step(self, s: Array, a: Array, u: Reals) -> Outcome:
         """One turn, as it is derived: of one row by plain numbers."""
-        return self.move(s, a, drawn(self.chance(s, a), u))
+        return self.resolve_events(s, a, sample_unbatched(self.chance(s, a), u))
 
-    def legal(self, s: Array) -> Bools:
+    def legal_actions_mask(self, s: Array) -> Bools:
         """The slides that move something."""
-        return lines(ABLE, tiles.ways(s))
+        return take_rows(LEGAL_SLIDE_MASKS, tiles.compute_legal_slide_bits(s))
 
     def terminal(self, s: Array) -> Bools:
         """No slide moves anything."""
-        return tiles.stuck(s)
+        return tiles.mark_stuck_boards(s)
 
-    def notation(self, s: Array) -> str:
+    def format_state(self, s: Array) -> str:
         """The rows from the top, tile values, `.` for an empty cell: `2 4 . ./. . . ./...`."""
-        return "/".join(" ".join(str(2 ** int(e)) if e else EMPTY for e in row) for row in s)
+        return "/".join(" ".join(str(2 ** int(e)) if e else EMPTY_CELL for e in row) for row in s)
 
-    def parse(self, text: str) -> Array:
+    def parse_state(self, text: str) -> Array:
         """The board that `notation` wrote."""
-        tiles = [row.replace(EMPTY, "1").split() for row in text.split("/")]
+        tiles = [row.replace(EMPTY_CELL, "1").split() for row in text.split("/")]
         return np.array([[int(tile).bit_length() - 1 for tile in row] for row in tiles], np.uint8)

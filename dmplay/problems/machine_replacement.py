@@ -12,10 +12,10 @@ import numpy as np
 from dmplay.core import Labels
 from dmplay.tabular import Tables, Tabular
 
-WEARS = [[0.81, 0.18, 0.01], [0.0, 0.9, 0.1], [0.0, 0.0, 1.0]]
-RENEWED = [[1.0, 0.0, 0.0]] * 3
-UNSEEN = [[1.0, 0.0]] * 3
-SEEN = [[1.0, 0.0], [0.5, 0.5], [0.25, 0.75]]
+WEAR_PROBABILITIES = [[0.81, 0.18, 0.01], [0.0, 0.9, 0.1], [0.0, 0.0, 1.0]]
+REPAIR_PROBABILITIES = [[1.0, 0.0, 0.0]] * 3
+UNEXAMINED_OBSERVATION = [[1.0, 0.0]] * 3
+EXAMINED_OBSERVATION = [[1.0, 0.0], [0.5, 0.5], [0.25, 0.75]]
 REWARDS = [[0.9025, 0.475, 0.25], [0.6525, 0.225, 0.0], [-0.5, -1.5, -2.5], [-2.0] * 3]
 
 
@@ -25,12 +25,21 @@ class MachineReplacement(Tabular):
 
     actions = (Labels(("manufacture", "examine", "interrupt", "replace")),)
     observations = (Labels(("nondefective", "defective")),)
-    states = 3  # failed components
-    names = ("0", "1", "2")
+    state_count = 3  # failed components
+    state_names = ("0", "1", "2")
     horizon = 20
-    start_belief = np.array([1.0, 0.0, 0.0])
+    initial_belief = np.array([1.0, 0.0, 0.0])
     tables = Tables(
-        np.array([WEARS, WEARS, RENEWED, RENEWED]).transpose(1, 0, 2),
+        np.array(
+            [WEAR_PROBABILITIES, WEAR_PROBABILITIES, REPAIR_PROBABILITIES, REPAIR_PROBABILITIES]
+        ).transpose(1, 0, 2),
         np.array(REWARDS).T[:, :, None],
-        np.array([UNSEEN, SEEN, UNSEEN, UNSEEN]),
+        np.array(
+            [
+                UNEXAMINED_OBSERVATION,
+                EXAMINED_OBSERVATION,
+                UNEXAMINED_OBSERVATION,
+                UNEXAMINED_OBSERVATION,
+            ]
+        ),
     )

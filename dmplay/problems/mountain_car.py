@@ -10,18 +10,27 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Chance, Span
-from dmplay.columns import Column, batch, chosen, column, columns, joined, stayed, within
-from dmplay.core import Continuous, Labels, Outcome, parameter
-from dmplay.problems._reals import RealState
-from dmplay.problems._trigonometry import cosine_of_triple
+from dmplay.chance import Array, Bools, Chance, Uniform
+from dmplay.columns import (
+    Column,
+    clip_to_bounds,
+    restore_finished_rows,
+    select_where,
+    split_columns,
+    stack_columns,
+    to_batch,
+    to_column,
+)
+from dmplay.core import ContinuousStates, Labels, Outcome, parameter
+from dmplay.problems._reals import RealStateProblem
+from dmplay.problems._trigonometry import compute_cosine_of_triple
 
 LEFT_WALL, RIGHT_WALL, TOP_SPEED = -1.2, 0.6, 0.07
 THRUST, GRAVITY = 0.001, 0.0025
 
 
 @dataclass(frozen=True)
-class MountainCar(RealState):
+class MountainCar(RealStateProblem):
     """An underpowered car in a valley; a state is the place x and the speed v."""
 
     goal: float = parameter(0.6, "the place to reach", LEFT_WALL, RIGHT_WALL)
@@ -36,39 +45,39 @@ class MountainCar(RealState):
     time: int = parameter(0, "default number of turns, 0 for no end", 0, 1e4)
 
     actions = (Labels(("left", "coast", "right")),)
-    aliases = {"reverse": "left", "-": "coast", "forward": "right"}  # noqa: RUF012 - never written
-    states = Continuous(2)
+    action_aliases = {"reverse": "left", "-": "coast", "forward": "right"}  # noqa: RUF012 - never written
+    state_count = ContinuousStates(2)
 
     @property
     def horizon(self) -> int | None:
         """None, except where there is a time."""
         return self.time or None
 
-    def opening(self, rows: int) -> tuple[Chance, ...]:
+    def initial_chance(self, rows: int) -> tuple[Chance, ...]:
         """The place and the speed."""
         low, high, speed = (
             np.full(rows, bound) for bound in (self.start_low, self.start_high, self.start_speed)
         )
-        return (Span(low, high), Span(-speed, speed))
+        return (Uniform(low, high), Uniform(-speed, speed))
 
-    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+    def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """Engine and slope change the speed, the speed changes the place, the box holds both."""
-        x, v = columns(s)
-        faster = v + (THRUST * (column(a[:, 0]) - 1) - GRAVITY * cosine_of_triple(x))
-        v2 = within(faster, -TOP_SPEED, TOP_SPEED)
-        x2 = within(x + (v2 if self.speed_first else faster), LEFT_WALL, RIGHT_WALL)
+        x, v = split_columns(s)
+        faster = v + (THRUST * (to_column(a[:, 0]) - 1) - GRAVITY * compute_cosine_of_triple(x))
+        v2 = clip_to_bounds(faster, -TOP_SPEED, TOP_SPEED)
+        x2 = clip_to_bounds(x + (v2 if self.speed_first else faster), LEFT_WALL, RIGHT_WALL)
         if self.wall_stops:
-            v2 = chosen((x2 == LEFT_WALL) & (v2 < 0), 0.0, v2)
-        over = self._there(x, v)
-        moved = stayed(over, joined((x2, v2)), s)
-        return Outcome(moved, joined([over - 1.0]), moved)
+            v2 = select_where((x2 == LEFT_WALL) & (v2 < 0), 0.0, v2)
+        over = self._is_at_goal(x, v)
+        moved = restore_finished_rows(over, stack_columns((x2, v2)), s)
+        return Outcome(moved, stack_columns([over - 1.0]), moved)
 
-    def _there(self, x: Column, v: Column) -> Column:
+    def _is_at_goal(self, x: Column, v: Column) -> Column:
         return (x >= self.goal) & (v >= self.goal_speed)
 
     def terminal(self, s: Array) -> Bools:
         """The car has reached its goal."""
-        return batch(self._there(column(s[:, 0]), column(s[:, 1])))
+        return to_batch(self._is_at_goal(to_column(s[:, 0]), to_column(s[:, 1])))
 
 
 VARIANTS = {

@@ -9,11 +9,11 @@ costs 0.5 and 0.25; the start is uniform over both states, as none is given.
 from dataclasses import dataclass
 
 from dmplay.core import parameter
-from dmplay.problems._care import ACTIONS, HEARD, Care
+from dmplay.problems._care import ACTIONS, SOUNDS, BabyCare
 
 
 @dataclass(frozen=True)
-class MulticaregiverCryingBaby(Care):
+class MulticaregiverCryingBaby(BabyCare):
     """The care of two for a baby, hungry or sated, crying or quiet."""
 
     becomes_hungry: float = parameter(0.5, "probability that a sated, unfed baby is hungry", 0, 1)
@@ -27,10 +27,10 @@ class MulticaregiverCryingBaby(Care):
 
     agents = ("caregiver1", "caregiver2")
     actions = (ACTIONS,) * 2
-    observations = (HEARD,) * 2
+    observations = (SOUNDS,) * 2
 
     @property
-    def efforts(self) -> tuple[tuple[float, ...], ...]:
+    def action_rewards(self) -> tuple[tuple[float, ...], ...]:
         """What each action costs each caregiver."""
         return (
             (self.feed_reward1, self.sing_reward1, 0.0),

@@ -14,17 +14,24 @@ from functools import cached_property
 import numpy as np
 
 from dmplay.chance import Array, Categorical, Chance, Reals
-from dmplay.columns import Column, chosen, column, columns, joined, least
+from dmplay.columns import Column, minimum, select_where, split_columns, stack_columns, to_column
 from dmplay.core import Outcome, parameter
-from dmplay.hexes import slips
-from dmplay.problems._hunt import CIRCLE, STANDARD, TRIANGLE, Hunt, numbered, sharing
+from dmplay.hexes import slip_chance
+from dmplay.problems._hunt import (
+    CIRCLE_HEXES,
+    STANDARD_HEXES,
+    TRIANGLE_HEXES,
+    HexHunt,
+    count_on_same_hex,
+    make_numbered_names,
+)
 
-FIRST_PREDATOR, FIRST_PREY = (1, 2), (2, 0)  # figure F.16
-DEVOURED, MOVED = -100.0, -1.0
+PREDATOR_START_HEX, PREY_START_HEX = (1, 2), (2, 0)  # figure F.16
+DEVOURED_REWARD, MOVE_REWARD = -100.0, -1.0
 
 
 @dataclass(frozen=True)
-class PredatorPrey(Hunt):
+class PredatorPrey(HexHunt):
     """A hunt in which everyone sees everyone."""
 
     predators: int = parameter(1, "how many predators", 1, 26)
@@ -35,84 +42,89 @@ class PredatorPrey(Hunt):
         """`predator` and `prey`, numbered where there are several."""
         if self.predators == self.prey == 1:
             return ("predator", "prey")
-        return numbered("predator", self.predators) + numbered("prey", self.prey)
+        return make_numbered_names("predator", self.predators) + make_numbered_names(
+            "prey", self.prey
+        )
 
     @property
-    def walkers(self) -> int:
+    def walker_count(self) -> int:
         """Every agent."""
         return self.predators + self.prey
 
     @cached_property
-    def hunters(self) -> range:
+    def predator_seats(self) -> range:
         """The seats of the predators."""
         return range(self.predators)
 
     @cached_property
-    def hunted(self) -> range:
+    def prey_seats(self) -> range:
         """The seats of the prey."""
-        return range(self.predators, self.walkers)
+        return range(self.predators, self.walker_count)
 
     @cached_property
-    def _births(self) -> Reals:
+    def _prey_event_cumulative(self) -> Reals:
         """Cumulative probabilities of a prey's event: its hex if devoured, its slip if free."""
         size = max(len(self.hexes), 3)
         births = np.ones((2, size - 1))
-        births[1, :2] = slips(self.slip).cumulative
+        births[1, :2] = slip_chance(self.slip).cumulative
         births[0, : len(self.hexes) - 1] = np.arange(1, len(self.hexes)) / len(self.hexes)
         return births
 
     @cached_property
-    def _born(self) -> tuple[Categorical, ...]:
+    def _prey_event_chances(self) -> tuple[Categorical, ...]:
         """What a prey draws alone in its row: devoured, or free."""
-        return tuple(Categorical(births[None]) for births in self._births)
+        return tuple(Categorical(births[None]) for births in self._prey_event_cumulative)
 
-    def _fate(self, hexes: Sequence[Column], prey: int) -> Categorical:
+    def _select_prey_chance(self, hexes: Sequence[Column], prey: int) -> Categorical:
         """What a prey draws."""
-        free = sharing(hexes, prey, self.hunters) == 0
+        free = count_on_same_hex(hexes, prey, self.predator_seats) == 0
         if isinstance(free, np.ndarray):
-            return Categorical(self._births.take(free, axis=0))
-        return self._born[free]
+            return Categorical(self._prey_event_cumulative.take(free, axis=0))
+        return self._prey_event_chances[free]
 
     @property
-    def _drawn(self) -> bool:
+    def _has_fixed_start(self) -> bool:
         """Whether the game starts as in the figure."""
-        return self.predators == self.prey == 1 and self.hexes == STANDARD
+        return self.predators == self.prey == 1 and self.hexes == STANDARD_HEXES
 
-    def opening(self, rows: int) -> tuple[Chance, ...]:
+    def initial_chance(self, rows: int) -> tuple[Chance, ...]:
         """Nothing where the figure says it all, else the hex of each agent."""
-        return () if self._drawn else super().opening(rows)
+        return () if self._has_fixed_start else super().initial_chance(rows)
 
-    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
+    def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
         """The hexes drawn, or those of the figure."""
-        if not self._drawn:
-            return super().place(rows, events)
-        figure = [self.hexes.index(FIRST_PREDATOR), self.hexes.index(FIRST_PREY)]
+        if not self._has_fixed_start:
+            return super().initial_states(rows, events)
+        figure = [self.hexes.index(PREDATOR_START_HEX), self.hexes.index(PREY_START_HEX)]
         return np.tile(np.array(figure), (rows, 1))
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         """The slip of each agent; of a devoured prey, where it is born."""
-        hexes = columns(s)
-        fates = [self._fate(hexes, prey) for prey in self.hunted]
-        return (*(self.slips,) * self.predators, *fates)
+        hexes = split_columns(s)
+        fates = [self._select_prey_chance(hexes, prey) for prey in self.prey_seats]
+        return (*(self.slip_chance,) * self.predators, *fates)
 
-    def move(self, s: Array, a: Array, events: Sequence[Array | int]) -> Outcome:
+    def resolve_events(self, s: Array, a: Array, events: Sequence[Array | int]) -> Outcome:
         """Everyone moves as in hex world, but those that feed and those that are fed on."""
-        hexes = columns(s)
+        hexes = split_columns(s)
         moved, rewards = [], []
-        each = zip(hexes, columns(a), map(column, events), strict=True)
+        each = zip(hexes, split_columns(a), map(to_column, events), strict=True)
         for seat, (hex_, direction, event) in enumerate(each):
-            hunters = sharing(hexes, seat, self.hunters)
-            if seat in self.hunters:
-                prey = sharing(hexes, seat, self.hunted)
-                feeds, walked = prey > 0, self.walk(hex_, direction, event)
-                rewards.append(chosen(feeds, prey / hunters, MOVED))
-                moved.append(chosen(feeds, hex_, walked))
+            hunters = count_on_same_hex(hexes, seat, self.predator_seats)
+            if seat in self.predator_seats:
+                prey = count_on_same_hex(hexes, seat, self.prey_seats)
+                feeds, walked = prey > 0, self.move_walker(hex_, direction, event)
+                rewards.append(select_where(feeds, prey / hunters, MOVE_REWARD))
+                moved.append(select_where(feeds, hex_, walked))
             else:
-                caught, walked = hunters > 0, self.walk(hex_, direction, least(event, 2))
-                rewards.append(chosen(caught, DEVOURED, 0.0))
-                moved.append(chosen(caught, event, walked))
-        after = joined(moved, np.int64)
-        return Outcome(after, joined(rewards), after)
+                caught, walked = hunters > 0, self.move_walker(hex_, direction, minimum(event, 2))
+                rewards.append(select_where(caught, DEVOURED_REWARD, 0.0))
+                moved.append(select_where(caught, event, walked))
+        after = stack_columns(moved, np.int64)
+        return Outcome(after, stack_columns(rewards), after)
 
 
-VARIANTS = {"circle": PredatorPrey(hexes=CIRCLE), "triangle": PredatorPrey(hexes=TRIANGLE)}
+VARIANTS = {
+    "circle": PredatorPrey(hexes=CIRCLE_HEXES),
+    "triangle": PredatorPrey(hexes=TRIANGLE_HEXES),
+}

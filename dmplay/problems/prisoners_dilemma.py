@@ -11,7 +11,7 @@ import numpy as np
 from dmplay.core import Labels
 from dmplay.matrix_game import MatrixGame
 
-YEARS = np.array([[1.0, 4.0], [0.0, 3.0]])  # served by the row player
+PRISON_YEARS = np.array([[1.0, 4.0], [0.0, 3.0]])  # served by the row player
 
 
 @dataclass(frozen=True)
@@ -19,4 +19,4 @@ class PrisonersDilemma(MatrixGame):
     """Both silent one year each, both blaming three, one blamed alone four."""
 
     actions = (Labels(("cooperate", "defect")),) * 2
-    payoffs = np.stack([0.0 - YEARS, 0.0 - YEARS.T], axis=2)
+    payoffs = np.stack([0.0 - PRISON_YEARS, 0.0 - PRISON_YEARS.T], axis=2)

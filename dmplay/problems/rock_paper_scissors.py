@@ -11,7 +11,7 @@ import numpy as np
 from dmplay.core import Labels
 from dmplay.matrix_game import MatrixGame
 
-WINS = np.array([[0.0, -1.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 1.0, 0.0]])  # of the row player
+ROW_PAYOFFS = np.array([[0.0, -1.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 1.0, 0.0]])  # of the row player
 
 
 @dataclass(frozen=True)
@@ -19,4 +19,4 @@ class RockPaperScissors(MatrixGame):
     """One for the winner, minus one for the loser, nothing for a draw."""
 
     actions = (Labels(("rock", "paper", "scissors")),) * 2
-    payoffs = np.stack([WINS, WINS.T], axis=2)
+    payoffs = np.stack([ROW_PAYOFFS, ROW_PAYOFFS.T], axis=2)

@@ -11,37 +11,37 @@ from functools import cached_property
 import numpy as np
 
 from dmplay.chance import Array, Chance, Normal, Reals
-from dmplay.core import Continuous, Interval, Outcome, parameter
-from dmplay.problems._reals import RealState
+from dmplay.core import ContinuousStates, Interval, Outcome, parameter
+from dmplay.problems._reals import RealStateProblem
 
 START_MEAN, START_DEVIATION = 0.3, 0.1
 
 
 @dataclass(frozen=True)
-class SimpleRegulator(RealState):
+class SimpleRegulator(RealStateProblem):
     """A linear quadratic regulator of one number."""
 
     discount: float = parameter(0.9, "factor on the rewards of each later turn", 0.0, 1.0)
     noise: float = parameter(0.1, "standard deviation of what is added each turn", 0.0)
 
     actions = (Interval(-10.0, 10.0),)
-    states = Continuous(1)
+    state_count = ContinuousStates(1)
     horizon = 20
 
-    def opening(self, rows: int) -> tuple[Chance, ...]:
+    def initial_chance(self, rows: int) -> tuple[Chance, ...]:
         """The first number."""
         return (Normal(np.full(rows, START_MEAN), np.full(rows, START_DEVIATION)),)
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         """The next number, around the sum of this one and the action."""
-        return (Normal(s[:, 0] + a[:, 0], self._deviation),)
+        return (Normal(s[:, 0] + a[:, 0], self._noise_deviation),)
 
     @cached_property
-    def _deviation(self) -> Reals:
+    def _noise_deviation(self) -> Reals:
         """That of the next number, the same in each row."""
         return np.array([self.noise])
 
-    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+    def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """The reward is that of the state acted in."""
         moved = events[0][:, None]
         return Outcome(moved, -(s * s), moved)

@@ -11,11 +11,11 @@ import numpy as np
 from dmplay.core import Labels
 from dmplay.matrix_game import MatrixGame
 
-LEAST, MOST = 2, 100  # dollars
-BONUS = 2  # dollars from the higher claim to the lower
-CLAIMS = np.arange(LEAST, MOST + 1.0)
-LOWER = np.minimum(CLAIMS[:, None], CLAIMS)
-PAID = LOWER + BONUS * np.sign(CLAIMS - CLAIMS[:, None])  # to the row player
+MIN_CLAIM, MAX_CLAIM = 2, 100  # dollars
+BONUS_DOLLARS = 2  # dollars from the higher claim to the lower
+CLAIMS = np.arange(MIN_CLAIM, MAX_CLAIM + 1.0)
+LOWER_CLAIMS = np.minimum(CLAIMS[:, None], CLAIMS)
+ROW_PAYOFFS = LOWER_CLAIMS + BONUS_DOLLARS * np.sign(CLAIMS - CLAIMS[:, None])  # to the row player
 
 
 @dataclass(frozen=True)
@@ -23,4 +23,4 @@ class TravelersDilemma(MatrixGame):
     """Both are paid the lower claim, its author 2 more and the other 2 less."""
 
     actions = (Labels(f"{claim:.0f}" for claim in CLAIMS),) * 2
-    payoffs = np.stack([PAID, PAID.T], axis=2)
+    payoffs = np.stack([ROW_PAYOFFS, ROW_PAYOFFS.T], axis=2)

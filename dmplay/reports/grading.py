@@ -5,82 +5,119 @@ from json import dumps
 from pathlib import Path
 from textwrap import fill
 
-from dmplay.describe import counted, one_line
+from dmplay.describe import escape_newlines, format_count
 from dmplay.game import checking
 from dmplay.game.errand import Printout
-from dmplay.measure.assignment import read
-from dmplay.measure.grading import PROVES, Grade, Graded
-from dmplay.measure.grading import graded as grades
-from dmplay.reports.progress import Bar
-from dmplay.reports.tables import csv_of, table
-from dmplay.signals import INTERRUPTED
+from dmplay.measure.assignment import read_assignment
+from dmplay.measure.grading import GRADING_LIMITS, Grade, GradingReport
+from dmplay.measure.grading import grade_files as grades
+from dmplay.reports.progress import ProgressBar
+from dmplay.reports.tables import format_csv, format_table
+from dmplay.signals import INTERRUPTED_EXIT_CODE
 from dmplay.solutions.solution import Row
 
-WIDE = 80  # columns of a paragraph
-LISTS = ("marks", "same", "tries", "unlike")  # of words
+PARAGRAPH_COLUMNS = 80  # columns of a paragraph
+DATA_KEYS = {
+    "occupant": "who",
+    "end_reason": "ending",
+    "discounted_return": "return",
+    "best_count": "best",
+    "valued_count": "valued",
+    "undone_turn_count": "undo",
+    "reroll_count": "reroll",
+    "hint_count": "hints",
+    "remarks": "marks",
+    "identical_files": "same",
+    "other_attempts": "tries",
+    "assignment_differences": "unlike",
+}
+LIST_COLUMNS = ("marks", "same", "tries", "unlike")  # of words
 
 
-def graded(
+def report_grades(
     paths: Sequence[Path],
     assignment: Path | None = None,
     *,
     trusted: bool = False,
-    form: str = "",
+    output_format: str = "",
     motion: bool = True,
 ) -> Printout:
     """The grades of these files and folders, against an assignment where there is one."""
-    files = [*checking.files(paths)]
-    wanted = read(assignment) if assignment else None
-    with Bar(f"grading {counted(len(files), 'file')}", quiet=bool(form), motion=motion) as bar:
+    files = [*checking.iter_transcript_files(paths)]
+    wanted = read_assignment(assignment) if assignment else None
+    with ProgressBar(
+        f"grading {format_count(len(files), 'file')}", quiet=bool(output_format), motion=motion
+    ) as bar:
         found = grades(files, wanted, trusted=trusted, progress=bar)
-    whole = found.files == len(files)
-    return Printout(written(found, len(files), form), code=0 if whole else INTERRUPTED)
+    whole = found.file_count == len(files)
+    return Printout(
+        format_grades(found, len(files), output_format),
+        exit_code=0 if whole else INTERRUPTED_EXIT_CODE,
+    )
 
 
-def written(found: Graded, files: int, form: str = "") -> str:
+def format_grades(grades: GradingReport, file_count: int, output_format: str = "") -> str:
     """The grades of so many files as a table, or as data."""
-    rows = [_row(one) for one in found.grades]
-    if form == "json":
-        told = {"games": rows, "missing": found.missing, "files": found.files, "of": files}
-        return dumps(told | {"proves": PROVES})
-    if form == "csv":
-        return csv_of([row | {key: _words(row[key]) for key in LISTS} for row in rows])
-    holds = sum(one.verified for one in found.grades)
-    head = f"{counted(len(rows), 'game')}, {holds} verified"
-    if found.files < files:
-        head += f"; interrupted after {found.files} of {counted(files, 'file')}"
-    lacking = [f"{who} has no game of seed {_words(seeds)}" for who, seeds in found.missing.items()]
-    games = table([_for_people(one) for one in found.grades])
-    return "\n\n".join(filter(None, [head, games, "\n".join(lacking), fill(PROVES, WIDE)]))
+    rows = [_data_row(one) for one in grades.grades]
+    if output_format == "json":
+        told = {
+            "games": rows,
+            "missing": grades.missing_seeds,
+            "files": grades.file_count,
+            "of": file_count,
+        }
+        return dumps(told | {"proves": GRADING_LIMITS})
+    if output_format == "csv":
+        return format_csv(
+            [row | {key: _join_words(row[key]) for key in LIST_COLUMNS} for row in rows]
+        )
+    holds = sum(one.verified for one in grades.grades)
+    head = f"{format_count(len(rows), 'game')}, {holds} verified"
+    if grades.file_count < file_count:
+        head += f"; interrupted after {grades.file_count} of {format_count(file_count, 'file')}"
+    lacking = [
+        f"{who} has no game of seed {_join_words(seeds)}"
+        for who, seeds in grades.missing_seeds.items()
+    ]
+    games = format_table([_table_row(one) for one in grades.grades])
+    return "\n\n".join(
+        filter(None, [head, games, "\n".join(lacking), fill(GRADING_LIMITS, PARAGRAPH_COLUMNS)])
+    )
 
 
-def _row(one: Grade) -> Row:
+def _data_row(grade: Grade) -> Row:
     """A grade for programs."""
-    return {"return" if key == "returned" else key: told for key, told in one._asdict().items()}
+    return {DATA_KEYS.get(key, key): told for key, told in grade._asdict().items()}
 
 
-def _words(told: object) -> object:
-    return ", ".join(map(str, told)) if isinstance(told, Sequence) else told
+def _join_words(value: object) -> object:
+    return ", ".join(map(str, value)) if isinstance(value, Sequence) else value
 
 
-def _for_people(one: Grade) -> Row:
+def _table_row(grade: Grade) -> Row:
     """A grade with its numbers put together, and its faults last."""
-    notes = [one.fault] if one.fault else []
-    if one.unlike:
-        notes.append(f"not as assigned: {', '.join(one.unlike)}")
-    notes += [f"the same game as {', '.join(one.same)}"] if one.same else []
-    notes += [f"tried again in {', '.join(one.tries)}"] if one.tries else []
+    notes = [grade.fault] if grade.fault else []
+    if grade.assignment_differences:
+        notes.append(f"not as assigned: {', '.join(grade.assignment_differences)}")
+    notes += (
+        [f"the same game as {', '.join(grade.identical_files)}"] if grade.identical_files else []
+    )
+    notes += [f"tried again in {', '.join(grade.other_attempts)}"] if grade.other_attempts else []
     return {
-        "file": one_line(one.path),
-        "player": one_line(one.player or one.who),
-        "game": one_line(f"{one.problem} {'' if one.seed is None else one.seed}"),
-        "verified": "yes" if one.verified else "NO",
-        "return": "-" if one.returned is None else one.returned,
-        "regret": "-" if one.regret is None else f"{one.regret:.3g} ({one.best}/{one.valued} best)",
-        "undo": one.undo,
-        "reroll": one.reroll,
-        "hints": one.hints,
-        "strict": "hints" if one.strict == "hints" else "yes" if one.strict else "no",
-        "peeked": "yes" if one.peeked else "no",
-        "notes": one_line("; ".join(filter(None, [one.ending, *one.marks, *notes]))),
+        "file": escape_newlines(grade.path),
+        "player": escape_newlines(grade.player or grade.occupant),
+        "game": escape_newlines(f"{grade.problem} {'' if grade.seed is None else grade.seed}"),
+        "verified": "yes" if grade.verified else "NO",
+        "return": "-" if grade.discounted_return is None else grade.discounted_return,
+        "regret": "-"
+        if grade.regret is None
+        else f"{grade.regret:.3g} ({grade.best_count}/{grade.valued_count} best)",
+        "undo": grade.undone_turn_count,
+        "reroll": grade.reroll_count,
+        "hints": grade.hint_count,
+        "strict": "hints" if grade.strict == "hints" else "yes" if grade.strict else "no",
+        "peeked": "yes" if grade.peeked else "no",
+        "notes": escape_newlines(
+            "; ".join(filter(None, [grade.end_reason, *grade.remarks, *notes]))
+        ),
     }

@@ -12,20 +12,20 @@ from rich.syntax import ANSISyntaxTheme, Syntax
 from rich.text import Text
 from rich.theme import Theme
 
-from dmplay.finding.topics import title, topic, topics
+from dmplay.finding.topics import list_topics, read_topic, topic_title
 from dmplay.terminal import Terminal
 
-WIDE = 100  # columns: longer lines are hard to read
-INDENT = 4  # columns before code
-RULES = {"h1": "━", "h2": "─"}  # below headings
-PROMPT = "$ "
-STYLES = Theme({
+MAX_COLUMNS = 100  # columns: longer lines are hard to read
+CODE_INDENT = 4  # columns before code
+HEADING_RULES = {"h1": "━", "h2": "─"}  # below headings
+SHELL_PROMPT = "$ "
+MARKDOWN_STYLES = Theme({
     "markdown.h1": "bold",
     "markdown.h2": "bold",
     "markdown.code": "cyan",
     "markdown.table.header": "bold",
 })  # fmt: skip
-COLORS = ANSISyntaxTheme({
+CODE_THEME = ANSISyntaxTheme({
     ("Comment",): Style(dim=True),
     ("Keyword",): Style(color="magenta"),
     ("Literal", "String"): Style(color="green"),
@@ -34,60 +34,60 @@ COLORS = ANSISyntaxTheme({
 })  # fmt: skip
 
 
-class _Title(Heading):
+class _RuledHeading(Heading):
     """A heading with a rule below it."""
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         yield self.text
-        yield Text(RULES.get(self.tag, "") * self.text.cell_len, style="dim")
+        yield Text(HEADING_RULES.get(self.tag, "") * self.text.cell_len, style="dim")
 
 
-class _Code(CodeBlock):
+class _UnwrappedCode(CodeBlock):
     """Code as it is typed, however wide, so that it can be copied; what is printed is wrapped."""
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         code = str(self.text).rstrip()
         if self.lexer_name != "console":
-            text = Syntax(code, self.lexer_name, theme=COLORS).highlight(code)
-            yield from map(_whole, text.split("\n"))
+            text = Syntax(code, self.lexer_name, theme=CODE_THEME).highlight(code)
+            yield from map(_unwrapped_row, text.split("\n"))
             return
         for row in code.split("\n"):
-            if row.startswith(PROMPT):
-                yield _whole(Text(row, "bold"))
+            if row.startswith(SHELL_PROMPT):
+                yield _unwrapped_row(Text(row, "bold"))
             else:
-                yield Padding(Text(row), (0, 0, 0, INDENT))
+                yield Padding(Text(row), (0, 0, 0, CODE_INDENT))
 
 
-def _whole(row: Text) -> Text:
+def _unwrapped_row(row: Text) -> Text:
     """A row that is not cut, behind its indentation."""
-    return Text(" " * INDENT, no_wrap=True, overflow="ignore").append_text(row)
+    return Text(" " * CODE_INDENT, no_wrap=True, overflow="ignore").append_text(row)
 
 
-class _Page(Markdown):
+class _GuideMarkdown(Markdown):
     """Markdown with these."""
 
-    elements = Markdown.elements | {"heading_open": _Title, "fence": _Code}
+    elements = Markdown.elements | {"heading_open": _RuledHeading, "fence": _UnwrappedCode}
 
 
-def named() -> str:
+def format_topic_list() -> str:
     """The name and title of every topic."""
-    return "\n".join(f"{name:<13}{title(name)}" for name in topics())
+    return "\n".join(f"{name:<13}{topic_title(name)}" for name in list_topics())
 
 
-def drawn(name: str, terminal: Terminal) -> Text:
+def render_topic(name: str, terminal: Terminal) -> Text:
     """A topic, for a terminal."""
-    markdown = topic(name).replace("±", "+-" if terminal.ascii else "±")
-    return page(markdown, min(terminal.columns, WIDE))
+    markdown = read_topic(name).replace("±", "+-" if terminal.ascii else "±")
+    return render_markdown(markdown, min(terminal.columns, MAX_COLUMNS))
 
 
-def page(markdown: str, width: int) -> Text:
+def render_markdown(markdown: str, width: int) -> Text:
     """Markdown, drawn in so many columns."""
-    console = Console(width=width, file=StringIO(), force_terminal=True, theme=STYLES)
-    segments = console.render(_Page(markdown, hyperlinks=False))
-    return Text("\n").join(_rows(Segment.split_lines(segments)))
+    console = Console(width=width, file=StringIO(), force_terminal=True, theme=MARKDOWN_STYLES)
+    segments = console.render(_GuideMarkdown(markdown, hyperlinks=False))
+    return Text("\n").join(_iter_text_rows(Segment.split_lines(segments)))
 
 
-def _rows(lines: Iterable[list[Segment]]) -> Iterator[Text]:
+def _iter_text_rows(lines: Iterable[list[Segment]]) -> Iterator[Text]:
     for line in lines:
         row = Text.assemble(*((piece.text, piece.style or "") for piece in line))
         row.rstrip()

@@ -7,32 +7,32 @@ from pathlib import Path
 import numpy as np
 
 from dmplay.chance import Reals
-from dmplay.disk import put, rows, write
+from dmplay.disk import read_complete_lines, write_at_offset, write_file
 from dmplay.errors import BadParameter
 
 
-class Kept(dict[tuple[int, ...], Reals]):
+class TournamentCheckpoint(dict[tuple[int, ...], Reals]):
     """The returns of each seating, a line of JSON a seating; written as soon as one is played."""
 
-    def __init__(self, path: Path, told: Mapping[str, object]) -> None:
+    def __init__(self, path: Path, description: Mapping[str, object]) -> None:
         """What a file holds of this tournament, to be added to.
 
         Raises BadParameter for a file of something else, and OSError.
         """
         super().__init__()
-        self._path, self._size = path, 0
-        self._head = f"{json.dumps(told)}\n"
-        for number, row in enumerate(rows(path) if path.exists() else (), 1):
-            if number == 1 and row != self._head:
+        self._path, self._byte_count = path, 0
+        self._header = f"{json.dumps(description)}\n"
+        for number, row in enumerate(read_complete_lines(path) if path.exists() else (), 1):
+            if number == 1 and row != self._header:
                 what = "of another tournament; name another file, or remove it"
                 raise BadParameter(f"{path}: {what}")
             if number > 1:
-                self._read(number, row)
-            self._size += len(row.encode())
-        if not self._size and path.exists() and path.stat().st_size:
+                self._read_row(number, row)
+            self._byte_count += len(row.encode())
+        if not self._byte_count and path.exists() and path.stat().st_size:
             raise BadParameter(f"{path}: of no tournament; name another file, or remove it")
 
-    def _read(self, number: int, row: str) -> None:
+    def _read_row(self, number: int, row: str) -> None:
         try:
             told = json.loads(row)
             super().__setitem__(tuple(told["seats"]), np.array(told["returns"], float))
@@ -41,8 +41,8 @@ class Kept(dict[tuple[int, ...], Reals]):
 
     def __setitem__(self, seating: tuple[int, ...], returns: Reals) -> None:
         super().__setitem__(seating, returns)
-        if not self._size:
-            write(self._path, [self._head], force=True)
-            self._size = len(self._head.encode())
+        if not self._byte_count:
+            write_file(self._path, [self._header], force=True)
+            self._byte_count = len(self._header.encode())
         row = json.dumps({"seats": seating, "returns": returns.tolist()})
-        self._size = put(self._path, self._size, f"{row}\n")
+        self._byte_count = write_at_offset(self._path, self._byte_count, f"{row}\n")

@@ -5,48 +5,48 @@ from itertools import product
 from math import ceil, log
 from typing import NamedTuple
 
-from dmplay.blocks import Workers
+from dmplay.blocks import WorkerCount
 from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter
 from dmplay.finding import agents, problems
 from dmplay.game.errand import Printout
-from dmplay.game.request import Request, pairs
-from dmplay.game.seats import HUMAN, seat_policy
-from dmplay.game.start import check_turns, seated
+from dmplay.game.request import GameRequest, parse_settings
+from dmplay.game.seats import HUMAN, make_seat_policy
+from dmplay.game.start import assign_players, check_turn_limit
 from dmplay.measure.estimate import Estimate
-from dmplay.measure.running import Run
-from dmplay.session import MOST_TURNS
-from dmplay.signals import INTERRUPTED
+from dmplay.measure.running import RunResult
+from dmplay.session import DEFAULT_TURN_LIMIT
+from dmplay.signals import INTERRUPTED_EXIT_CODE
 from dmplay.solutions.solution import Row
 
-UNCOUNTED = 1e-9  # share that a turn counts for, and is not played
-STOPPED = "interrupted"  # as rollouts says it
+NEGLIGIBLE_WEIGHT = 1e-9  # share that a turn counts for, and is not played
+INTERRUPTED_REASON = "interrupted"  # as rollouts says it
 
 
-class Match(NamedTuple):
+class EvaluationRequest(NamedTuple):
     """What is played many times: a problem, who sits where, which dice; and how it is told."""
 
     problem: str
     settings: Sequence[str] = ()
     agent: str = ""
-    others: str = ""
+    other_agent: str = ""
     seats: Sequence[str] = ()
-    turns: int | None = None
+    turn_limit: int | None = None
     seed: int = 0
-    workers: Workers = 1
+    workers: WorkerCount = 1
     engine: str = ""
-    form: str = ""  # json or csv; '' for people
+    output_format: str = ""  # json or csv; '' for people
     motion: bool = True
 
     @property
     def parameters(self) -> dict[str, object]:
         """Those that are set."""
-        return pairs(self.settings, "--set")
+        return parse_settings(self.settings, "--set")
 
     @property
-    def values(self) -> dict[str, object]:
+    def parameter_values(self) -> dict[str, object]:
         """The same as the problem has them."""
-        known = problems.parameters(self.found().problem)
+        known = problems.parameter_values(self.load_problem().problem)
         return {name: known[name] for name in self.parameters}
 
     @property
@@ -54,85 +54,105 @@ class Match(NamedTuple):
         """What is played, for people."""
         return " ".join([self.problem, *self.settings])
 
-    def found(self) -> problems.Loaded:
+    def load_problem(self) -> problems.LoadedProblem:
         """The problem with these parameters; raises BadParameter for games of no turns."""
-        check_turns(self.turns)
-        return problems.resolve(self.problem, self.parameters)
+        check_turn_limit(self.turn_limit)
+        return problems.resolve_problem(self.problem, self.parameters)
 
 
 class Lineup(NamedTuple):
     """A problem, the names of those who play it, and themselves."""
 
     problem: Problem
-    names: list[str]
+    agent_names: list[str]
     policies: list[Policy]
 
 
-class Setting(NamedTuple):
+class SettingResult(NamedTuple):
     """What came of one setting of the parameters."""
 
-    match: Match
+    request: EvaluationRequest
     lineup: Lineup
-    run: Run
-    swept: Mapping[str, object]  # the parameters, where there are other settings
+    run: RunResult
+    swept_parameters: Mapping[str, object]  # the parameters, where there are other settings
 
     def __str__(self) -> str:
-        return " ".join(f"{key}={value}" for key, value in self.swept.items())
+        return " ".join(f"{key}={value}" for key, value in self.swept_parameters.items())
 
 
-def lineup(match: Match) -> Lineup:
+def make_lineup(request: EvaluationRequest) -> Lineup:
     """Who plays; where nobody was named, the agent that knows best, or one that is soon done."""
-    found = match.found()
+    found = request.load_problem()
     problem = found.problem
-    agent = match.agent or agents.usual(problem, 0, match.turns)
-    asked = Request("", agent=agent, others=match.others, seats=match.seats, turns=match.turns)
-    names = seated(asked, found)
+    agent = request.agent or agents.default_agent(problem, 0, request.turn_limit)
+    asked = GameRequest(
+        "",
+        agent=agent,
+        other_agent=request.other_agent,
+        seats=request.seats,
+        turns=request.turn_limit,
+    )
+    names = assign_players(asked, found)
     if HUMAN in names:
         where = problem.agents[names.index(HUMAN)]
         raise BadParameter(f"{where}: a person cannot play so many games; name an agent")
-    return Lineup(problem, names, [policy(problem, n, who, match) for n, who in enumerate(names)])
+    return Lineup(
+        problem, names, [make_policy(problem, n, who, request) for n, who in enumerate(names)]
+    )
 
 
-def policy(problem: Problem, seat: int, name: str, match: Match) -> Policy:
+def make_policy(problem: Problem, seat: int, name: str, request: EvaluationRequest) -> Policy:
     """The agent of this name, or the program; raises BadParameter for a person."""
-    found = seat_policy(problem, seat, name, match.turns)
+    found = make_seat_policy(problem, seat, name, request.turn_limit)
     if found is None:
         raise BadParameter(f"{name}: a person cannot play so many games; name an agent")
     return found
 
 
-def bounded(match: Match) -> Match:
+def limit_turns(request: EvaluationRequest) -> EvaluationRequest:
     """The same, no longer than turns count where somebody's hidden problem has no end."""
-    problem = match.found().problem
-    ends = match.turns or problem.horizon or problem.discount == 1.0 or problems.stem(problem)
-    if ends or not problem.hidden:
-        return match
-    turns = log(UNCOUNTED) / log(problem.discount) if problem.discount else 1
-    return match._replace(turns=min(ceil(turns), MOST_TURNS))
+    problem = request.load_problem().problem
+    ends = (
+        request.turn_limit
+        or problem.horizon
+        or problem.discount == 1.0
+        or problems.builtin_stem(problem)
+    )
+    if ends or not problem.partially_observable:
+        return request
+    turns = log(NEGLIGIBLE_WEIGHT) / log(problem.discount) if problem.discount else 1
+    return request._replace(turn_limit=min(ceil(turns), DEFAULT_TURN_LIMIT))
 
 
-def sweep(match: Match) -> Iterator[Match]:
+def expand_sweep(request: EvaluationRequest) -> Iterator[EvaluationRequest]:
     """The match in each setting: a list `0.1,0.2` of a parameter that takes a number is several."""
-    usual = problems.parameters(problems.resolve(match.problem, {}).problem)
+    usual = problems.parameter_values(problems.resolve_problem(request.problem, {}).problem)
     each = [
-        [f"{key}={one}" for one in _listed(str(value), usual.get(key))]
-        for key, value in match.parameters.items()
+        [f"{key}={one}" for one in _split_values(str(value), usual.get(key))]
+        for key, value in request.parameters.items()
     ]
-    return (match._replace(settings=settings) for settings in product(*each))
+    return (request._replace(settings=settings) for settings in product(*each))
 
 
-def _listed(value: str, usual: object) -> list[str]:
-    return value.split(",") if isinstance(usual, int | float) else [value]
+def _split_values(value: str, default: object) -> list[str]:
+    return value.split(",") if isinstance(default, int | float) else [value]
 
 
-def estimated(one: Estimate) -> Row:
+def estimate_row(estimate: Estimate) -> Row:
     """A mean as programs are told it."""
-    return {"mean return": one.mean, "standard error": one.error, "low": one.low, "high": one.high}
+    return {
+        "mean return": estimate.mean,
+        "standard error": estimate.standard_error,
+        "low": estimate.low,
+        "high": estimate.high,
+    }
 
 
-def told(text: str, short: str) -> Printout:
+def make_report(text: str, shortfall_reason: str) -> Printout:
     """A report, with what cut it short where something did."""
-    if not short:
+    if not shortfall_reason:
         return Printout(text)
-    code = INTERRUPTED if short == STOPPED else 1
-    return Printout(text, errors=f"{short}: this is what was played by then", code=code)
+    code = INTERRUPTED_EXIT_CODE if shortfall_reason == INTERRUPTED_REASON else 1
+    return Printout(
+        text, stderr_text=f"{shortfall_reason}: this is what was played by then", exit_code=code
+    )

@@ -6,254 +6,295 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from dmplay.chance import Reals
-from dmplay.describe import brief, counted, several
+from dmplay.describe import append_noun, format_count, format_score
 from dmplay.errors import BadParameter
 from dmplay.game.errand import Printout
-from dmplay.game.request import pairs
+from dmplay.game.request import parse_settings
 from dmplay.measure.comparing import Comparison, Difference, compare
-from dmplay.measure.engines import engine
-from dmplay.measure.running import Run, run
-from dmplay.policies.point_based import PointBased
-from dmplay.reports.match import Lineup, Match, Setting, bounded, estimated, lineup, sweep, told
-from dmplay.reports.progress import Bar
-from dmplay.reports.recorded import NONE, Keeping, recorded
-from dmplay.reports.tables import DASH, cell, csv_of, json_of, measured, table
-from dmplay.rollouts import Interrupted, Lost
+from dmplay.measure.engines import open_execution_backend
+from dmplay.measure.running import RunResult, run
+from dmplay.policies.point_based import PointBasedPolicy
+from dmplay.reports.match import (
+    EvaluationRequest,
+    Lineup,
+    SettingResult,
+    estimate_row,
+    expand_sweep,
+    limit_turns,
+    make_lineup,
+    make_report,
+)
+from dmplay.reports.progress import ProgressBar
+from dmplay.reports.recorded import NO_TRANSCRIPTS, TranscriptSelection, record_episodes
+from dmplay.reports.tables import (
+    MISSING_CELL,
+    format_cell,
+    format_csv,
+    format_json,
+    format_mean,
+    format_table,
+)
+from dmplay.rollouts import RolloutBlocksLost, RolloutInterrupted
 from dmplay.solutions.solution import Row
-from dmplay.views.canvas import ASCII
+from dmplay.views.canvas import ASCII_TRANSLATION
 
-BARS, BINS = "▁▂▃▄▅▆▇█", 12
-WIDE = 48  # columns of a plot
-QUANTILES = ("least", "quartile", "median", "third quartile", "most")
+BAR_CHARACTERS, HISTOGRAM_BINS = "▁▂▃▄▅▆▇█", 12
+PLOT_COLUMNS = 48  # columns of a plot
+QUANTILE_NAMES = ("least", "quartile", "median", "third quartile", "most")
 
 
-def ran(
-    match: Match,
+def report_run(
+    request: EvaluationRequest,
     *,
     episodes: int | None,
-    until: float | None,
-    keeping: Keeping = NONE,
+    max_standard_error: float | None,
+    selection: TranscriptSelection = NO_TRANSCRIPTS,
     ascii_: bool = False,
 ) -> Printout:
     """What agents earn, a table for each setting of the parameters."""
-    keeping.check()
-    found: list[Setting] = []
+    selection.check_options()
+    found: list[SettingResult] = []
     kept: list[Row] = []
-    settings, short = [*sweep(match)], ""
+    settings, short = [*expand_sweep(request)], ""
     with (
-        Bar(f"running {match.problem}", quiet=bool(match.form), motion=match.motion) as bar,
-        engine(match.engine, match.workers) as (workers, executor),
+        ProgressBar(
+            f"running {request.problem}", quiet=bool(request.output_format), motion=request.motion
+        ) as bar,
+        open_execution_backend(request.engine, request.workers) as (workers, executor),
     ):
         for place, each in enumerate(settings):
-            game = bounded(each)
-            who = lineup(game)
+            game = limit_turns(each)
+            who = make_lineup(game)
             try:
                 result = run(
-                    who.problem, who.policies, episodes=episodes, until=until,
-                    turns=game.turns, seed=game.seed, workers=workers, executor=executor,
-                    progress=bar.part(place, len(settings)),
+                    who.problem, who.policies, episodes=episodes, max_standard_error=max_standard_error,
+                    turns=game.turn_limit, seed=game.seed, workers=workers, executor=executor,
+                    progress=bar.subtask(place, len(settings)),
                 )  # fmt: skip
-            except (Interrupted, Lost) as error:
+            except (RolloutInterrupted, RolloutBlocksLost) as error:
                 if not found:
                     raise
                 short = str(error)
                 break
-            found.append(Setting(game, who, result, game.parameters if len(settings) > 1 else {}))
-            kept += recorded(found[-1], keeping)
-            short = result.short
+            found.append(
+                SettingResult(game, who, result, game.parameters if len(settings) > 1 else {})
+            )
+            kept += record_episodes(found[-1], selection)
+            short = result.shortfall_reason
             if short:
                 break
-    return told(_written(match, found, kept, ascii_=ascii_), short)
+    return make_report(_format_run(request, found, kept, ascii_=ascii_), short)
 
 
-def _written(match: Match, found: Sequence[Setting], kept: Sequence[Row], *, ascii_: bool) -> str:
+def _format_run(
+    request: EvaluationRequest,
+    results: Sequence[SettingResult],
+    transcript_rows: Sequence[Row],
+    *,
+    ascii_: bool,
+) -> str:
     """The report in its form; for people with pictures."""
-    if match.form:
-        rows = [row for one in found for row in _rows(one)]
-        games = {"kept": kept} if kept else {}
-        common = {"parameters": {} if found[0].swept else match.values, "seed": match.seed}
-        facts = {"problem": match.problem} | common | {"runs": rows} | games
-        return json_of(facts) if match.form == "json" else csv_of(rows)
-    head = _summary(found[0].match, found[0].run) if len(found) == 1 else _sweep(match, found)
-    rows = [row for one in found for row in _for_people(one)]
-    known = [line for one in found for line in _known(one.lineup)]
-    parts = [head, "\n".join([table(rows), *known])]
-    parts += [_plot(found)] if len(found) > 1 else []
-    parts += [_pictures(found)]
-    parts += [table(kept)] if kept else []
+    if request.output_format:
+        rows = [row for one in results for row in _iter_data_rows(one)]
+        games = {"kept": transcript_rows} if transcript_rows else {}
+        common = {
+            "parameters": {} if results[0].swept_parameters else request.parameter_values,
+            "seed": request.seed,
+        }
+        facts = {"problem": request.problem} | common | {"runs": rows} | games
+        return format_json(facts) if request.output_format == "json" else format_csv(rows)
+    head = (
+        _run_headline(results[0].request, results[0].run)
+        if len(results) == 1
+        else _sweep_headline(request, results)
+    )
+    rows = [row for one in results for row in _iter_table_rows(one)]
+    known = [line for one in results for line in _value_bound_lines(one.lineup)]
+    parts = [head, "\n".join([format_table(rows), *known])]
+    parts += [_plot_sweep(results)] if len(results) > 1 else []
+    parts += [_format_histograms(results)]
+    parts += [format_table(transcript_rows)] if transcript_rows else []
     text = "\n\n".join(parts)
-    return text.translate(ASCII).replace("±", "+-") if ascii_ else text
+    return text.translate(ASCII_TRANSLATION).replace("±", "+-") if ascii_ else text
 
 
-def _known(who: Lineup) -> list[str]:
+def _value_bound_lines(lineup: Lineup) -> list[str]:
     """What those who plan between two bounds know of the value."""
-    each = zip(who.names, who.policies, strict=True)
-    return [one.known(name) for name, one in each if isinstance(one, PointBased)]
+    each = zip(lineup.agent_names, lineup.policies, strict=True)
+    return [one.describe_bounds(name) for name, one in each if isinstance(one, PointBasedPolicy)]
 
 
-def _rows(one: Setting) -> Iterator[Row]:
+def _iter_data_rows(result: SettingResult) -> Iterator[Row]:
     """What each seat earned, for programs."""
-    for earned, name in zip(one.run.earned, one.lineup.names, strict=True):
+    for earned, name in zip(result.run.seat_summaries, result.lineup.agent_names, strict=True):
         yield {
-            **(one.match.values if one.swept else {}),
+            **(result.request.parameter_values if result.swept_parameters else {}),
             "seat": earned.seat,
             "agent": name,
-            "games": one.run.episodes,
-            **estimated(earned.returns),
-            **dict(zip(QUANTILES, earned.quantiles, strict=True)),
+            "games": result.run.episodes,
+            **estimate_row(earned.returns),
+            **dict(zip(QUANTILE_NAMES, earned.quantiles, strict=True)),
             "mean total": earned.totals.mean,
-            "total error": earned.totals.error,
-            "turns": one.run.turns,
-            "ended": one.run.ended,
+            "total error": earned.totals.standard_error,
+            "turns": result.run.mean_turns,
+            "ended": result.run.terminated_share,
         }
 
 
-def _for_people(one: Setting) -> Iterator[Row]:
+def _iter_table_rows(result: SettingResult) -> Iterator[Row]:
     """The same with its numbers put together."""
-    for earned, name in zip(one.run.earned, one.lineup.names, strict=True):
+    for earned, name in zip(result.run.seat_summaries, result.lineup.agent_names, strict=True):
         returns, totals = earned.returns, earned.totals
-        many = np.isfinite(returns.error)
+        many = np.isfinite(returns.standard_error)
         yield {
-            **one.swept,
+            **result.swept_parameters,
             "seat": earned.seat,
             "agent": name,
-            "return": measured(returns.mean, returns.error),
-            "95 % interval": f"{returns.low:.5g} to {returns.high:.5g}" if many else DASH,
+            "return": format_mean(returns.mean, returns.standard_error),
+            "95 % interval": f"{returns.low:.5g} to {returns.high:.5g}" if many else MISSING_CELL,
             "least, quartiles, most": "  ".join(f"{value:.4g}" for value in earned.quantiles),
-            "total": measured(totals.mean, totals.error),
+            "total": format_mean(totals.mean, totals.standard_error),
         }
 
 
-def _summary(match: Match, result: Run) -> str:
+def _run_headline(request: EvaluationRequest, result: RunResult) -> str:
     speed = result.episodes / max(result.seconds, 1e-9)
     return (
-        f"{match.title}: {counted(result.episodes, 'game', ',')} of seed {match.seed}, "
-        f"{several(brief(result.turns), 'turn')} each, {100 * result.ended:.3g} % of them to an "
-        f"end; {counted(speed, 'game', ',.0f')} a second"
+        f"{request.title}: {format_count(result.episodes, 'game', ',')} of seed {request.seed}, "
+        f"{append_noun(format_score(result.mean_turns), 'turn')} each, {100 * result.terminated_share:.3g} % of them to an "
+        f"end; {format_count(speed, 'game', ',.0f')} a second"
     )
 
 
-def _sweep(match: Match, found: Sequence[Setting]) -> str:
-    many = sum(one.run.episodes for one in found)
-    games = counted(many, "game", ",")
-    return f"{match.problem}: {len(found)} settings, {games} of seed {match.seed}"
+def _sweep_headline(request: EvaluationRequest, results: Sequence[SettingResult]) -> str:
+    many = sum(one.run.episodes for one in results)
+    games = format_count(many, "game", ",")
+    return f"{request.problem}: {len(results)} settings, {games} of seed {request.seed}"
 
 
-def _plot(found: Sequence[Setting]) -> str:
+def _plot_sweep(results: Sequence[SettingResult]) -> str:
     """The mean return of the first seat by setting, each with its interval."""
-    each = [one.run.earned[0].returns for one in found]
+    each = [one.run.seat_summaries[0].returns for one in results]
     finite = [x for one in each for x in (one.low, one.mean, one.high) if np.isfinite(x)]
     low, high = min(finite), max(finite)
-    scale = (WIDE - 1) / (high - low) if high > low else 0.0
-    wide = max(len(str(one)) for one in found)
-    rows = [f"mean return of {found[0].run.earned[0].seat}, {low:.4g} to {high:.4g}:"]
-    for setting, one in zip(found, each, strict=True):
+    scale = (PLOT_COLUMNS - 1) / (high - low) if high > low else 0.0
+    wide = max(len(str(one)) for one in results)
+    rows = [f"mean return of {results[0].run.seat_summaries[0].seat}, {low:.4g} to {high:.4g}:"]
+    for setting, one in zip(results, each, strict=True):
         ends = np.clip([one.low, one.mean, one.high], low, high)
         start, middle, end = (round(float(x - low) * scale) for x in ends)
         line = " " * start + "─" * (end - start + 1)
         drawn = f"{line[:middle]}●{line[middle + 1 :]}"
-        rows.append(f"{setting!s:<{wide}}  {drawn:<{WIDE}}  {one.mean:.5g}")
+        rows.append(f"{setting!s:<{wide}}  {drawn:<{PLOT_COLUMNS}}  {one.mean:.5g}")
     return "\n".join(rows)
 
 
-def _pictures(found: Sequence[Setting]) -> str:
+def _format_histograms(results: Sequence[SettingResult]) -> str:
     """The returns of each seat as a row of bars."""
     rows = ["returns:"]
-    for one in found:
-        for seat, name in enumerate(one.lineup.names):
-            bars, low, high = histogram(one.run.played.returns[:, seat])
+    for one in results:
+        for seat, name in enumerate(one.lineup.agent_names):
+            bars, low, high = draw_histogram(one.run.rollout.returns[:, seat])
             rows.append(f"{low:>9.4g} {bars} {high:<9.4g} {one} {name}".rstrip())
     return "\n".join(rows)
 
 
-def histogram(sample: Reals) -> tuple[str, float, float]:
+def draw_histogram(sample: Reals) -> tuple[str, float, float]:
     """How many of a sample lie where, as bars between its least and its most."""
     low, high = float(sample.min()), float(sample.max())
-    counts, _ = np.histogram(sample, BINS, (low, high if high > low else low + 1.0))
-    level = np.ceil(counts / counts.max() * len(BARS)).astype(int)
-    return "".join(" " if not one else BARS[one - 1] for one in level), low, high
+    counts, _ = np.histogram(sample, HISTOGRAM_BINS, (low, high if high > low else low + 1.0))
+    level = np.ceil(counts / counts.max() * len(BAR_CHARACTERS)).astype(int)
+    return "".join(" " if not one else BAR_CHARACTERS[one - 1] for one in level), low, high
 
 
-def compared(
-    match: Match, entrants: Sequence[str], *, episodes: int, decide: float | None
+def report_comparison(
+    request: EvaluationRequest, entrants: Sequence[str], *, episodes: int, decide: float | None
 ) -> Printout:
     """Agents in the first seat on the same dice: what each earns, and every pair's difference."""
     if len(entrants) < 2:
-        got = counted(len(entrants), "agent")
+        got = format_count(len(entrants), "agent")
         raise BadParameter(f"got {got}, expected two or more to compare")
-    problem = match.found().problem
-    for name in pairs(match.seats, "--seat"):
-        if not problem.seat(name):
+    problem = request.load_problem().problem
+    for name in parse_settings(request.seats, "--seat"):
+        if not problem.seat_index(name):
             raise BadParameter(f"--seat: {name} is the seat of those who are compared")
-    each = [lineup(match._replace(agent=name)) for name in entrants]
+    each = [make_lineup(request._replace(agent=name)) for name in entrants]
     since = time.monotonic()
     what = f"comparing {' and '.join(entrants)}"
     with (
-        Bar(what, quiet=bool(match.form), motion=match.motion) as bar,
-        engine(match.engine, match.workers) as (workers, executor),
+        ProgressBar(what, quiet=bool(request.output_format), motion=request.motion) as bar,
+        open_execution_backend(request.engine, request.workers) as (workers, executor),
     ):
         result = compare(
             problem, [one.policies for one in each], episodes=episodes,
-            decide=decide, turns=match.turns, seed=match.seed, workers=workers, executor=executor,
+            decide=decide, turns=request.turn_limit, seed=request.seed, workers=workers, executor=executor,
             progress=bar, names=entrants,
         )  # fmt: skip
-    text = _compared(match, entrants, result, decide, time.monotonic() - since)
-    return told(text, result.short)
+    text = _format_comparison(request, entrants, result, decide, time.monotonic() - since)
+    return make_report(text, result.shortfall_reason)
 
 
-def _compared(
-    match: Match, entrants: Sequence[str], result: Comparison, decide: float | None, seconds: float
+def _format_comparison(
+    request: EvaluationRequest,
+    entrants: Sequence[str],
+    result: Comparison,
+    decide: float | None,
+    seconds: float,
 ) -> str:
     """The comparison in its form."""
-    each = zip(entrants, result.earned, strict=True)
-    earned = [{"agent": name} | estimated(one) for name, one in each]
+    each = zip(entrants, result.return_estimates, strict=True)
+    earned = [{"agent": name} | estimate_row(one) for name, one in each]
     rows = [
-        _pair(entrants[one], entrants[other], difference)
+        _pair_row(entrants[one], entrants[other], difference)
         for (one, other), difference in result.differences.items()
     ]
-    if match.form == "json":
-        common = {"problem": match.problem, "parameters": match.values, "seed": match.seed}
+    if request.output_format == "json":
+        common = {
+            "problem": request.problem,
+            "parameters": request.parameter_values,
+            "seed": request.seed,
+        }
         facts = common | {"games": len(result.returns)}
-        return json_of(facts | {"decided": result.decided, "agents": earned, "pairs": rows})
-    if match.form == "csv":
-        return csv_of(rows)
-    played = counted(len(result.returns), "game", ",")
-    head = f"{match.title}: {played} of seed {match.seed}, on the same dice; {seconds:.3g} s"
-    tables = [table(earned), table([_pair_for_people(row) for row in rows])]
-    return "\n\n".join([head, *tables, *_verdict(entrants, result, decide)])
+        return format_json(facts | {"decided": result.decided, "agents": earned, "pairs": rows})
+    if request.output_format == "csv":
+        return format_csv(rows)
+    played = format_count(len(result.returns), "game", ",")
+    head = f"{request.title}: {played} of seed {request.seed}, on the same dice; {seconds:.3g} s"
+    tables = [format_table(earned), format_table([_pair_table_row(row) for row in rows])]
+    return "\n\n".join([head, *tables, *_verdict_lines(entrants, result, decide)])
 
 
-def _pair(one: str, other: str, found: Difference) -> Row:
-    more = found.more
+def _pair_row(agent: str, opponent: str, difference: Difference) -> Row:
+    more = difference.advantage
     return {
-        "agent": one, "against": other, "difference": more.mean, "standard error": more.error,
-        "low": more.low, "high": more.high, "ahead": found.ahead, "behind": found.behind,
-        "games saved": found.saved if np.isfinite(found.saved) else None, "luck": found.luck,
+        "agent": agent, "against": opponent, "difference": more.mean, "standard error": more.standard_error,
+        "low": more.low, "high": more.high, "ahead": difference.share_ahead, "behind": difference.share_behind,
+        "games saved": difference.games_saved_factor if np.isfinite(difference.games_saved_factor) else None, "luck": difference.control_variate_difference,
     }  # fmt: skip
 
 
-def _pair_for_people(row: Row) -> Row:
+def _pair_table_row(row: Row) -> Row:
     saved = row["games saved"]
     same = row["difference"] == row["standard error"] == 0.0
-    dice = "the same play" if same else f"{saved:.3g} x" if saved else DASH
-    many = cell(row["standard error"]) != DASH
+    dice = "the same play" if same else f"{saved:.3g} x" if saved else MISSING_CELL
+    many = format_cell(row["standard error"]) != MISSING_CELL
     return {
         "agent": row["agent"],
         "against": row["against"],
-        "earns more": measured(row["difference"], row["standard error"], "+.4g"),
-        "by luck": f"{row['luck']:+.2g}" if row["luck"] else DASH,
-        "interval": f"{row['low']:+.4g} to {row['high']:+.4g}" if many else DASH,
+        "earns more": format_mean(row["difference"], row["standard error"], "+.4g"),
+        "by luck": f"{row['luck']:+.2g}" if row["luck"] else MISSING_CELL,
+        "interval": f"{row['low']:+.4g} to {row['high']:+.4g}" if many else MISSING_CELL,
         "ahead": f"{100 * float(str(row['ahead'])):.3g} %",
         "behind": f"{100 * float(str(row['behind'])):.3g} %",
         "dice of its own would take": dice,
     }
 
 
-def _verdict(entrants: Sequence[str], result: Comparison, decide: float | None) -> list[str]:
+def _verdict_lines(entrants: Sequence[str], result: Comparison, decide: float | None) -> list[str]:
     """Who is ahead, where that was to be decided."""
     if decide is None:
         return []
     if not result.decided:
-        return [f"undecided after {counted(len(result.returns), 'game', ',')}"]
-    better = entrants[0] if result.differences[0, 1].more.mean > 0 else entrants[1]
+        return [f"undecided after {format_count(len(result.returns), 'game', ',')}"]
+    better = entrants[0] if result.differences[0, 1].advantage.mean > 0 else entrants[1]
     return [f"decided: {better} earns more (wrong in at most {100 * decide:g} % of comparisons)"]

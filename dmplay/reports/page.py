@@ -9,151 +9,174 @@ from string import Template
 from tempfile import SpooledTemporaryFile
 from typing import IO, NamedTuple
 
-from dmplay.describe import counted, score
+from dmplay.describe import format_count, score_label
 from dmplay.errors import BadParameter
 from dmplay.game.playback import Playback
-from dmplay.painting.markup import DARK, LIGHT, WORDS, escaped, palette, rows
-from dmplay.session import believed
-from dmplay.terminal import clean
-from dmplay.views.kept import Moment, Once
-from dmplay.views.style import Look
+from dmplay.painting.markup import (
+    DARK_THEME_CSS,
+    LIGHT_THEME_CSS,
+    STYLE_CLASS_CSS,
+    build_palette_css,
+    escape_html,
+    render_html_rows,
+)
+from dmplay.session import belief_size
+from dmplay.terminal import escape_unprintable
+from dmplay.views.kept import IdentityCache, SeatSnapshot
+from dmplay.views.style import DrawOptions
 
-LEFT, WIDTH, HEIGHT, ROOM = 44, 640, 120, 10  # of a plot, in its own units
-COLORS = ("blue", "yellow", "green", "magenta", "red", "cyan")
-MOST_SEEN = 512  # boards and facts that are remembered as JSON
-MOST_HELD, PART = 2**20, 2**13  # characters of a long file that are in memory, and read at once
-MOST_STATES = 6  # whose beliefs are plotted
+PLOT_LEFT, PLOT_WIDTH, PLOT_HEIGHT, PLOT_MARGIN = 44, 640, 120, 10  # of a plot, in its own units
+LINE_COLORS = ("blue", "yellow", "green", "magenta", "red", "cyan")
+MAX_CACHED_STEPS = 512  # boards and facts that are remembered as JSON
+MAX_MEMORY_CHARACTERS, READ_CHARACTERS = (
+    2**20,
+    2**13,
+)  # characters of a long file that are in memory, and read at once
+MAX_PLOTTED_STATES = 6  # whose beliefs are plotted
 
 
-class Seen(NamedTuple):
+class BoardAndPanel(NamedTuple):
     """The board as HTML, row by row, and the facts beside it; both come again."""
 
     board: list[str]
     panel: list[tuple[str, str]]
 
 
-class Line(NamedTuple):
+class PlotLine(NamedTuple):
     """A series of a plot: its name, and a value a step."""
 
     name: str
     values: list[float]
 
 
-class Steps:
+class PageSteps:
     """The opening and every turn, undo or reroll: the one shown, and all of them, in files."""
 
-    def __init__(self, wanted: int | None, log: IO[str], data: IO[str]) -> None:
-        self.wanted, self.log, self.data = wanted, log, data
-        self.many = self.turns = 0
-        self.table: dict[str, int] = {}  # rows of boards, with their numbers
-        self.at, self.shown, self.said = -1, Seen([], []), ""
-        self._told = Once[Seen](self._json, MOST_SEEN)
+    def __init__(self, requested_turn: int | None, log: IO[str], data: IO[str]) -> None:
+        self.requested_turn, self.log_file, self.data_file = requested_turn, log, data
+        self.count = self.last_turn = 0
+        self.row_numbers: dict[str, int] = {}  # rows of boards, with their numbers
+        self.open_step, self.open_content, self.open_text = -1, BoardAndPanel([], []), ""
+        self._json_cache = IdentityCache[BoardAndPanel](self._content_json, MAX_CACHED_STEPS)
 
-    def add(self, turn: int, seen: Seen, said: str) -> None:
+    def add(self, turn: int, content: BoardAndPanel, text: str) -> None:
         """One more, as an item of the log and as JSON that can stand in a page."""
-        self.log.write("\n" * (self.many > 0) + f"<li>{escaped(said)}</li>")
-        told = f'{{"turn": {turn}, {self._told.of(seen)}, "said": {_quoted(said)}}}'
-        self.data.write(", " * (self.many > 0) + told)
-        if self.wanted in {None, turn}:  # the last of several
-            self.at, self.shown, self.said = self.many, seen, said
-        self.many, self.turns = self.many + 1, max(self.turns, turn)
+        self.log_file.write("\n" * (self.count > 0) + f"<li>{escape_html(text)}</li>")
+        told = f'{{"turn": {turn}, {self._json_cache.get(content)}, "said": {_script_json(text)}}}'
+        self.data_file.write(", " * (self.count > 0) + told)
+        if self.requested_turn in {None, turn}:  # the last of several
+            self.open_step, self.open_content, self.open_text = self.count, content, text
+        self.count, self.last_turn = self.count + 1, max(self.last_turn, turn)
 
-    def _json(self, seen: Seen) -> str:
-        board = [self.table.setdefault(row, len(self.table)) for row in seen.board]
-        return f'"board": {_quoted(board)}, "panel": {_quoted(seen.panel)}'
+    def _content_json(self, content: BoardAndPanel) -> str:
+        board = [self.row_numbers.setdefault(row, len(self.row_numbers)) for row in content.board]
+        return f'"board": {_script_json(board)}, "panel": {_script_json(content.panel)}'
 
 
-def page(game: Playback, turn: int | None, look: Look) -> Iterator[str]:
+def render_page(game: Playback, turn: int | None, options: DrawOptions) -> Iterator[str]:
     """The page, open at a turn, or at the last; raises BadParameter where there is none."""
-    with _file() as log, _file() as data:
-        yield from _page(game, Steps(turn, log, data), look)
+    with _spooled_file() as log, _spooled_file() as data:
+        yield from _render_parts(game, PageSteps(turn, log, data), options)
 
 
-def _file() -> IO[str]:
+def _spooled_file() -> IO[str]:
     """What is no longer in memory where it is long."""
-    return SpooledTemporaryFile(MOST_HELD, "w+", encoding="utf-8", newline="")
+    return SpooledTemporaryFile(MAX_MEMORY_CHARACTERS, "w+", encoding="utf-8", newline="")
 
 
-def _page(game: Playback, steps: Steps, look: Look) -> Iterator[str]:
-    returns, beliefs = _played(game, steps, look)
-    if steps.at < 0:
-        raise BadParameter(f"--at: got {steps.wanted}, the game has {counted(steps.turns, 'turn')}")
-    plots = [_plot(f"{score(game.problem)} so far", returns), _plot("belief", beliefs)]
-    facts = steps.shown.panel
-    panel = (f"<dt>{escaped(label)}</dt><dd>{escaped(told)}</dd>" for label, told in facts)
+def _render_parts(game: Playback, steps: PageSteps, options: DrawOptions) -> Iterator[str]:
+    returns, beliefs = _add_all_steps(game, steps, options)
+    if steps.open_step < 0:
+        raise BadParameter(
+            f"--at: got {steps.requested_turn}, the game has {format_count(steps.last_turn, 'turn')}"
+        )
+    plots = [
+        _render_plot(f"{score_label(game.problem)} so far", returns),
+        _render_plot("belief", beliefs),
+    ]
+    facts = steps.open_content.panel
+    panel = (f"<dt>{escape_html(label)}</dt><dd>{escape_html(told)}</dd>" for label, told in facts)
     words = {
-        "title": escaped(f"dmplay {game.name}"),
-        "goal": escaped("; ".join(game.account.kept.goal(game.moment(0)))),
-        "light": LIGHT,
-        "dark": DARK,
-        "words": WORDS,
-        "palette": palette(steps.table),
-        "board": "\n".join(steps.shown.board),
-        "said": escaped(steps.said),
+        "title": escape_html(f"dmplay {game.problem_name}"),
+        "goal": escape_html("; ".join(game.narrator.view_cache.goal_lines(game.snapshot(0)))),
+        "light": LIGHT_THEME_CSS,
+        "dark": DARK_THEME_CSS,
+        "words": STYLE_CLASS_CSS,
+        "palette": build_palette_css(steps.row_numbers),
+        "board": "\n".join(steps.open_content.board),
+        "said": escape_html(steps.open_text),
         "panel": "".join(panel),
         "plots": "\n".join(filter(None, plots)),
-        "result": escaped(f"over: {game.account.result()}"),
-        "last": steps.many - 1,
-        "at": steps.at,
+        "result": escape_html(f"over: {game.narrator.describe_result()}"),
+        "last": steps.count - 1,
+        "at": steps.open_step,
     }
-    told = {"log": _whole(steps.log), "data": _data(steps)}  # which are long
+    told = {"log": _read_parts(steps.log_file), "data": _script_data(steps)}  # which are long
     template = files("dmplay.reports").joinpath("page.html").read_text(encoding="utf-8")
     for part in re.split(r"\$(log|data)\b", template):
         yield from told.get(part) or [Template(part).substitute(words)]
 
 
-def _whole(file: IO[str]) -> Iterator[str]:
+def _read_parts(file: IO[str]) -> Iterator[str]:
     """All that a file holds, part by part."""
     file.seek(0)
-    while part := file.read(PART):
+    while part := file.read(READ_CHARACTERS):
         yield part
 
 
-def _data(steps: Steps) -> Iterator[str]:
+def _script_data(steps: PageSteps) -> Iterator[str]:
     """All that the page's script shows, as JSON that can stand in a page."""
-    yield f'{{"rows": {_quoted([*steps.table])}, "steps": ['
-    yield from _whole(steps.data)
-    yield f'], "left": {LEFT}, "width": {WIDTH}}}'
+    yield f'{{"rows": {_script_json([*steps.row_numbers])}, "steps": ['
+    yield from _read_parts(steps.data_file)
+    yield f'], "left": {PLOT_LEFT}, "width": {PLOT_WIDTH}}}'
 
 
-def _quoted(told: object) -> str:
-    return json.dumps(told, ensure_ascii=False).replace("<", "\\u003c")
+def _script_json(value: object) -> str:
+    return json.dumps(value, ensure_ascii=False).replace("<", "\\u003c")
 
 
-def _played(game: Playback, steps: Steps, look: Look) -> tuple[list[Line], list[Line]]:
+def _add_all_steps(
+    game: Playback, steps: PageSteps, options: DrawOptions
+) -> tuple[list[PlotLine], list[PlotLine]]:
     """Adds every step; the return of each seat after it, and the first's belief in each state."""
-    returns, beliefs = [Line(agent, []) for agent in game.problem.agents], _believed(game)
-    changes = (game.account.change(game.moment(), before) for before in game.run())
-    for said in chain([game.account.situation(game.moment())], changes):
-        now = game.moment()
-        steps.add(now.turn, _seen(game, look), clean(said))
+    returns, beliefs = [PlotLine(agent, []) for agent in game.problem.agents], _belief_lines(game)
+    changes = (
+        game.narrator.describe_change(game.snapshot(), before) for before in game.iter_agent_turns()
+    )
+    for said in chain([game.narrator.describe_situation(game.snapshot())], changes):
+        now = game.snapshot()
+        steps.add(now.turn, _board_and_panel(game, options), escape_unprintable(said))
         for seat, line in enumerate(returns):
-            line.values.append(game.session.returned(seat))
+            line.values.append(game.session.seat_return(seat))
         for line, value in zip(beliefs, now.view.belief.tolist() if beliefs else (), strict=False):
             line.values.append(value)
     return returns, beliefs
 
 
-def _seen(game: Playback, look: Look) -> Seen:
+def _board_and_panel(game: Playback, options: DrawOptions) -> BoardAndPanel:
     """The board and the facts now, as they were seen wherever the game was so."""
 
-    def seen(now: Moment) -> Seen:
-        facts = game.account.kept.panel(now)
-        panel = [(clean(label), clean(value)) for label, value in facts]
-        return Seen(rows(game.draw(look, now)), panel)
+    def render_snapshot(snapshot: SeatSnapshot) -> BoardAndPanel:
+        facts = game.narrator.view_cache.panel_rows(snapshot)
+        panel = [(escape_unprintable(label), escape_unprintable(value)) for label, value in facts]
+        return BoardAndPanel(render_html_rows(game.draw_board(options, snapshot)), panel)
 
-    wanted = (look.width, look.height, look.ascii, game.session.state.tobytes())
-    return game.account.kept.answer("page", game.moment(), seen, wanted)
+    wanted = (options.width, options.height, options.ascii, game.session.state.tobytes())
+    return game.narrator.view_cache.get_or_compute("page", game.snapshot(), render_snapshot, wanted)
 
 
-def _believed(game: Playback) -> list[Line]:
+def _belief_lines(game: Playback) -> list[PlotLine]:
     """A line for each state that the first seat believes in, where these are few enough to plot."""
     problem = game.problem
-    few = game.session.believes and believed(problem) <= MOST_STATES
-    return [Line(problem.notation(state), []) for state in problem.enumerated()] if few else []
+    few = game.session.has_visible_beliefs and belief_size(problem) <= MAX_PLOTTED_STATES
+    return (
+        [PlotLine(problem.format_state(state), []) for state in problem.enumerate_states()]
+        if few
+        else []
+    )
 
 
-def _plot(title: str, lines: Sequence[Line]) -> str:
+def _render_plot(title: str, lines: Sequence[PlotLine]) -> str:
     """Lines over the steps, with a mark that moves; nothing where there is none."""
     if not lines or len(lines[0].values) < 2:
         return ""
@@ -162,32 +185,33 @@ def _plot(title: str, lines: Sequence[Line]) -> str:
     steps = len(lines[0].values) - 1
 
     def y(value: float) -> float:
-        return ROOM + HEIGHT * (high - value) / ((high - low) or 1.0)
+        return PLOT_MARGIN + PLOT_HEIGHT * (high - value) / ((high - low) or 1.0)
 
     drawn = [
         f'<polyline class="series" stroke="var(--{color})" points="'
         + " ".join(
-            f"{LEFT + WIDTH * n / steps:.1f},{y(value):.1f}" for n, value in enumerate(line.values)
+            f"{PLOT_LEFT + PLOT_WIDTH * n / steps:.1f},{y(value):.1f}"
+            for n, value in enumerate(line.values)
         )
         + '"/>'
-        for line, color in zip(lines, _colors(len(lines)), strict=True)
+        for line, color in zip(lines, _line_colors(len(lines)), strict=True)
     ]
-    axis = f'<line class="axis" x1="{LEFT}" x2="{LEFT + WIDTH}" y1="{y(0):.1f}" y2="{y(0):.1f}"/>'
+    axis = f'<line class="axis" x1="{PLOT_LEFT}" x2="{PLOT_LEFT + PLOT_WIDTH}" y1="{y(0):.1f}" y2="{y(0):.1f}"/>'
     ends = "".join(
-        f'<text x="{LEFT - 6}" y="{y(value) + 4:.1f}" text-anchor="end">{value:.3g}</text>'
+        f'<text x="{PLOT_LEFT - 6}" y="{y(value) + 4:.1f}" text-anchor="end">{value:.3g}</text>'
         for value in {low, high}
     )
-    now = f'<line class="now" x1="{LEFT}" x2="{LEFT}" y1="{ROOM}" y2="{ROOM + HEIGHT}"/>'
+    now = f'<line class="now" x1="{PLOT_LEFT}" x2="{PLOT_LEFT}" y1="{PLOT_MARGIN}" y2="{PLOT_MARGIN + PLOT_HEIGHT}"/>'
     told = ", ".join(
-        f'<span class="{color}">{escaped(line.name)} {line.values[-1]:.4g}</span>'
-        for line, color in zip(lines, _colors(len(lines)), strict=True)
+        f'<span class="{color}">{escape_html(line.name)} {line.values[-1]:.4g}</span>'
+        for line, color in zip(lines, _line_colors(len(lines)), strict=True)
     )
-    box = f'viewBox="0 0 {LEFT + WIDTH + ROOM} {HEIGHT + 2 * ROOM}" preserveAspectRatio="none"'
+    box = f'viewBox="0 0 {PLOT_LEFT + PLOT_WIDTH + PLOT_MARGIN} {PLOT_HEIGHT + 2 * PLOT_MARGIN}" preserveAspectRatio="none"'
     return (
         f'<figure><figcaption>{title}: {told}</figcaption><svg {box} role="img" '
         f'aria-label="{title}">{axis}{ends}{"".join(drawn)}{now}</svg></figure>'
     )
 
 
-def _colors(many: int) -> list[str]:
-    return [COLORS[number % len(COLORS)] for number in range(many)]
+def _line_colors(count: int) -> list[str]:
+    return [LINE_COLORS[number % len(LINE_COLORS)] for number in range(count)]

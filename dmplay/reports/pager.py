@@ -9,27 +9,29 @@ import sys
 from rich.cells import cell_len
 from rich.text import Text
 
-from dmplay.game.request import words_of
+from dmplay.game.request import split_words
 from dmplay.terminal import Terminal
 
-USUAL = "less -RS"
-LESS = "-RS"  # what `less` takes for granted where the user says nothing: colours; rows stay whole
+DEFAULT_PAGER = "less -RS"
+LESS_OPTIONS = (
+    "-RS"  # what `less` takes for granted where the user says nothing: colours; rows stay whole
+)
 
 
-def page(text: str, terminal: Terminal, *, words: bool = False) -> None:
+def print_paged(text: str, terminal: Terminal, *, wrap_words: bool = False) -> None:
     """Prints a text, by the pager where a terminal's screen cannot hold it; words in its rows."""
-    if words and terminal.screen:
-        from dmplay.screen.shown import Room  # not needed where rows stay as they are
-        from dmplay.screen.wrapping import wrapped
+    if wrap_words and terminal.full_screen:
+        from dmplay.screen.shown import Viewport  # not needed where rows stay as they are
+        from dmplay.screen.wrapping import wrap_lines
 
-        rows = wrapped(text.split("\n"), Room(shutil.get_terminal_size().columns + 2, 0))
+        rows = wrap_lines(text.split("\n"), Viewport(shutil.get_terminal_size().columns + 2, 0))
         text = "\n".join(row[1:].rstrip() for row in rows)
-    command = words_of(os.environ.get("PAGER", USUAL))
-    if fits(text) or not terminal.screen or not command or not shutil.which(command[0]):
+    command = split_words(os.environ.get("PAGER", DEFAULT_PAGER))
+    if fits_screen(text) or not terminal.full_screen or not command or not shutil.which(command[0]):
         print(text)
         return
     pager = subprocess.Popen(
-        command, stdin=subprocess.PIPE, env={"LESS": LESS} | os.environ, text=True,
+        command, stdin=subprocess.PIPE, env={"LESS": LESS_OPTIONS} | os.environ, text=True,
         encoding=sys.stdout.encoding, errors="backslashreplace",
     )  # fmt: skip
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the pager's
@@ -39,7 +41,7 @@ def page(text: str, terminal: Terminal, *, words: bool = False) -> None:
         signal.signal(signal.SIGINT, before)
 
 
-def fits(text: str) -> bool:
+def fits_screen(text: str) -> bool:
     """Whether the screen holds a text, and a row for the next command."""
     columns, lines = shutil.get_terminal_size()
     rows = text.split("\n")

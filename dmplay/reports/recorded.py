@@ -7,24 +7,24 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.errors import BadParameter
-from dmplay.game.request import Request
-from dmplay.game.start import new
-from dmplay.measure.running import Run
-from dmplay.reports.match import Setting
+from dmplay.game.request import GameRequest
+from dmplay.game.start import start_new_game
+from dmplay.measure.running import RunResult
+from dmplay.reports.match import SettingResult
 from dmplay.solutions.solution import Row
 
 
-class Keeping(NamedTuple):
+class TranscriptSelection(NamedTuple):
     """Where games are kept, and which: each so many, so many worst and best of the first seat."""
 
     folder: Path | None = None
-    every: int = 0
-    worst: int = 0
-    best: int = 0
+    every_nth: int = 0
+    worst_count: int = 0
+    best_count: int = 0
 
-    def check(self) -> None:
+    def check_options(self) -> None:
         """Refuses a folder without games, games without a folder, and one that has files."""
-        wanted = self.every or self.worst or self.best
+        wanted = self.every_nth or self.worst_count or self.best_count
         if wanted and self.folder is None:
             raise BadParameter("--every, --worst and --best: expected --record DIR too")
         if self.folder is None:
@@ -35,39 +35,43 @@ class Keeping(NamedTuple):
             raise BadParameter(f"--record: {self.folder} is not empty; name another folder")
 
 
-NONE = Keeping()
+NO_TRANSCRIPTS = TranscriptSelection()
 
 
-def recorded(played: Setting, keeping: Keeping) -> Iterator[Row]:
+def record_episodes(setting_result: SettingResult, selection: TranscriptSelection) -> Iterator[Row]:
     """Plays the games of a run that are wanted again, into transcripts; a row for each."""
-    if keeping.folder is None:
+    if selection.folder is None:
         return
-    match, (problem, names, _), result = played.match, played.lineup, played.run
-    place = keeping.folder / str(played)
+    match, (problem, names, _), result = (
+        setting_result.request,
+        setting_result.lineup,
+        setting_result.run,
+    )
+    place = selection.folder / str(setting_result)
     place.mkdir(parents=True, exist_ok=True)
     seats = [f"{seat}={name}" for seat, name in zip(problem.agents, names, strict=True)]
-    for row, why in _wanted(result, keeping).items():
-        episode = int(result.games[row])
+    for row, why in _select_rows(result, selection).items():
+        episode = int(result.episode_numbers[row])
         path = place / f"game-{episode}.dmt"
-        game = new(
-            Request(
+        game = start_new_game(
+            GameRequest(
                 match.problem, settings=match.settings, seed=match.seed, episode=episode,
-                agent=names[0], seats=seats, turns=match.turns, record=path, asks=False,
+                agent=names[0], seats=seats, turns=match.turn_limit, record_path=path, can_ask=False,
             )
         )  # fmt: skip
-        list(game.run())
+        list(game.iter_agent_turns())
         game.finish()
         told = ", ".join(why)
-        yield {"kept": str(path), "why": told, "return": float(result.played.returns[row, 0])}
+        yield {"kept": str(path), "why": told, "return": float(result.rollout.returns[row, 0])}
 
 
-def _wanted(result: Run, keeping: Keeping) -> dict[int, list[str]]:
+def _select_rows(result: RunResult, selection: TranscriptSelection) -> dict[int, list[str]]:
     """Which rows are kept, and why."""
-    order = np.argsort(result.played.returns[:, 0], kind="stable").tolist()
+    order = np.argsort(result.rollout.returns[:, 0], kind="stable").tolist()
     wanted: dict[int, list[str]] = {}
-    every = range(0, len(order), keeping.every) if keeping.every else ()
-    best = order[::-1][: keeping.best]
-    for why, rows in (("worst", order[: keeping.worst]), ("best", best), ("every", every)):
+    every = range(0, len(order), selection.every_nth) if selection.every_nth else ()
+    best = order[::-1][: selection.best_count]
+    for why, rows in (("worst", order[: selection.worst_count]), ("best", best), ("every", every)):
         for row in rows:
             wanted.setdefault(row, []).append(why)
     return wanted

@@ -1,42 +1,54 @@
 """Real time: it begins with a key, counts down, goes slowly at first and quickens."""
 
-COUNTDOWN, BEATS = 3, 2.0  # beats before it begins, and how many a second
-SLOW, FULL = 0.1, 100  # it begins at this share of its rate; all of it after so many turns
-STARTS = "the clock starts with a key; P stops it"
+COUNTDOWN_BEATS, COUNTDOWN_BEATS_PER_SECOND = (
+    3,
+    2.0,
+)  # beats before it begins, and how many a second
+INITIAL_RATE_SHARE, RAMP_TURNS = (
+    0.1,
+    100,
+)  # it begins at this share of its rate; all of it after so many turns
+CLOCK_START_HINT = "the clock starts with a key; P stops it"
 
 
-class Clock:
+class RealtimeClock:
     """What repeats the action that was chosen last, once it was started."""
 
     def __init__(self, rate: float | None) -> None:
         self.rate = rate  # turns a second; None where each turn waits for a key
-        self.held: float | None = None  # the action that repeats
-        self._left: int | None = None  # beats of the countdown; None before the key that starts it
-        self._since = 0  # the turn at which it was started
+        self.repeated_action: float | None = None  # the action that repeats
+        self._countdown_left: int | None = (
+            None  # beats of the countdown; None before the key that starts it
+        )
+        self._start_turn = 0  # the turn at which it was started
 
     @property
-    def started(self) -> bool:
+    def is_started(self) -> bool:
         """Whether it counts down or goes."""
-        return self._left is not None
+        return self._countdown_left is not None
 
-    def start(self, turns: int) -> str:
+    def start(self, turn_count: int) -> str:
         """Begins to count down after so many turns; what it says, nothing where it goes."""
-        if self.started:
+        if self.is_started:
             return ""
-        self._left, self._since = COUNTDOWN, turns
-        return f"{COUNTDOWN} ..."
+        self._countdown_left, self._start_turn = COUNTDOWN_BEATS, turn_count
+        return f"{COUNTDOWN_BEATS} ..."
 
-    def pace(self, turns: int) -> float:
+    def beats_per_second(self, turn_count: int) -> float:
         """Beats a second: of the countdown; then of turns, slow at first, faster as they go on."""
-        if self._left or not self.rate:
-            return BEATS
-        return self.rate * min(SLOW + (1 - SLOW) * (turns - self._since) / FULL, 1.0)
+        if self._countdown_left or not self.rate:
+            return COUNTDOWN_BEATS_PER_SECOND
+        return self.rate * min(
+            INITIAL_RATE_SHARE
+            + (1 - INITIAL_RATE_SHARE) * (turn_count - self._start_turn) / RAMP_TURNS,
+            1.0,
+        )
 
-    def counted(self) -> str | None:
+    def count_down(self) -> str | None:
         """Counts down by a beat; what it says, None once it is through."""
-        if not self._left:
+        if not self._countdown_left:
             return None
-        self._left -= 1
-        if self._left:
-            return f"{self._left} ..."
-        return "" if self.held is not None else "press what to do"
+        self._countdown_left -= 1
+        if self._countdown_left:
+            return f"{self._countdown_left} ..."
+        return "" if self.repeated_action is not None else "press what to do"

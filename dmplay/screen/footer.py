@@ -7,138 +7,158 @@ from typing import NamedTuple
 
 from rich.text import Text
 
-from dmplay.advice.adviser import Advice, fewest, fixed
+from dmplay.advice.adviser import Hint, count_fewest_decimals, format_fixed
 from dmplay.game.game import Game
-from dmplay.keys.keymap import SHOWN
-from dmplay.screen.shown import NOTHING, Room, Shown, fitted
-from dmplay.views.canvas import BARS
-from dmplay.views.style import BEST, EQUAL
-from dmplay.words.commands import named
+from dmplay.keys.keymap import KEY_SYMBOLS
+from dmplay.screen.shown import EMPTY_FRAME_STATE, FrameState, Viewport, fit_text
+from dmplay.views.canvas import BAR_LEVELS
+from dmplay.views.style import BEST_LABEL, EQUALLY_GOOD_LABEL
+from dmplay.words.commands import find_command
 
-COLON = ": command"
-OVER_KEYS = (("new", "restart", "undo", "help", "quit"), ("new", "help", "quit"), ("help", "quit"))
-ROW_KEYS = (
+COMMAND_KEY_HELP = ": command"
+GAME_OVER_KEYS = (
+    ("new", "restart", "undo", "help", "quit"),
+    ("new", "help", "quit"),
+    ("help", "quit"),
+)
+COMMAND_KEYS = (
     ("hint", "whatif", "undo", "help", "quit"),
     ("hint", "undo", "help", "quit"),
     ("hint", "help", "quit"),
     ("help", "quit"),
 )
-LABELS = (7, 4)  # columns of a label where not all have room
+SHORT_LABEL_COLUMNS = (7, 4)  # columns of a label where not all have room
 
 
-class Key(NamedTuple):
+class ActionKey(NamedTuple):
     """A key that plays: how it is shown, its action, whether it is legal, what is lost by it."""
 
     key: str
     label: str
-    able: bool
-    lost: str = ""
+    is_legal: bool
+    regret_text: str = ""
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """Key, action and loss between blanks; in their place brackets where it is not legal."""
-        key = SHOWN.get(self.key, self.key)
+        key = KEY_SYMBOLS.get(self.key, self.key)
         told = self.label if self.key == self.label else f"{key} {self.label}".strip()
-        return f" {told}{self.lost} " if self.able else f"[{told}]"
+        return f" {told}{self.regret_text} " if self.is_legal else f"[{told}]"
 
 
-def keys(game: Game, room: Room, shown: Shown = NOTHING) -> Text:
+def format_footer(
+    game: Game, viewport: Viewport, frame_state: FrameState = EMPTY_FRAME_STATE
+) -> Text:
     """The keys that count now, the game's before the shell's; help and quit are always there."""
-    if shown.curtain:
-        return fitted(Text(" Enter shows the board  q quit"), room)
+    if frame_state.handover_agent:
+        return fit_text(Text(" Enter shows the board  q quit"), viewport)
     # A recording is never over: one goes back in it.
     ended = game.request is not None and game.session.over
-    over, waits = bool(shown.past or ended), game.waiting is not None
-    unneeded = 0 if over else 3 if game.unaided else not waits
-    barred = "undo" * bool(game.final)
-    tails = _tails(_moving(game, shown, ended=ended), unneeded, barred, over=over)
-    return _fitted(_forms(game, shown.advice), tails, room) if waits else _alone(tails, room)
+    over, waits = bool(frame_state.is_lookback or ended), game.choosing_seat is not None
+    unneeded = 0 if over else 3 if game.hints_forbidden else not waits
+    barred = "undo" * bool(game.undo_forbidden_reason)
+    tails = _format_command_tails(
+        _navigation_keys(game, frame_state, is_game_over=ended), unneeded, barred, is_game_over=over
+    )
+    return (
+        _fit_footer(_iter_key_rows(game, frame_state.hint), tails, viewport)
+        if waits
+        else _format_commands_only(tails, viewport)
+    )
 
 
 @lru_cache(16)
-def _alone(tails: Sequence[str], room: Room) -> Text:
+def _format_commands_only(command_rows: Sequence[str], viewport: Viewport) -> Text:
     """The shell's keys alone; nobody writes into the row."""
-    return _fitted([Text("")], tails, room)
+    return _fit_footer([Text("")], command_rows, viewport)
 
 
-def _fitted(forms: Iterable[Text], tails: Sequence[str], room: Room) -> Text:
+def _fit_footer(forms: Iterable[Text], command_rows: Sequence[str], viewport: Viewport) -> Text:
     """The first form that there is room for, else the last, and as many of the shell's keys."""
-    left, row = room.width - len(tails[-1]) - 1, Text()
+    left, row = viewport.width - len(command_rows[-1]) - 1, Text()
     for row in forms:
         if len(row.plain) <= left:
             break
     if len(row.plain) > left > 1:
         row.truncate(left - 1, overflow="ellipsis")
         row.append(" ")
-    tail = next((tail for tail in tails if len(row.plain) + 1 + len(tail) <= room.width), tails[-1])
-    return fitted(row.append(" ").append(tail, style="dim"), room)
+    tail = next(
+        (tail for tail in command_rows if len(row.plain) + 1 + len(tail) <= viewport.width),
+        command_rows[-1],
+    )
+    return fit_text(row.append(" ").append(tail, style="dim"), viewport)
 
 
-def _forms(game: Game, advice: Advice | None) -> Iterator[Text]:
+def _iter_key_rows(game: Game, hint: Hint | None) -> Iterator[Text]:
     """The keys that play, in words and in fewer."""
-    if game.keyboard.types_numbers(game.watcher):
-        nudges = " ".join(SHOWN.get(key, key) for key in game.keyboard.nudges)
-        best = f" {advice.named} {BEST} " if advice else ""
+    if game.keyboard.is_number_entry(game.viewing_seat):
+        nudges = " ".join(KEY_SYMBOLS.get(key, key) for key in game.keyboard.number_steps)
+        best = f" {hint.recommended_action} {BEST_LABEL} " if hint else ""
         yield Text(f"{best} type a number, Enter plays it  {nudges} nudge it ")
         yield Text(f"{best} a number, Enter ")
     else:
-        legal = [Key(*one) for one in game.keyboard.legal(game.view())]
-        yield from (_row(ranked) for ranked in _ranked(legal, advice))
-        yield _row(legal)
-        for most in (*LABELS, 0):
-            cut = [one._replace(label=_cut(one.label, most)) for one in legal]
+        legal = [ActionKey(*one) for one in game.keyboard.list_actions_with_keys(game.view())]
+        yield from (_join_keys(ranked) for ranked in _iter_ranked_keys(legal, hint))
+        yield _join_keys(legal)
+        for most in (*SHORT_LABEL_COLUMNS, 0):
+            cut = [one._replace(label=_truncate_label(one.label, most)) for one in legal]
             if not most or len({one.label for one in cut}) == len(cut):  # tells them apart
-                yield _row(cut)
+                yield _join_keys(cut)
 
 
-def _cut(label: str, most: int) -> str:
-    return label if len(label) <= most else f"{label[: most - 1]}…" if most else ""
+def _truncate_label(label: str, max_width: int) -> str:
+    return label if len(label) <= max_width else f"{label[: max_width - 1]}…" if max_width else ""
 
 
-def _row(actions: Sequence[Key]) -> Text:
-    return Text("".join(action.words for action in actions))
+def _join_keys(actions: Sequence[ActionKey]) -> Text:
+    return Text("".join(action.text for action in actions))
 
 
-def _ranked(actions: Sequence[Key], advice: Advice | None) -> Iterator[list[Key]]:
+def _iter_ranked_keys(actions: Sequence[ActionKey], hint: Hint | None) -> Iterator[list[ActionKey]]:
     """The legal actions, the best first, each with what it loses as a bar, with names or numbers
     or both or neither.
     """
-    both = advice.ranked if advice else []
-    if not both or advice is None:
+    both = hint.ranked_actions if hint else []
+    if not both or hint is None:
         return
-    most, places = both[-1][1], fewest([loss for _, loss in both])
+    most, places = both[-1][1], count_fewest_decimals([loss for _, loss in both])
     for numbers, names in product((True, False), repeat=2):
         ranked = []
         for number, loss in both:
-            equal = names and advice.action not in {None, number}
-            lost = f" {EQUAL if equal else BEST}"
+            equal = names and hint.action not in {None, number}
+            lost = f" {EQUALLY_GOOD_LABEL if equal else BEST_LABEL}"
             if loss:
-                bar = BARS[min(int(len(BARS) * loss / most), len(BARS) - 1)]
-                lost = f" {bar}{fixed(-loss, places) if numbers else ''}"
+                bar = BAR_LEVELS[min(int(len(BAR_LEVELS) * loss / most), len(BAR_LEVELS) - 1)]
+                lost = f" {bar}{format_fixed(-loss, places) if numbers else ''}"
             label = actions[number].label if names else ""
-            ranked.append(actions[number]._replace(label=label, lost=lost))
+            ranked.append(actions[number]._replace(label=label, regret_text=lost))
         yield ranked
 
 
 @lru_cache(16)
-def _tails(moving: Sequence[str], unneeded: int, barred: str, *, over: bool) -> tuple[str, ...]:
+def _format_command_tails(
+    navigation_keys: Sequence[str], skipped_count: int, excluded_command: str, *, is_game_over: bool
+) -> tuple[str, ...]:
     """The shell's keys but one, most of them first, but for so many of these rows."""
-    rows = (OVER_KEYS if over else ROW_KEYS)[unneeded:]
-    names = [[name for name in row if name != barred] for row in rows]
-    tails = ["  ".join([*moving, *map(_shown, some), COLON]) for some in names]
-    tails += ["  ".join([*moving, *map(_shown, names[-1])])]
-    return (*tails, "  ".join(map(_shown, names[-1])))
+    rows = (GAME_OVER_KEYS if is_game_over else COMMAND_KEYS)[skipped_count:]
+    names = [[name for name in row if name != excluded_command] for row in rows]
+    tails = [
+        "  ".join([*navigation_keys, *map(_format_command_key, some), COMMAND_KEY_HELP])
+        for some in names
+    ]
+    tails += ["  ".join([*navigation_keys, *map(_format_command_key, names[-1])])]
+    return (*tails, "  ".join(map(_format_command_key, names[-1])))
 
 
-def _moving(game: Game, shown: Shown, *, ended: bool) -> tuple[str, ...]:
+def _navigation_keys(game: Game, frame_state: FrameState, *, is_game_over: bool) -> tuple[str, ...]:
     """The keys that lead through a game nobody plays, or that is over."""
-    if shown.past:
+    if frame_state.is_lookback:
         return ("← → turns", *["Enter plays on"] * (not game.strict))
-    if game.people:
+    if game.human_seats:
         return ("Enter looks back",) * bool(game.session.over and game.session.turns)
-    return () if ended else ("Space step", "P play")
+    return () if is_game_over else ("Space step", "P play")
 
 
 @cache
-def _shown(name: str) -> str:
-    return f"{named(name).shown} {name}"
+def _format_command_key(command_name: str) -> str:
+    return f"{find_command(command_name).key_label} {command_name}"

@@ -1,34 +1,34 @@
 """A turn that is seen to happen: a few short steps, cut short by whatever comes next."""
 
-STEPS = 3  # between two boards
-LASTS = 0.12  # seconds
+ANIMATION_STEPS = 3  # between two boards
+ANIMATION_SECONDS = 0.12  # seconds
 
 
-class Motion:
+class TurnAnimation:
     """The steps of the last turn's motion that are yet to be shown."""
 
     def __init__(self) -> None:
-        self.step = LASTS / STEPS  # seconds
-        self._left = 0
+        self.step_seconds = ANIMATION_SECONDS / ANIMATION_STEPS  # seconds
+        self._steps_left = 0
 
     @property
-    def moves(self) -> bool:
+    def is_running(self) -> bool:
         """Whether the board is between two turns."""
-        return self._left > 0
+        return self._steps_left > 0
 
     @property
-    def passed(self) -> float:
+    def progress(self) -> float:
         """The share of the motion that is over."""
-        return 1 - self._left / (STEPS + 1)
+        return 1 - self._steps_left / (ANIMATION_STEPS + 1)
 
-    def begin(self) -> None:
+    def start(self) -> None:
         """Shows the first step next."""
-        self._left = STEPS
+        self._steps_left = ANIMATION_STEPS
 
-    def go_on(self) -> None:
+    def advance(self) -> None:
         """Shows the next step, at last the turn as it ended."""
-        self._left = max(self._left - 1, 0)
+        self._steps_left = max(self._steps_left - 1, 0)
 
-    def cut(self) -> None:
+    def stop(self) -> None:
         """Shows the turn as it ended."""
-        self._left = 0
+        self._steps_left = 0

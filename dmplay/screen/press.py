@@ -5,176 +5,198 @@ from math import copysign, inf, isinf
 from typing import NamedTuple
 
 from dmplay.game.game import Game
-from dmplay.screen.acts import ENDED, act, leave, look_ahead, pause, quicken, start_clock, step
-from dmplay.screen.modes import Event, Mode
-from dmplay.screen.screen import Screen
-from dmplay.screen.shown import KEYS_SHOWN, MORE
-from dmplay.words.commands import COMMANDS, help_page, named, veiled
+from dmplay.screen.acts import (
+    GAME_OVER_MESSAGE,
+    change_speed,
+    play_action,
+    quit_game,
+    start_clock,
+    start_lookahead,
+    step_agents,
+    toggle_pause,
+)
+from dmplay.screen.modes import Mode, ModeEvent
+from dmplay.screen.screen import PlayScreen
+from dmplay.screen.shown import KEY_HINT_TURNS, NEXT_PAGE_KEYS
+from dmplay.words.commands import COMMANDS, conceal_choice_errors, find_command, format_help_page
 
-FASTER = 1.5  # the speed times this
-SCROLLS = {  # rows back, by keys that scroll the log, where they play nothing, and pages
+SPEED_FACTOR = 1.5  # the speed times this
+SCROLL_ROWS_BY_KEY = {  # rows back, by keys that scroll the log, where they play nothing, and pages
     "pageup": 8, "pagedown": -8, "home": inf, "end": -inf, "wheel up": 3, "wheel down": -3,
 }  # fmt: skip
-SCROLLING = ("PgUp", "scroll", "the log back; PgDn Home End; Shift where they play")
+SCROLL_HELP = ("PgUp", "scroll", "the log back; PgDn Home End; Shift where they play")
 
 
-def press(screen: Screen, key: str) -> None:
+def handle_key(screen: PlayScreen, key: str) -> None:
     """Does what a key says; raises Leave."""
     screen.message = ""
-    screen.motion.cut()
+    screen.animation.stop()
     if key != "q":
-        screen.modes.happens(Event.PRESSED)
-    if screen.table.curtained and key != "q":
+        screen.modes.handle_event(ModeEvent.KEY_PRESSED)
+    if screen.controller.awaiting_handover and key != "q":
         if key in ("enter", "space"):
-            screen.table.change_places()
-    elif screen.modes.shows is Mode.PAGE:
+            screen.controller.complete_handover()
+    elif screen.modes.display_mode is Mode.PAGE:
         _turn_page(screen, key)
     else:
-        with screen.caught():
-            _does(screen, key)
+        with screen.errors_as_messages():
+            _dispatch_key(screen, key)
 
 
-def _does(screen: Screen, key: str) -> None:
+def _dispatch_key(screen: PlayScreen, key: str) -> None:
     """Plays, looks ahead or back, or does what the shell does."""
-    if screen.game.waiting is not None and (_number(screen, key) or _action(screen, key)):
+    if screen.game.choosing_seat is not None and (
+        _handle_number_key(screen, key) or _handle_action_key(screen, key)
+    ):
         return
-    if screen.modes.shows is Mode.AHEAD and _looked_ahead(screen, key):
+    if screen.modes.display_mode is Mode.LOOKAHEAD and _handle_lookahead_key(screen, key):
         return
-    if not _looked_back(screen, key):
-        _command(screen, key)
+    if not _handle_lookback_key(screen, key):
+        _handle_command_key(screen, key)
 
 
-def _turn_page(screen: Screen, key: str) -> None:
-    rows = _scrolled(key)
+def _turn_page(screen: PlayScreen, key: str) -> None:
+    rows = _scroll_rows(key)
     if rows:
         screen.turn_page(-rows if isinf(rows) else -copysign(1, rows))
-    elif not (key in MORE and screen.turn_page(1)):
-        screen.modes.happens(Event.CLOSED)
+    elif not (key in NEXT_PAGE_KEYS and screen.turn_page(1)):
+        screen.modes.handle_event(ModeEvent.CLOSED)
 
 
-def _number(screen: Screen, key: str) -> bool:
+def _handle_number_key(screen: PlayScreen, key: str) -> bool:
     """Writes or nudges a number, and plays it on Enter."""
-    if key == "enter" and screen.number.text:
-        with veiled(screen.table):
-            act(screen, screen.game.keyboard.read(screen.game.view(), screen.number.taken()))
+    if key == "enter" and screen.number_input.text:
+        with conceal_choice_errors(screen.controller):
+            play_action(
+                screen,
+                screen.game.keyboard.parse_action(
+                    screen.game.view(), screen.number_input.take_text()
+                ),
+            )
         return True
-    ahead = key == "enter" and screen.modes.shows is Mode.AHEAD  # plays what was looked at
-    if ahead or not screen.number.press(screen.game, key):
+    ahead = (
+        key == "enter" and screen.modes.display_mode is Mode.LOOKAHEAD
+    )  # plays what was looked at
+    if ahead or not screen.number_input.handle_key(screen.game, key):
         return False
-    screen.message = screen.number.shown(screen.game)
+    screen.message = screen.number_input.describe_input(screen.game)
     return True
 
 
-def _action(screen: Screen, key: str) -> bool:
+def _handle_action_key(screen: PlayScreen, key: str) -> bool:
     """Plays the action of a key, or of two arrows for a diagonal."""
-    keyboard, combination = screen.game.keyboard, f"{screen.prefix} {key}".strip()
-    screen.prefix = ""
-    found = keyboard.pressed(screen.game.watcher, combination)
+    keyboard, combination = screen.game.keyboard, f"{screen.key_prefix} {key}".strip()
+    screen.key_prefix = ""
+    found = keyboard.find_key_action(screen.game.viewing_seat, combination)
     if found is not None:
         seat, action = found
-        act(screen, action, seat)
-    elif key in ("up", "down") and any(" " in one for one in keyboard.hands.keys):
-        screen.prefix = key
+        play_action(screen, action, seat)
+    elif key in ("up", "down") and any(" " in one for one in keyboard.key_maps.first_player_keys):
+        screen.key_prefix = key
         screen.message = f"{key}, then left or right: a diagonal"
     else:
         return False
     return True
 
 
-def _looked_ahead(screen: Screen, key: str) -> bool:
+def _handle_lookahead_key(screen: PlayScreen, key: str) -> bool:
     """Looks ahead no more: Enter plays what was shown, other keys do what they always do."""
-    adviser = screen.game.adviser
-    foreseen = adviser.foreseen
-    screen.modes.happens(Event.CLOSED)
-    adviser.look_away()
+    adviser = screen.game.hint_provider
+    foreseen = adviser.current_forecast
+    screen.modes.handle_event(ModeEvent.CLOSED)
+    adviser.clear_forecast()
     if key == "enter" and foreseen:
-        act(screen, foreseen.action)
+        play_action(screen, foreseen.action)
     return key in ("enter", "escape", "W")
 
 
-def _looked_back(screen: Screen, key: str) -> bool:
+def _handle_lookback_key(screen: PlayScreen, key: str) -> bool:
     """Steps through the turns of a game that is over; plays on from one."""
-    past, whole = screen.past, screen.verdict.past
+    past, whole = screen.timeline, screen.post_game_review.timeline
     if past and key == "enter":
-        screen.say(named("branch").run(screen.table, str(past.turn)))
+        screen.show_reply(find_command("branch").run(screen.controller, str(past.turns_played)))
         return True
     if past and key == "escape":
-        screen.modes.happens(Event.CLOSED)
+        screen.modes.handle_event(ModeEvent.CLOSED)
         return True
-    if not past and _plays(screen.game, key):  # whoever plays fast presses it after the end too
+    if not past and _is_game_key(
+        screen.game, key
+    ):  # whoever plays fast presses it after the end too
         return False
-    turn = screen.verdict.led(key, past.turn if past else None)
+    turn = screen.post_game_review.turn_for_key(key, past.turns_played if past else None)
     if turn is None or whole is None:
         return False
-    screen.back = 0
-    if turn == whole.many:
-        screen.modes.happens(Event.CLOSED)
+    screen.scroll_offset = 0
+    if turn == whole.turn_count:
+        screen.modes.handle_event(ModeEvent.CLOSED)
     else:
-        whole.go(turn)
-        screen.modes.happens(Event.LOOKED_BACK)
+        whole.go_to_turn(turn)
+        screen.modes.handle_event(ModeEvent.LOOKBACK_STARTED)
     return True
 
 
-def _plays(game: Game, key: str) -> bool:
+def _is_game_key(game: Game, key: str) -> bool:
     """Whether a key is one of the game's own."""
-    return key in game.keyboard.nudges or bool(game.keyboard.pressed(game.watcher, key))
+    return key in game.keyboard.number_steps or bool(
+        game.keyboard.find_key_action(game.viewing_seat, key)
+    )
 
 
-def _command(screen: Screen, key: str) -> None:
+def _handle_command_key(screen: PlayScreen, key: str) -> None:
     """Does what a key of the screen or of the shell says."""
     game = screen.game
-    own = next((one for one in KEYS if one.acts(key, game)), None)
+    own = next((one for one in SCREEN_KEYS if one.is_active_for(key, game)), None)
     command = next((one for one in COMMANDS if one.key == key), None)
     if own:
-        own.run(screen)
-    elif _scrolled(key):
-        screen.scroll(_scrolled(key))
+        own.handler(screen)
+    elif _scroll_rows(key):
+        screen.scroll_log(_scroll_rows(key))
     elif command:
-        screen.say(command.run(screen.table, ""))
-    elif screen.rate and game.waiting is not None and not screen.clock.started:
+        screen.show_reply(command.run(screen.controller, ""))
+    elif screen.realtime_rate and game.choosing_seat is not None and not screen.clock.is_started:
         start_clock(screen)
     elif key.isprintable():
-        late = game.session.over and _plays(game, key)
-        screen.message = f"{key}: {ENDED if late else 'no such key; ? shows them'}"
+        late = game.session.over and _is_game_key(game, key)
+        screen.message = f"{key}: {GAME_OVER_MESSAGE if late else 'no such key; ? shows them'}"
 
 
-def _scrolled(key: str) -> float:
+def _scroll_rows(key: str) -> float:
     """How many rows back a key scrolls, with Shift or Ctrl or without; 0 where it does not."""
-    return SCROLLS.get(key.removeprefix("s-").removeprefix("c-"), 0)
+    return SCROLL_ROWS_BY_KEY.get(key.removeprefix("s-").removeprefix("c-"), 0)
 
 
-def _help(screen: Screen) -> None:
+def _show_help(screen: PlayScreen) -> None:
     """The keys of the game, of the screen and of the commands; commands without one."""
-    own = [(key.shown, key.name, key.help) for key in KEYS if key.help]
-    screen.open(help_page(screen.game, [*own, SCROLLING]))
-    screen.keys_until = len(screen.game.session.turns) + KEYS_SHOWN
+    own = [(key.label, key.name, key.help) for key in SCREEN_KEYS if key.help]
+    screen.open_page(format_help_page(screen.game, [*own, SCROLL_HELP]))
+    screen.last_key_hint_turn = len(screen.game.session.turns) + KEY_HINT_TURNS
 
 
-class Key(NamedTuple):
+class ScreenKey(NamedTuple):
     """A key that only the screen has: which, how it is shown, its name, what it does."""
 
     keys: tuple[str, ...]
-    shown: str
+    label: str
     name: str
     help: str  # '' where the shell's command of this key tells
-    run: Callable[[Screen], None]
-    watched: bool = False  # only where nobody plays
+    handler: Callable[[PlayScreen], None]
+    is_agents_only: bool = False  # only where nobody plays
 
-    def acts(self, key: str, game: Game) -> bool:
+    def is_active_for(self, key: str, game: Game) -> bool:
         """Whether this is the key, and it does something in this game."""
-        return key in self.keys and not (self.watched and game.people)
+        return key in self.keys and not (self.is_agents_only and game.human_seats)
 
 
-KEYS = (
-    Key(
+SCREEN_KEYS = (
+    ScreenKey(
         ("V",), "V", "overlay", "values, policy or states on the board, where it has them",
-        Screen.next_overlay,
+        PlayScreen.show_next_overlay,
     ),
-    Key(("W",), "W", "what if", "what an action may bring, before you play it", look_ahead),
-    Key(("P", "A"), "P", "pause", "let agents or the clock play, or stop them", pause),
-    Key(("space", "right"), "Space", "step", "one turn of agents", step, watched=True),
-    Key(("+",), "+", "faster", "agents play faster", lambda screen: quicken(screen, FASTER)),
-    Key(("-",), "-", "slower", "agents play slower", lambda screen: quicken(screen, 1 / FASTER)),
-    Key(("?",), "?", "help", "", _help),
-    Key(("q",), "q", "quit", "", leave),
+    ScreenKey(("W",), "W", "what if", "what an action may bring, before you play it", start_lookahead),
+    ScreenKey(("P", "A"), "P", "pause", "let agents or the clock play, or stop them", toggle_pause),
+    ScreenKey(("space", "right"), "Space", "step", "one turn of agents", step_agents, is_agents_only=True),
+    ScreenKey(("+",), "+", "faster", "agents play faster", lambda screen: change_speed(screen, SPEED_FACTOR)),
+    ScreenKey(("-",), "-", "slower", "agents play slower", lambda screen: change_speed(screen, 1 / SPEED_FACTOR)),
+    ScreenKey(("?",), "?", "help", "", _show_help),
+    ScreenKey(("q",), "q", "quit", "", quit_game),
 )  # fmt: skip

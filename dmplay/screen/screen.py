@@ -6,228 +6,262 @@ from collections.abc import Iterator, Sequence
 from rich.text import Text
 
 from dmplay import records
-from dmplay.budget import Stopped
-from dmplay.core import Continuous
-from dmplay.describe import brief
+from dmplay.budget import ComputationStopped
+from dmplay.core import ContinuousStates
+from dmplay.describe import format_score
 from dmplay.errors import DmplayError
-from dmplay.game.answer import Page, Told
+from dmplay.game.answer import Page, TurnReports
 from dmplay.game.game import Game
-from dmplay.game.log import Log
-from dmplay.game.table import Table
+from dmplay.game.log import EventLog
+from dmplay.game.table import GameController
 from dmplay.painting.painter import Painter
 from dmplay.screen import frame
-from dmplay.screen.clock import STARTS, Clock
-from dmplay.screen.modes import Event, Mode, Modes
-from dmplay.screen.motion import Motion
-from dmplay.screen.number import Number
-from dmplay.screen.shown import KEYS_SHOWN, Room, Shown, player
+from dmplay.screen.clock import CLOCK_START_HINT, RealtimeClock
+from dmplay.screen.modes import Mode, ModeEvent, ScreenModes
+from dmplay.screen.motion import TurnAnimation
+from dmplay.screen.number import NumberInput
+from dmplay.screen.shown import KEY_HINT_TURNS, FrameState, Viewport, find_cursor
 from dmplay.terminal import Terminal
-from dmplay.thought import About, think
-from dmplay.timeline import Past, Verdict
+from dmplay.thought import TaskInfo, run_cancellable
+from dmplay.timeline import GameTimeline, PostGameReview
 
 OVERLAYS = ("", "values", "policy", "states")
-ADVICE = ("values", "policy")  # of them
-VALUING = About("valuing every state")
+HINT_OVERLAYS = ("values", "policy")  # of them
+VALUES_TASK = TaskInfo("valuing every state")
 
 
-class Screen:
+class PlayScreen:
     """The state of the play screen beside the game's own, and how it is shown."""
 
-    moment = 0.1  # seconds after which what the game does is shown as thinking
+    thinking_delay_seconds = 0.1  # seconds after which what the game does is shown as thinking
 
     def __init__(
-        self, table: Table, terminal: Terminal, speed: float = 2.0, rate: float | None = None
+        self,
+        controller: GameController,
+        terminal: Terminal,
+        speed: float = 2.0,
+        realtime_rate: float | None = None,
     ) -> None:
-        self.table = table
-        table.typed = True
-        table.tells = self.note
+        self.controller = controller
+        controller.is_interactive = True
+        controller.on_intermediate_turn = self.log_new_turns
         self.terminal = terminal
         self.speed = speed  # turns a second in autoplay
-        self.rate = rate  # turns a second in real time; None where each turn waits for a key
-        self.modes = Modes()
+        self.realtime_rate = (
+            realtime_rate  # turns a second in real time; None where each turn waits for a key
+        )
+        self.modes = ScreenModes()
         self.message = ""
-        self.foretold = ""  # what an action may bring, in words
-        self.thinking = ""  # what is computed now, in place of the message
-        self.overlay = 0
-        self._advised: tuple[object, ...] = ()  # where an overlay was counted last
-        self.page: list[str] = []  # an answer of several lines
-        self.part = 0  # of the page
-        self._room = Room(80, 24)
-        self._sit()
-        if table.game.people and table.game.request and table.game.recorder is None:
+        self.lookahead_message = ""  # what an action may bring, in words
+        self.progress_message = ""  # what is computed now, in place of the message
+        self.overlay_index = 0
+        self._recorded_overlay: tuple[object, ...] = ()  # where an overlay was counted last
+        self.page_rows: list[str] = []  # an answer of several lines
+        self.page_index = 0  # of the page
+        self._viewport = Viewport(80, 24)
+        self._reset_for_game()
+        if (
+            controller.game.human_seats
+            and controller.game.request
+            and controller.game.recorder is None
+        ):
             self.message = "this game is not kept: there is no place to write to"
-        self.message = table.game.warning or self.message
+        self.message = controller.game.warning or self.message
 
-    def _sit(self) -> None:
+    def _reset_for_game(self) -> None:
         """Forgets the game before this one."""
         game = self.game
-        self._log = Log(game)
-        self.number = Number()  # that is being typed
-        self.prefix = ""  # the first arrow of a diagonal
-        self.keys_until = KEYS_SHOWN  # the turn from which on the board names no keys
-        self.clock = Clock(self.rate)
-        self.verdict = Verdict()  # once it is over
-        self.motion = Motion()
-        self.back = 0  # rows that the log is scrolled back
-        record = records.of(game)
-        self._best = brief(record.best.returned) if record and record.best else ""
-        self.modes.begins(clock=bool(self.rate and game.people))
+        self._event_log = EventLog(game)
+        self.number_input = NumberInput()  # that is being typed
+        self.key_prefix = ""  # the first arrow of a diagonal
+        self.last_key_hint_turn = KEY_HINT_TURNS  # the turn from which on the board names no keys
+        self.clock = RealtimeClock(self.realtime_rate)
+        self.post_game_review = PostGameReview()  # once it is over
+        self.animation = TurnAnimation()
+        self.scroll_offset = 0  # rows that the log is scrolled back
+        record = records.record_for_game(game)
+        self._best_return = (
+            format_score(record.best.discounted_return) if record and record.best else ""
+        )
+        self.modes.start_game(is_realtime=bool(self.realtime_rate and game.human_seats))
 
     @property
     def game(self) -> Game:
         """The game that is played now."""
-        return self.table.game
+        return self.controller.game
 
-    def room(self, painter: Painter) -> Room:
+    def measure_viewport(self, painter: Painter) -> Viewport:
         """The terminal, of the size that it has now."""
-        self._room = Room(*painter.size(), self.terminal.ascii)
-        return self._room
+        self._viewport = Viewport(*painter.get_size(), self.terminal.ascii)
+        return self._viewport
 
     def paint(self, painter: Painter) -> None:
         """Brings the screen as it is now onto the terminal."""
-        self._count_overlay()
-        room = self.room(painter)
-        drawn = frame.compose(self.past or self.game, room, self.shown, self.log)
-        painter.paint(drawn, player(drawn))
+        self._record_overlay_hint()
+        room = self.measure_viewport(painter)
+        drawn = frame.compose_frame(self.timeline or self.game, room, self.frame_state, self.log)
+        painter.paint(drawn, find_cursor(drawn))
 
-    def _count_overlay(self) -> None:
+    def _record_overlay_hint(self) -> None:
         """Counts the advice of an overlay once for each turn that it lies on."""
-        game, shown = self.game, self.shown
-        now = (shown.overlay, game, len(game.session.turns), game.watcher)
-        lies = shown.overlay in ADVICE and not (shown.page or shown.curtain or game.session.over)
-        if lies and now != self._advised and game.adviser.overlay(shown.overlay):
-            self._advised = now
-            game.helped()
+        game, shown = self.game, self.frame_state
+        now = (shown.overlay, game, len(game.session.turns), game.viewing_seat)
+        lies = shown.overlay in HINT_OVERLAYS and not (
+            shown.page_rows or shown.handover_agent or game.session.over
+        )
+        if (
+            lies
+            and now != self._recorded_overlay
+            and game.hint_provider.build_overlay(shown.overlay)
+        ):
+            self._recorded_overlay = now
+            game.record_hint()
 
     @property
-    def shown(self) -> Shown:
+    def frame_state(self) -> FrameState:
         """What the screen adds to the game."""
-        game, adviser, past = self.game, self.game.adviser, self.past
-        drawn = adviser.ready and not game.unaided
-        unstarted = self.modes.moves is Mode.CLOCK and not self.clock.started
-        starts = STARTS if unstarted and game.waiting is not None else ""
-        shown = Shown(
-            self.thinking or self._answer or starts,
-            OVERLAYS[self.overlay] if drawn else "",
-            self.page if self.modes.shows is Mode.PAGE else (),
-            self.part,
-            self.back,
-            curtain=game.problem.agents[game.watcher] if self.table.curtained else "",
-            keys_until=self.keys_until,
-            passed=self.motion.passed,
-            best=self._best,
+        game, adviser, past = self.game, self.game.hint_provider, self.timeline
+        drawn = adviser.is_overlay_ready and not game.hints_forbidden
+        unstarted = self.modes.play_mode is Mode.REALTIME and not self.clock.is_started
+        starts = CLOCK_START_HINT if unstarted and game.choosing_seat is not None else ""
+        shown = FrameState(
+            self.progress_message or self._displayed_message or starts,
+            OVERLAYS[self.overlay_index] if drawn else "",
+            self.page_rows if self.modes.display_mode is Mode.PAGE else (),
+            self.page_index,
+            self.scroll_offset,
+            handover_agent=game.problem.agents[game.viewing_seat]
+            if self.controller.awaiting_handover
+            else "",
+            last_key_hint_turn=self.last_key_hint_turn,
+            motion_progress=self.animation.progress,
+            best_return=self._best_return,
         )
         if past:
-            return shown._replace(advice=past.advice, past=True)
-        written = self.number.action(game) if self.number.text else None
-        return shown._replace(advice=adviser.given, written=written, outlook=adviser.foreseen)
+            return shown._replace(hint=past.move_hints, is_lookback=True)
+        written = self.number_input.read_action(game) if self.number_input.text else None
+        return shown._replace(
+            hint=adviser.current_hint, typed_action=written, forecast=adviser.current_forecast
+        )
 
     @property
-    def _answer(self) -> str:
+    def _displayed_message(self) -> str:
         """The message; of what an action may bring, where the board has room for it, or no row has,
         how to go on.
         """
-        if not self.foretold or self.message != self.foretold:
+        if not self.lookahead_message or self.message != self.lookahead_message:
             return self.message
-        numbers = isinstance(self.game.problem.states, Continuous)
-        if len(self.message) < self._room.width and not (numbers or frame.aimed(self._room)):
+        numbers = isinstance(self.game.problem.state_count, ContinuousStates)
+        if len(self.message) < self._viewport.width and not (
+            numbers or frame.has_goal_row(self._viewport)
+        ):
             return self.message
         return f"{self.message.partition(': ')[0]}: Enter plays it, Esc leaves"
 
     @property
-    def past(self) -> Past | None:
+    def timeline(self) -> GameTimeline | None:
         """The game at the turn that is looked back at."""
-        return self.verdict.past if self.modes.shows is Mode.BACK else None
+        return self.post_game_review.timeline if self.modes.display_mode is Mode.LOOKBACK else None
 
     @property
     def log(self) -> list[str]:
         """What happened, as the one before the screen may know it."""
-        return self.past.rows(self._room.width) if self.past else self._log.rows
+        return (
+            self.timeline.review_rows(self._viewport.width)
+            if self.timeline
+            else self._event_log.rows
+        )
 
-    def _frame(self, room: Room) -> frame.Frame:
+    def _build_frame(self, viewport: Viewport) -> frame.Frame:
         """What is seen now, in a room."""
-        return frame.Frame(self.past or self.game, room, self.shown, self.log)
+        return frame.Frame(self.timeline or self.game, viewport, self.frame_state, self.log)
 
-    def upper(self, room: Room) -> Text:
+    def render_upper(self, viewport: Viewport) -> Text:
         """The screen above its command row."""
-        return self._frame(room).upper()
+        return self._build_frame(viewport).render_upper()
 
-    def scroll(self, rows: float) -> None:
+    def scroll_log(self, rows: float) -> None:
         """Goes so many rows back in the log, or on."""
-        if not self.table.curtained:
-            most = self._frame(self._room).most_back()
-            self.back = int(min(max(self.back + rows, 0), most))
+        if not self.controller.awaiting_handover:
+            most = self._build_frame(self._viewport).max_scroll_offset()
+            self.scroll_offset = int(min(max(self.scroll_offset + rows, 0), most))
 
-    def turn_page(self, parts: float) -> bool:
+    def turn_page(self, page_count: float) -> bool:
         """Goes so many parts on in the page, or back; whether it went on."""
-        before, last = self.part, len(frame.pages(self._room, self.shown)) - 1
-        self.part = int(min(max(before + parts, 0), last))
-        return self.part > before
+        before, last = self.page_index, len(frame.split_pages(self._viewport, self.frame_state)) - 1
+        self.page_index = int(min(max(before + page_count, 0), last))
+        return self.page_index > before
 
-    def next_overlay(self) -> None:
+    def show_next_overlay(self) -> None:
         """Goes on to what else the board can show, at last nothing; says so if it never can."""
-        self.game.may_help("overlay")
-        think(VALUING, self.game.adviser.prepare)
-        before, self.overlay = self.overlay, 0
-        bare = self.upper(self._room).plain
+        self.game.check_hints_allowed("overlay")
+        run_cancellable(VALUES_TASK, self.game.hint_provider.prepare_overlay)
+        before, self.overlay_index = self.overlay_index, 0
+        bare = self.render_upper(self._viewport).plain
         for number in range(before + 1, len(OVERLAYS)):
-            self.overlay = number
-            if self.upper(self._room).plain != bare:
+            self.overlay_index = number
+            if self.render_upper(self._viewport).plain != bare:
                 self.message = f"overlay: {OVERLAYS[number]}"
                 return
-        self.overlay = 0
+        self.overlay_index = 0
         self.message = "overlay: none" if before else "this board has no overlays"
 
     @contextlib.contextmanager
-    def caught(self) -> Iterator[None]:
+    def errors_as_messages(self) -> Iterator[None]:
         """Turns an error into a message, and logs what happened before it; readies the overlay."""
         try:
             yield
-            if self.overlay:
-                think(VALUING, self.game.adviser.prepare)
-        except (DmplayError, Stopped) as error:
-            self.note()
-            self.overlay = self.overlay if self.game.adviser.ready else 0
+            if self.overlay_index:
+                run_cancellable(VALUES_TASK, self.game.hint_provider.prepare_overlay)
+        except (DmplayError, ComputationStopped) as error:
+            self.log_new_turns()
+            self.overlay_index = (
+                self.overlay_index if self.game.hint_provider.is_overlay_ready else 0
+            )
             self.message = str(error) or "cancelled"
 
-    def say(self, words: str) -> None:
+    def show_reply(self, reply: str) -> None:
         """Shows an answer: in its row, or as a page that any key closes; logs what it tells of."""
-        rows = words.split("\n") if isinstance(words, Page) else []
-        advice = self.game.adviser.given
-        if rows and not isinstance(words, Told):
-            self.open(rows)
+        rows = reply.split("\n") if isinstance(reply, Page) else []
+        advice = self.game.hint_provider.current_hint
+        if rows and not isinstance(reply, TurnReports):
+            self.open_page(rows)
         else:
-            self.modes.happens(Event.CLOSED)
-            self.message = "" if rows else words
-            if advice and words == str(advice):  # its values are marked
-                cost = "" if advice.action is None else self.game.price(advice.action)
-                self.message = f"{advice.short}{cost}"
-        self.note(rows)
+            self.modes.handle_event(ModeEvent.CLOSED)
+            self.message = "" if rows else reply
+            if advice and reply == str(advice):  # its values are marked
+                cost = (
+                    ""
+                    if advice.action is None
+                    else self.game.describe_expected_reward(advice.action)
+                )
+                self.message = f"{advice.summary}{cost}"
+        self.log_new_turns(rows)
 
-    def open(self, rows: list[str]) -> None:
+    def open_page(self, rows: list[str]) -> None:
         """Shows rows in place of the board."""
-        self.message, self.page, self.part = "", rows, 0
-        self.modes.happens(Event.OPENED)
+        self.message, self.page_rows, self.page_index = "", rows, 0
+        self.modes.handle_event(ModeEvent.PAGE_OPENED)
 
-    def note(self, told: Sequence[str] = ()) -> None:
+    def log_new_turns(self, turn_rows: Sequence[str] = ()) -> None:
         """Logs what happened since the last time; `told` are the turns of an answer."""
-        if self._log.game is not self.game:
-            self._sit()
-        elif self._log.catch_up(told):
-            self.back = 0
+        if self._event_log.game is not self.game:
+            self._reset_for_game()
+        elif self._event_log.add_new_turns(turn_rows):
+            self.scroll_offset = 0
             self.message = "" if self.message == self.log[-1] else self.message
-        self.verdict.judge(self.game)
+        self.post_game_review.review_game(self.game)
         recorder = self.game.recorder
-        if recorder and recorder.fault:
-            self.message = f"cannot write {recorder.path}: {recorder.fault.strerror}"
+        if recorder and recorder.write_error:
+            self.message = f"cannot write {recorder.path}: {recorder.write_error.strerror}"
 
-    def ponder(self, about: About, far: str) -> None:
+    def show_progress(self, task_info: TaskInfo, progress: str) -> None:
         """Tells what is thought of, and how far it is where things may move."""
-        told = f"{about.told} ... {far if self.terminal.motion else ''}"
+        told = f"{task_info.message} ... {progress if self.terminal.motion else ''}"
         cure = "Ctrl-C cancels"
-        self.thinking = f"{told}{cure}" if len(told + cure) < self._room.width else told
+        self.progress_message = f"{told}{cure}" if len(told + cure) < self._viewport.width else told
 
-    def leave_alone(self) -> None:
+    def abandon_task(self) -> None:
         """Goes on without what was cancelled and does not stop."""
-        self.game.leave_alone()
+        self.game.recreate_agents()
         self.message = "cancelled, but it does not stop: it slows dmplay down until you leave"

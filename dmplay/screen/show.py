@@ -4,23 +4,25 @@ import contextlib
 import sys
 
 from dmplay.painting.painter import Painter
-from dmplay.screen.screen import Screen
-from dmplay.screen.staged import Pressed
-from dmplay.terminal import fills, silent
+from dmplay.screen.screen import PlayScreen
+from dmplay.screen.staged import KeyDrivenScreen
+from dmplay.terminal import has_background_erase, mute_typed_keys
 
 
-def show(screen: Screen | Pressed) -> int:
+def run_full_screen(screen: PlayScreen | KeyDrivenScreen) -> int:
     """Shows the screen until the player leaves; returns the exit code."""
     terminal, out = screen.terminal, sys.stdout
-    painter = Painter(out, terminal.theme, terminal.width, fills=fills(out))
+    painter = Painter(
+        out, terminal.theme, terminal.width, erases_with_color=has_background_erase(out)
+    )
     try:
-        with silent(sys.stdin):
+        with mute_typed_keys(sys.stdin):
             # The first frame stands before the toolkit, a tenth of a second, is imported.
-            painter.enter()
+            painter.enter_screen()
             screen.paint(painter)
             from dmplay.screen import toolkit
 
-            return toolkit.run(screen, painter)
+            return toolkit.run_event_loop(screen, painter)
     finally:
         with contextlib.suppress(OSError):  # the terminal itself may be gone
-            painter.leave()
+            painter.leave_screen()

@@ -5,72 +5,72 @@ from typing import NamedTuple
 
 from rich.text import Text
 
-from dmplay.advice.adviser import Advice
-from dmplay.painting.writing import Place
-from dmplay.styles import Line, lettered, words
-from dmplay.views.canvas import ASCII
-from dmplay.views.style import Outlook
+from dmplay.advice.adviser import Hint
+from dmplay.painting.writing import ScreenPosition
+from dmplay.styles import ScreenLine, to_plain_text, to_rich_text
+from dmplay.views.canvas import ASCII_TRANSLATION
+from dmplay.views.style import Forecast
 
-KEYS_SHOWN = 5  # turns for which the board names the keys
-MORE = ("space", "down", "enter")  # keys that turn a page
+KEY_HINT_TURNS = 5  # turns for which the board names the keys
+NEXT_PAGE_KEYS = ("space", "down", "enter")  # keys that turn a page
 
 
-class Room(NamedTuple):
+class Viewport(NamedTuple):
     """The terminal: its size and whether it can draw."""
 
     width: int
     height: int
-    ascii: bool = False
+    ascii_only: bool = False
 
 
-class Shown(NamedTuple):
+class FrameState(NamedTuple):
     """What the front end adds: a message, the overlay, a page in place of the board."""
 
     message: str = ""
     overlay: str = ""
-    page: Sequence[str] = ()  # an answer of several lines, in place of the board
-    part: int = 0  # which part of it, where it is longer than the screen
-    back: int = 0  # rows that the log is scrolled back
-    curtain: str = ""  # the agent before whose turn nothing is shown
-    keys_until: int = KEYS_SHOWN  # the turn from which on the board names no keys
-    advice: Advice | None = None  # marked on the board and the keys
-    written: float | None = None  # the number that is written, which Enter would play
-    outlook: Outlook | None = None  # what an action may bring
-    past: bool = False  # whether an earlier turn of a game that is over is shown
-    passed: float = 1.0  # the share of the last turn's motion that is over
-    best: str = ""  # your best return of such a game before this one
+    page_rows: Sequence[str] = ()  # an answer of several lines, in place of the board
+    page_index: int = 0  # which part of it, where it is longer than the screen
+    scroll_offset: int = 0  # rows that the log is scrolled back
+    handover_agent: str = ""  # the agent before whose turn nothing is shown
+    last_key_hint_turn: int = KEY_HINT_TURNS  # the turn from which on the board names no keys
+    hint: Hint | None = None  # marked on the board and the keys
+    typed_action: float | None = None  # the number that is written, which Enter would play
+    forecast: Forecast | None = None  # what an action may bring
+    is_lookback: bool = False  # whether an earlier turn of a game that is over is shown
+    motion_progress: float = 1.0  # the share of the last turn's motion that is over
+    best_return: str = ""  # your best return of such a game before this one
 
 
-NOTHING = Shown()
+EMPTY_FRAME_STATE = FrameState()
 
 
-def within(row: Line, room: Room) -> Line:
+def fit_line(row: ScreenLine, viewport: Viewport) -> ScreenLine:
     """A row as it is where it is no wider than the room, else cut."""
     if not isinstance(row, Text):
-        plain = row if isinstance(row, str) else words(row)
-        if plain.isascii() and len(plain) <= room.width:
+        plain = row if isinstance(row, str) else to_plain_text(row)
+        if plain.isascii() and len(plain) <= viewport.width:
             return row
-    return fitted(lettered(row), room)
+    return fit_text(to_rich_text(row), viewport)
 
 
-def fitted(row: Text, room: Room) -> Text:
+def fit_text(row: Text, viewport: Viewport) -> Text:
     """A row no wider than the room; nothing is cut silently."""
     plain = row.plain.isascii()
     width = len(row.plain) if plain else row.cell_len
-    if width > room.width or (room.ascii and not plain):
+    if width > viewport.width or (viewport.ascii_only and not plain):
         row = row.copy()
-        row.truncate(room.width, overflow="ellipsis")
-        row.plain = row.plain.translate(ASCII) if room.ascii else row.plain
+        row.truncate(viewport.width, overflow="ellipsis")
+        row.plain = row.plain.translate(ASCII_TRANSLATION) if viewport.ascii_only else row.plain
     return row
 
 
-def player(drawn: Text) -> Place | None:
+def find_cursor(frame: Text) -> ScreenPosition | None:
     """Where the player stands, the first reversed cell: screen readers follow the real cursor."""
-    plain = drawn.plain
-    reversed_ = (span for span in drawn.spans if "reverse" in str(span.style))
+    plain = frame.plain
+    reversed_ = (span for span in frame.spans if "reverse" in str(span.style))
     cell = min(reversed_, default=None)
     if cell is None:
         return None
     shown = plain[cell.start : cell.end]
     at = cell.start + len(shown) - len(shown.lstrip())
-    return Place(at - plain.rfind("\n", 0, at) - 1, plain.count("\n", 0, at))
+    return ScreenPosition(at - plain.rfind("\n", 0, at) - 1, plain.count("\n", 0, at))

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 from dmplay.core import Problem
-from dmplay.laws.secret import betrayed
+from dmplay.laws.secret import has_legal_action_leak
 from dmplay.policies import seeing, team
 from dmplay.problems.cart_pole import CartPole
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
@@ -18,56 +18,64 @@ from dmplay.solutions import games, hidden, played, reals, seen, teams
 from dmplay.solutions.solution import Solution
 from dmplay.solvers import markov_game, matrix_game, sparse
 
-Solve = Callable[[Any], Solution]
+SolveFunction = Callable[[Any], Solution]
 
 
-def solution(problem: Problem) -> Solution:
+def solve_problem(problem: Problem) -> Solution:
     """The solution of a problem by the method that fits it; a simulation where none does."""
-    return next(solve for fits, solve in METHODS if fits(problem))(problem)
+    return next(solve for fits, solve in SOLUTION_METHODS if fits(problem))(problem)
 
 
-def _small(problem: Problem, most: float = math.inf) -> bool:
+def _is_small_single_agent(problem: Problem, max_states: float = math.inf) -> bool:
     """Whether one agent has so few states, and may go by what it believes of them."""
-    few = isinstance(problem.states, int) and problem.states <= most
-    return few and len(problem.agents) == 1 and not betrayed(problem)
+    few = isinstance(problem.state_count, int) and problem.state_count <= max_states
+    return few and len(problem.agents) == 1 and not has_legal_action_leak(problem)
 
 
-def _of_two(problem: Problem) -> bool:
-    return matrix_game.simple(problem) and len(problem.agents) == 2
+def _is_two_player_matrix_game(problem: Problem) -> bool:
+    return matrix_game.is_simple_game(problem) and len(problem.agents) == 2
 
 
-def _one_to_one(problem: Problem) -> bool:
-    if not isinstance(problem, PredatorPrey) or problem.walkers != 2:
+def _is_one_on_one_hunt(problem: Problem) -> bool:
+    if not isinstance(problem, PredatorPrey) or problem.walker_count != 2:
         return False
-    return problem.discount < 1.0 and problem.states <= markov_game.LARGEST
+    return problem.discount < 1.0 and problem.state_count <= markov_game.MAX_STATES
 
 
-def _apart(problem: Problem) -> bool:
-    return team.fits(problem) and not isinstance(problem, CollaborativePredatorPrey)
+def _is_general_team_problem(problem: Problem) -> bool:
+    return team.can_plan_jointly(problem) and not isinstance(problem, CollaborativePredatorPrey)
 
 
-def _one_reward(problem: Problem) -> bool:
-    alike = isinstance(problem.states, int) and problem.shared_reward and problem.discount < 1.0
-    return alike and sparse.size(problem) <= sparse.MOST
+def _is_shared_reward_problem(problem: Problem) -> bool:
+    alike = (
+        isinstance(problem.state_count, int) and problem.shared_reward and problem.discount < 1.0
+    )
+    return alike and sparse.count_outcomes(problem) <= sparse.MAX_OUTCOMES
 
 
-METHODS: list[tuple[Callable[[Problem], bool], Solve]] = [
-    (_of_two, games.equilibria),
-    (matrix_game.simple, games.several),
-    (lambda problem: isinstance(problem, CollisionAvoidance), reals.encounter),
-    (lambda problem: isinstance(problem, SimpleRegulator), reals.regulator),
-    (lambda problem: isinstance(problem, CartPole), reals.balance),
-    (lambda problem: isinstance(problem, MountainCar), reals.drive),
-    (lambda problem: isinstance(problem, MulticaregiverCryingBaby), teams.care),
-    (_one_to_one, games.hunt),
-    (_apart, teams.plans),
-    (_one_reward, teams.hunt),
-    (lambda problem: _small(problem) and not problem.hidden, seen.alone),
-    (lambda problem: _small(problem, hidden.DRAWN), hidden.vectors),
-    (_small, hidden.first),
-    (lambda problem: isinstance(problem, PredatorPrey), played.simulation),
-    (seeing.in_turn, seen.turns),
-    (seeing.at_odds, games.opposed),
-    (seeing.at_once, games.replied),
-    (lambda problem: True, played.simulation),
+SOLUTION_METHODS: list[tuple[Callable[[Problem], bool], SolveFunction]] = [
+    (_is_two_player_matrix_game, games.solve_nash_equilibria),
+    (matrix_game.is_simple_game, games.solve_many_player_game),
+    (lambda problem: isinstance(problem, CollisionAvoidance), reals.solve_collision_avoidance),
+    (lambda problem: isinstance(problem, SimpleRegulator), reals.solve_simple_regulator),
+    (lambda problem: isinstance(problem, CartPole), reals.solve_cart_pole),
+    (lambda problem: isinstance(problem, MountainCar), reals.solve_mountain_car),
+    (lambda problem: isinstance(problem, MulticaregiverCryingBaby), teams.solve_multicaregiver),
+    (_is_one_on_one_hunt, games.solve_one_on_one_hunt),
+    (_is_general_team_problem, teams.solve_joint_plans),
+    (_is_shared_reward_problem, teams.solve_shared_reward_team),
+    (
+        lambda problem: _is_small_single_agent(problem) and not problem.partially_observable,
+        seen.solve_mdp,
+    ),
+    (
+        lambda problem: _is_small_single_agent(problem, hidden.MAX_VECTOR_STATES),
+        hidden.solve_alpha_vectors,
+    ),
+    (_is_small_single_agent, hidden.solve_first_actions),
+    (lambda problem: isinstance(problem, PredatorPrey), played.solve_by_simulation),
+    (seeing.is_turn_based, seen.solve_finite_horizon),
+    (seeing.is_zero_sum_simultaneous, games.solve_zero_sum_game),
+    (seeing.is_discounted_simultaneous, games.solve_best_replies),
+    (lambda problem: True, played.solve_by_simulation),
 ]

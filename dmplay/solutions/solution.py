@@ -7,7 +7,7 @@ import numpy as np
 from dmplay.chance import Bools, Reals
 from dmplay.core import Problem
 
-RARE = 1e-4  # a probability that is not worth telling
+MIN_SHOWN_PROBABILITY = 1e-4  # a probability that is not worth telling
 
 Row = dict[str, object]
 
@@ -20,14 +20,15 @@ class Solution(NamedTuple):
     rows: list[Row]
 
 
-def names(problem: Problem, able: Bools, seat: int = 0) -> str:
+def format_action_names(problem: Problem, marked_actions: Bools, seat: int = 0) -> str:
     """The names of a seat's actions that are marked."""
-    return " ".join(problem.actions[seat].labels[a] for a in np.flatnonzero(able))
+    return " ".join(problem.actions[seat].labels[a] for a in np.flatnonzero(marked_actions))
 
 
-def mixed(problem: Problem, seat: int, mix: Reals) -> str:
+def format_mixed_strategy(problem: Problem, seat: int, probabilities: Reals) -> str:
     """A strategy as the names of its actions, with their probabilities where they are below 1."""
     return " ".join(
-        problem.action_name(seat, float(a)) + (f" {mix[a]:.4g}" if mix[a] < 1 - RARE else "")
-        for a in np.flatnonzero(mix > RARE)
+        problem.format_action(seat, float(a))
+        + (f" {probabilities[a]:.4g}" if probabilities[a] < 1 - MIN_SHOWN_PROBABILITY else "")
+        for a in np.flatnonzero(probabilities > MIN_SHOWN_PROBABILITY)
     )

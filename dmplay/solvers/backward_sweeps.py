@@ -13,196 +13,217 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import ROUND, Budget
+from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Array, Ints, Reals
-from dmplay.errors import TooMuch
-from dmplay.solvers.graph import BLOCK, Graph, edges, gathered
-from dmplay.solvers.value_iteration import ENDLESS
+from dmplay.errors import BudgetExceeded
+from dmplay.solvers.graph import OUTCOMES_PER_BLOCK, TransitionGraph, compute_offsets, gather_ranges
+from dmplay.solvers.value_iteration import ENDLESS_GAME_MESSAGE
 
-GAP = 1e-8  # between the bounds, where values are about 1
-ROUNDING = 4e-15  # of values, by which no bounds are nearer
-NONE = np.zeros(0)
-STILL = 1e-13  # a change of undiscounted values that ends the sweeps
-MOST_BLOCKS = 4096  # of states that are swept one after the other
-HALF = 32  # bits of a number
-WORK, PATIENCE = 1e11, 50  # sweeps after which undiscounted values must change less
-EACH = 10.0  # operations of an outcome in a sweep
+TARGET_GAP = 1e-8  # between the bounds, where values are about 1
+ROUNDING_ERROR = 4e-15  # of values, by which no bounds are nearer
+NO_REALS = np.zeros(0)
+CONVERGENCE_TOLERANCE = 1e-13  # a change of undiscounted values that ends the sweeps
+MAX_BLOCKS = 4096  # of states that are swept one after the other
+HALF_WORD_BITS = 32  # bits of a number
+WORK_LIMIT, PATIENCE_SWEEPS = 1e11, 50  # sweeps after which undiscounted values must change less
+OPERATIONS_PER_OUTCOME = 10.0  # operations of an outcome in a sweep
 
 
-class Swept(NamedTuple):
+class BackwardSweepResult(NamedTuple):
     """Values, those of each joint action, and how far they are from the optimum at most."""
 
-    graph: Graph  # that was swept, without what comes of its actions
+    graph: TransitionGraph  # that was swept, without what comes of its actions
     values: Reals  # [S]
     q: Reals  # [R]
     gap: float  # the upper bound of a value less its lower; undiscounted, twice the last change
-    sweeps: int
+    sweep_count: int
 
 
-class _Ordered(NamedTuple):
+class _SweepOrderedGraph(NamedTuple):
     """The numbers of a graph, its states in the order in which they are swept."""
 
-    rows: Ints
+    action_starts: Ints
     rewards: Reals  # [R]
-    starts: Ints
-    p: Reals  # [N], discounted; 0 of staying in a state
-    after: Array
-    stay: Reals  # [R], the discounted probability of staying
-    which: Ints  # [R], what each joint action is in the graph
-    blocks: list[tuple[int, int]]  # of states with something to do
-    ends: bool  # whether games end: then new values are used at once
+    outcome_starts: Ints
+    discounted_probabilities: Reals  # [N], discounted; 0 of staying in a state
+    next_states: Array
+    stay_probabilities: Reals  # [R], the discounted probability of staying
+    graph_actions: Ints  # [R], what each joint action is in the graph
+    state_blocks: list[tuple[int, int]]  # of states with something to do
+    is_episodic: bool  # whether games end: then new values are used at once
 
-    def sweep(self, values: Reals) -> tuple[Reals, Ints]:
+    def sweep_values(self, values: Reals) -> tuple[Reals, Ints]:
         """Improves the values; what each changes by, and what is best `[live]`."""
         changes, choices = [], []
-        after = values if self.ends else values.copy()
-        for first, end in self.blocks:
-            q, best = self._best(values, first, end, left=self.ends)
+        after = values if self.is_episodic else values.copy()
+        for first, end in self.state_blocks:
+            q, best = self._compute_best_q(values, first, end, until_left=self.is_episodic)
             changes.append(best - values[first:end])
             after[first:end] = best
-            row, counts = self.rows[first], np.diff(self.rows[first : end + 1])
+            row, counts = self.action_starts[first], np.diff(self.action_starts[first : end + 1])
             able = np.flatnonzero(q == np.repeat(best, counts))
-            choices.append(row + able[np.searchsorted(able, self.rows[first:end] - row)])
+            choices.append(row + able[np.searchsorted(able, self.action_starts[first:end] - row)])
         values[:] = after
         return np.concatenate(changes), np.concatenate(choices)
 
-    def follow(self, values: Reals, choices: Ints, sweeps: int) -> None:
+    def evaluate_choices(self, values: Reals, choices: Ints, sweep_count: int) -> None:
         """Brings the values nearer to those of one choice in each state."""
-        starts, outcomes = gathered(self.starts, choices)
+        starts, outcomes = gather_ranges(self.outcome_starts, choices)
         only = self._replace(
-            rows=np.arange(len(choices) + 1), rewards=self.rewards[choices], starts=starts,
-            p=self.p[outcomes], after=self.after[outcomes], stay=self.stay[choices],
+            action_starts=np.arange(len(choices) + 1), rewards=self.rewards[choices], outcome_starts=starts,
+            discounted_probabilities=self.discounted_probabilities[outcomes], next_states=self.next_states[outcomes], stay_probabilities=self.stay_probabilities[choices],
         )  # fmt: skip
-        for _ in range(sweeps):
-            after = values if self.ends else values.copy()
-            for first, end in self.blocks:
-                after[first:end] = only._q(values, first, end, left=self.ends)
+        for _ in range(sweep_count):
+            after = values if self.is_episodic else values.copy()
+            for first, end in self.state_blocks:
+                after[first:end] = only._compute_q(values, first, end, until_left=self.is_episodic)
             values[:] = after
 
-    def at_once(self, values: Reals) -> tuple[Reals, Reals]:
+    def compute_q_and_residual(self, values: Reals) -> tuple[Reals, Reals]:
         """Q `[R]`, and by how much the best of each state is more than its value."""
-        q, best = np.empty(len(self.rewards)), np.empty(self.blocks[-1][1])
-        for first, end in self.blocks:
-            row, last = self.rows[first], self.rows[end]
-            q[row:last], best[first:end] = self._best(values, first, end, left=False)
+        q, best = np.empty(len(self.rewards)), np.empty(self.state_blocks[-1][1])
+        for first, end in self.state_blocks:
+            row, last = self.action_starts[first], self.action_starts[end]
+            q[row:last], best[first:end] = self._compute_best_q(
+                values, first, end, until_left=False
+            )
         return q, best - values[: len(best)]
 
-    def _best(self, values: Reals, first: int, end: int, *, left: bool) -> tuple[Reals, Reals]:
+    def _compute_best_q(
+        self, values: Reals, first: int, end: int, *, until_left: bool
+    ) -> tuple[Reals, Reals]:
         """Q of what can be done in some states, and the greatest of each."""
-        q = self._q(values, first, end, left=left)
-        return q, np.maximum.reduceat(q, self.rows[first:end] - self.rows[first])
+        q = self._compute_q(values, first, end, until_left=until_left)
+        return q, np.maximum.reduceat(q, self.action_starts[first:end] - self.action_starts[first])
 
-    def _q(self, values: Reals, first: int, end: int, *, left: bool) -> Reals:
+    def _compute_q(self, values: Reals, first: int, end: int, *, until_left: bool) -> Reals:
         """Q of what can be done in some states; where they can be `left`, until they are."""
-        row, last = self.rows[first], self.rows[end]
-        place, final = self.starts[row], self.starts[last]
-        later = values[self.after[place:final]]
-        later *= self.p[place:final]
-        q = np.add.reduceat(later, self.starts[row:last] - place)
+        row, last = self.action_starts[first], self.action_starts[end]
+        place, final = self.outcome_starts[row], self.outcome_starts[last]
+        later = values[self.next_states[place:final]]
+        later *= self.discounted_probabilities[place:final]
+        q = np.add.reduceat(later, self.outcome_starts[row:last] - place)
         q += self.rewards[row:last]
-        stay = self.stay[row:last]
-        here = np.repeat(values[first:end], np.diff(self.rows[first : end + 1]))
-        if not left:
+        stay = self.stay_probabilities[row:last]
+        here = np.repeat(values[first:end], np.diff(self.action_starts[first : end + 1]))
+        if not until_left:
             return np.asarray(q + stay * here)
         ever = stay < 1.0
         return np.where(ever, q / np.where(ever, 1.0 - stay, 1.0), q + here)
 
 
-def optimal(graph: Graph, discount: float) -> Swept:
+def run_backward_value_iteration(graph: TransitionGraph, discount: float) -> BackwardSweepResult:
     """The values of one planner, who is paid what agent 1 is.
 
     Undiscounted they are those of games that end: the limit of ever more turns. Where the work is
     not enough to close the gap it is told as it is. The graph is let go once its states are in
     order, so that a large one is not held twice by who hands it over.
     """
-    cure = "try fewer states, or search" if discount < 1.0 else ENDLESS
-    budget = Budget("value iteration", cure, WORK)
-    budget.hold(40.0 * len(graph.after))
-    order, near = _order(graph)
-    values, many = np.zeros(len(order)), len(graph.live)
+    cure = "try fewer states, or search" if discount < 1.0 else ENDLESS_GAME_MESSAGE
+    budget = Budget("value iteration", cure, WORK_LIMIT)
+    budget.check_memory(40.0 * len(graph.next_states))
+    order, near = _order_by_distance(graph)
+    values, many = np.zeros(len(order)), len(graph.nonterminal_states)
     if not many:
-        return Swept(graph, values, np.zeros(0), 0.0, 0)
+        return BackwardSweepResult(graph, values, np.zeros(0), 0.0, 0)
     ends = discount == 1.0 or many < len(order)
-    blocks, bare, handed = _blocks(graph, order, near, ends=ends), graph.bare, [graph]
+    blocks, bare, handed = (
+        _split_into_blocks(graph, order, near, is_episodic=ends),
+        graph.without_outcomes,
+        [graph],
+    )
     del graph
-    swept = _ordered(handed.pop(), order, blocks, discount, ends=ends)
-    cost = 3 * (ROUND * len(swept.blocks) + EACH * len(swept.p))
+    swept = _reorder_graph(handed.pop(), order, blocks, discount, is_episodic=ends)
+    cost = 3 * (
+        ARRAY_CALL_WORK * len(swept.state_blocks)
+        + OPERATIONS_PER_OUTCOME * len(swept.discounted_probabilities)
+    )
     far = discount / (1.0 - discount) if discount < 1.0 else 1.0
     gaps, wanted = [np.inf], 0.0
-    any_do = discount < 1.0 or _costs(swept, many)
+    any_do = discount < 1.0 or _is_delay_costly(swept, many)
     if any_do:
-        values[:many] = _low(swept, discount, near[:many])
-    while gaps[-1] > wanted and (discount == 1.0 or budget.spent < budget.work - cost):
-        if discount == 1.0 and len(gaps) > PATIENCE and gaps[-1] >= gaps[-PATIENCE]:
-            raise TooMuch(budget.what, f"values change by {gaps[-1] / 2:.3g} a turn", ENDLESS)
-        budget.spend(cost, _share(gaps, wanted))
-        change, best = swept.sweep(values)
-        if swept.ends:
+        values[:many] = _make_initial_values(swept, discount, near[:many])
+    while gaps[-1] > wanted and (discount == 1.0 or budget.work_spent < budget.work_limit - cost):
+        if discount == 1.0 and len(gaps) > PATIENCE_SWEEPS and gaps[-1] >= gaps[-PATIENCE_SWEEPS]:
+            raise BudgetExceeded(
+                budget.task, f"values change by {gaps[-1] / 2:.3g} a turn", ENDLESS_GAME_MESSAGE
+            )
+        budget.spend_work(cost, _estimate_progress(gaps, wanted))
+        change, best = swept.sweep_values(values)
+        if swept.is_episodic:
             gaps.append(2 * far * float(np.abs(change).max()))
         else:
-            values += far * _shared(change)
+            values += far * _find_common_change(change)
             gaps.append(far * float(np.ptp(change)))
-        wanted = _wanted(values, discount, far)
+        wanted = _compute_target_gap(values, discount, far)
         if any_do and gaps[-1] > wanted:
-            swept.follow(values, best, len(swept.rewards) // many)
-    q, change = swept.at_once(values)
+            swept.evaluate_choices(values, best, len(swept.rewards) // many)
+    q, change = swept.compute_q_and_residual(values)
     least, most = float(change.min()), float(change.max())
-    if swept.ends:
+    if swept.is_episodic:
         least, most = min(least, 0.0), max(most, 0.0)
     middle = far * (least + most) / 2
     found, each = np.zeros_like(values), np.empty_like(q)
     found[order[:many]] = values[:many] + change + middle
     q += middle
-    each[swept.which] = q
-    return Swept(bare, found, each, far * (most - least), len(gaps) - 1)
+    each[swept.graph_actions] = q
+    return BackwardSweepResult(bare, found, each, far * (most - least), len(gaps) - 1)
 
 
-def _shared(change: Reals) -> float:
+def _find_common_change(change: Reals) -> float:
     """The part that all changes have in common."""
     return max(float(change.min()), 0.0) + min(float(change.max()), 0.0)
 
 
-def _costs(swept: _Ordered, live: int) -> bool:
+def _is_delay_costly(ordered: _SweepOrderedGraph, nonterminal_count: int) -> bool:
     """Whether all that cannot end the game costs: then any values lead to the undiscounted ones.
 
     Others need to begin with 0 (Bertsekas and Tsitsiklis, 1991).
     """
-    lasting = ~np.logical_or.reduceat(swept.after >= live, swept.starts[:-1])
-    return bool((swept.rewards[lasting] < 0.0).all())
+    lasting = ~np.logical_or.reduceat(
+        ordered.next_states >= nonterminal_count, ordered.outcome_starts[:-1]
+    )
+    return bool((ordered.rewards[lasting] < 0.0).all())
 
 
-def _low(swept: _Ordered, discount: float, near: Ints) -> Reals:
+def _make_initial_values(ordered: _SweepOrderedGraph, discount: float, distances: Ints) -> Reals:
     """Values to begin with: then what was swept before looks better than what was not."""
-    least = float(swept.rewards.min())
+    least = float(ordered.rewards.min())
     if discount < 1.0:
-        return np.full(len(near), (min(least, 0.0) if swept.ends else least) / (1.0 - discount))
-    return 2.0 * min(least, 0.0) * near.astype(float)
+        return np.full(
+            len(distances), (min(least, 0.0) if ordered.is_episodic else least) / (1.0 - discount)
+        )
+    return 2.0 * min(least, 0.0) * distances.astype(float)
 
 
-def _wanted(values: Reals, discount: float, far: float) -> float:
+def _compute_target_gap(values: Reals, discount: float, horizon_factor: float) -> float:
     """The gap that ends the sweeps: rounding leaves no less."""
     size = max(1.0, float(np.abs(values).max()))
-    return 2 * STILL * size if discount == 1.0 else max(GAP, ROUNDING * far) * size
+    return (
+        2 * CONVERGENCE_TOLERANCE * size
+        if discount == 1.0
+        else max(TARGET_GAP, ROUNDING_ERROR * horizon_factor) * size
+    )
 
 
-def _share(gaps: list[float], wanted: float) -> float:
+def _estimate_progress(gaps: list[float], target_gap: float) -> float:
     """How far the gap has come, from the first to the one that ends it."""
-    if len(gaps) < 3 or not wanted < gaps[-1] < gaps[1]:
+    if len(gaps) < 3 or not target_gap < gaps[-1] < gaps[1]:
         return 0.0
-    return float(np.log(gaps[-1] / gaps[1]) / np.log(wanted / gaps[1]))
+    return float(np.log(gaps[-1] / gaps[1]) / np.log(target_gap / gaps[1]))
 
 
-def _order(graph: Graph) -> tuple[Ints, Ints]:
+def _order_by_distance(graph: TransitionGraph) -> tuple[Ints, Ints]:
     """The states by their distance to an end, or to what pays most; and their distances, sorted.
 
     Those that lead to none come next, those that are over last.
     """
-    many, over = len(graph.states), np.diff(graph.rows) == 0
+    many, over = len(graph.states), np.diff(graph.action_starts) == 0
     near = np.full(many, many)
-    before, starts = _backwards(graph)
+    before, starts = _list_predecessors(graph)
     front = np.flatnonzero(over)
     if not len(front):
-        front = graph.owner[[np.argmax(graph.rewards[:, 0])]]
+        front = graph.source_states[[np.argmax(graph.rewards[:, 0])]]
     distance = 0
     while len(front):
         near[front] = distance
@@ -216,31 +237,43 @@ def _order(graph: Graph) -> tuple[Ints, Ints]:
     return order, near[order]
 
 
-def _backwards(graph: Graph) -> tuple[Array, Ints]:
+def _list_predecessors(graph: TransitionGraph) -> tuple[Array, Ints]:
     """From where each state may be reached, state by state, and where those of each begin."""
-    each = graph.after.astype(np.int64)
-    each <<= HALF  # the state before stands below: both are sorted in place
-    each |= np.repeat(graph.owner, np.diff(graph.starts))
+    each = graph.next_states.astype(np.int64)
+    each <<= HALF_WORD_BITS  # the state before stands below: both are sorted in place
+    each |= np.repeat(graph.source_states, np.diff(graph.outcome_starts))
     each.sort()
-    each &= 2**HALF - 1
+    each &= 2**HALF_WORD_BITS - 1
     before = each.astype(np.int32)
     del each
-    return before, edges(np.bincount(graph.after, minlength=len(graph.states)))
+    return before, compute_offsets(np.bincount(graph.next_states, minlength=len(graph.states)))
 
 
-def _ordered(
-    graph: Graph, order: Ints, blocks: list[tuple[int, int]], discount: float, *, ends: bool
-) -> _Ordered:
+def _reorder_graph(
+    graph: TransitionGraph,
+    order: Ints,
+    blocks: list[tuple[int, int]],
+    discount: float,
+    *,
+    is_episodic: bool,
+) -> _SweepOrderedGraph:
     """The numbers of a graph in the order of its states."""
-    rows, which = gathered(graph.rows, order)
-    starts, outcomes = gathered(graph.starts, which)
-    place = np.empty(len(order), graph.after.dtype)
+    rows, which = gather_ranges(graph.action_starts, order)
+    starts, outcomes = gather_ranges(graph.outcome_starts, which)
+    place = np.empty(len(order), graph.next_states.dtype)
     place[order] = np.arange(len(order))
-    p, graph = graph.p[outcomes], graph._replace(p=NONE)  # of many, arrays of a gigabyte in all
-    after, rewards, graph = graph.after[outcomes], graph.rewards[which, 0], graph.bare
+    p, graph = (
+        graph.probabilities[outcomes],
+        graph._replace(probabilities=NO_REALS),
+    )  # of many, arrays of a gigabyte in all
+    after, rewards, graph = (
+        graph.next_states[outcomes],
+        graph.rewards[which, 0],
+        graph.without_outcomes,
+    )
     del outcomes
-    for first in range(0, len(after), BLOCK):
-        some = slice(first, first + BLOCK)
+    for first in range(0, len(after), OUTCOMES_PER_BLOCK):
+        some = slice(first, first + OUTCOMES_PER_BLOCK)
         after[some] = place[after[some]]
     p *= discount
     here = np.repeat(np.arange(len(order), dtype=after.dtype), np.diff(starts[rows]))
@@ -249,14 +282,18 @@ def _ordered(
     row = np.searchsorted(starts, stays, side="right") - 1
     stay = np.bincount(row, p[stays], len(which)).astype(float)
     p[stays] = 0.0
-    return _Ordered(rows, rewards, starts, p, after, stay, which, blocks, ends)
+    return _SweepOrderedGraph(rows, rewards, starts, p, after, stay, which, blocks, is_episodic)
 
 
-def _blocks(graph: Graph, order: Ints, near: Ints, *, ends: bool) -> list[tuple[int, int]]:
+def _split_into_blocks(
+    graph: TransitionGraph, order: Ints, distances: Ints, *, is_episodic: bool
+) -> list[tuple[int, int]]:
     """States that do not have too many outcomes: of one distance, or of a few, where games end."""
-    many = len(graph.live)
-    levels = np.flatnonzero(np.diff(near[:many], prepend=-1)) if ends else np.zeros(1, int)
-    levels = levels[:: max(-(-len(levels) // MOST_BLOCKS), 1)]
-    outcomes = edges(np.diff(graph.starts[graph.rows])[order[:many]])
-    parts = np.searchsorted(outcomes, np.arange(0, outcomes[-1], BLOCK))
+    many = len(graph.nonterminal_states)
+    levels = (
+        np.flatnonzero(np.diff(distances[:many], prepend=-1)) if is_episodic else np.zeros(1, int)
+    )
+    levels = levels[:: max(-(-len(levels) // MAX_BLOCKS), 1)]
+    outcomes = compute_offsets(np.diff(graph.outcome_starts[graph.action_starts])[order[:many]])
+    parts = np.searchsorted(outcomes, np.arange(0, outcomes[-1], OUTCOMES_PER_BLOCK))
     return [*pairwise(np.unique([0, *levels, *parts, many]).tolist())]

@@ -11,146 +11,181 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.budget import ROUND
+from dmplay.budget import ARRAY_CALL_WORK
 from dmplay.chance import Array, Ints, Reals
 
-MARKS = 3  # of a point's likeliest states; with how many it holds possible
-TINY = 1e-300  # in place of 0
-BLOCK = 2**18  # numbers of points that are compared in one go
-ALONE = 2**18  # products of numbers that BLAS does not share out between threads, which costs more
+LIKELIEST_STATE_COUNT = 3  # of a point's likeliest states; with how many it holds possible
+MIN_DIVISOR = 1e-300  # in place of 0
+NUMBERS_PER_BLOCK = 2**18  # numbers of points that are compared in one go
+SINGLE_THREAD_PRODUCTS = (
+    2**18
+)  # products of numbers that BLAS does not share out between threads, which costs more
 
 
-class Columns:
+class GrowingColumns:
     """Rows of numbers that grow to the right, `[rows, N]`."""
 
-    def __init__(self, rows: int, kind: type = float) -> None:
-        self.count = 0
-        self._room: Array = np.zeros((rows, 16), kind)
+    def __init__(self, rows: int, dtype: type = float) -> None:
+        self.column_count = 0
+        self._storage: Array = np.zeros((rows, 16), dtype)
 
     @property
-    def all(self) -> Array:
+    def array(self) -> Array:
         """Those that there are."""
-        return self._room[:, : self.count]
+        return self._storage[:, : self.column_count]
 
-    def add(self, column: Array) -> int:
+    def append(self, column: Array) -> int:
         """Takes one more; its place."""
-        if self.count == self._room.shape[1]:
-            self._room = np.hstack([self._room, np.zeros_like(self._room)])
-        self._room[:, self.count] = column
-        self.count += 1
-        return self.count - 1
+        if self.column_count == self._storage.shape[1]:
+            self._storage = np.hstack([self._storage, np.zeros_like(self._storage)])
+        self._storage[:, self.column_count] = column
+        self.column_count += 1
+        return self.column_count - 1
 
-    def keep(self, some: Ints) -> None:
+    def keep_only(self, indices: Ints) -> None:
         """Forgets all others."""
-        self._room, self.count = self.all[:, some], len(some)
+        self._storage, self.column_count = self.array[:, indices], len(indices)
 
 
 @dataclass(frozen=True, eq=False)
-class Beliefs:
+class BeliefBatch:
     """Some beliefs, by the states that any of them holds possible."""
 
-    states: Ints  # [U]
-    likely: Reals  # [K, U]
+    support_states: Ints  # [U]
+    probabilities: Reals  # [K, U]
 
 
-class Layer:
+class BoundLayer:
     """What bounds the values of beliefs, with as many turns to go."""
 
-    def __init__(self, lowest: Reals, highest: Reals, kinds: int) -> None:
+    def __init__(self, lower_vectors: Reals, upper_vectors: Reals, observation_count: int) -> None:
         """Begins with vectors `[A, S]` from below and from above, for so many observations."""
-        many, states = lowest.shape
-        self.highest = highest
-        self.plans, self._facts = Columns(states), Columns(2 + kinds, int)
-        self.points, self._marks = Columns(states), Columns(MARKS + 1, int)
-        self._worth, self._drops = Columns(1 + many), Columns(1)
-        self._last: dict[int, int] = {}  # point of each belief that is one
-        for action, vector in enumerate(lowest):
-            self.plan(vector, action, np.full(kinds, action), -1)
+        many, states = lower_vectors.shape
+        self.upper_vectors = upper_vectors
+        self.plan_vectors, self._plan_facts = (
+            GrowingColumns(states),
+            GrowingColumns(2 + observation_count, int),
+        )
+        self.sawtooth_points, self._likeliest_states = (
+            GrowingColumns(states),
+            GrowingColumns(LIKELIEST_STATE_COUNT + 1, int),
+        )
+        self._point_values, self._point_drops = GrowingColumns(1 + many), GrowingColumns(1)
+        self._latest_points: dict[int, int] = {}  # point of each belief that is one
+        for action, vector in enumerate(lower_vectors):
+            self.add_plan(vector, action, np.full(observation_count, action), -1)
 
     @property
-    def actions(self) -> Ints:
+    def plan_actions(self) -> Ints:
         """With what each plan begins."""
-        return np.asarray(self._facts.all[0])
+        return np.asarray(self._plan_facts.array[0])
 
     @property
-    def makers(self) -> Ints:
+    def source_beliefs(self) -> Ints:
         """The belief for which each plan was made; -1 of those at the beginning."""
-        return np.asarray(self._facts.all[1])
+        return np.asarray(self._plan_facts.array[1])
 
     @property
-    def then(self) -> Ints:
+    def next_plans(self) -> Ints:
         """The plan `[kinds, N]` with which each goes on after each observation."""
-        return self._facts.all[2:]
+        return self._plan_facts.array[2:]
 
-    def plan(self, vector: Reals, action: int, then: Ints, maker: int) -> int:
+    def add_plan(self, vector: Reals, action: int, next_plans: Ints, source_belief: int) -> int:
         """Takes a plan; its place."""
-        self._facts.add(np.concatenate([[action, maker], then]))
-        return self.plans.add(vector)
+        self._plan_facts.append(np.concatenate([[action, source_belief], next_plans]))
+        return self.plan_vectors.append(vector)
 
-    def keep(self, plans: Ints, after: Ints) -> None:
+    def keep_plans(self, plans: Ints, new_next_plans: Ints) -> None:
         """Forgets all other plans; those of the turn after have other places."""
-        self.plans.keep(plans)
-        self._facts.keep(plans)
-        self.then[:] = after[self.then]
+        self.plan_vectors.keep_only(plans)
+        self._plan_facts.keep_only(plans)
+        self.next_plans[:] = new_next_plans[self.next_plans]
 
-    def point(self, number: int, belief: Reals, value: float) -> None:
+    def add_point(self, node: int, belief: Reals, value: float) -> None:
         """Takes the belief `[S]` of this number, which is worth no more."""
-        q = self.highest @ belief
-        place = self.points.add(belief)
+        q = self.upper_vectors @ belief
+        place = self.sawtooth_points.append(belief)
         many = np.count_nonzero(belief)
         likeliest = np.argsort(-belief, kind="stable")[:many]
-        self._marks.add(np.append(np.resize(likeliest[:MARKS], MARKS), many))
-        self._worth.add(np.append(value, q))
-        self._drops.add(q.max() - value)
-        if number in self._last:  # the lower replaces it
-            self._drops.all[0, self._last[number]] = 0.0
-        self._last[number] = place
+        self._likeliest_states.append(
+            np.append(np.resize(likeliest[:LIKELIEST_STATE_COUNT], LIKELIEST_STATE_COUNT), many)
+        )
+        self._point_values.append(np.append(value, q))
+        self._point_drops.append(q.max() - value)
+        if node in self._latest_points:  # the lower replaces it
+            self._point_drops.array[0, self._latest_points[node]] = 0.0
+        self._latest_points[node] = place
 
-    def followed(self, some: Beliefs, first: int) -> Reals:
+    def evaluate_plans(self, beliefs: BeliefBatch, first_plan: int) -> Reals:
         """What the plans from this place on are worth `[K, N]`."""
-        step = max(ALONE // some.likely.size, 1)
-        parts = (slice(n, n + step) for n in range(first, self.plans.count, step))
-        return np.hstack([some.likely @ self.plans.all[some.states, part] for part in parts])
+        step = max(SINGLE_THREAD_PRODUCTS // beliefs.probabilities.size, 1)
+        parts = (
+            slice(n, n + step) for n in range(first_plan, self.plan_vectors.column_count, step)
+        )
+        return np.hstack(
+            [
+                beliefs.probabilities @ self.plan_vectors.array[beliefs.support_states, part]
+                for part in parts
+            ]
+        )
 
-    def informed(self, some: Beliefs) -> Reals:
+    def compute_informed_bounds(self, beliefs: BeliefBatch) -> Reals:
         """What each action is worth at the most `[K, A]`, in sight of the state from then on."""
-        return np.asarray(some.likely @ self.highest[:, some.states].T)
+        return np.asarray(beliefs.probabilities @ self.upper_vectors[:, beliefs.support_states].T)
 
-    def lowered(self, some: Beliefs, high: Reals, first: int) -> tuple[Reals, float]:
+    def compute_sawtooth_bounds(
+        self, beliefs: BeliefBatch, upper_bounds: Reals, first_point: int
+    ) -> tuple[Reals, float]:
         """Upper bounds `[K]` of beliefs, by points from this place on, where they lower `high`.
 
         With the work of comparing the pairs of a belief and a point that may.
         """
-        place = np.full(self.points.all.shape[0], -1)
-        place[some.states] = np.arange(len(some.states))
-        at = place[self._marks.all[:MARKS, first:]]
-        fresh = np.flatnonzero((at >= 0).all(axis=0) & (self._drops.all[0, first:] > 0))
+        place = np.full(self.sawtooth_points.array.shape[0], -1)
+        place[beliefs.support_states] = np.arange(len(beliefs.support_states))
+        at = place[self._likeliest_states.array[:LIKELIEST_STATE_COUNT, first_point:]]
+        fresh = np.flatnonzero(
+            (at >= 0).all(axis=0) & (self._point_drops.array[0, first_point:] > 0)
+        )
         if not len(fresh):
-            return high, 0.0
-        at, fresh = at[:, fresh], fresh + first
-        base = self.informed(some)
-        each = self.points.all[self._marks.all[:MARKS, fresh], fresh]
-        share = np.min([some.likely[:, at[i]] / each[i] for i in range(MARKS)], axis=0)
-        hoped = base.max(axis=1)[:, None] - share * self._drops.all[0, fresh]
-        rows, which = np.nonzero(hoped < high[:, None])
+            return upper_bounds, 0.0
+        at, fresh = at[:, fresh], fresh + first_point
+        base = self.compute_informed_bounds(beliefs)
+        each = self.sawtooth_points.array[
+            self._likeliest_states.array[:LIKELIEST_STATE_COUNT, fresh], fresh
+        ]
+        share = np.min(
+            [beliefs.probabilities[:, at[i]] / each[i] for i in range(LIKELIEST_STATE_COUNT)],
+            axis=0,
+        )
+        hoped = base.max(axis=1)[:, None] - share * self._point_drops.array[0, fresh]
+        rows, which = np.nonzero(hoped < upper_bounds[:, None])
         which, hoped = fresh[which], hoped[rows, which]
-        found, work, size = high.copy(), 0.0, len(some.states)
+        found, work, size = upper_bounds.copy(), 0.0, len(beliefs.support_states)
         while len(rows):
             promised = found[rows] - hoped
-            best = np.flatnonzero(promised >= promised.max() / 2)[: BLOCK // size + 1]
-            self._compare(some, base, rows[best], which[best], found)
-            work += 1.5 * ROUND + 4.0 * len(rows) + 6.0 * size * len(best)
+            best = np.flatnonzero(promised >= promised.max() / 2)[: NUMBERS_PER_BLOCK // size + 1]
+            self._apply_sawtooth_points(beliefs, base, rows[best], which[best], found)
+            work += 1.5 * ARRAY_CALL_WORK + 4.0 * len(rows) + 6.0 * size * len(best)
             left = hoped < found[rows]
             left[best] = False
             rows, which, hoped = rows[left], which[left], hoped[left]
         return found, work
 
-    def _compare(self, some: Beliefs, base: Reals, rows: Ints, points: Ints, found: Reals) -> None:
+    def _apply_sawtooth_points(
+        self,
+        beliefs: BeliefBatch,
+        informed_bounds: Reals,
+        rows: Ints,
+        points: Ints,
+        upper_bounds: Reals,
+    ) -> None:
         """Lowers bounds by pairs of a belief and a point."""
-        parts = self.points.all[some.states[:, None], points]
-        inside = (parts > 0.0).sum(axis=0) == self._marks.all[MARKS, points]
-        most = (parts / np.maximum(some.likely[rows].T, TINY)).max(axis=0)
+        parts = self.sawtooth_points.array[beliefs.support_states[:, None], points]
+        inside = (parts > 0.0).sum(axis=0) == self._likeliest_states.array[
+            LIKELIEST_STATE_COUNT, points
+        ]
+        most = (parts / np.maximum(beliefs.probabilities[rows].T, MIN_DIVISOR)).max(axis=0)
         share = inside / most
-        value, *q = self._worth.all[:, points]
-        rest = (base[rows].T - share * q).max(axis=0)
-        np.minimum.at(found, rows, share * value + rest)
+        value, *q = self._point_values.array[:, points]
+        rest = (informed_bounds[rows].T - share * q).max(axis=0)
+        np.minimum.at(upper_bounds, rows, share * value + rest)

@@ -11,120 +11,133 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import ROUND, Budget
+from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Ints, Reals
-from dmplay.core import Problem, exact_start
+from dmplay.core import Problem, initial_state_distribution
 from dmplay.errors import BadPolicy
-from dmplay.solvers.graph import Graph
-from dmplay.solvers.value_iteration import slack
+from dmplay.solvers.graph import TransitionGraph
+from dmplay.solvers.value_iteration import compute_tolerance
 
-WORK = 2e10
-PURE, MIXED = 20, 64  # rounds of replies to the last, and to all so far
-SETTLED = 1e-9  # how near values come to their limit, where they are about 1
-ENDLESS = "got a game of several at once without end, expected a discount below 1"
+WORK_LIMIT = 2e10
+PURE_ROUNDS, FICTITIOUS_PLAY_ROUNDS = 20, 64  # rounds of replies to the last, and to all so far
+CONVERGENCE_TOLERANCE = 1e-9  # how near values come to their limit, where they are about 1
+DISCOUNT_REQUIRED_MESSAGE = "got a game of several at once without end, expected a discount below 1"
 
 
-class Replied(NamedTuple):
+class BestResponseResult(NamedTuple):
     """What each does in every state, and what it could gain by another policy."""
 
-    graph: Graph
-    play: list[Reals]  # [S, A] of each
+    graph: TransitionGraph
+    policies: list[Reals]  # [S, A] of each
     values: Reals  # [S, n]
     q: list[Reals]  # [S, A] of each, against the others' part; -inf of what is not legal
-    gains: Reals  # [n], at the start
-    rounds: int
+    regrets: Reals  # [n], at the start
+    round_count: int
 
 
-class _Facing(NamedTuple):
+class _InducedMdp(NamedTuple):
     """What one agent faces while the others' play is fixed."""
 
-    graph: Graph
+    graph: TransitionGraph
     seat: int
-    cells: Ints  # [R], the state and own action of each joint action
-    weight: Reals  # [R], how likely the others do their part
-    able: Reals  # [S, A], 0 of what is legal, else -inf
+    state_action_cells: Ints  # [R], the state and own action of each joint action
+    others_probabilities: Reals  # [R], how likely the others do their part
+    legality_penalty: Reals  # [S, A], 0 of what is legal, else -inf
     discount: float
 
-    def worth(self, values: Reals) -> Reals:
+    def compute_action_values(self, values: Reals) -> Reals:
         """Q `[S, A]` of its own actions."""
-        later = np.add.reduceat(self.graph.p * values[self.graph.after], self.graph.starts[:-1])
-        q = self.weight * (self.graph.rewards[:, self.seat] + self.discount * later)
-        sums = np.bincount(self.cells, q, self.able.size).astype(float)
-        return sums.reshape(self.able.shape) + self.able
+        later = np.add.reduceat(
+            self.graph.probabilities * values[self.graph.next_states],
+            self.graph.outcome_starts[:-1],
+        )
+        q = self.others_probabilities * (self.graph.rewards[:, self.seat] + self.discount * later)
+        sums = np.bincount(self.state_action_cells, q, self.legality_penalty.size).astype(float)
+        return sums.reshape(self.legality_penalty.shape) + self.legality_penalty
 
-    def settled(self, values: Reals, mix: Reals | None, budget: Budget) -> Reals:
+    def iterate_values(self, values: Reals, policy: Reals | None, budget: Budget) -> Reals:
         """Its values while it plays so or, without a mix, as well as it can."""
-        over = np.diff(self.graph.rows) == 0
+        over = np.diff(self.graph.action_starts) == 0
         far = self.discount / (1.0 - self.discount)
         while True:
-            budget.spend(10 * ROUND + 20.0 * len(self.graph.p))
-            q = self.worth(values)
-            after = q.max(axis=1) if mix is None else (mix * np.where(mix > 0, q, 0)).sum(axis=1)
+            budget.spend_work(10 * ARRAY_CALL_WORK + 20.0 * len(self.graph.probabilities))
+            q = self.compute_action_values(values)
+            after = (
+                q.max(axis=1)
+                if policy is None
+                else (policy * np.where(policy > 0, q, 0)).sum(axis=1)
+            )
             after[over] = 0.0
             change = float(np.abs(after - values).max())
             values = after
-            if far * change <= slack(values, SETTLED):
+            if far * change <= compute_tolerance(values, CONVERGENCE_TOLERANCE):
                 return values
 
 
-def equilibrium(problem: Problem, graph: Graph) -> Replied:
+def find_equilibrium(problem: Problem, graph: TransitionGraph) -> BestResponseResult:
     """The best play that is found: that by which the least is to be gained."""
     if problem.discount == 1.0:
-        raise BadPolicy(ENDLESS)
-    budget = Budget("best replies", "try fewer states, or search", WORK)
-    able = [_able(problem, graph, seat) for seat in range(len(problem.agents))]
+        raise BadPolicy(DISCOUNT_REQUIRED_MESSAGE)
+    budget = Budget("best replies", "try fewer states, or search", WORK_LIMIT)
+    able = [_mark_legal_actions(problem, graph, seat) for seat in range(len(problem.agents))]
     play = [one / one.sum(axis=1, keepdims=True) for one in able]
-    found = best = standing(problem, graph, play, budget)
-    for done in range(1, PURE + MIXED + 1):
-        close = slack(best.values, SETTLED)
-        if best.gains.max() <= close or budget.spent > budget.work / 2:
+    found = best = evaluate_policies(problem, graph, play, budget)
+    for done in range(1, PURE_ROUNDS + FICTITIOUS_PLAY_ROUNDS + 1):
+        close = compute_tolerance(best.values, CONVERGENCE_TOLERANCE)
+        if best.regrets.max() <= close or budget.work_spent > budget.work_limit / 2:
             break
-        step = 1.0 if done <= PURE else 1.0 / (done - PURE)
+        step = 1.0 if done <= PURE_ROUNDS else 1.0 / (done - PURE_ROUNDS)
         for seat, mix in enumerate(play):
-            facing = _facing(problem, graph, play, able, seat)
-            values = facing.settled(found.values[:, seat], None, budget)
-            reply = np.eye(mix.shape[1])[facing.worth(values).argmax(axis=1)]
+            facing = _build_induced_mdp(problem, graph, play, able, seat)
+            values = facing.iterate_values(found.values[:, seat], None, budget)
+            reply = np.eye(mix.shape[1])[facing.compute_action_values(values).argmax(axis=1)]
             play[seat] = mix + step * (reply - mix)
-        found = standing(problem, graph, play, budget)._replace(rounds=done)
-        best = found if found.gains.max() < best.gains.max() else best
+        found = evaluate_policies(problem, graph, play, budget)._replace(round_count=done)
+        best = found if found.regrets.max() < best.regrets.max() else best
     return best
 
 
-def standing(
-    problem: Problem, graph: Graph, play: list[Reals], budget: Budget | None = None
-) -> Replied:
+def evaluate_policies(
+    problem: Problem, graph: TransitionGraph, policies: list[Reals], budget: Budget | None = None
+) -> BestResponseResult:
     """What this play is worth, and what each could gain by another policy."""
-    budget = budget or Budget("best replies", "try fewer states", WORK)
-    likely, start = exact_start(problem)
-    first = np.bincount(graph.at(problem, start), likely, len(graph.states))
-    able = [_able(problem, graph, seat) for seat in range(len(play))]
+    budget = budget or Budget("best replies", "try fewer states", WORK_LIMIT)
+    likely, start = initial_state_distribution(problem)
+    first = np.bincount(graph.find_state_indices(problem, start), likely, len(graph.states))
+    able = [_mark_legal_actions(problem, graph, seat) for seat in range(len(policies))]
     none = np.zeros(len(graph.states))
     values, q, gains = [], [], []
-    for seat, mix in enumerate(play):
-        facing = _facing(problem, graph, play, able, seat)
-        values.append(facing.settled(none, mix, budget))
-        q.append(facing.worth(values[-1]))
-        most = facing.settled(values[-1], None, budget)
+    for seat, mix in enumerate(policies):
+        facing = _build_induced_mdp(problem, graph, policies, able, seat)
+        values.append(facing.iterate_values(none, mix, budget))
+        q.append(facing.compute_action_values(values[-1]))
+        most = facing.iterate_values(values[-1], None, budget)
         gains.append(max(float(first @ (most - values[-1])), 0.0))
-    return Replied(graph, list(play), np.stack(values, axis=1), q, np.array(gains), 0)
+    return BestResponseResult(
+        graph, list(policies), np.stack(values, axis=1), q, np.array(gains), 0
+    )
 
 
-def _able(problem: Problem, graph: Graph, seat: int) -> Reals:
+def _mark_legal_actions(problem: Problem, graph: TransitionGraph, seat: int) -> Reals:
     """1 of each action of a seat that is legal `[S, A]`; where it is over, of the first."""
     able = np.zeros((len(graph.states), problem.action_counts[seat]))
-    able[graph.owner, graph.actions[:, seat]] = 1.0
-    able[np.diff(graph.rows) == 0, 0] = 1.0
+    able[graph.source_states, graph.joint_actions[:, seat]] = 1.0
+    able[np.diff(graph.action_starts) == 0, 0] = 1.0
     return able
 
 
-def _facing(
-    problem: Problem, graph: Graph, play: list[Reals], able: list[Reals], seat: int
-) -> _Facing:
+def _build_induced_mdp(
+    problem: Problem,
+    graph: TransitionGraph,
+    policies: list[Reals],
+    legal_masks: list[Reals],
+    seat: int,
+) -> _InducedMdp:
     """What a seat faces while all others play so."""
-    owner, weight = graph.owner, np.ones(len(graph.rewards))
-    for other, mix in enumerate(play):
+    owner, weight = graph.source_states, np.ones(len(graph.rewards))
+    for other, mix in enumerate(policies):
         if other != seat:
-            weight *= mix[owner, graph.actions[:, other]]
-    cells = owner * able[seat].shape[1] + graph.actions[:, seat]
-    barred = np.where(able[seat] > 0, 0.0, -np.inf)
-    return _Facing(graph, seat, cells, weight, barred, problem.discount)
+            weight *= mix[owner, graph.joint_actions[:, other]]
+    cells = owner * legal_masks[seat].shape[1] + graph.joint_actions[:, seat]
+    barred = np.where(legal_masks[seat] > 0, 0.0, -np.inf)
+    return _InducedMdp(graph, seat, cells, weight, barred, problem.discount)

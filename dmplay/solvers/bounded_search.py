@@ -12,37 +12,37 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.belief import Posterior, bayes
-from dmplay.budget import ROUND, Budget
-from dmplay.chance import Bools, Ints, Reals, mean
+from dmplay.belief import Posterior, apply_bayes_rule
+from dmplay.budget import ARRAY_CALL_WORK, Budget
+from dmplay.chance import Bools, Ints, Reals, weighted_sum
 from dmplay.solvers import alpha_vectors
-from dmplay.solvers.alpha_vectors import Stage
+from dmplay.solvers.alpha_vectors import AlphaVectorStage
 from dmplay.solvers.belief_grid import BeliefGrid
-from dmplay.solvers.value_iteration import slack
+from dmplay.solvers.value_iteration import compute_tolerance
 from dmplay.tabular import Tables
 
-ALIKE = 12  # decimals: beliefs that agree so far are one
-DECIMALS = 9  # of a value: what lies beyond depends on which beliefs are searched together
-EXACT = 2  # stages at the end whose alpha vectors are few
+BELIEF_DECIMALS = 12  # decimals: beliefs that agree so far are one
+VALUE_DECIMALS = 9  # of a value: what lies beyond depends on which beliefs are searched together
+EXACT_STAGE_COUNT = 2  # stages at the end whose alpha vectors are few
 
 
-class Bounds(NamedTuple):
+class GridBounds(NamedTuple):
     """What the beliefs of the grid are worth with some rewards to come."""
 
-    upper: Reals  # [G]
-    plans: Reals  # [G, S], the vectors of plans that can be followed
+    upper_bounds: Reals  # [G]
+    plan_vectors: Reals  # [G, S], the vectors of plans that can be followed
 
 
-class _Level(NamedTuple):
+class _SearchLevel(NamedTuple):
     """Beliefs as many turns ahead, and what is searched below them."""
 
     rewards: Reals  # [N, A]
-    searched: Bools  # [N, A]
-    likelihood: Reals  # [N, A, O]
-    following: Ints  # [number of searched, O], places in the next level
+    searched_mask: Bools  # [N, A]
+    observation_probabilities: Reals  # [N, A, O]
+    next_indices: Ints  # [number of searched, O], places in the next level
 
 
-def _budget() -> Budget:
+def _make_budget() -> Budget:
     return Budget("exact search", "try fewer turns, or search", 1e10)
 
 
@@ -52,108 +52,118 @@ class BoundedSearch:
 
     tables: Tables
     discount: float
-    steps: int = 10  # of the grid: more for better bounds
+    grid_resolution: int = 10  # of the grid: more for better bounds
 
     @cached_property
     def grid(self) -> BeliefGrid:
         """Where the bounds are known."""
-        return BeliefGrid(len(self.tables.transition), self.steps)
+        return BeliefGrid(len(self.tables.transition), self.grid_resolution)
 
     @cached_property
-    def _joint(self) -> Reals:
+    def _joint_probabilities(self) -> Reals:
         """The probability of each observation and next state, `[S, A, O, S]`."""
-        return self.tables.joint
+        return self.tables.joint_probabilities
 
     @cached_property
-    def _last(self) -> list[Stage]:
+    def _exact_stages(self) -> list[AlphaVectorStage]:
         """The last stages, exactly."""
-        return alpha_vectors.stages(self.tables, self.discount, EXACT)
+        return alpha_vectors.solve_finite_horizon(self.tables, self.discount, EXACT_STAGE_COUNT)
 
     @cached_property
-    def _stages(self) -> list[Bounds]:
+    def _bounds_by_stage(self) -> list[GridBounds]:
         """The bounds made so far, from the last of the exact stages on."""
-        b, vectors = self.grid.points, self._last[-1].vectors
-        best = np.argmax(mean(b, vectors.T), axis=1)
-        return [Bounds(alpha_vectors.values(vectors, b), vectors[best])]
+        b, vectors = self.grid.points, self._exact_stages[-1].alpha_vectors
+        best = np.argmax(weighted_sum(b, vectors.T), axis=1)
+        return [GridBounds(alpha_vectors.compute_belief_values(vectors, b), vectors[best])]
 
-    def bounds(self, turns: int) -> Bounds:
+    def compute_bounds(self, turns: int) -> GridBounds:
         """The bounds with so many rewards to come, at least `EXACT`."""
-        budget = _budget()
-        missing = max(turns + 1 - EXACT - len(self._stages), 0)
-        budget.expect(missing * self._work(len(self.grid.points)))
-        while len(self._stages) + EXACT <= turns:
-            self._foreseen(len(self.grid.points), budget)
-            self._stages.append(self._before(self._stages[-1]))
-        return self._stages[turns - EXACT]
+        budget = _make_budget()
+        missing = max(turns + 1 - EXACT_STAGE_COUNT - len(self._bounds_by_stage), 0)
+        budget.check_work(missing * self._estimate_lookahead_work(len(self.grid.points)))
+        while len(self._bounds_by_stage) + EXACT_STAGE_COUNT <= turns:
+            self._charge_lookahead(len(self.grid.points), budget)
+            self._bounds_by_stage.append(self._backup_bounds(self._bounds_by_stage[-1]))
+        return self._bounds_by_stage[turns - EXACT_STAGE_COUNT]
 
-    def action_values(self, b: Reals, turns: int) -> Reals:
+    def compute_action_values(self, b: Reals, turns: int) -> Reals:
         """Q `[B, A]` of beliefs `[B, S]` with so many rewards to come, to nine decimals."""
         levels = []
         ahead = b
-        budget = _budget()
-        for left in range(turns, EXACT, -1):
-            self._foreseen(len(ahead), budget, 1 - left / turns)
-            level, ahead = self._level(ahead, left, everything=left == turns)
+        budget = _make_budget()
+        for left in range(turns, EXACT_STAGE_COUNT, -1):
+            self._charge_lookahead(len(ahead), budget, 1 - left / turns)
+            level, ahead = self._expand_level(ahead, left, search_all_actions=left == turns)
             levels.append(level)
-        q = alpha_vectors.action_values(self._last[min(turns, EXACT) - 1], ahead)
+        q = alpha_vectors.compute_action_values(
+            self._exact_stages[min(turns, EXACT_STAGE_COUNT) - 1], ahead
+        )
         for level in levels[::-1]:
-            following = q.max(axis=1)[level.following]
+            following = q.max(axis=1)[level.next_indices]
             q = np.full(level.rewards.shape, -np.inf)
-            at = level.searched
-            reached = (level.likelihood[at] * following).sum(axis=1)
+            at = level.searched_mask
+            reached = (level.observation_probabilities[at] * following).sum(axis=1)
             q[at] = level.rewards[at] + self.discount * reached
-        return np.round(q, DECIMALS)
+        return np.round(q, VALUE_DECIMALS)
 
-    def _foreseen(self, beliefs: int, budget: Budget, share: float | None = None) -> None:
+    def _charge_lookahead(
+        self, belief_count: int, budget: Budget, share: float | None = None
+    ) -> None:
         """Counts a look one turn ahead from so many beliefs."""
-        numbers = float(beliefs * self._joint[0].size)
-        budget.hold(8.0 * numbers * (len(self._joint) + 4))
-        budget.spend(self._work(beliefs), share)
+        numbers = float(belief_count * self._joint_probabilities[0].size)
+        budget.check_memory(8.0 * numbers * (len(self._joint_probabilities) + 4))
+        budget.spend_work(self._estimate_lookahead_work(belief_count), share)
 
-    def _work(self, beliefs: int) -> float:
+    def _estimate_lookahead_work(self, belief_count: int) -> float:
         """What looking one turn ahead from so many beliefs takes."""
-        return ROUND * 10 + 100.0 * float(beliefs * self._joint[0].size * (len(self._joint) + 4))
+        return ARRAY_CALL_WORK * 10 + 100.0 * float(
+            belief_count * self._joint_probabilities[0].size * (len(self._joint_probabilities) + 4)
+        )
 
-    def _level(self, b: Reals, left: int, *, everything: bool) -> tuple[_Level, Reals]:
+    def _expand_level(
+        self, b: Reals, turns_left: int, *, search_all_actions: bool
+    ) -> tuple[_SearchLevel, Reals]:
         """One level of the search, and the beliefs of the next one."""
-        rewards = mean(b, self.tables.rewards[:, :, 0])
-        after, likelihood = self._after(b)
+        rewards = weighted_sum(b, self.tables.rewards[:, :, 0])
+        after, likelihood = self._update_beliefs(b)
         low, high = (
             rewards + self.discount * (likelihood * bound.reshape(likelihood.shape)).sum(axis=2)
-            for bound in self._between(after.reshape(-1, after.shape[-1]), left - 1)
+            for bound in self._bound_values(after.reshape(-1, after.shape[-1]), turns_left - 1)
         )
-        searched = high >= low.max(axis=1, keepdims=True) - slack(high)
-        searched |= everything
+        searched = high >= low.max(axis=1, keepdims=True) - compute_tolerance(high)
+        searched |= search_all_actions
         reached = after[searched].reshape(-1, b.shape[1])
-        alike = np.round(reached, ALIKE)
+        alike = np.round(reached, BELIEF_DECIMALS)
         _, first, place = np.unique(alike, axis=0, return_index=True, return_inverse=True)
         following = place.reshape(-1, after.shape[2])
-        return _Level(rewards, searched, likelihood, following), reached[first]
+        return _SearchLevel(rewards, searched, likelihood, following), reached[first]
 
-    def _between(self, b: Reals, turns: int) -> tuple[Reals, Reals]:
+    def _bound_values(self, b: Reals, turns: int) -> tuple[Reals, Reals]:
         """A lower and an upper bound `[B]` of the value of beliefs."""
-        bounds = self.bounds(turns)
-        places, weights = self.grid.around(b)
-        low = mean(b, bounds.plans[places].swapaxes(1, 2)).max(axis=1)
-        return low, mean(weights, bounds.upper[places][:, :, None])[:, 0]
+        bounds = self.compute_bounds(turns)
+        places, weights = self.grid.find_surrounding_points(b)
+        low = weighted_sum(b, bounds.plan_vectors[places].swapaxes(1, 2)).max(axis=1)
+        return low, weighted_sum(weights, bounds.upper_bounds[places][:, :, None])[:, 0]
 
-    def _after(self, b: Reals) -> Posterior:
+    def _update_beliefs(self, b: Reals) -> Posterior:
         """The belief after each observation `[B, A, O, S]`, and how likely that is `[B, A, O]`."""
-        joint = mean(b, self._joint.reshape(b.shape[1], -1))
-        return bayes(joint.reshape(len(b), *self._joint.shape[1:]))
+        joint = weighted_sum(b, self._joint_probabilities.reshape(b.shape[1], -1))
+        return apply_bayes_rule(joint.reshape(len(b), *self._joint_probabilities.shape[1:]))
 
-    def _before(self, bounds: Bounds) -> Bounds:
+    def _backup_bounds(self, bounds: GridBounds) -> GridBounds:
         """The bounds with one more reward to come."""
         b = self.grid.points
         rewards = self.tables.rewards[:, :, 0]
-        after, likelihood = self._after(b)
+        after, likelihood = self._update_beliefs(b)
         flat = after.reshape(-1, b.shape[1])
-        places, weights = self.grid.around(flat)
-        above = (weights * bounds.upper[places]).sum(axis=1).reshape(likelihood.shape)
-        upper = mean(b, rewards) + self.discount * (likelihood * above).sum(axis=2)
-        plans = bounds.plans[places]
+        places, weights = self.grid.find_surrounding_points(flat)
+        above = (weights * bounds.upper_bounds[places]).sum(axis=1).reshape(likelihood.shape)
+        upper = weighted_sum(b, rewards) + self.discount * (likelihood * above).sum(axis=2)
+        plans = bounds.plan_vectors[places]
         best = np.argmax((plans * flat[:, None]).sum(axis=2), axis=1)
         then = plans[np.arange(len(flat)), best].reshape(after.shape)
-        vectors = rewards.T + self.discount * np.einsum("saot,baot->bas", self._joint, then)
+        vectors = rewards.T + self.discount * np.einsum(
+            "saot,baot->bas", self._joint_probabilities, then
+        )
         chosen = np.argmax((vectors * b[:, None]).sum(axis=2), axis=1)
-        return Bounds(upper.max(axis=1), vectors[np.arange(len(b)), chosen])
+        return GridBounds(upper.max(axis=1), vectors[np.arange(len(b)), chosen])

@@ -5,31 +5,31 @@ from functools import lru_cache
 
 import numpy as np
 
-from dmplay.budget import ROUND, Budget
+from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Reals
-from dmplay.core import Problem, exact
-from dmplay.problems.collision_avoidance import RATES
+from dmplay.core import Problem, enumerate_outcomes
+from dmplay.problems.collision_avoidance import ADVISED_RATES
 
 HEIGHTS = np.linspace(-200.0, 200.0, 21)  # m
-CLIMBS = np.linspace(-10.0, 10.0, 21)  # m/s
-TIMES = range(41)  # s
-SHAPE = (len(RATES), len(HEIGHTS), len(CLIMBS))
+CLIMB_RATES = np.linspace(-10.0, 10.0, 21)  # m/s
+TIMES_TO_COLLISION = range(41)  # s
+GRID_SHAPE = (len(ADVISED_RATES), len(HEIGHTS), len(CLIMB_RATES))
 
 
-def states(time: float) -> Reals:
+def make_grid_states(time: float) -> Reals:
     """The grid's states `[3 * 21 * 21, 4]` at a time, last advisory slowest, rate fastest."""
-    a_prev, h, dh = np.meshgrid(RATES, HEIGHTS, CLIMBS, indexing="ij")
-    return np.stack([h, dh, a_prev, np.full(SHAPE, time)], axis=-1).reshape(-1, 4)
+    a_prev, h, dh = np.meshgrid(ADVISED_RATES, HEIGHTS, CLIMB_RATES, indexing="ij")
+    return np.stack([h, dh, a_prev, np.full(GRID_SHAPE, time)], axis=-1).reshape(-1, 4)
 
 
-def interpolate(tables: Reals, times: Reals | int, s: Reals) -> Reals:
+def interpolate_values(tables: Reals, times: Reals | int, s: Reals) -> Reals:
     """The values `[B, ...]` of tables `[T, 3, 21, 21, ...]` of some times at states `[B, 4]`.
 
     Height and rate are clamped to the grid; between its points they are bilinear.
     """
-    layer = times * len(RATES) + sum(s[:, 2] > rate for rate in RATES[:-1])
-    (i, x), (j, y) = _between(HEIGHTS, s[:, 0]), _between(CLIMBS, s[:, 1])
-    kinds, wide = math.prod(tables.shape[4:]), len(CLIMBS)
+    layer = times * len(ADVISED_RATES) + sum(s[:, 2] > rate for rate in ADVISED_RATES[:-1])
+    (i, x), (j, y) = _locate_on_grid(HEIGHTS, s[:, 0]), _locate_on_grid(CLIMB_RATES, s[:, 1])
+    kinds, wide = math.prod(tables.shape[4:]), len(CLIMB_RATES)
     first = ((layer * len(HEIGHTS) + i) * wide + j).astype(np.int64) * kinds
     before_x, before_y, values = 1 - x, 1 - y, tables.reshape(-1)
     found = np.empty((kinds, len(s)))
@@ -40,32 +40,32 @@ def interpolate(tables: Reals, times: Reals | int, s: Reals) -> Reals:
     return found.T.reshape(len(s), *tables.shape[4:])
 
 
-def _between(points: Reals, at: Reals) -> tuple[Reals, Reals]:
+def _locate_on_grid(points: Reals, coordinates: Reals) -> tuple[Reals, Reals]:
     """The grid point at or before each number, and how far it is to the next, 0 to 1."""
-    place = (at.clip(points[0], points[-1]) - points[0]) / (points[1] - points[0])
+    place = (coordinates.clip(points[0], points[-1]) - points[0]) / (points[1] - points[0])
     before = np.minimum(np.floor(place), len(points) - 2)
     return before, place - before
 
 
 @lru_cache(maxsize=4)  # of 2 MB each
-def optimal(problem: Problem) -> Reals:
+def compute_optimal_q(problem: Problem) -> Reals:
     """Q `[41, 3, 21, 21, 3]` by time, last advisory, height, rate and action."""
-    after = np.zeros(SHAPE)
+    after = np.zeros(GRID_SHAPE)
     tables = []
     budget = Budget("backward induction", "search needs none")
-    for time in TIMES:
-        budget.spend(10 * ROUND + 300 * after.size, time / len(TIMES))
-        q = action_values(problem, time, after)
+    for time in TIMES_TO_COLLISION:
+        budget.spend_work(10 * ARRAY_CALL_WORK + 300 * after.size, time / len(TIMES_TO_COLLISION))
+        q = compute_action_values(problem, time, after)
         tables.append(q)
         after = q.max(axis=-1)
     return np.stack(tables)
 
 
-def action_values(problem: Problem, time: float, after: Reals) -> Reals:
+def compute_action_values(problem: Problem, time: float, next_values: Reals) -> Reals:
     """Q `[3, 21, 21, 3]` of a step at a time, and the values `[3, 21, 21]` after it."""
-    s = np.repeat(states(time), len(RATES), axis=0)
-    a = np.tile(np.arange(len(RATES)), after.size)[:, None]
-    p, outcome = exact(problem, s, a)
-    u = interpolate(after[None], 0, outcome.state.reshape(-1, 4)).reshape(p.shape)
+    s = np.repeat(make_grid_states(time), len(ADVISED_RATES), axis=0)
+    a = np.tile(np.arange(len(ADVISED_RATES)), next_values.size)[:, None]
+    p, outcome = enumerate_outcomes(problem, s, a)
+    u = interpolate_values(next_values[None], 0, outcome.state.reshape(-1, 4)).reshape(p.shape)
     q = (p * (outcome.rewards[:, :, 0] + problem.discount * u)).sum(axis=1)
-    return np.asarray(q.reshape(*SHAPE, len(RATES)))
+    return np.asarray(q.reshape(*GRID_SHAPE, len(ADVISED_RATES)))

@@ -13,151 +13,175 @@ from functools import cached_property
 import numpy as np
 
 from dmplay import belief
-from dmplay.budget import ROUND, Budget
+from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Ints, Reals
-from dmplay.core import Problem, placed, possible
-from dmplay.errors import TooMuch
-from dmplay.rows import Rows
+from dmplay.core import Problem, checked_state_indices, enumerate_possible_outcomes
+from dmplay.errors import BudgetExceeded
+from dmplay.rows import SparseMatrix
 from dmplay.solvers import sparse
-from dmplay.tabular import allowed
+from dmplay.tabular import replace_illegal_actions
 
-STILL = 1e-4  # of the size of values: what sweeps may leave
-SWEEPS = 10_000  # at most
-BLOCK = 2**17  # numbers of plans that are followed in one go
-INFORMED = 60  # sweeps of the fast informed bound, each of which is one
+CONVERGENCE_TOLERANCE = 1e-4  # of the size of values: what sweeps may leave
+MAX_SWEEPS = 10_000  # at most
+NUMBERS_PER_BLOCK = 2**17  # numbers of plans that are followed in one go
+MAX_INFORMED_SWEEPS = 60  # sweeps of the fast informed bound, each of which is one
 
 
 @dataclass(frozen=True, eq=False)
-class HiddenRows:
+class SparsePomdp:
     """What can happen: an observation and a next state, by action and state."""
 
-    joint: Rows  # [A * S] over observations and next states, O * S, the latter faster
+    joint_probabilities: (
+        SparseMatrix  # [A * S] over observations and next states, O * S, the latter faster
+    )
     rewards: Reals  # [A, S], expected
-    start: Reals  # [F, S], the chance of what is seen first, and of each state
+    initial_joint: Reals  # [F, S], the chance of what is seen first, and of each state
     discount: float
 
     @property
-    def states(self) -> int:
+    def state_count(self) -> int:
         """How many."""
-        return len(self.start[0])
+        return len(self.initial_joint[0])
 
     @cached_property
-    def kinds(self) -> int:
+    def observation_count(self) -> int:
         """How many observations can be made."""
-        return int(self.seen.max()) + 1
+        return int(self.observations.max()) + 1
 
     @cached_property
-    def after(self) -> Ints:
+    def next_states(self) -> Ints:
         """The next state of each number `[N]`."""
-        return self.joint.columns % self.states
+        return self.joint_probabilities.columns % self.state_count
 
     @cached_property
-    def seen(self) -> Ints:
+    def observations(self) -> Ints:
         """The observation of each number `[N]`."""
-        return self.joint.columns // self.states
+        return self.joint_probabilities.columns // self.state_count
 
     @cached_property
-    def _pairs(self) -> tuple[Ints, Ints]:
+    def _observation_groups(self) -> tuple[Ints, Ints]:
         """Where what is observed in a row begins, and the first of these of each row."""
-        row = self.joint.row
+        row = self.joint_probabilities.row_indices
         new = np.ones(len(row), bool)
-        new[1:] = (np.diff(row) > 0) | (np.diff(self.seen) != 0)
+        new[1:] = (np.diff(row) > 0) | (np.diff(self.observations) != 0)
         begins = np.flatnonzero(new)
-        return begins, np.searchsorted(begins, self.joint.starts[:-1])
+        return begins, np.searchsorted(begins, self.joint_probabilities.row_starts[:-1])
 
-    def of_action(self, a: int) -> slice:
+    def get_action_slice(self, a: int) -> slice:
         """Where the numbers of an action are."""
-        starts, size = self.joint.starts, self.states
+        starts, size = self.joint_probabilities.row_starts, self.state_count
         return slice(int(starts[a * size]), int(starts[(a + 1) * size]))
 
-    def seeing(self, values: Reals) -> Reals:
+    def backup_mdp_values(self, values: Reals) -> Reals:
         """Q `[A, S]` of one step before U `[S]`."""
-        later = self.joint.sums(self.joint.values * values[self.after])
+        later = self.joint_probabilities.row_sums(
+            self.joint_probabilities.values * values[self.next_states]
+        )
         return np.asarray(self.rewards + self.discount * later.reshape(self.rewards.shape))
 
-    def blind(self, vectors: Reals) -> Reals:
+    def backup_blind_policies(self, vectors: Reals) -> Reals:
         """One step more `[A, S]` of doing each one thing, worth `vectors` so far."""
-        many = np.repeat(np.arange(len(vectors)), self.states)[self.joint.row]
-        later = self.joint.sums(self.joint.values * vectors[many, self.after])
+        many = np.repeat(np.arange(len(vectors)), self.state_count)[
+            self.joint_probabilities.row_indices
+        ]
+        later = self.joint_probabilities.row_sums(
+            self.joint_probabilities.values * vectors[many, self.next_states]
+        )
         return np.asarray(self.rewards + self.discount * later.reshape(self.rewards.shape))
 
-    def informed(self, vectors: Reals) -> Reals:
+    def backup_informed_bound(self, vectors: Reals) -> Reals:
         """One step more `[A, S]` of who sees the state but for what it does next."""
-        begins, firsts = self._pairs
-        parts = [self.joint.values * vector[self.after] for vector in vectors]
+        begins, firsts = self._observation_groups
+        parts = [self.joint_probabilities.values * vector[self.next_states] for vector in vectors]
         best = np.max([np.add.reduceat(part, begins) for part in parts], axis=0)
         later = np.add.reduceat(best, firsts).reshape(self.rewards.shape)
         return np.asarray(self.rewards + self.discount * later)
 
-    def follow(self, a: int, chosen: Reals) -> Reals:
+    def backup_plan(self, a: int, next_values: Reals) -> Reals:
         """The vector `[..., S]` of an action before what is worth `chosen` `[..., N]` there."""
-        here = self.of_action(a)
-        starts = self.joint.starts[a * self.states : (a + 1) * self.states] - here.start
-        later = np.add.reduceat(self.joint.values[here] * chosen, starts, axis=-1)
+        here = self.get_action_slice(a)
+        starts = (
+            self.joint_probabilities.row_starts[a * self.state_count : (a + 1) * self.state_count]
+            - here.start
+        )
+        later = np.add.reduceat(
+            self.joint_probabilities.values[here] * next_values, starts, axis=-1
+        )
         return np.asarray(self.rewards[a] + self.discount * later)
 
-    def followed(self, vectors: Reals, actions: Ints, then: Ints) -> Reals:
+    def backup_plans(self, vectors: Reals, actions: Ints, next_plans: Ints) -> Reals:
         """One step more `[N, S]` of plans that begin with an action and go on with one of these."""
         found = np.empty_like(vectors)
         for a in np.unique(actions).tolist():
-            here, those = self.of_action(a), np.flatnonzero(actions == a)
-            step = max(BLOCK // (here.stop - here.start), 1)
+            here, those = self.get_action_slice(a), np.flatnonzero(actions == a)
+            step = max(NUMBERS_PER_BLOCK // (here.stop - here.start), 1)
             for first in range(0, len(those), step):
                 some = those[first : first + step]
-                chosen = vectors[then[some][:, self.seen[here]], self.after[here]]
-                found[some] = self.follow(a, chosen)
+                chosen = vectors[
+                    next_plans[some][:, self.observations[here]], self.next_states[here]
+                ]
+                found[some] = self.backup_plan(a, chosen)
         return found
 
-    def lowest(self, budget: Budget) -> Reals:
+    def compute_blind_lower_bound(self, budget: Budget) -> Reals:
         """What doing one thing for ever is worth at the least, `[A, S]`; `discount` below 1."""
-        return self._settled(self.blind, np.zeros_like(self.rewards), np.min, budget)
-
-    def highest(self, budget: Budget) -> Reals:
-        """What an action is worth at the most, `[A, S]`; `discount` below 1."""
-        q = self._settled(
-            lambda q: self.seeing(q.max(axis=0)), np.zeros_like(self.rewards), np.max, budget
+        return self._iterate_to_convergence(
+            self.backup_blind_policies, np.zeros_like(self.rewards), np.min, budget
         )
-        with suppress(TooMuch):  # each is a bound
-            for _ in range(INFORMED):
-                budget.spend(ROUND + 4.0 * len(q) * len(self.joint.values))
-                before, q = q, np.minimum(q, self.informed(q))
-                if (before - q).max() <= STILL * abs(q).max():
+
+    def compute_informed_upper_bound(self, budget: Budget) -> Reals:
+        """What an action is worth at the most, `[A, S]`; `discount` below 1."""
+        q = self._iterate_to_convergence(
+            lambda q: self.backup_mdp_values(q.max(axis=0)),
+            np.zeros_like(self.rewards),
+            np.max,
+            budget,
+        )
+        with suppress(BudgetExceeded):  # each is a bound
+            for _ in range(MAX_INFORMED_SWEEPS):
+                budget.spend_work(
+                    ARRAY_CALL_WORK + 4.0 * len(q) * len(self.joint_probabilities.values)
+                )
+                before, q = q, np.minimum(q, self.backup_informed_bound(q))
+                if (before - q).max() <= CONVERGENCE_TOLERANCE * abs(q).max():
                     break
         return q
 
-    def _settled(
+    def _iterate_to_convergence(
         self,
         step: Callable[[Reals], Reals],
         values: Reals,
-        side: Callable[[Reals], float],
+        select_extreme: Callable[[Reals], float],
         budget: Budget,
     ) -> Reals:
         """Sweeps until they change all alike, and then what that change comes to for ever."""
         ahead = self.discount / (1.0 - self.discount)
-        for _ in range(SWEEPS):
-            budget.spend(ROUND + 8.0 * len(self.joint.values))
+        for _ in range(MAX_SWEEPS):
+            budget.spend_work(ARRAY_CALL_WORK + 8.0 * len(self.joint_probabilities.values))
             before, values = values, step(values)
             change = values - before
-            if np.ptp(change) * ahead <= STILL * abs(values).max():
+            if np.ptp(change) * ahead <= CONVERGENCE_TOLERANCE * abs(values).max():
                 break
-        return np.asarray(values + ahead * side(change))
+        return np.asarray(values + ahead * select_extreme(change))
 
 
-def listed(problem: Problem, budget: Budget) -> HiddenRows:
+def build_sparse_pomdp(problem: Problem, budget: Budget) -> SparsePomdp:
     """The rows of a hidden problem of one agent and finite chance."""
-    budget.hold(6 * sparse.BYTES * sparse.size(problem))
-    states = problem.enumerated()
+    budget.check_memory(6 * sparse.BYTES_PER_OUTCOME * sparse.count_outcomes(problem))
+    states = problem.enumerate_states()
     size, many, kinds = len(states), problem.action_counts[0], problem.observation_counts[0]
-    each = max(sparse.size(problem) // (size * many), 1)
-    blocks = range(0, size, max(sparse.BLOCK // each, 1))
+    each = max(sparse.count_outcomes(problem) // (size * many), 1)
+    blocks = range(0, size, max(sparse.OUTCOMES_PER_BLOCK // each, 1))
     cells, likely, rewards = [], [], np.zeros((many, size))
     for a in range(many):
         for first in blocks:
             some = states[first : first + blocks.step]
-            budget.spend(5 * ROUND + 100.0 * len(some) * each)
-            did = allowed(problem, some, np.full((len(some), 1), a))
-            row, p, outcome = possible(problem, some, did)
-            column = outcome.observations[:, 0] * size + placed(problem, outcome.state)
+            budget.spend_work(5 * ARRAY_CALL_WORK + 100.0 * len(some) * each)
+            did = replace_illegal_actions(problem, some, np.full((len(some), 1), a))
+            row, p, outcome = enumerate_possible_outcomes(problem, some, did)
+            column = outcome.observations[:, 0] * size + checked_state_indices(
+                problem, outcome.state
+            )
             cell, place = np.unique(row * kinds * size + column, return_inverse=True)
             cells.append(cell + (a * size + first) * kinds * size)
             likely.append(np.bincount(place.reshape(-1), p))
@@ -165,12 +189,12 @@ def listed(problem: Problem, budget: Budget) -> HiddenRows:
             rewards[a, first : first + len(some)] = paid
     row, column = np.divmod(np.concatenate(cells), kinds * size)
     starts = np.searchsorted(row, np.arange(many * size + 1))
-    joint = Rows(starts, column, np.concatenate(likely))
-    return HiddenRows(joint, rewards, first_sights(problem), problem.discount)
+    joint = SparseMatrix(starts, column, np.concatenate(likely))
+    return SparsePomdp(joint, rewards, compute_initial_joint(problem), problem.discount)
 
 
-def first_sights(problem: Problem) -> Reals:
+def compute_initial_joint(problem: Problem) -> Reals:
     """The chance `[F, S]` of what is seen before the first action, and of each state."""
-    sight = problem.first(problem.enumerated())[:, 0]
-    joint = belief.prior(problem) * (sight == np.unique(sight)[:, None])
+    sight = problem.initial_observations(problem.enumerate_states())[:, 0]
+    joint = belief.initial_belief(problem) * (sight == np.unique(sight)[:, None])
     return np.asarray(joint[joint.any(axis=1)])

@@ -6,56 +6,58 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import ROUND, Budget
+from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Reals
 from dmplay.core import Problem
 from dmplay.matrix_game import MatrixGame
-from dmplay.solvers.value_iteration import SLACK
+from dmplay.solvers.value_iteration import VALUE_TOLERANCE
 from dmplay.tabular import tabulate
 
-FEW = 100_000  # pairs of supports that are looked at
+MAX_SUPPORT_PAIRS = 100_000  # pairs of supports that are looked at
 
 
-class Profile(NamedTuple):
+class MixedProfile(NamedTuple):
     """One mixed strategy an agent."""
 
-    first: Reals  # [A1]
-    second: Reals  # [A2]
+    row_strategy: Reals  # [A1]
+    column_strategy: Reals  # [A2]
 
 
-def simple(problem: Problem) -> bool:
+def is_simple_game(problem: Problem) -> bool:
     """Whether a problem is rounds of one game in which everything is legal, and its table paid."""
-    seen = not problem.hidden and len(problem.agents) > 1
-    if problem.states != 1 or not seen or not all(problem.action_counts):
+    seen = not problem.partially_observable and len(problem.agents) > 1
+    if problem.state_count != 1 or not seen or not all(problem.action_counts):
         return False
-    legal = problem.legal(problem.enumerated())
+    legal = problem.legal_actions_mask(problem.enumerate_states())
     return legal is None or bool(legal.all())
 
 
-def table(problem: Problem) -> Reals:
+def build_payoffs(problem: Problem) -> Reals:
     """The payoffs `[A1, ..., An, n]` of a simple game."""
     if isinstance(problem, MatrixGame):
         return problem.payoffs
     return tabulate(problem).rewards.reshape(*problem.action_counts, -1)
 
 
-def utilities(payoffs: Reals, profile: Profile) -> Reals:
+def compute_utilities(payoffs: Reals, profile: MixedProfile) -> Reals:
     """The expected reward `[2]` of each agent."""
-    return np.asarray(np.einsum("i,j,ijn->n", profile.first, profile.second, payoffs))
+    return np.asarray(
+        np.einsum("i,j,ijn->n", profile.row_strategy, profile.column_strategy, payoffs)
+    )
 
 
-def responses(payoffs: Reals, profile: Profile) -> tuple[Reals, Reals]:
+def compute_response_values(payoffs: Reals, profile: MixedProfile) -> tuple[Reals, Reals]:
     """The expected reward of each action of each agent against the other's strategy."""
-    return payoffs[:, :, 0] @ profile.second, profile.first @ payoffs[:, :, 1]
+    return payoffs[:, :, 0] @ profile.column_strategy, profile.row_strategy @ payoffs[:, :, 1]
 
 
-def regrets(payoffs: Reals, profile: Profile) -> Reals:
+def compute_regrets(payoffs: Reals, profile: MixedProfile) -> Reals:
     """What each agent `[2]` could gain by its best response."""
-    reached = np.array([values.max() for values in responses(payoffs, profile)])
-    return reached - utilities(payoffs, profile)
+    reached = np.array([values.max() for values in compute_response_values(payoffs, profile)])
+    return reached - compute_utilities(payoffs, profile)
 
 
-def undominated(payoffs: Reals) -> tuple[list[int], list[int]]:
+def find_undominated_actions(payoffs: Reals) -> tuple[list[int], list[int]]:
     """The actions that survive iterated strict dominance.
 
     Mixed strategies dominate too, as far as `_never_best` finds them out.
@@ -63,25 +65,27 @@ def undominated(payoffs: Reals) -> tuple[list[int], list[int]]:
     budget = Budget("dominance", "try fewer actions")
     rows, columns = list(range(payoffs.shape[0])), list(range(payoffs.shape[1]))
     while True:
-        budget.spend((len(rows) + len(columns)) * (ROUND + 4 * len(rows) * len(columns)))
+        budget.spend_work(
+            (len(rows) + len(columns)) * (ARRAY_CALL_WORK + 4 * len(rows) * len(columns))
+        )
         left = payoffs[np.ix_(rows, columns)]
         mine, theirs = left[:, :, 0], left[:, :, 1].T
-        keep_rows = _surviving(mine)
-        keep_columns = keep_rows if np.array_equal(mine, theirs) else _surviving(theirs)
+        keep_rows = _find_surviving_rows(mine)
+        keep_columns = keep_rows if np.array_equal(mine, theirs) else _find_surviving_rows(theirs)
         if len(keep_rows) == len(rows) and len(keep_columns) == len(columns):
             return rows, columns
         rows = [rows[i] for i in keep_rows]
         columns = [columns[j] for j in keep_columns]
 
 
-def _surviving(values: Reals) -> list[int]:
+def _find_surviving_rows(values: Reals) -> list[int]:
     """The rows `[A, others]` that may be best replies; one that is alone the best somewhere is."""
-    first = values - values.max(axis=0) >= -SLACK
+    first = values - values.max(axis=0) >= -VALUE_TOLERANCE
     alone = first[:, first.sum(axis=0) == 1].any(axis=1)
-    return [i for i in range(len(values)) if alone[i] or not _never_best(values, i)]
+    return [i for i in range(len(values)) if alone[i] or not _is_never_best_response(values, i)]
 
 
-def _never_best(values: Reals, row: int) -> bool:
+def _is_never_best_response(values: Reals, row: int) -> bool:
     """Whether a row `[A, others]` is no best reply to any mix, so that some mix dominates it.
 
     A row that is nowhere better and somewhere worse than another is a best reply at most to mixes
@@ -91,65 +95,71 @@ def _never_best(values: Reals, row: int) -> bool:
     columns = np.ones(values.shape[1], bool)
     while columns.any():
         gain = values[:, columns] - values[row, columns]
-        better = (gain >= -SLACK).all(axis=1) & (gain > SLACK).any(axis=1)
+        better = (gain >= -VALUE_TOLERANCE).all(axis=1) & (gain > VALUE_TOLERANCE).any(axis=1)
         if not better.any():
             return False
-        columns[columns] = gain[np.argmax(better)] <= SLACK
+        columns[columns] = gain[np.argmax(better)] <= VALUE_TOLERANCE
     return True
 
 
-def nash(payoffs: Reals) -> list[Profile]:
+def enumerate_equilibria(payoffs: Reals) -> list[MixedProfile]:
     """Every Nash equilibrium of a nondegenerate game, by support enumeration.
 
     Strictly dominated actions go first, which leaves the large games here small.
     """
-    return _enumerated(payoffs, *undominated(payoffs))
+    return _enumerate_supports(payoffs, *find_undominated_actions(payoffs))
 
 
-def nash_of_few(payoffs: Reals) -> list[Profile]:
+def enumerate_equilibria_if_small(payoffs: Reals) -> list[MixedProfile]:
     """The same where all pairs of supports can be looked at; else none."""
-    return _enumerated(payoffs, *few(payoffs))
+    return _enumerate_supports(payoffs, *find_enumerable_actions(payoffs))
 
 
-def few(payoffs: Reals) -> tuple[list[int], list[int]]:
+def find_enumerable_actions(payoffs: Reals) -> tuple[list[int], list[int]]:
     """The undominated actions where all pairs of supports can be looked at; else none."""
-    rows, columns = undominated(payoffs)
-    return (rows, columns) if comb(len(rows) + len(columns), len(rows)) <= FEW else ([], [])
+    rows, columns = find_undominated_actions(payoffs)
+    return (
+        (rows, columns)
+        if comb(len(rows) + len(columns), len(rows)) <= MAX_SUPPORT_PAIRS
+        else ([], [])
+    )
 
 
-def standard(payoffs: Reals) -> Reals:
+def normalize_payoffs(payoffs: Reals) -> Reals:
     """The same game, what each agent is paid from 0 to 1."""
     span = np.ptp(payoffs, axis=(0, 1))
     return np.asarray((payoffs - payoffs.min(axis=(0, 1))) / np.where(span > 0, span, 1.0))
 
 
-def _enumerated(payoffs: Reals, rows: list[int], columns: list[int]) -> list[Profile]:
+def _enumerate_supports(payoffs: Reals, rows: list[int], columns: list[int]) -> list[MixedProfile]:
     """The equilibria of a game `[A1, A2, 2]` in which these actions alone are taken."""
     budget = Budget("support enumeration", "try fewer actions, or search", 1e10)
-    found, scaled = [], standard(payoffs)
+    found, scaled = [], normalize_payoffs(payoffs)
     for size in range(1, min(len(rows), len(columns)) + 1):
         for mine in combinations(rows, size):
             for theirs in combinations(columns, size):
-                budget.spend(3 * ROUND + size**3)
-                profile = _supported(payoffs, list(mine), list(theirs))
-                if profile and (regrets(scaled, profile) <= SLACK).all():
+                budget.spend_work(3 * ARRAY_CALL_WORK + size**3)
+                profile = _solve_on_supports(payoffs, list(mine), list(theirs))
+                if profile and (compute_regrets(scaled, profile) <= VALUE_TOLERANCE).all():
                     found.append(profile)
     return found
 
 
-def _supported(payoffs: Reals, mine: list[int], theirs: list[int]) -> Profile | None:
+def _solve_on_supports(
+    payoffs: Reals, row_support: list[int], column_support: list[int]
+) -> MixedProfile | None:
     """The profile on these supports that makes each agent indifferent, if there is one."""
-    block = payoffs[np.ix_(mine, theirs)]
-    second = _indifferent(block[:, :, 0])
-    first = _indifferent(block[:, :, 1].T)
+    block = payoffs[np.ix_(row_support, column_support)]
+    second = _solve_indifference(block[:, :, 0])
+    first = _solve_indifference(block[:, :, 1].T)
     if first is None or second is None:
         return None
-    profile = Profile(np.zeros(payoffs.shape[0]), np.zeros(payoffs.shape[1]))
-    profile.first[mine], profile.second[theirs] = first, second
+    profile = MixedProfile(np.zeros(payoffs.shape[0]), np.zeros(payoffs.shape[1]))
+    profile.row_strategy[row_support], profile.column_strategy[column_support] = first, second
     return profile
 
 
-def _indifferent(values: Reals) -> Reals | None:
+def _solve_indifference(values: Reals) -> Reals | None:
     """The mix of columns under which all rows `[k, k]` are worth the same; None if none is."""
     size = len(values)
     system = np.zeros((size + 1, size + 1))
@@ -158,17 +168,19 @@ def _indifferent(values: Reals) -> Reals | None:
         mix = np.linalg.solve(system, np.eye(size + 1)[size])[:size]
     except np.linalg.LinAlgError:
         return None
-    return mix if (mix > -SLACK).all() else None
+    return mix if (mix > -VALUE_TOLERANCE).all() else None
 
 
-def softmax_level(payoffs: Reals, precision: float, level: int) -> Profile:
+def compute_hierarchical_softmax(payoffs: Reals, precision: float, level: int) -> MixedProfile:
     """Hierarchical softmax: level 0 uniform, level k the softmax response to k - 1."""
-    profile = Profile(*(np.full(size, 1.0 / size) for size in payoffs.shape[:2]))
+    profile = MixedProfile(*(np.full(size, 1.0 / size) for size in payoffs.shape[:2]))
     budget = Budget("levels of reasoning", "try a lower level")
-    budget.expect(level * (ROUND + 2 * payoffs.size))
+    budget.check_work(level * (ARRAY_CALL_WORK + 2 * payoffs.size))
     for done in range(level):
-        budget.spend(ROUND + 2 * payoffs.size, done / level)
-        profile = Profile(*(_softmax(precision * v) for v in responses(payoffs, profile)))
+        budget.spend_work(ARRAY_CALL_WORK + 2 * payoffs.size, done / level)
+        profile = MixedProfile(
+            *(_softmax(precision * v) for v in compute_response_values(payoffs, profile))
+        )
     return profile
 
 

@@ -10,44 +10,66 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from dmplay.budget import ROUND, Budget
+from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Ints, Reals
-from dmplay.dice import uniforms
-from dmplay.solvers.team import Layer, Plan, Team, joined, nodes
+from dmplay.dice import generate_uniforms
+from dmplay.solvers.team import (
+    AgentPlan,
+    DecPomdp,
+    PlanLayer,
+    compute_joint_indices,
+    list_joint_nodes,
+)
 
-SEED = 1
-ENOUGH = 2  # sweeps in which nothing gets better
-GAIN = 1e-9
-CASES = 50  # of sweeps, at most
+PLAN_SEED = 1
+MAX_IDLE_SWEEPS = 2  # sweeps in which nothing gets better
+MIN_IMPROVEMENT = 1e-9
+MAX_SWEEPS = 50  # of sweeps, at most
 
 
-def drawn(team: Team, turns: int, width: int, number: int) -> tuple[Plan, ...]:
+def sample_random_plans(
+    team: DecPomdp, turns: int, nodes_per_turn: int, plan_number: int
+) -> tuple[AgentPlan, ...]:
     """Plans of so many nodes a turn that do anything: of each number other ones."""
     plans = []
-    for seat, (many, kinds) in enumerate(zip(team.actions, team.observations, strict=True)):
-        u = uniforms(SEED, seat, number, first=0, rows=turns * width, count=1 + kinds)
-        shaped = u.reshape(turns, width, 1 + kinds)
-        actions, then = (many * shaped[:, :, 0]).astype(int), (width * shaped[:, :, 1:]).astype(int)
+    for seat, (many, kinds) in enumerate(
+        zip(team.action_counts, team.observation_counts, strict=True)
+    ):
+        u = generate_uniforms(
+            PLAN_SEED,
+            seat,
+            plan_number,
+            first_episode=0,
+            rows=turns * nodes_per_turn,
+            count=1 + kinds,
+        )
+        shaped = u.reshape(turns, nodes_per_turn, 1 + kinds)
+        actions, then = (
+            (many * shaped[:, :, 0]).astype(int),
+            (nodes_per_turn * shaped[:, :, 1:]).astype(int),
+        )
         then[-1] = 0
-        plans.append(tuple(map(Layer, actions, then)))
+        plans.append(tuple(map(PlanLayer, actions, then)))
     return tuple(plans)
 
 
-def worth(team: Team, plans: tuple[Plan, ...], budget: Budget) -> float:
+def evaluate_plans(team: DecPomdp, plans: tuple[AgentPlan, ...], budget: Budget) -> float:
     """What agents with these plans earn."""
     return PlanGraph(team, plans, budget).value
 
 
-def improved(team: Team, plans: tuple[Plan, ...], budget: Budget) -> tuple[Plan, ...]:
+def improve_plans(
+    team: DecPomdp, plans: tuple[AgentPlan, ...], budget: Budget
+) -> tuple[AgentPlan, ...]:
     """These plans, or better ones, as far as the budget goes."""
     graph = PlanGraph(team, plans, budget)
     still, best = 0, -np.inf
-    with budget.to_its_end():
-        for number in range(CASES):
-            value = graph.sweep(number)
-            still = 0 if value > best + GAIN else still + 1
+    with budget.stop_when_exceeded():
+        for number in range(MAX_SWEEPS):
+            value = graph.improve_all_layers(number)
+            still = 0 if value > best + MIN_IMPROVEMENT else still + 1
             best = max(best, value)
-            if still == ENOUGH:
+            if still == MAX_IDLE_SWEEPS:
                 break
     return graph.plans
 
@@ -55,133 +77,163 @@ def improved(team: Team, plans: tuple[Plan, ...], budget: Budget) -> tuple[Plan,
 class PlanGraph:
     """The plans of all agents, turn by turn."""
 
-    def __init__(self, team: Team, plans: tuple[Plan, ...], budget: Budget) -> None:
+    def __init__(self, team: DecPomdp, plans: tuple[AgentPlan, ...], budget: Budget) -> None:
         self.team, self.budget, self.turns = team, budget, len(plans[0])
         self._layers = [list(layers) for layers in zip(*plans, strict=True)]
 
     @property
-    def plans(self) -> tuple[Plan, ...]:
+    def plans(self) -> tuple[AgentPlan, ...]:
         """As they are now."""
         return tuple(tuple(plan) for plan in zip(*self._layers, strict=True))
 
     @property
     def value(self) -> float:
         """What they earn."""
-        values: Reals = np.zeros((1, len(self.team.start)))
+        values: Reals = np.zeros((1, len(self.team.initial_belief)))
         for turn in reversed(range(self.turns)):
-            values = self._before(turn, values)
-        return float(values[0] @ self.team.start)
+            values = self._backup_values(turn, values)
+        return float(values[0] @ self.team.initial_belief)
 
-    def reached(self) -> list[Reals]:
+    def compute_reach_probabilities(self) -> list[Reals]:
         """How likely each joint node and state `[Q, S]` of each turn are, and what comes after."""
-        found = [np.zeros((self._many(turn), len(self.team.start))) for turn in range(self.turns)]
-        found.append(np.zeros((1, len(self.team.start))))
-        found[0][0] = self.team.start
+        found = [
+            np.zeros((self._count_joint_nodes(turn), len(self.team.initial_belief)))
+            for turn in range(self.turns)
+        ]
+        found.append(np.zeros((1, len(self.team.initial_belief))))
+        found[0][0] = self.team.initial_belief
         for turn in range(self.turns):
-            then = self._then(turn)
-            for action, rows in self._rows(turn):
-                came = self.team.onward(found[turn][rows], action)
-                joint = came[:, :, None] * self.team.seen[action]
+            then = self._find_next_joint_nodes(turn)
+            for action, rows in self._iter_joint_actions(turn):
+                came = self.team.propagate_states(found[turn][rows], action)
+                joint = came[:, :, None] * self.team.observation_model[action]
                 np.add.at(found[turn + 1], then[rows], joint.swapaxes(1, 2))
         return found
 
-    def sweep(self, number: int) -> float:
+    def improve_all_layers(self, sweep_number: int) -> float:
         """Makes each layer better, the last first; what the plans then earn."""
-        reached, values = self.reached(), np.zeros((1, len(self.team.start)))
+        reached, values = (
+            self.compute_reach_probabilities(),
+            np.zeros((1, len(self.team.initial_belief))),
+        )
         for turn in reversed(range(self.turns)):
-            for seat in range(len(self.team.actions)):
-                self._settle(turn, seat, self._met(turn, seat, reached[turn], number), values)
-            values = self._before(turn, values)
-        return float(values[0] @ self.team.start)
+            for seat in range(len(self.team.action_counts)):
+                self._improve_layer(
+                    turn,
+                    seat,
+                    self._fill_unreached_nodes(turn, seat, reached[turn], sweep_number),
+                    values,
+                )
+            values = self._backup_values(turn, values)
+        return float(values[0] @ self.team.initial_belief)
 
-    def action_values(self, seat: int) -> list[Reals]:
+    def compute_action_values(self, seat: int) -> list[Reals]:
         """What each action `[K, A]` at an agent's nodes is worth beside the partners, by turn."""
-        reached, values = self.reached(), np.zeros((1, len(self.team.start)))
+        reached, values = (
+            self.compute_reach_probabilities(),
+            np.zeros((1, len(self.team.initial_belief))),
+        )
         found: list[Reals] = []
         for turn in reversed(range(self.turns)):
-            total, _ = self._weighed(turn, seat, reached[turn], values)
-            own = nodes(self._counts(turn))[:, seat]
+            total, _ = self._score_node_actions(turn, seat, reached[turn], values)
+            own = list_joint_nodes(self._count_nodes(turn))[:, seat]
             mass = np.bincount(own, reached[turn].sum(axis=1), len(total))
             found.append(total / np.where(mass > 0, mass, 1.0)[:, None])
-            values = self._before(turn, values)
+            values = self._backup_values(turn, values)
         return found[::-1]
 
-    def _counts(self, turn: int) -> tuple[int, ...]:
+    def _count_nodes(self, turn: int) -> tuple[int, ...]:
         """How many nodes each agent has; one when all is over."""
         if turn == self.turns:
-            return (1,) * len(self.team.actions)
+            return (1,) * len(self.team.action_counts)
         return tuple(len(layer.actions) for layer in self._layers[turn])
 
-    def _many(self, turn: int) -> int:
-        return int(np.prod(self._counts(turn)))
+    def _count_joint_nodes(self, turn: int) -> int:
+        return int(np.prod(self._count_nodes(turn)))
 
-    def _rows(self, turn: int, seat: int | None = None) -> Iterator[tuple[int, Ints]]:
+    def _iter_joint_actions(
+        self, turn: int, free_seat: int | None = None
+    ) -> Iterator[tuple[int, Ints]]:
         """Each joint action that is taken, and in which joint nodes; but for what a seat does."""
-        each = nodes(self._counts(turn)).T
+        each = list_joint_nodes(self._count_nodes(turn)).T
         chosen = [layer.actions[own] for layer, own in zip(self._layers[turn], each, strict=True)]
-        if seat is not None:
-            chosen[seat] = np.zeros_like(chosen[seat])
-        actions = joined(chosen, self.team.actions)
+        if free_seat is not None:
+            chosen[free_seat] = np.zeros_like(chosen[free_seat])
+        actions = compute_joint_indices(chosen, self.team.action_counts)
         for action in np.unique(actions).tolist():
             rows = np.flatnonzero(actions == action)
-            self.budget.spend(ROUND + 2.0 * len(rows) * self.team.work)
+            self.budget.spend_work(ARRAY_CALL_WORK + 2.0 * len(rows) * self.team.propagation_work)
             yield action, rows
 
-    def _then(self, turn: int) -> Ints:
+    def _find_next_joint_nodes(self, turn: int) -> Ints:
         """The joint node `[Q, O]` to which a joint observation leads."""
-        each, seen = nodes(self._counts(turn)).T, self.team.joint_observations.T
+        each, seen = list_joint_nodes(self._count_nodes(turn)).T, self.team.joint_observations.T
         steps = zip(self._layers[turn], each, seen, strict=True)
-        return joined(
-            [layer.then[own[:, None], o] for layer, own, o in steps], self._counts(turn + 1)
+        return compute_joint_indices(
+            [layer.next_nodes[own[:, None], o] for layer, own, o in steps],
+            self._count_nodes(turn + 1),
         )
 
-    def _before(self, turn: int, values: Reals) -> Reals:
+    def _backup_values(self, turn: int, values: Reals) -> Reals:
         """The values `[Q, S]` of a turn from those `[Q', S']` of the next."""
-        found = np.empty((self._many(turn), len(self.team.start)))
-        then = self._then(turn)
-        for action, rows in self._rows(turn):
-            ahead = (values[then[rows]] * self.team.seen[action].T).sum(axis=1)
-            later = self.team.back(ahead, action)
+        found = np.empty((self._count_joint_nodes(turn), len(self.team.initial_belief)))
+        then = self._find_next_joint_nodes(turn)
+        for action, rows in self._iter_joint_actions(turn):
+            ahead = (values[then[rows]] * self.team.observation_model[action].T).sum(axis=1)
+            later = self.team.backup_values(ahead, action)
             found[rows] = self.team.rewards[:, action] + self.team.discount * later
         return found
 
-    def _met(self, turn: int, seat: int, reached: Reals, number: int) -> Reals:
+    def _fill_unreached_nodes(
+        self, turn: int, seat: int, reach_probabilities: Reals, sweep_number: int
+    ) -> Reals:
         """The joint nodes and states that each node of an agent is made for."""
-        counts = self._counts(turn)
-        met = np.moveaxis(reached.reshape(*counts, -1), seat, 0).copy()
+        counts = self._count_nodes(turn)
+        met = np.moveaxis(reach_probabilities.reshape(*counts, -1), seat, 0).copy()
         idle = np.flatnonzero(~met.reshape(len(met), -1).any(axis=1))
         if len(idle):
-            u = uniforms(SEED, turn, number, first=0, rows=len(idle), count=1 + reached.shape[1])
-            others = met.reshape(len(met), -1, reached.shape[1])
+            u = generate_uniforms(
+                PLAN_SEED,
+                turn,
+                sweep_number,
+                first_episode=0,
+                rows=len(idle),
+                count=1 + reach_probabilities.shape[1],
+            )
+            others = met.reshape(len(met), -1, reach_probabilities.shape[1])
             place = (others.shape[1] * u[:, 0]).astype(int)
-            others[idle, place] = -np.log1p(-u[:, 1:]) * reached.sum(axis=0)
-        return np.moveaxis(met, 0, seat).reshape(reached.shape)
+            others[idle, place] = -np.log1p(-u[:, 1:]) * reach_probabilities.sum(axis=0)
+        return np.moveaxis(met, 0, seat).reshape(reach_probabilities.shape)
 
-    def _settle(self, turn: int, seat: int, met: Reals, values: Reals) -> None:
+    def _improve_layer(self, turn: int, seat: int, node_weights: Reals, values: Reals) -> None:
         """Gives an agent's nodes of a turn their best actions and next nodes."""
-        total, then = self._weighed(turn, seat, met, values)
+        total, then = self._score_node_actions(turn, seat, node_weights, values)
         actions = total.argmax(axis=1)
-        self._layers[turn][seat] = Layer(actions, then[np.arange(len(actions)), actions])
+        self._layers[turn][seat] = PlanLayer(actions, then[np.arange(len(actions)), actions])
 
-    def _weighed(self, turn: int, seat: int, met: Reals, values: Reals) -> tuple[Reals, Ints]:
+    def _score_node_actions(
+        self, turn: int, seat: int, node_weights: Reals, values: Reals
+    ) -> tuple[Reals, Ints]:
         """What each action `[K, A]` is worth where a node is met, and the best nodes next."""
-        team, later = self.team, self._counts(turn + 1)
-        own = nodes(self._counts(turn))[:, seat]
-        many, kinds = team.actions[seat], team.observations[seat]
+        team, later = self.team, self._count_nodes(turn + 1)
+        own = list_joint_nodes(self._count_nodes(turn))[:, seat]
+        many, kinds = team.action_counts[seat], team.observation_counts[seat]
         paid = np.zeros((own.max() + 1, many))
         ahead = np.zeros((len(paid), many, kinds, later[seat]))
         values = np.moveaxis(values.reshape(*later, -1), seat, -1)  # [others' K', S', K']
-        values = values.reshape(-1, len(team.start), later[seat])
-        then = self._others_then(turn, seat)
-        able = np.asarray(met.any(axis=1))
-        for action, alike in self._rows(turn, seat):
+        values = values.reshape(-1, len(team.initial_belief), later[seat])
+        then = self._find_partners_next_nodes(turn, seat)
+        able = np.asarray(node_weights.any(axis=1))
+        for action, alike in self._iter_joint_actions(turn, seat):
             rows = alike[able[alike]]
-            each = team.varied(action, seat)
-            self.budget.spend(many * len(rows) * (ROUND + 2.0 * team.work))
-            came = team.onward_each(met[rows], action, seat)
-            seen = self._seen(each, seat)
+            each = team.list_seat_variants(action, seat)
+            self.budget.spend_work(
+                many * len(rows) * (ARRAY_CALL_WORK + 2.0 * team.propagation_work)
+            )
+            came = team.propagate_seat_actions(node_weights[rows], action, seat)
+            seen = self._split_observation_model(each, seat)
             for place, row in enumerate(rows.tolist()):
-                paid[own[row]] += met[row] @ team.rewards[:, each]
+                paid[own[row]] += node_weights[row] @ team.rewards[:, each]
                 joint = came[:, place, None, None] * seen
                 flat = values[then[row]].reshape(-1, later[seat])
                 score = joint.reshape(many * kinds, -1) @ flat
@@ -189,20 +241,24 @@ class PlanGraph:
         total = paid + team.discount * ahead.max(axis=3).sum(axis=2)
         return total, ahead.argmax(axis=3)
 
-    def _seen(self, actions: list[int], seat: int) -> Reals:
+    def _split_observation_model(self, actions: list[int], seat: int) -> Reals:
         """How likely an agent and the others observe what they do `[A, O, R, S']`."""
-        many, kinds = len(actions), self.team.observations[seat]
-        seen = self.team.seen[actions].swapaxes(1, 2).reshape(many, *self.team.observations, -1)
+        many, kinds = len(actions), self.team.observation_counts[seat]
+        seen = (
+            self.team.observation_model[actions]
+            .swapaxes(1, 2)
+            .reshape(many, *self.team.observation_counts, -1)
+        )
         seen = np.moveaxis(seen, seat + 1, 1)
-        return np.asarray(seen.reshape(many, kinds, -1, len(self.team.start)))
+        return np.asarray(seen.reshape(many, kinds, -1, len(self.team.initial_belief)))
 
-    def _others_then(self, turn: int, seat: int) -> Ints:
+    def _find_partners_next_nodes(self, turn: int, seat: int) -> Ints:
         """Where the others' observations lead them `[Q, R]`, jointly."""
-        others = [other for other in range(len(self.team.actions)) if other != seat]
-        seen = nodes([self.team.observations[other] for other in others]).T
-        each, later = nodes(self._counts(turn)).T, self._counts(turn + 1)
+        others = [other for other in range(len(self.team.action_counts)) if other != seat]
+        seen = list_joint_nodes([self.team.observation_counts[other] for other in others]).T
+        each, later = list_joint_nodes(self._count_nodes(turn)).T, self._count_nodes(turn + 1)
         steps = [
-            self._layers[turn][other].then[each[other][:, None], seen[k]]
+            self._layers[turn][other].next_nodes[each[other][:, None], seen[k]]
             for k, other in enumerate(others)
         ]
-        return joined(steps, tuple(later[other] for other in others))
+        return compute_joint_indices(steps, tuple(later[other] for other in others))

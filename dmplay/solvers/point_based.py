@@ -18,317 +18,405 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import ROUND, Budget
+from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Ints, Reals
 from dmplay.core import Problem
-from dmplay.dice import generator
-from dmplay.errors import TooMuch
-from dmplay.solvers.belief_bounds import Layer
-from dmplay.solvers.belief_tree import BeliefTree, Branch
-from dmplay.solvers.hidden_rows import HiddenRows, listed
+from dmplay.dice import make_generator
+from dmplay.errors import BudgetExceeded
+from dmplay.solvers.belief_bounds import BoundLayer
+from dmplay.solvers.belief_tree import ActionBranch, BeliefTree
+from dmplay.solvers.hidden_rows import SparsePomdp, build_sparse_pomdp
 
-WORK = 1e10  # operations
-LEAST = 1e-6  # values so close are close enough, whatever share of them that is
-DEEP = 0.9  # of what is open at the start: a trial ends where less is
-FAINT = 1e-3  # of what is open: what moves a bound by less is no new plan or point
-LONGEST = 500  # turns of a trial
-UNSEEN = 0.02  # what the end of a game counts for
-STRAYS, HOPES = 0.1, 0.1  # chances of any action, and of that which promises most, in a game
-SOON, LATE = 1.2, 3.0  # times as many beliefs, after which what is known is brought to all
-HASTE = 1.2  # by which that is done sooner, or later
-SWEEPS = 20  # over plans, at most
-WITNESSES = 30  # beliefs at which each action is given a plan
+DEFAULT_WORK_LIMIT = 1e10  # operations
+MIN_GAP = 1e-6  # values so close are close enough, whatever share of them that is
+TRIAL_GAP_SHARE = 0.9  # of what is open at the start: a trial ends where less is
+MIN_CHANGE_SHARE = 1e-3  # of what is open: what moves a bound by less is no new plan or point
+MAX_TRIAL_TURNS = 500  # turns of a trial
+MIN_GAME_WEIGHT = 0.02  # what the end of a game counts for
+RANDOM_ACTION_PROBABILITY, OPTIMISTIC_ACTION_PROBABILITY = (
+    0.1,
+    0.1,
+)  # chances of any action, and of that which promises most, in a game
+MIN_GROWTH_FACTOR, MAX_GROWTH_FACTOR = (
+    1.2,
+    3.0,
+)  # times as many beliefs, after which what is known is brought to all
+GROWTH_ADJUSTMENT = 1.2  # by which that is done sooner, or later
+MAX_PLAN_SWEEPS = 20  # over plans, at most
+MAX_WITNESS_BELIEFS = 30  # beliefs at which each action is given a plan
 
-Plans = tuple[Reals, ...]  # of each first action, vectors [N, S]
+VectorsByAction = tuple[Reals, ...]  # of each first action, vectors [N, S]
 
 
-class Bounds(NamedTuple):
+class PointBasedBounds(NamedTuple):
     """What a problem is worth at the start, and plans that earn what is the least."""
 
-    at_least: float
-    at_most: float
-    lower: Reals  # [A], of each first action
-    upper: Reals  # [A]
-    plans: tuple[Plans, ...]  # without end one; else by the turns to go
-    beliefs: int  # from which was looked ahead
-    close: bool  # whether the bounds are as close as they were to be
-    full: bool = False  # whether memory ended the search, so that more work is of no use
+    lower_bound: float
+    upper_bound: float
+    action_lower_bounds: Reals  # [A], of each first action
+    action_upper_bounds: Reals  # [A]
+    plans_by_turns_left: tuple[VectorsByAction, ...]  # without end one; else by the turns to go
+    expanded_belief_count: int  # from which was looked ahead
+    is_gap_closed: bool  # whether the bounds are as close as they were to be
+    is_memory_full: bool = False  # whether memory ended the search, so that more work is of no use
 
 
-def solved(problem: Problem, horizon: int | None, gap: float, work: float = WORK) -> Bounds:
+def solve_point_based(
+    problem: Problem,
+    horizon: int | None,
+    relative_gap: float,
+    work_limit: float = DEFAULT_WORK_LIMIT,
+) -> PointBasedBounds:
     """The bounds of a problem without end, or of so many turns.
 
     It ends where they are apart by no more than this share of the value, or where the work is done.
     Raises TooMuch where there are no bounds before that.
     """
     cure = "try more work, fewer states or turns, or search"
-    budget = Budget("a plan for what is believed", cure, work)
-    search = PointBased(listed(problem, budget), horizon, budget)
-    while search.apart > search.aim(gap) and search.tried(gap):
+    budget = Budget("a plan for what is believed", cure, work_limit)
+    search = PointBasedSolver(build_sparse_pomdp(problem, budget), horizon, budget)
+    while search.gap > search.compute_target_gap(relative_gap) and search.run_trial_or_game(
+        relative_gap
+    ):
         pass
-    return search.bounds(gap)
+    return search.collect_bounds(relative_gap)
 
 
-class PointBased:
+class PointBasedSolver:
     """A search between two bounds that goes on, trial by trial."""
 
-    def __init__(self, model: HiddenRows, horizon: int | None, budget: Budget) -> None:
+    def __init__(self, model: SparsePomdp, horizon: int | None, budget: Budget) -> None:
         """Finds the bounds to begin with."""
         self.model, self.budget = model, budget
         self.turns = horizon or 0
-        self.tree = BeliefTree(model, _layers(model, horizon, budget), budget)
-        self.tree.raised(self.tree.root, self.turns)
-        for one in chain.from_iterable(map(self.tree.expanded, self.tree.root.nodes.tolist())):
-            self.tree.raised(one, self.turns - 1)
-        self._played = self._tried = 0.0
-        self._settled, self._grown, self._since = 10, SOON, (self.apart, 0.0)
-        self._random = generator(0)
+        self.tree = BeliefTree(model, _make_initial_layers(model, horizon, budget), budget)
+        self.tree.tighten_lower_bounds(self.tree.root, self.turns)
+        for one in chain.from_iterable(
+            map(self.tree.expand_node, self.tree.root.child_nodes.tolist())
+        ):
+            self.tree.tighten_lower_bounds(one, self.turns - 1)
+        self._game_work = self._trial_work = 0.0
+        self._updated_belief_count, self._growth_factor, self._gap_and_work_before = (
+            10,
+            MIN_GROWTH_FACTOR,
+            (self.gap, 0.0),
+        )
+        self._generator = make_generator(0)
 
     @property
-    def at_least(self) -> float:
+    def lower_bound(self) -> float:
         """The value at the start, from below."""
-        return float(self.tree.root.likely @ self.tree.low[self.tree.root.nodes])
+        return float(
+            self.tree.root.probabilities @ self.tree.lower_bounds[self.tree.root.child_nodes]
+        )
 
     @property
-    def at_most(self) -> float:
+    def upper_bound(self) -> float:
         """The value at the start, from above."""
-        return float(self.tree.root.likely @ self.tree.high[self.tree.root.nodes])
+        return float(
+            self.tree.root.probabilities @ self.tree.upper_bounds[self.tree.root.child_nodes]
+        )
 
     @property
-    def apart(self) -> float:
+    def gap(self) -> float:
         """What lies between them."""
-        return self.at_most - self.at_least
+        return self.upper_bound - self.lower_bound
 
-    def aim(self, gap: float) -> float:
+    def compute_target_gap(self, relative_gap: float) -> float:
         """What may lie between them, as a share of the value."""
-        return max(LEAST, gap * max(abs(self.at_least), abs(self.at_most)))
+        return max(MIN_GAP, relative_gap * max(abs(self.lower_bound), abs(self.upper_bound)))
 
-    def tried(self, gap: float) -> bool:
+    def run_trial_or_game(self, relative_gap: float) -> bool:
         """One more trial or game, to each as much work; whether there was work left for it."""
         tree, before = self.tree, self.tree.work
         try:
-            self.budget.expect(self._reserved)
-            if self._played <= self._tried:
-                self._game()
-                self._played += tree.work - before
+            self.budget.check_work(self._reporting_work)
+            if self._game_work <= self._trial_work:
+                self._run_game()
+                self._game_work += tree.work - before
             else:
-                self._trial(max(self.aim(gap), DEEP * self.apart))
-                self._tried += tree.work - before
-            if len(tree.branches) > self._grown * self._settled:
-                self._settle()
-        except TooMuch:
+                self._run_trial(
+                    max(self.compute_target_gap(relative_gap), TRIAL_GAP_SHARE * self.gap)
+                )
+                self._trial_work += tree.work - before
+            if len(tree.branches) > self._growth_factor * self._updated_belief_count:
+                self._update_all_beliefs()
+        except BudgetExceeded:
             return False
         return True
 
-    def _settle(self) -> None:
+    def _update_all_beliefs(self) -> None:
         """Brings what is known of some beliefs to all others, from the last to the first.
 
         Where that brings the bounds together in less work than trials and games do, it is done
         sooner the next time, else later.
         """
         tree = self.tree
-        apart, work = self._since
-        gained = (apart - self.apart) / (tree.work - work)
-        apart, work = self.apart, tree.work
+        apart, work = self._gap_and_work_before
+        gained = (apart - self.gap) / (tree.work - work)
+        apart, work = self.gap, tree.work
         for node in [*tree.branches][::-1]:
-            self._lower(node)
-        tree.pruned()
+            self._backup_upper_bound(node)
+        tree.prune_plans()
         if not self.turns:
-            self._follow()
+            self._reevaluate_plans()
         for node in [*tree.branches][::-1]:
-            self._raise(node)
-        tree.pruned()
-        sooner = apart - self.apart > gained * (tree.work - work)
-        self._grown = min(max(self._grown * (1 / HASTE if sooner else HASTE), SOON), LATE)
-        self._settled, self._since = len(tree.branches), (self.apart, tree.work)
+            self._backup_lower_bound(node)
+        tree.prune_plans()
+        sooner = apart - self.gap > gained * (tree.work - work)
+        self._growth_factor = min(
+            max(
+                self._growth_factor * (1 / GROWTH_ADJUSTMENT if sooner else GROWTH_ADJUSTMENT),
+                MIN_GROWTH_FACTOR,
+            ),
+            MAX_GROWTH_FACTOR,
+        )
+        self._updated_belief_count, self._gap_and_work_before = (
+            len(tree.branches),
+            (self.gap, tree.work),
+        )
 
-    def _follow(self) -> None:
+    def _reevaluate_plans(self) -> None:
         """Values plans anew that go on with better ones than when they were made."""
         tree, layer = self.tree, self.tree.layers[0]
-        actions, then = layer.actions, layer.then.T
-        vectors = np.ascontiguousarray(layer.plans.all.T)
-        numbers = len(vectors) * len(self.model.joint.values) / len(self.model.rewards)
-        tree.hold(vectors.size)  # for a while
-        for _ in range(SWEEPS):
-            tree.spend(8 * ROUND + 6.0 * numbers)
-            before, vectors = vectors, self.model.followed(vectors, actions, then)
-            if (vectors - before).max() <= FAINT * self.apart:
+        actions, then = layer.plan_actions, layer.next_plans.T
+        vectors = np.ascontiguousarray(layer.plan_vectors.array.T)
+        numbers = (
+            len(vectors) * len(self.model.joint_probabilities.values) / len(self.model.rewards)
+        )
+        tree.reserve_memory(vectors.size)  # for a while
+        for _ in range(MAX_PLAN_SWEEPS):
+            tree.spend_work(8 * ARRAY_CALL_WORK + 6.0 * numbers)
+            before, vectors = vectors, self.model.backup_plans(vectors, actions, then)
+            if (vectors - before).max() <= MIN_CHANGE_SHARE * self.gap:
                 break
-        tree.hold(-vectors.size)
+        tree.reserve_memory(-vectors.size)
         taken: dict[int, int] = {}
         for node in tree.branches:
-            place = int(tree.plan[node])
-            states, likely = tree.belief(node)
+            place = int(tree.lower_bound_plans[node])
+            states, likely = tree.get_sparse_belief(node)
             value = float(likely @ vectors[place, states])
-            if value > tree.low[node] + FAINT * self.apart:
+            if value > tree.lower_bounds[node] + MIN_CHANGE_SHARE * self.gap:
                 if place not in taken:
-                    tree.hold(self.model.states)
+                    tree.reserve_memory(self.model.state_count)
                     action = int(actions[place])
-                    taken[place] = layer.plan(vectors[place], action, then[place], node)
-                tree.low[node], tree.plan[node] = value, taken[place]
+                    taken[place] = layer.add_plan(
+                        vectors[place], action, then[place], node
+                    )
+                tree.lower_bounds[node], tree.lower_bound_plans[node] = value, taken[place]
 
-    def _trial(self, aim: float) -> None:
+    def _run_trial(self, target_gap: float) -> None:
         """One way down from the start, and back up."""
         tree, branch, left = self.tree, self.tree.root, self.turns
         path: list[int] = []
-        while len(path) < LONGEST and (left or not self.turns):
-            wide = tree.high[branch.nodes] - tree.low[branch.nodes] - aim
-            k = int((branch.likely * wide).argmax())
+        while len(path) < MAX_TRIAL_TURNS and (left or not self.turns):
+            wide = (
+                tree.upper_bounds[branch.child_nodes]
+                - tree.lower_bounds[branch.child_nodes]
+                - target_gap
+            )
+            k = int((branch.probabilities * wide).argmax())
             if path and wide[k] <= 0:
                 break
-            node = int(branch.nodes[k])
-            branches = tree.expanded(node)
+            node = int(branch.child_nodes[k])
+            branches = tree.expand_node(node)
             path.append(node)
-            left, aim = left - 1, aim / (self.model.discount or LEAST)
-            branch = branches[self._promising(branches, left)]
-            tree.raised(branch, left)
+            left, target_gap = left - 1, target_gap / (self.model.discount or MIN_GAP)
+            branch = branches[self._select_highest_upper_bound(branches, left)]
+            tree.tighten_lower_bounds(branch, left)
         for node in path[::-1]:
-            self._raise(node)
-            self._lower(node)
+            self._backup_lower_bound(node)
+            self._backup_upper_bound(node)
 
-    def _game(self) -> None:
+    def _run_game(self) -> None:
         """A game by the plans that are known, from whose end on better ones are made."""
         tree, branch, left, weight = self.tree, self.tree.root, self.turns, 1.0
         path: list[int] = []
-        while weight > UNSEEN and len(path) < LONGEST and (left or not self.turns):
-            observed, mood, any_one = self._random.random(3)
-            below = branch.likely.cumsum()
-            node = int(branch.nodes[np.searchsorted(below[:-1], observed * below[-1], "right")])
-            if path and tree.high[node] - tree.low[node] <= FAINT * self.apart:
+        while weight > MIN_GAME_WEIGHT and len(path) < MAX_TRIAL_TURNS and (left or not self.turns):
+            observed, mood, any_one = self._generator.random(3)
+            below = branch.probabilities.cumsum()
+            node = int(
+                branch.child_nodes[np.searchsorted(below[:-1], observed * below[-1], "right")]
+            )
+            if (
+                path
+                and tree.upper_bounds[node] - tree.lower_bounds[node] <= MIN_CHANGE_SHARE * self.gap
+            ):
                 break
-            branches = tree.expanded(node)
+            branches = tree.expand_node(node)
             path.append(node)
             left, weight = left - 1, weight * self.model.discount
-            if mood < STRAYS:
+            if mood < RANDOM_ACTION_PROBABILITY:
                 branch = branches[int(any_one * len(branches))]
-            elif mood < STRAYS + HOPES:
-                branch = max(branches, key=tree.at_most)
+            elif mood < RANDOM_ACTION_PROBABILITY + OPTIMISTIC_ACTION_PROBABILITY:
+                branch = max(branches, key=tree.compute_upper_bound)
             else:
-                branch = branches[self._best_known(branches, left)]
+                branch = branches[self._select_highest_lower_bound(branches, left)]
         for node in path[::-1]:
-            self._raise(node)
+            self._backup_lower_bound(node)
 
-    def _promising(self, branches: list[Branch], left: int) -> int:
+    def _select_highest_upper_bound(self, branches: list[ActionBranch], turns_left: int) -> int:
         """The action of the greatest upper bound, brought up to date."""
         while True:
-            most = [self.tree.at_most(one) for one in branches]
+            most = [self.tree.compute_upper_bound(one) for one in branches]
             best = most.index(max(most))
-            if not self.tree.lowered(branches[best], left):
+            if not self.tree.tighten_upper_bounds(branches[best], turns_left):
                 return best
 
-    def _best_known(self, branches: list[Branch], left: int) -> int:
+    def _select_highest_lower_bound(self, branches: list[ActionBranch], turns_left: int) -> int:
         """The action of the greatest lower bound, of those that may be better than it."""
         best, worth = 0, -np.inf
-        most = [self.tree.at_most(one) for one in branches]
+        most = [self.tree.compute_upper_bound(one) for one in branches]
         for action in sorted(range(len(most)), key=most.__getitem__)[::-1]:
             if most[action] <= worth:
                 break
-            self.tree.raised(branches[action], left)
-            least = self.tree.at_least(branches[action])
+            self.tree.tighten_lower_bounds(branches[action], turns_left)
+            least = self.tree.compute_lower_bound(branches[action])
             if least > worth:
                 best, worth = action, least
         return best
 
-    def _raise(self, node: int) -> None:
+    def _backup_lower_bound(self, node: int) -> None:
         """The lower bound of a belief, by those of the beliefs that follow."""
         tree, branches = self.tree, self.tree.branches[node]
-        tree.spend(2 * ROUND)
-        best = self._best_known(branches, tree.left[node] - 1)
-        if tree.at_least(branches[best]) > tree.low[node] + FAINT * self.apart:
-            self._planned(node, best)
+        tree.spend_work(2 * ARRAY_CALL_WORK)
+        best = self._select_highest_lower_bound(branches, tree.turns_left[node] - 1)
+        if (
+            tree.compute_lower_bound(branches[best])
+            > tree.lower_bounds[node] + MIN_CHANGE_SHARE * self.gap
+        ):
+            self._add_better_plan(node, best)
 
-    def _lower(self, node: int) -> None:
+    def _backup_upper_bound(self, node: int) -> None:
         """The upper bound of a belief, by those of the beliefs that follow."""
-        tree, branches, left = self.tree, self.tree.branches[node], self.tree.left[node]
-        tree.spend(2 * ROUND)
-        highest = tree.at_most(branches[self._promising(branches, left - 1)])
-        if highest < tree.high[node] - FAINT * self.apart:
-            tree.hold(self.model.states)
-            tree.layer(left).point(node, tree.whole(node), highest)
-        tree.high[node] = min(tree.high[node], highest)
+        tree, branches, left = self.tree, self.tree.branches[node], self.tree.turns_left[node]
+        tree.spend_work(2 * ARRAY_CALL_WORK)
+        highest = tree.compute_upper_bound(
+            branches[self._select_highest_upper_bound(branches, left - 1)]
+        )
+        if highest < tree.upper_bounds[node] - MIN_CHANGE_SHARE * self.gap:
+            tree.reserve_memory(self.model.state_count)
+            tree.get_layer(left).add_point(node, tree.get_dense_belief(node), highest)
+        tree.upper_bounds[node] = min(tree.upper_bounds[node], highest)
 
-    def _planned(self, node: int, action: int) -> None:
+    def _add_better_plan(self, node: int, action: int) -> None:
         """Takes the plan that begins with an action here, where it is better than any before."""
-        tree, left = self.tree, self.tree.left[node]
-        vector, then = self._plan(tree.branches[node][action], action, left)
-        states, likely = tree.belief(node)
+        tree, left = self.tree, self.tree.turns_left[node]
+        vector, then = self._build_plan(tree.branches[node][action], action, left)
+        states, likely = tree.get_sparse_belief(node)
         value = float(likely @ vector[states])
-        if value > tree.low[node]:
-            tree.hold(self.model.states)
-            tree.low[node] = value
-            tree.plan[node] = tree.layer(left).plan(vector, action, then, node)
+        if value > tree.lower_bounds[node]:
+            tree.reserve_memory(self.model.state_count)
+            tree.lower_bounds[node] = value
+            tree.lower_bound_plans[node] = tree.get_layer(left).add_plan(vector, action, then, node)
 
-    def _plan(self, branch: Branch, action: int, left: int) -> tuple[Reals, Ints]:
+    def _build_plan(self, branch: ActionBranch, action: int, turns_left: int) -> tuple[Reals, Ints]:
         """The vector `[S]` of an action and the best plans after each observation.
 
         After what cannot be observed from here it is the plan for all that may follow together.
         """
-        layer, here = self.tree.layer(left - 1), self.model.of_action(action)
+        layer, here = self.tree.get_layer(turns_left - 1), self.model.get_action_slice(action)
         numbers = here.stop - here.start
-        states, plans = branch.after.states, layer.plans.all
-        self.tree.spend(4 * ROUND + 12.0 * numbers + 1.0 * layer.plans.count * len(states))
-        mixed = branch.likely @ branch.after.likely
-        chosen = np.full(self.model.kinds, int((mixed @ plans[states]).argmax()))
-        chosen[branch.seen] = self.tree.plan[branch.nodes]
-        after, seen = self.model.after[here], self.model.seen[here]
-        return self.model.follow(action, plans[after, chosen[seen]]), chosen
+        states, plans = branch.next_beliefs.support_states, layer.plan_vectors.array
+        self.tree.spend_work(
+            4 * ARRAY_CALL_WORK
+            + 12.0 * numbers
+            + 1.0 * layer.plan_vectors.column_count * len(states)
+        )
+        mixed = branch.probabilities @ branch.next_beliefs.probabilities
+        chosen = np.full(self.model.observation_count, int((mixed @ plans[states]).argmax()))
+        chosen[branch.observations] = self.tree.lower_bound_plans[branch.child_nodes]
+        after, seen = self.model.next_states[here], self.model.observations[here]
+        return self.model.backup_plan(action, plans[after, chosen[seen]]), chosen
 
     @property
-    def _reserved(self) -> float:
+    def _reporting_work(self) -> float:
         """The work that telling what is known takes."""
-        many, numbers = len(self.model.rewards), len(self.model.joint.values)
-        return min(WITNESSES, len(self.tree.branches)) * (8 * ROUND * many + 20.0 * numbers)
+        many, numbers = len(self.model.rewards), len(self.model.joint_probabilities.values)
+        return min(MAX_WITNESS_BELIEFS, len(self.tree.branches)) * (
+            8 * ARRAY_CALL_WORK * many + 20.0 * numbers
+        )
 
-    def bounds(self, gap: float) -> Bounds:
+    def collect_bounds(self, relative_gap: float) -> PointBasedBounds:
         """What is known so far."""
         tree = self.tree
         lower, upper = np.zeros((2, len(self.model.rewards)))
-        for node, likely in zip(tree.root.nodes.tolist(), tree.root.likely, strict=True):
-            branches = tree.expanded(node)
-            with suppress(TooMuch):
+        for node, likely in zip(
+            tree.root.child_nodes.tolist(), tree.root.probabilities, strict=True
+        ):
+            branches = tree.expand_node(node)
+            with suppress(BudgetExceeded):
                 for one in branches:
-                    tree.raised(one, tree.left[node] - 1)
-            lower += [likely * tree.at_least(one) for one in branches]
-            upper += [likely * tree.at_most(one) for one in branches]
-        plans = tuple(self._best(left) for left in range(len(tree.layers)))
-        close = self.apart <= self.aim(gap)
+                    tree.tighten_lower_bounds(one, tree.turns_left[node] - 1)
+            lower += [likely * tree.compute_lower_bound(one) for one in branches]
+            upper += [likely * tree.compute_upper_bound(one) for one in branches]
+        plans = tuple(self._collect_best_plans(left) for left in range(len(tree.layers)))
+        close = self.gap <= self.compute_target_gap(relative_gap)
         many = len(tree.branches)
-        return Bounds(self.at_least, self.at_most, lower, upper, plans, many, close, tree.full)
+        return PointBasedBounds(
+            self.lower_bound,
+            self.upper_bound,
+            lower,
+            upper,
+            plans,
+            many,
+            close,
+            tree.is_memory_full,
+        )
 
-    def _best(self, left: int) -> Plans:
+    def _collect_best_plans(self, turns_left: int) -> VectorsByAction:
         """The plans of a layer that are the best for some belief, and some of each action."""
-        tree, layer = self.tree, self.tree.layer(left)
+        tree, layer = self.tree, self.tree.get_layer(turns_left)
         many = len(self.model.rewards)
-        here = np.array(tree.left) == left if self.turns else slice(len(tree.left))
-        used = np.union1d(np.arange(many), tree.plan[: len(tree.left)][here])
-        found = layer.plans.all.T[used]
-        actions = layer.actions[used]
+        here = (
+            np.array(tree.turns_left) == turns_left if self.turns else slice(len(tree.turns_left))
+        )
+        used = np.union1d(np.arange(many), tree.lower_bound_plans[: len(tree.turns_left)][here])
+        found = layer.plan_vectors.array.T[used]
+        actions = layer.plan_actions[used]
         plans = [found[actions == a] for a in range(many)]
         witnesses = [
             node
-            for node in [*tree.branches][:WITNESSES]
-            if tree.left[node] == left or not self.turns
+            for node in [*tree.branches][:MAX_WITNESS_BELIEFS]
+            if tree.turns_left[node] == turns_left or not self.turns
         ]
-        with suppress(TooMuch):
+        with suppress(BudgetExceeded):
             for node, a in product(witnesses, range(many)):
-                tree.raised(tree.branches[node][a], left - 1)
-                vector, _ = self._plan(tree.branches[node][a], a, left)
-                states, likely = tree.belief(node)
-                if likely @ vector[states] > (plans[a][:, states] @ likely).max() + LEAST:
+                tree.tighten_lower_bounds(tree.branches[node][a], turns_left - 1)
+                vector, _ = self._build_plan(tree.branches[node][a], a, turns_left)
+                states, likely = tree.get_sparse_belief(node)
+                if (
+                    likely @ vector[states]
+                    > (plans[a][:, states] @ likely).max() + MIN_GAP
+                ):
                     plans[a] = np.vstack([plans[a], vector])
         return tuple(plans)
 
 
-def _layers(model: HiddenRows, horizon: int | None, budget: Budget) -> list[Layer]:
+def _make_initial_layers(
+    model: SparsePomdp, horizon: int | None, budget: Budget
+) -> list[BoundLayer]:
     """The first bounds: without end a layer, or one for each number of turns to go."""
     if horizon is None:
-        return [Layer(model.lowest(budget), model.highest(budget), model.kinds)]
-    many, numbers = len(model.rewards), len(model.joint.values)
-    nothing = np.zeros((many, model.states))
-    layers = [Layer(nothing, nothing, model.kinds)]
+        return [
+            BoundLayer(
+                model.compute_blind_lower_bound(budget),
+                model.compute_informed_upper_bound(budget),
+                model.observation_count,
+            )
+        ]
+    many, numbers = len(model.rewards), len(model.joint_probabilities.values)
+    nothing = np.zeros((many, model.state_count))
+    layers = [BoundLayer(nothing, nothing, model.observation_count)]
     while len(layers) <= horizon:
-        budget.hold(16.0 * len(layers) * 16 * model.states)
-        budget.spend(2 * ROUND + 8.0 * many * numbers)
-        low, high = layers[-1].plans.all[:, :many].T, layers[-1].highest
-        layers.append(Layer(model.blind(low), model.informed(high), model.kinds))
+        budget.check_memory(16.0 * len(layers) * 16 * model.state_count)
+        budget.spend_work(2 * ARRAY_CALL_WORK + 8.0 * many * numbers)
+        low, high = layers[-1].plan_vectors.array[:, :many].T, layers[-1].upper_vectors
+        layers.append(
+            BoundLayer(
+                model.backup_blind_policies(low),
+                model.backup_informed_bound(high),
+                model.observation_count,
+            )
+        )
     return layers

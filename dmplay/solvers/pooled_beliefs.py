@@ -7,148 +7,189 @@ exact over as many turns of joint histories as can be listed; beyond, the fast i
 
 import numpy as np
 
-from dmplay.budget import ROUND, Budget
+from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Ints, Reals
-from dmplay.solvers.team import CERTAIN, Team
+from dmplay.solvers.team import PROBABILITY_DECIMALS, DecPomdp
 
-LISTED = 300_000  # joint histories whose values are exact
-INFORMED = 1.5e9  # work for the fast informed bound; for turns beyond the state is seen
-LEAST = 1e-12  # a probability below which nothing is seen
-UNKNOWN = NEVER = -1  # what follows: not yet found, or what cannot be
+MAX_EXACT_HISTORIES = 300_000  # joint histories whose values are exact
+INFORMED_WORK_LIMIT = 1.5e9  # work for the fast informed bound; for turns beyond the state is seen
+MIN_PROBABILITY = 1e-12  # a probability below which nothing is seen
+NOT_EXPANDED = IMPOSSIBLE = -1  # what follows: not yet found, or what cannot be
 
 
-class _Turn:
+class _TurnBeliefs:
     """The beliefs met with some turns done, and what follows those that were asked for."""
 
-    def __init__(self, team: Team, bound: Reals) -> None:
-        states, many, kinds = len(team.start), len(team.joint_actions), team.seen.shape[2]
-        self.bound = bound  # [S, A]
-        self.known: dict[bytes, int] = {}
+    def __init__(self, team: DecPomdp, bound: Reals) -> None:
+        states, many, kinds = (
+            len(team.initial_belief),
+            len(team.joint_actions),
+            team.observation_model.shape[2],
+        )
+        self.state_action_bounds = bound  # [S, A]
+        self.belief_index: dict[bytes, int] = {}
         self.beliefs = np.empty((1, states))  # room for more than are known
-        self.worth = np.empty((1, many))
-        self.row = np.full((1, many), UNKNOWN)  # in the next two
-        self.after = np.empty((0, kinds), np.int64)
-        self.likely = np.empty((0, kinds))
+        self.action_upper_bounds = np.empty((1, many))
+        self.outcome_rows = np.full((1, many), NOT_EXPANDED)  # in the next two
+        self.next_beliefs = np.empty((0, kinds), np.int64)
+        self.observation_probabilities = np.empty((0, kinds))
 
     @property
-    def size(self) -> float:
+    def byte_count(self) -> float:
         """How many bytes it takes, about."""
-        return 8.0 * (self.beliefs.size + 2 * self.worth.size + 2 * self.after.size)
+        return 8.0 * (
+            self.beliefs.size + 2 * self.action_upper_bounds.size + 2 * self.next_beliefs.size
+        )
 
-    def find(self, beliefs: Reals) -> Ints:
+    def find_or_add_beliefs(self, beliefs: Reals) -> Ints:
         """The places `[N]` of beliefs `[N, S]`, new ones with the quick bound."""
-        keys = np.round(beliefs, CERTAIN) + 0.0
-        before = len(self.known)
-        place = [self.known.setdefault(key.tobytes(), len(self.known)) for key in keys]
+        keys = np.round(beliefs, PROBABILITY_DECIMALS) + 0.0
+        before = len(self.belief_index)
+        place = [
+            self.belief_index.setdefault(key.tobytes(), len(self.belief_index)) for key in keys
+        ]
         found, first = np.unique(place, return_index=True)
         fresh = first[found >= before]
-        while len(self.known) > len(self.beliefs):
+        while len(self.belief_index) > len(self.beliefs):
             self.beliefs = np.concatenate([self.beliefs, np.empty_like(self.beliefs)])
-            self.worth = np.concatenate([self.worth, np.empty_like(self.worth)])
-            self.row = np.concatenate([self.row, np.full_like(self.row, UNKNOWN)])
-        self.beliefs[before : len(self.known)] = beliefs[fresh]
-        self.worth[before : len(self.known)] = beliefs[fresh] @ self.bound
+            self.action_upper_bounds = np.concatenate(
+                [self.action_upper_bounds, np.empty_like(self.action_upper_bounds)]
+            )
+            self.outcome_rows = np.concatenate(
+                [self.outcome_rows, np.full_like(self.outcome_rows, NOT_EXPANDED)]
+            )
+        self.beliefs[before : len(self.belief_index)] = beliefs[fresh]
+        self.action_upper_bounds[before : len(self.belief_index)] = (
+            beliefs[fresh] @ self.state_action_bounds
+        )
         return np.array(place)
 
-    def told(self, pairs: Ints, after: Ints, likely: Reals) -> None:
+    def add_outcomes(
+        self, pairs: Ints, next_beliefs: Ints, observation_probabilities: Reals
+    ) -> None:
         """What follows pairs of a belief and a joint action `[M, 2]`."""
-        self.row[pairs[:, 0], pairs[:, 1]] = len(self.after) + np.arange(len(pairs))
-        self.after = np.concatenate([self.after, after])
-        self.likely = np.concatenate([self.likely, likely])
+        self.outcome_rows[pairs[:, 0], pairs[:, 1]] = len(self.next_beliefs) + np.arange(len(pairs))
+        self.next_beliefs = np.concatenate([self.next_beliefs, next_beliefs])
+        self.observation_probabilities = np.concatenate(
+            [self.observation_probabilities, observation_probabilities]
+        )
 
 
-class Pooled:
+class CentralizedPomdp:
     """The beliefs of one planner with so many turns, and the most that each action is worth."""
 
-    def __init__(self, team: Team, turns: int, budget: Budget, informed: float = INFORMED) -> None:
+    def __init__(
+        self,
+        team: DecPomdp,
+        turns: int,
+        budget: Budget,
+        informed_work_limit: float = INFORMED_WORK_LIMIT,
+    ) -> None:
         self.team, self.budget, self.turns = team, budget, turns
-        self._turns = [_Turn(team, bound) for bound in _bounds(team, turns, budget, informed)]
-        self._turns[0].find(team.start[None])
-        self._back(self._listed())
+        self._turns = [
+            _TurnBeliefs(team, bound)
+            for bound in _compute_turn_bounds(team, turns, budget, informed_work_limit)
+        ]
+        self._turns[0].find_or_add_beliefs(team.initial_belief[None])
+        self._backup_exact_turns(self._expand_first_turns())
 
     @property
-    def most(self) -> float:
+    def upper_bound(self) -> float:
         """The most that one planner earns."""
-        return float(self._turns[0].worth[0].max())
+        return float(self._turns[0].action_upper_bounds[0].max())
 
-    def worth(self, turn: int, places: Ints) -> Reals:
+    def get_action_upper_bounds(self, turn: int, belief_indices: Ints) -> Reals:
         """No less than joint actions `[N, A]` and the best of all later are worth."""
-        return self._turns[turn].worth[places]
+        return self._turns[turn].action_upper_bounds[belief_indices]
 
-    def paid(self, turn: int, places: Ints, actions: Ints) -> Reals:
+    def compute_expected_rewards(self, turn: int, belief_indices: Ints, actions: Ints) -> Reals:
         """The rewards `[N]` expected."""
         rewards = self.team.rewards[:, actions].T
-        return np.asarray((self._turns[turn].beliefs[places] * rewards).sum(axis=1))
+        return np.asarray((self._turns[turn].beliefs[belief_indices] * rewards).sum(axis=1))
 
-    def after(self, turn: int, places: Ints, actions: Ints) -> tuple[Ints, Reals]:
+    def expand_actions(self, turn: int, belief_indices: Ints, actions: Ints) -> tuple[Ints, Reals]:
         """The beliefs `[N, O]` that follow by joint observation, and how likely these are."""
         now, later = self._turns[turn], self._turns[turn + 1]
-        unknown = now.row[places, actions] == UNKNOWN
+        unknown = now.outcome_rows[belief_indices, actions] == NOT_EXPANDED
         if unknown.any():
-            pairs = np.unique(np.stack([places[unknown], actions[unknown]], axis=1), axis=0)
-            likely = np.zeros((len(pairs), self.team.seen.shape[2]))
-            after = np.full(likely.shape, NEVER)
+            pairs = np.unique(np.stack([belief_indices[unknown], actions[unknown]], axis=1), axis=0)
+            likely = np.zeros((len(pairs), self.team.observation_model.shape[2]))
+            after = np.full(likely.shape, IMPOSSIBLE)
             for number, (place, action) in enumerate(pairs.tolist()):
-                self.budget.spend(ROUND + 2.0 * self.team.work)
-                self.budget.hold(2 * sum(one.size for one in self._turns))
-                came = self.team.onward(now.beliefs[place : place + 1], action)[0]
-                joint = came[:, None] * self.team.seen[action]
+                self.budget.spend_work(ARRAY_CALL_WORK + 2.0 * self.team.propagation_work)
+                self.budget.check_memory(2 * sum(one.byte_count for one in self._turns))
+                came = self.team.propagate_states(now.beliefs[place : place + 1], action)[0]
+                joint = came[:, None] * self.team.observation_model[action]
                 likely[number] = joint.sum(axis=0)
-                able = likely[number] > LEAST
-                after[number, able] = later.find((joint[:, able] / likely[number, able]).T)
-            now.told(pairs, after, np.where(likely > LEAST, likely, 0.0))
-        row = now.row[places, actions]
-        return now.after[row], now.likely[row]
+                able = likely[number] > MIN_PROBABILITY
+                after[number, able] = later.find_or_add_beliefs(
+                    (joint[:, able] / likely[number, able]).T
+                )
+            now.add_outcomes(pairs, after, np.where(likely > MIN_PROBABILITY, likely, 0.0))
+        row = now.outcome_rows[belief_indices, actions]
+        return now.next_beliefs[row], now.observation_probabilities[row]
 
-    def _listed(self) -> int:
+    def _expand_first_turns(self) -> int:
         """Lists all beliefs of the first turns; of how many what follows is known."""
-        (states, many), kinds = self.team.rewards.shape, self.team.seen.shape[2]
-        left = min(LISTED, self.budget.memory / (64 * (states + 2 * many + kinds)))
+        (states, many), kinds = self.team.rewards.shape, self.team.observation_model.shape[2]
+        left = min(
+            MAX_EXACT_HISTORIES, self.budget.memory_limit / (64 * (states + 2 * many + kinds))
+        )
         for turn, now in enumerate(self._turns[:-1]):
-            left -= len(now.known) * many * kinds
+            left -= len(now.belief_index) * many * kinds
             if left < 0:
                 return turn
-            places = np.repeat(np.arange(len(now.known)), many)
-            self.after(turn, places, np.tile(np.arange(many), len(now.known)))
+            places = np.repeat(np.arange(len(now.belief_index)), many)
+            self.expand_actions(turn, places, np.tile(np.arange(many), len(now.belief_index)))
         return self.turns - 1
 
-    def _back(self, listed: int) -> None:
+    def _backup_exact_turns(self, exact_turn_count: int) -> None:
         """Makes exact what the turns that are listed are worth."""
-        for turn in reversed(range(listed)):
+        for turn in reversed(range(exact_turn_count)):
             now, later = self._turns[turn], self._turns[turn + 1]
-            self.budget.spend(ROUND + 4.0 * now.after.size)
-            best = np.append(later.worth[: len(later.known)].max(axis=1), 0.0)
-            ahead = (now.likely * best[now.after]).sum(axis=1)[now.row[: len(now.known)]]
-            paid = now.beliefs[: len(now.known)] @ self.team.rewards
-            now.worth[: len(now.known)] = paid + self.team.discount * ahead
+            self.budget.spend_work(ARRAY_CALL_WORK + 4.0 * now.next_beliefs.size)
+            best = np.append(later.action_upper_bounds[: len(later.belief_index)].max(axis=1), 0.0)
+            ahead = (now.observation_probabilities * best[now.next_beliefs]).sum(axis=1)[
+                now.outcome_rows[: len(now.belief_index)]
+            ]
+            paid = now.beliefs[: len(now.belief_index)] @ self.team.rewards
+            now.action_upper_bounds[: len(now.belief_index)] = paid + self.team.discount * ahead
 
 
-def _bounds(team: Team, turns: int, budget: Budget, informed: float) -> list[Reals]:
+def _compute_turn_bounds(
+    team: DecPomdp, turns: int, budget: Budget, informed_work_limit: float
+) -> list[Reals]:
     """A bound `[S, A]` for each turn: the fast informed one where the work for it lasts."""
-    many, kinds = len(team.joint_actions), team.seen.shape[2]
-    quick = many * (ROUND + 2.0 * team.work)
-    work = kinds * (quick + 2.0 * many**2 * team.work)
-    budget.hold(8.0 * turns * team.rewards.size)
+    many, kinds = len(team.joint_actions), team.observation_model.shape[2]
+    quick = many * (ARRAY_CALL_WORK + 2.0 * team.propagation_work)
+    work = kinds * (quick + 2.0 * many**2 * team.propagation_work)
+    budget.check_memory(8.0 * turns * team.rewards.size)
     bounds = [team.rewards]
     for turn in reversed(range(turns - 1)):
-        near = (turn + 1) * work <= informed
-        budget.spend(work if near else quick)
-        ahead = _informed(team, bounds[-1]) if near else _sighted(team, bounds[-1])
+        near = (turn + 1) * work <= informed_work_limit
+        budget.spend_work(work if near else quick)
+        ahead = (
+            _backup_informed_bound(team, bounds[-1])
+            if near
+            else _backup_mdp_bound(team, bounds[-1])
+        )
         bounds.append(team.rewards + team.discount * ahead)
     return bounds[::-1]
 
 
-def _informed(team: Team, bound: Reals) -> Reals:
+def _backup_informed_bound(team: DecPomdp, bound: Reals) -> Reals:
     """The mean `[S, A]` of the best next action for each observation, had the state been seen."""
     ahead = np.zeros_like(team.rewards)
     for action in range(ahead.shape[1]):
-        for likely in team.seen[action].T:
+        for likely in team.observation_model[action].T:
             if likely.any():
-                ahead[:, action] += team.back(bound.T * likely, action).max(axis=0)
+                ahead[:, action] += team.backup_values(bound.T * likely, action).max(axis=0)
     return ahead
 
 
-def _sighted(team: Team, bound: Reals) -> Reals:
+def _backup_mdp_bound(team: DecPomdp, bound: Reals) -> Reals:
     """The mean `[S, A]` of the best next action for each state."""
     best = bound.max(axis=1)[None]
-    return np.stack([team.back(best, a)[0] for a in range(len(team.joint_actions))], axis=1)
+    return np.stack(
+        [team.backup_values(best, a)[0] for a in range(len(team.joint_actions))], axis=1
+    )

@@ -11,65 +11,75 @@ import numpy as np
 
 from dmplay.chance import Array, Ints
 from dmplay.core import Memory
-from dmplay.solvers.search_nodes import Nodes
-from dmplay.solvers.search_tree import Tree
+from dmplay.solvers.search_nodes import TreeBatch
+from dmplay.solvers.search_tree import SearchConfig
 
-NOWHERE = -2  # a slot of no node
+NO_SLOT = -2  # a slot of no node
 
 
-def packed(nodes: Nodes) -> Memory:
+def pack_trees(trees: TreeBatch) -> Memory:
     """The trees as a memory."""
-    rows, edges = len(nodes.free), nodes.children.shape[1]
-    node, edge = np.nonzero(nodes.children)
-    child = nodes.children[node, edge]
-    hangs = np.full(len(nodes.children), -1)
-    hangs[child] = node % nodes.nodes * edges + edge
+    rows, edges = len(trees.next_free_nodes), trees.children.shape[1]
+    node, edge = np.nonzero(trees.children)
+    child = trees.children[node, edge]
+    hangs = np.full(len(trees.children), -1)
+    hangs[child] = node % trees.nodes_per_tree * edges + edge
     keys = np.zeros_like(hangs)
-    if not nodes.tree.seen:
-        keys[child] = nodes.keys.reshape(-1, edges)[node, edge]
-    parts = (hangs, keys, *nodes.known)
-    return tuple(part.reshape(rows, nodes.nodes, *part.shape[1:]) for part in parts)
+    if not trees.config.observation_count:
+        keys[child] = trees.observation_keys.reshape(-1, edges)[node, edge]
+    parts = (hangs, keys, *trees.node_arrays)
+    return tuple(part.reshape(rows, trees.nodes_per_tree, *part.shape[1:]) for part in parts)
 
 
-def planted(nodes: Nodes, kept: Memory) -> None:
+def restore_trees(trees: TreeBatch, packed_trees: Memory) -> None:
     """Has nodes that were just made begin with trees that were kept."""
-    hangs, keys, *known = kept
-    edges = nodes.children.shape[1]
+    hangs, keys, *known = packed_trees
+    edges = trees.children.shape[1]
     row, place = np.nonzero(hangs >= 0)
-    node, edge = np.divmod(hangs[row, place] + row * nodes.nodes * edges, edges)
-    nodes.children[node, edge] = row * nodes.nodes + place
-    nodes.free += (hangs >= 0).sum(axis=1)
-    if not nodes.tree.seen:
-        nodes.keys.reshape(-1, edges)[node, edge] = keys[row, place]
-        np.add.at(nodes.kin, node * nodes.tree.slots + edge // nodes.tree.kinds, 1)
-    for mine, part in zip(nodes.known, known, strict=True):
+    node, edge = np.divmod(hangs[row, place] + row * trees.nodes_per_tree * edges, edges)
+    trees.children[node, edge] = row * trees.nodes_per_tree + place
+    trees.next_free_nodes += (hangs >= 0).sum(axis=1)
+    if not trees.config.observation_count:
+        trees.observation_keys.reshape(-1, edges)[node, edge] = keys[row, place]
+        np.add.at(
+            trees.observation_counts,
+            node * trees.config.action_slots + edge // trees.config.observation_slots,
+            1,
+        )
+    for mine, part in zip(trees.node_arrays, known, strict=True):
         mine[:] = part.reshape(mine.shape)
     visits, sums = known[:2]
     means, been = sums / np.maximum(visits, 1), visits > 0
-    nodes.low = np.where(been, means, np.inf).min(axis=(1, 2))
-    nodes.high = np.where(been, means, -np.inf).max(axis=(1, 2))
+    trees.min_returns = np.where(been, means, np.inf).min(axis=(1, 2))
+    trees.max_returns = np.where(been, means, -np.inf).max(axis=(1, 2))
 
 
-def under(tree: Tree, kept: Memory, did: Array, saw: Ints) -> Memory:
+def extract_subtrees(
+    config: SearchConfig, packed_trees: Memory, actions: Array, observations: Ints
+) -> Memory:
     """What is kept below the actions `[B]` and what was seen then; nothing where that is new.
 
     Of a large tree those nodes stay that were there first.
     """
-    hangs, keys, *known = kept
-    edges, slot = tree.slots * tree.kinds, did
-    if tree.widens:
+    hangs, keys, *known = packed_trees
+    edges, slot = config.action_slots * config.observation_slots, actions
+    if config.widens_actions:
         offers, offered = known[2:4]
-        fits = (offered[:, 0] == did[:, None]) & (np.arange(tree.slots) < offers[:, :1])
-        slot = np.where(fits.any(axis=1), np.argmax(fits, axis=1), NOWHERE)
-    if tree.seen:
-        root = hangs == (slot * tree.kinds + saw)[:, None]
+        fits = (offered[:, 0] == actions[:, None]) & (
+            np.arange(config.action_slots) < offers[:, :1]
+        )
+        slot = np.where(fits.any(axis=1), np.argmax(fits, axis=1), NO_SLOT)
+    if config.observation_count:
+        root = hangs == (slot * config.observation_slots + observations)[:, None]
     else:
-        root = (hangs // tree.kinds == slot[:, None]) & (keys == saw[:, None])
+        root = (hangs // config.observation_slots == slot[:, None]) & (
+            keys == observations[:, None]
+        )
     inside, above = root, hangs // edges
     while ((more := root | (np.take_along_axis(inside, above, 1) & (hangs >= 0))) > inside).any():
         inside = more
     label = np.cumsum(inside, axis=1) - 1
-    row, place = np.nonzero(inside & (label < tree.simulations))
+    row, place = np.nonzero(inside & (label < config.simulations))
     to = label[row, place]
     moved = label[row, above[row, place]] * edges + hangs[row, place] % edges
     found = [np.full_like(hangs, -1), *(np.zeros_like(part) for part in (keys, *known))]

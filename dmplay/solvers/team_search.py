@@ -13,195 +13,245 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import ROUND, Budget
+from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Ints, Reals
-from dmplay.solvers.occupancy import Occupancy, merged
-from dmplay.solvers.pooled_beliefs import Pooled
-from dmplay.solvers.team import Layer, Plan, joined, nodes
+from dmplay.solvers.occupancy import OccupancyState, merge_equivalent_histories
+from dmplay.solvers.pooled_beliefs import CentralizedPomdp
+from dmplay.solvers.team import AgentPlan, PlanLayer, compute_joint_indices, list_joint_nodes
 
-STEP = 10 * ROUND  # work of looking at what one node may do
-ENTRY = 400  # bytes of a plan to go on with
-TINY = 1e-12  # by which two plans earn the same
+OPERATIONS_PER_EXPANSION = 10 * ARRAY_CALL_WORK  # work of looking at what one node may do
+BYTES_PER_OPEN_PLAN = 400  # bytes of a plan to go on with
+VALUE_TOLERANCE = 1e-12  # by which two plans earn the same
 
 
 @dataclass(frozen=True, eq=False)
-class Stage:
+class PartialJointPlan:
     """A joint plan of the turns so far."""
 
     turn: int
-    occupancy: Occupancy
-    earned: float
-    before: "Stage | None" = None
-    layers: tuple[Layer, ...] = ()  # of each agent, for the turn before
+    occupancy: OccupancyState
+    earned_value: float
+    previous: "PartialJointPlan | None" = None
+    layers: tuple[PlanLayer, ...] = ()  # of each agent, for the turn before
 
 
-class Found(NamedTuple):
+class PlanSearchResult(NamedTuple):
     """The best joint plan, None where that takes too long; none is worth more than `bound`."""
 
-    plans: tuple[Plan, ...] | None
-    bound: float
+    plans: tuple[AgentPlan, ...] | None
+    upper_bound: float
 
 
-class _Open(NamedTuple):
+class _OpenPlan(NamedTuple):
     """A plan to go on with, the least first: what some nodes do is given, others are free."""
 
-    least: float  # what it promises, below 0
+    negative_bound: float  # what it promises, below 0
     depth: int
-    number: int  # of those alike the one that was opened first
-    stage: Stage
-    given: tuple[int, ...]  # actions: of `_Game.slots`, then of the last agent's nodes
+    tie_breaker: int  # of those alike the one that was opened first
+    partial_plan: PartialJointPlan
+    assigned_actions: tuple[int, ...]  # actions: of `_Game.slots`, then of the last agent's nodes
 
 
-class _Game:
+class _BayesianGame:
     """The choice of a turn: a game of one reward in which each node is a type of its agent."""
 
-    def __init__(self, stage: Stage, pooled: Pooled) -> None:
-        many, occupancy = pooled.team.actions, stage.occupancy
-        self.counts, self.nodes = occupancy.counts, occupancy.nodes
-        self.many, self.others = many, nodes(many[:-1])  # [B, n - 1]
-        weight = pooled.team.discount**stage.turn * occupancy.p
-        worth = pooled.worth(stage.turn, occupancy.belief) * weight[:, None]
-        self.worth = worth.reshape(len(weight), len(self.others), many[-1])
-        self.last = (self.nodes[:, -1] == np.arange(self.counts[-1])[:, None]).astype(float)
-        self.slots: list[tuple[int, int]] = []  # nodes of all agents but the last, likely first
-        for seat, size in enumerate(self.counts[:-1]):
-            mass = np.bincount(self.nodes[:, seat], occupancy.p, size)
-            self.slots += [(seat, int(node)) for node in np.argsort(-mass, kind="stable")]
+    def __init__(self, partial_plan: PartialJointPlan, centralized_pomdp: CentralizedPomdp) -> None:
+        many, occupancy = centralized_pomdp.team.action_counts, partial_plan.occupancy
+        self.node_counts, self.joint_nodes = occupancy.node_counts, occupancy.joint_nodes
+        self.action_counts, self.other_joint_actions = (
+            many,
+            list_joint_nodes(many[:-1]),
+        )  # [B, n - 1]
+        weight = centralized_pomdp.team.discount**partial_plan.turn * occupancy.probabilities
+        worth = (
+            centralized_pomdp.get_action_upper_bounds(partial_plan.turn, occupancy.belief_indices)
+            * weight[:, None]
+        )
+        self.payoffs = worth.reshape(
+            len(weight), len(self.other_joint_actions), many[-1]
+        )
+        self.last_agent_nodes = (
+            self.joint_nodes[:, -1] == np.arange(self.node_counts[-1])[:, None]
+        ).astype(float)
+        self.assignment_order: list[
+            tuple[int, int]
+        ] = []  # nodes of all agents but the last, likely first
+        for seat, size in enumerate(self.node_counts[:-1]):
+            mass = np.bincount(self.joint_nodes[:, seat], occupancy.probabilities, size)
+            self.assignment_order += [
+                (seat, int(node)) for node in np.argsort(-mass, kind="stable")
+            ]
 
-    def best(self, given: tuple[int, ...] = ()) -> Reals:
+    def bound_last_agent(self, assigned_actions: tuple[int, ...] = ()) -> Reals:
         """The most that each action of the last agent's nodes promises `[K, A]`."""
-        return np.asarray(self.last @ self._able(given).max(axis=1))
+        return np.asarray(
+            self.last_agent_nodes @ self._restrict_payoffs(assigned_actions).max(axis=1)
+        )
 
-    def _able(self, given: tuple[int, ...]) -> Reals:
+    def _restrict_payoffs(self, assigned_actions: tuple[int, ...]) -> Reals:
         """The worth `[J, B, A]` of joint actions, minus infinity of those not given."""
-        able = np.ones(self.worth.shape[:2], bool)
-        for (seat, node), action in zip(self.slots, given, strict=False):
-            able[self.nodes[:, seat] == node] &= self.others[:, seat] == action
-        return np.where(able[:, :, None], self.worth, -np.inf)
+        able = np.ones(self.payoffs.shape[:2], bool)
+        for (seat, node), action in zip(self.assignment_order, assigned_actions, strict=False):
+            able[self.joint_nodes[:, seat] == node] &= self.other_joint_actions[:, seat] == action
+        return np.where(able[:, :, None], self.payoffs, -np.inf)
 
-    def extended(self, given: tuple[int, ...]) -> Reals:
+    def bound_next_assignment(self, assigned_actions: tuple[int, ...]) -> Reals:
         """What the plan promises with each action `[A]` of the next slot."""
-        able = self._able(given)
-        seat, node = self.slots[len(given)]
-        here = np.flatnonzero(self.nodes[:, seat] == node)
+        able = self._restrict_payoffs(assigned_actions)
+        seat, node = self.assignment_order[len(assigned_actions)]
+        here = np.flatnonzero(self.joint_nodes[:, seat] == node)
         free = able.max(axis=1)
-        promised = self.last @ free
-        found = np.empty(self.many[seat])
+        promised = self.last_agent_nodes @ free
+        found = np.empty(self.action_counts[seat])
         for action in range(len(found)):
-            taken = able[here][:, self.others[:, seat] == action].max(axis=1)
-            more = self.last[:, here] @ (taken - free[here])
+            taken = able[here][:, self.other_joint_actions[:, seat] == action].max(axis=1)
+            more = self.last_agent_nodes[:, here] @ (taken - free[here])
             found[action] = (promised + more).max(axis=1).sum()
         return found
 
-    def rules(self, given: tuple[int, ...], last: Ints) -> tuple[Ints, ...]:
+    def build_decision_rules(
+        self, assigned_actions: tuple[int, ...], last_agent_rule: Ints
+    ) -> tuple[Ints, ...]:
         """What each node `[K]` of each agent does."""
-        rules = [np.zeros(size, np.int64) for size in self.counts[:-1]]
-        for (seat, node), action in zip(self.slots, given, strict=False):
+        rules = [np.zeros(size, np.int64) for size in self.node_counts[:-1]]
+        for (seat, node), action in zip(self.assignment_order, assigned_actions, strict=False):
             rules[seat][node] = action
-        return (*rules, last)
+        return (*rules, last_agent_rule)
 
 
-class Search:
+class MultiagentAStar:
     """The search for the best joint plan of so many turns."""
 
-    def __init__(self, pooled: Pooled, budget: Budget) -> None:
-        self.pooled, self.team, self.budget = pooled, pooled.team, budget
-        self._open: list[_Open] = []
-        self._earned: dict[tuple[int, bytes], float] = {}
-        self._number, self._held = count(), 0.0
+    def __init__(self, centralized_pomdp: CentralizedPomdp, budget: Budget) -> None:
+        self.centralized_pomdp, self.team, self.budget = (
+            centralized_pomdp,
+            centralized_pomdp.team,
+            budget,
+        )
+        self._open_plans: list[_OpenPlan] = []
+        self._best_earned_values: dict[tuple[int, bytes], float] = {}
+        self._tie_breakers, self._held_bytes = count(), 0.0
 
-    def run(self) -> Found:
+    def find_best_plan(self) -> PlanSearchResult:
         """The best plan and its value; where the budget ends before, what none exceeds."""
-        seats, bound = len(self.team.actions), self.pooled.most
-        start = Occupancy(np.zeros((1, seats), np.int64), np.zeros(1, np.int64), np.ones(1))
+        seats, bound = len(self.team.action_counts), self.centralized_pomdp.upper_bound
+        start = OccupancyState(np.zeros((1, seats), np.int64), np.zeros(1, np.int64), np.ones(1))
         finished = None
-        with self.budget.to_its_end():
-            self._begin(Stage(0, start, 0.0), bound)
+        with self.budget.stop_when_exceeded():
+            self._open_partial_plan(PartialJointPlan(0, start, 0.0), bound)
             while not finished:
-                one = heapq.heappop(self._open)
-                bound = min(bound, -one.least)
-                finished = self._gone_on(one)
-        return Found(_plans(finished), finished.earned) if finished else Found(None, bound)
+                one = heapq.heappop(self._open_plans)
+                bound = min(bound, -one.negative_bound)
+                finished = self._expand_plan(one)
+        return (
+            PlanSearchResult(_collect_plans(finished), finished.earned_value)
+            if finished
+            else PlanSearchResult(None, bound)
+        )
 
-    def _begin(self, stage: Stage, most: float) -> None:
+    def _open_partial_plan(self, partial_plan: PartialJointPlan, upper_bound: float) -> None:
         """Opens a stage of which nothing is given."""
-        ahead = _Game(stage, self.pooled).best().max(axis=1).sum()
-        self._push(stage, min(most, stage.earned + ahead))
+        ahead = (
+            _BayesianGame(partial_plan, self.centralized_pomdp).bound_last_agent().max(axis=1).sum()
+        )
+        self._push_open_plan(partial_plan, min(upper_bound, partial_plan.earned_value + ahead))
 
-    def _push(self, stage: Stage, promise: float, given: tuple[int, ...] = ()) -> None:
-        depth = -(len(given) + 10_000 * stage.turn)
-        self._held += ENTRY
-        one = _Open(-float(promise), depth, next(self._number), stage, given)
-        heapq.heappush(self._open, one)
+    def _push_open_plan(
+        self,
+        partial_plan: PartialJointPlan,
+        upper_bound: float,
+        assigned_actions: tuple[int, ...] = (),
+    ) -> None:
+        depth = -(len(assigned_actions) + 10_000 * partial_plan.turn)
+        self._held_bytes += BYTES_PER_OPEN_PLAN
+        one = _OpenPlan(
+            -float(upper_bound), depth, next(self._tie_breakers), partial_plan, assigned_actions
+        )
+        heapq.heappush(self._open_plans, one)
 
-    def _gone_on(self, one: _Open) -> Stage | None:
+    def _expand_plan(self, open_plan: _OpenPlan) -> PartialJointPlan | None:
         """One step; the stage behind the last turn if that finishes a plan."""
-        stage, given = one.stage, one.given
-        game = _Game(stage, self.pooled)
-        self.budget.spend(STEP + 8.0 * game.worth.size)
-        self.budget.hold(self._held)
-        if len(given) < len(game.slots):
-            for action, most in enumerate(game.extended(given).tolist()):
-                self._push(stage, min(-one.least, stage.earned + most), (*given, action))
+        stage, given = open_plan.partial_plan, open_plan.assigned_actions
+        game = _BayesianGame(stage, self.centralized_pomdp)
+        self.budget.spend_work(OPERATIONS_PER_EXPANSION + 8.0 * game.payoffs.size)
+        self.budget.check_memory(self._held_bytes)
+        if len(given) < len(game.assignment_order):
+            for action, most in enumerate(game.bound_next_assignment(given).tolist()):
+                self._push_open_plan(
+                    stage,
+                    min(-open_plan.negative_bound, stage.earned_value + most),
+                    (*given, action),
+                )
             return None
-        worth, free = game.best(given), len(given) - len(game.slots)
-        rule = np.append(given[len(game.slots) :], worth[free:].argmax(axis=1)).astype(np.int64)
-        self._rivals(one, worth, rule, free)
-        after = self._taken(stage, game.rules(given, rule))
-        if after.turn < self.pooled.turns:
-            self._entered(after, -one.least)
+        worth, free = game.bound_last_agent(given), len(given) - len(game.assignment_order)
+        rule = np.append(given[len(game.assignment_order) :], worth[free:].argmax(axis=1)).astype(
+            np.int64
+        )
+        self._push_alternatives(open_plan, worth, rule, free)
+        after = self._extend_partial_plan(stage, game.build_decision_rules(given, rule))
+        if after.turn < self.centralized_pomdp.turns:
+            self._open_unless_dominated(after, -open_plan.negative_bound)
             return None
         return after
 
-    def _rivals(self, one: _Open, worth: Reals, rule: Ints, free: int) -> None:
+    def _push_alternatives(
+        self, open_plan: _OpenPlan, action_bounds: Reals, rule: Ints, first_free_node: int
+    ) -> None:
         """Opens what else the last agent may do: another action at each node that is free."""
-        chosen = worth[np.arange(len(rule)), rule]
-        given = one.given[: len(one.given) - free]
-        promise = np.minimum(one.stage.earned + chosen.sum() - chosen[:, None] + worth, -one.least)
-        for node in range(free, len(rule)):
-            for action in np.flatnonzero(np.arange(worth.shape[1]) != rule[node]).tolist():
+        chosen = action_bounds[np.arange(len(rule)), rule]
+        given = open_plan.assigned_actions[: len(open_plan.assigned_actions) - first_free_node]
+        promise = np.minimum(
+            open_plan.partial_plan.earned_value + chosen.sum() - chosen[:, None] + action_bounds,
+            -open_plan.negative_bound,
+        )
+        for node in range(first_free_node, len(rule)):
+            for action in np.flatnonzero(np.arange(action_bounds.shape[1]) != rule[node]).tolist():
                 others = (*given, *rule[:node].tolist(), action)
-                self._push(one.stage, promise[node, action], others)
+                self._push_open_plan(open_plan.partial_plan, promise[node, action], others)
 
-    def _taken(self, stage: Stage, rules: tuple[Ints, ...]) -> Stage:
+    def _extend_partial_plan(
+        self, partial_plan: PartialJointPlan, decision_rules: tuple[Ints, ...]
+    ) -> PartialJointPlan:
         """The stage after these actions."""
-        turn, (nodes, belief, p) = stage.turn, stage.occupancy
-        seen, pooled = self.team.observations, self.pooled
-        each = [rule[own] for rule, own in zip(rules, nodes.T, strict=True)]
-        actions = joined(each, self.team.actions)
-        paid = float(p @ pooled.paid(turn, belief, actions))
-        earned = stage.earned + self.team.discount**turn * paid
+        turn, (nodes, belief, p) = partial_plan.turn, partial_plan.occupancy
+        seen, pooled = self.team.observation_counts, self.centralized_pomdp
+        each = [rule[own] for rule, own in zip(decision_rules, nodes.T, strict=True)]
+        actions = compute_joint_indices(each, self.team.action_counts)
+        paid = float(p @ pooled.compute_expected_rewards(turn, belief, actions))
+        earned = partial_plan.earned_value + self.team.discount**turn * paid
         if turn + 1 == pooled.turns:
             ends = [
-                Layer(rule, np.zeros((len(rule), k), np.int64))
-                for rule, k in zip(rules, seen, strict=True)
+                PlanLayer(rule, np.zeros((len(rule), k), np.int64))
+                for rule, k in zip(decision_rules, seen, strict=True)
             ]
-            return Stage(turn + 1, stage.occupancy, earned, stage, tuple(ends))
-        after, likely = pooled.after(turn, belief, actions)
+            return PartialJointPlan(
+                turn + 1, partial_plan.occupancy, earned, partial_plan, tuple(ends)
+            )
+        after, likely = pooled.expand_actions(turn, belief, actions)
         row, kind = np.nonzero(likely)
         grown = nodes[row] * np.array(seen) + self.team.joint_observations[kind]
-        many = tuple(len(rule) * k for rule, k in zip(rules, seen, strict=True))
-        reached = Occupancy(grown, after[row, kind], p[row] * likely[row, kind])
-        found, places = merged(reached, many)
+        many = tuple(len(rule) * k for rule, k in zip(decision_rules, seen, strict=True))
+        reached = OccupancyState(grown, after[row, kind], p[row] * likely[row, kind])
+        found, places = merge_equivalent_histories(reached, many)
         layers = [
-            Layer(rule, np.maximum(place, 0).reshape(len(rule), -1))
-            for rule, place in zip(rules, places, strict=True)
+            PlanLayer(rule, np.maximum(place, 0).reshape(len(rule), -1))
+            for rule, place in zip(decision_rules, places, strict=True)
         ]
-        return Stage(turn + 1, found, earned, stage, tuple(layers))
+        return PartialJointPlan(turn + 1, found, earned, partial_plan, tuple(layers))
 
-    def _entered(self, stage: Stage, promise: float) -> None:
+    def _open_unless_dominated(self, partial_plan: PartialJointPlan, upper_bound: float) -> None:
         """Opens a stage, unless another way there has earned as much."""
-        key = stage.turn, stage.occupancy.key
-        if self._earned.get(key, -np.inf) < stage.earned - TINY:
-            self._earned[key] = stage.earned
-            self._held += 4.0 * len(key[1])
-            self._begin(stage, promise)
+        key = partial_plan.turn, partial_plan.occupancy.key
+        if self._best_earned_values.get(key, -np.inf) < partial_plan.earned_value - VALUE_TOLERANCE:
+            self._best_earned_values[key] = partial_plan.earned_value
+            self._held_bytes += 4.0 * len(key[1])
+            self._open_partial_plan(partial_plan, upper_bound)
 
 
-def _plans(stage: Stage) -> tuple[Plan, ...]:
+def _collect_plans(partial_plan: PartialJointPlan) -> tuple[AgentPlan, ...]:
     """The plan of each agent that leads here."""
     layers = []
-    while stage.before:
-        layers.append(stage.layers)
-        stage = stage.before
+    while partial_plan.previous:
+        layers.append(partial_plan.layers)
+        partial_plan = partial_plan.previous
     return tuple(zip(*reversed(layers), strict=True))

@@ -16,61 +16,63 @@ import numpy as np
 from dmplay.budget import Budget
 from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import Memory, Outcome, Problem
-from dmplay.solvers.cast import Cast
-from dmplay.solvers.search_nodes import Nodes
-from dmplay.solvers.search_subtree import planted
-from dmplay.solvers.search_tree import Asked, Tree
+from dmplay.solvers.cast import OpponentModel
+from dmplay.solvers.search_nodes import TreeBatch
+from dmplay.solvers.search_subtree import restore_trees
+from dmplay.solvers.search_tree import SearchConfig, SearchRequest
 
-SURE = 3.0  # standard errors by which another action is better than the usual one
+MIN_LEAD_ERRORS = 3.0  # standard errors by which another action is better than the usual one
 
 
-class Found(NamedTuple):
+class UctResult(NamedTuple):
     """What a search found out about each action that it tried, for B rows."""
 
     actions: Array  # [B, K]
-    means: Reals  # [B, K], the mean return; -inf where it was never tried
-    errors: Reals  # [B, K], of the means, squared; infinite where there are none
+    mean_returns: Reals  # [B, K], the mean return; -inf where it was never tried
+    squared_errors: Reals  # [B, K], of the means, squared; infinite where there are none
 
-    def kept(self, able: Bools, usual: Array) -> Bools:
+    def keep_usual_unless_better(self, action_mask: Bools, usual_actions: Array) -> Bools:
         """The actions marked `[B, K]`, or the usual one `[B]` unless they are surely better."""
-        row = np.arange(len(usual))
-        same = self.actions == usual[:, None]
-        own, best = np.argmax(same, axis=1), np.argmax(able, axis=1)
-        lead = self.means[row, best] - self.means[row, own]
-        doubt = SURE * np.sqrt(self.errors[row, best] + self.errors[row, own])
+        row = np.arange(len(usual_actions))
+        same = self.actions == usual_actions[:, None]
+        own, best = np.argmax(same, axis=1), np.argmax(action_mask, axis=1)
+        lead = self.mean_returns[row, best] - self.mean_returns[row, own]
+        doubt = MIN_LEAD_ERRORS * np.sqrt(
+            self.squared_errors[row, best] + self.squared_errors[row, own]
+        )
         stays = same.any(axis=1) & ~(lead > doubt)
-        return np.where(stays[:, None], same, able)
+        return np.where(stays[:, None], same, action_mask)
 
 
-def search(tree: Tree, asked: Asked, u: Reals) -> tuple[Found, Nodes]:
+def run_uct(config: SearchConfig, request: SearchRequest, u: Reals) -> tuple[UctResult, TreeBatch]:
     """What is found out about each action, by uniforms `[B, draws]`, and the trees that grew."""
     rows = len(u)
-    grown = _Search(tree, asked, tree.budget(rows))
-    told = u.reshape(rows, tree.simulations, tree.depth, -1)
-    for wave in tree.waves:
-        grown.wave(len(wave), told, tree.turn(rows, wave))
-    return grown.found(), grown.nodes
+    grown = _UctSearch(config, request, config.make_budget(rows))
+    told = u.reshape(rows, config.simulations, config.depth, -1)
+    for wave in config.simulation_waves:
+        grown.run_simulations(len(wave), told, config.estimate_turn_work(rows, wave))
+    return grown.summarize_roots(), grown.trees
 
 
-class _Lanes(NamedTuple):
+class SimulationBatch(NamedTuple):
     """Simulations under way."""
 
-    lane: Ints  # [N], of the wave
-    state: Array  # [N, ...]
+    lane_indices: Ints  # [N], of the wave
+    states: Array  # [N, ...]
     memories: tuple[Memory, ...]  # of each of the cast
-    turn: Ints  # [N], turns done
-    left: Ints  # [N], turns that they may do
+    turns_done: Ints  # [N], turns done
+    turn_limits: Ints  # [N], turns that they may do
 
-    def those(self, able: Bools) -> "_Lanes":
+    def select_lanes(self, mask: Bools) -> "SimulationBatch":
         """Some of them."""
-        if able.all():
+        if mask.all():
             return self
         lane, state, memories, turn, left = self
-        kept = tuple(tuple(part[able] for part in memory) for memory in memories)
-        return _Lanes(lane[able], state[able], kept, turn[able], left[able])
+        kept = tuple(tuple(part[mask] for part in memory) for memory in memories)
+        return SimulationBatch(lane[mask], state[mask], kept, turn[mask], left[mask])
 
 
-def _together(parts: list[_Lanes]) -> _Lanes:
+def _concatenate_batches(parts: list[SimulationBatch]) -> SimulationBatch:
     """Lanes put aside one after the other."""
     if len(parts) == 1:
         return parts[0]
@@ -80,144 +82,193 @@ def _together(parts: list[_Lanes]) -> _Lanes:
         for memory in zip(*memories, strict=True)
     )
     joined = [np.concatenate(part) for part in (lane, state, turn, left)]
-    return _Lanes(joined[0], joined[1], each, joined[2], joined[3])
+    return SimulationBatch(joined[0], joined[1], each, joined[2], joined[3])
 
 
-class _Search:
+class _UctSearch:
     """The simulations of a batch."""
 
-    def __init__(self, tree: Tree, asked: Asked, budget: Budget) -> None:
-        self.tree, self.asked, self.budget = tree, asked, budget
-        self.nodes = Nodes(tree, asked)
-        if asked.trees:
-            planted(self.nodes, asked.trees)
-        self.squares = np.zeros((len(asked.left), tree.slots))  # of the returns of first actions
+    def __init__(self, config: SearchConfig, request: SearchRequest, budget: Budget) -> None:
+        self.config, self.request, self.budget = config, request, budget
+        self.trees = TreeBatch(config, request)
+        if request.packed_trees:
+            restore_trees(self.trees, request.packed_trees)
+        self.squared_return_sums = np.zeros(
+            (len(request.turns_left), config.action_slots)
+        )  # of the returns of first actions
 
-    def found(self) -> Found:
+    def summarize_roots(self) -> UctResult:
         """What is known of the actions at the roots."""
-        nodes = self.nodes
-        visits = nodes.visits[:: nodes.nodes]
+        nodes = self.trees
+        visits = nodes.visits[:: nodes.nodes_per_tree]
         means: Reals = np.full(visits.shape, -np.inf)
-        np.divide(nodes.sums[:: nodes.nodes], visits, out=means, where=visits > 0)
+        np.divide(nodes.return_sums[:: nodes.nodes_per_tree], visits, out=means, where=visits > 0)
         errors: Reals = np.full(visits.shape, np.inf)
-        spread = self.squares - np.where(visits > 1, means, 0.0) ** 2 * visits
+        spread = self.squared_return_sums - np.where(visits > 1, means, 0.0) ** 2 * visits
         np.divide(spread, visits * (visits - 1), out=errors, where=visits > 1)
         errors = np.maximum(errors, 0.0)
         actions = np.arange(visits.shape[1])[None].repeat(len(visits), axis=0)
-        return Found(nodes.offered[:: nodes.nodes] if self.tree.widens else actions, means, errors)
+        return UctResult(
+            nodes.offered_actions[:: nodes.nodes_per_tree]
+            if self.config.widens_actions
+            else actions,
+            means,
+            errors,
+        )
 
-    def wave(self, many: int, told: Reals, cost: float) -> None:
+    def run_simulations(self, simulation_count: int, uniforms: Reals, turn_work: float) -> None:
         """Runs so many simulations of every row and learns from them."""
-        tree, asked, nodes = self.tree, self.asked, self.nodes
-        row = np.repeat(np.arange(len(asked.left)), np.where(asked.left > 0, many, 0))
+        tree, asked, nodes = self.config, self.request, self.trees
+        row = np.repeat(
+            np.arange(len(asked.turns_left)), np.where(asked.turns_left > 0, simulation_count, 0)
+        )
         if not len(row):
             return
-        node = row * nodes.nodes
-        legal = None if asked.legal is None else asked.legal[row]
-        if tree.widens:
+        node = row * nodes.nodes_per_tree
+        legal = None if asked.legal_actions_mask is None else asked.legal_actions_mask[row]
+        if tree.widens_actions:
             begun = tuple(tuple(part[row, 0] for part in memory) for memory in asked.memories)
-            self._opened(node, begun, legal, told[row, 0, 0])
-        slot, nth = nodes.selected(node, legal)
+            self._offer_policy_actions(node, begun, legal, uniforms[row, 0, 0])
+        slot, nth = nodes.select_slots(node, legal)
         memories = tuple(tuple(part[row, nth] for part in memory) for memory in asked.memories)
-        u = told[row, nth]  # the n-th of each action has the n-th dice
+        u = uniforms[row, nth]  # the n-th of each action has the n-th dice
         start = np.zeros(len(row), np.int64)
-        lanes = _Lanes(np.arange(len(row)), asked.roots[row, nth], memories, start, asked.left[row])
+        lanes = SimulationBatch(
+            np.arange(len(row)), asked.root_states[row, nth], memories, start, asked.turns_left[row]
+        )
         path: list[tuple[Ints, Ints, Ints, Reals]] = []  # lanes, their nodes, slots and rewards
-        outside: list[_Lanes] = []
+        outside: list[SimulationBatch] = []
         while True:
-            self.budget.spend(cost)
-            now = u[lanes.lane, lanes.turn]
-            lanes, child, known, paid = self._followed(lanes, node, slot, now)
-            path.append((lanes.lane, node, slot, paid))
-            going = ~tree.problem.terminal(lanes.state) & (lanes.turn < lanes.left)
-            outside.append(lanes.those(going & ~known))
-            on = going & known & (lanes.turn < tree.depth)
+            self.budget.spend_work(turn_work)
+            now = u[lanes.lane_indices, lanes.turns_done]
+            lanes, child, known, paid = self._step_lanes(lanes, node, slot, now)
+            path.append((lanes.lane_indices, node, slot, paid))
+            going = ~tree.problem.terminal(lanes.states) & (lanes.turns_done < lanes.turn_limits)
+            outside.append(lanes.select_lanes(going & ~known))
+            on = going & known & (lanes.turns_done < tree.depth)
             if not on.any():
                 break
-            lanes, node = lanes.those(on), child[on]
-            able = tree.problem.legal(lanes.state)
+            lanes, node = lanes.select_lanes(on), child[on]
+            able = tree.problem.legal_actions_mask(lanes.states)
             legal = None if able is None else able[:, tree.seat]
-            if tree.widens:
-                self._opened(node, lanes.memories, legal, u[lanes.lane, lanes.turn])
-            slot, _ = nodes.selected(node, legal)
-        outside.append(lanes.those(going & known))  # at the greatest depth
-        gain = self._beyond(_together(outside), u, cost)
-        self._learn(row, path, gain)
+            if tree.widens_actions:
+                self._offer_policy_actions(
+                    node, lanes.memories, legal, u[lanes.lane_indices, lanes.turns_done]
+                )
+            slot, _ = nodes.select_slots(node, legal)
+        outside.append(lanes.select_lanes(going & known))  # at the greatest depth
+        gain = self._run_playouts(_concatenate_batches(outside), u, turn_work)
+        self._backup_returns(row, path, gain)
 
-    def _opened(
-        self, node: Ints, memories: tuple[Memory, ...], legal: Bools | None, u: Reals
+    def _offer_policy_actions(
+        self, nodes: Ints, memories: tuple[Memory, ...], legal_actions_mask: Bools | None, u: Reals
     ) -> None:
         """Offers in nodes that are come to first what the seat's part of the cast would do."""
-        tree = self.tree
-        actor, place = tree.cast.actors[tree.seat], tree.cast.places[tree.seat]
-        new = self.nodes.fresh(node) if actor else node[:0]
+        tree = self.config
+        actor, place = (
+            tree.opponent_model.seat_policies[tree.seat],
+            tree.opponent_model.uniform_slices[tree.seat],
+        )
+        new = self.trees.find_unopened_lanes(nodes) if actor else nodes[:0]
         if actor is None or not len(new):
             return
         memory = tuple(part[new] for part in memories[tree.seat])
-        able = None if legal is None else legal[new]
-        self.nodes.offer(node[new], actor.choose(memory, able, u[new][:, place][:, : actor.draws]))
+        able = None if legal_actions_mask is None else legal_actions_mask[new]
+        self.trees.offer_actions(
+            nodes[new], actor.choose(memory, able, u[new][:, place][:, : actor.uniform_count])
+        )
 
-    def _followed(
-        self, lanes: _Lanes, node: Ints, slot: Ints, u: Reals
-    ) -> tuple[_Lanes, Ints, Bools, Reals]:
+    def _step_lanes(
+        self, batch: SimulationBatch, node: Ints, slot: Ints, u: Reals
+    ) -> tuple[SimulationBatch, Ints, Bools, Reals]:
         """The lanes after a turn, the nodes they come to, which are known, and what it paid."""
-        tree = self.tree
-        own = self.nodes.offered[node, slot] if tree.widens else slot
-        joint = tree.cast.acted(lanes.state, lanes.memories, own, u)
-        outcome = tree.cast.stepped(lanes.state, joint, u)
-        sights = outcome.observations[:, tree.seat] if tree.problem.hidden else outcome.state
-        if tree.seen:
-            sight = sights if tree.problem.hidden else tree.problem.index(outcome.state)
-            child, known = self.nodes.child(node, slot * tree.kinds + sight)
+        tree = self.config
+        own = self.trees.offered_actions[node, slot] if tree.widens_actions else slot
+        joint = tree.opponent_model.choose_joint_actions(batch.states, batch.memories, own, u)
+        outcome = tree.opponent_model.step_states(batch.states, joint, u)
+        sights = (
+            outcome.observations[:, tree.seat]
+            if tree.problem.partially_observable
+            else outcome.state
+        )
+        if tree.observation_count:
+            sight = (
+                sights
+                if tree.problem.partially_observable
+                else tree.problem.state_indices(outcome.state)
+            )
+            child, known = self.trees.find_or_add_child(node, slot * tree.observation_slots + sight)
         else:
-            key, luck = key_of(tree.problem, sights), u[:, tree.cast.places[tree.seat].start]
-            child, known = self.nodes.one_of_some(node, slot, key, luck, outcome)
-            if not tree.problem.hidden:
-                state, rewards = self.nodes.kept[child], outcome.rewards.copy()
-                rewards[:, tree.seat] = self.nodes.paid[child]
+            key, luck = (
+                hash_observations(tree.problem, sights),
+                u[:, tree.opponent_model.uniform_slices[tree.seat].start],
+            )
+            child, known = self.trees.find_or_widen_child(node, slot, key, luck, outcome)
+            if not tree.problem.partially_observable:
+                state, rewards = self.trees.node_states[child], outcome.rewards.copy()
+                rewards[:, tree.seat] = self.trees.node_rewards[child]
                 outcome = Outcome(state, rewards, state)
-        return _after(tree.cast, lanes, joint, outcome), child, known, outcome.rewards[:, tree.seat]
+        return (
+            _advance_batch(tree.opponent_model, batch, joint, outcome),
+            child,
+            known,
+            outcome.rewards[:, tree.seat],
+        )
 
-    def _beyond(self, lanes: _Lanes, u: Reals, cost: float) -> Reals:
+    def _run_playouts(self, batch: SimulationBatch, u: Reals, turn_work: float) -> Reals:
         """What simulations `[N]` of a wave earn after they left the tree."""
-        tree, problem = self.tree, self.tree.problem
+        tree, problem = self.config, self.config.problem
         gain, weight = np.zeros(len(u)), 1.0
-        if tree.worth is not None:
-            own = lanes.memories[tree.seat]
-            gain[lanes.lane] = tree.worth(lanes.state, own, lanes.left - lanes.turn)
+        if tree.leaf_evaluator is not None:
+            own = batch.memories[tree.seat]
+            gain[batch.lane_indices] = tree.leaf_evaluator(
+                batch.states, own, batch.turn_limits - batch.turns_done
+            )
             return gain
-        lanes = lanes._replace(left=np.minimum(lanes.left, tree.depth))
-        lanes = lanes.those(lanes.turn < lanes.left)
-        while len(lanes.lane):
-            self.budget.spend(cost)
-            now = u[lanes.lane, lanes.turn]
-            joint = tree.cast.acted(lanes.state, lanes.memories, None, now)
-            outcome = tree.cast.stepped(lanes.state, joint, now)
-            gain[lanes.lane] += weight * outcome.rewards[:, tree.seat]
+        batch = batch._replace(turn_limits=np.minimum(batch.turn_limits, tree.depth))
+        batch = batch.select_lanes(batch.turns_done < batch.turn_limits)
+        while len(batch.lane_indices):
+            self.budget.spend_work(turn_work)
+            now = u[batch.lane_indices, batch.turns_done]
+            joint = tree.opponent_model.choose_joint_actions(
+                batch.states, batch.memories, None, now
+            )
+            outcome = tree.opponent_model.step_states(batch.states, joint, now)
+            gain[batch.lane_indices] += weight * outcome.rewards[:, tree.seat]
             weight *= problem.discount
-            lanes = _after(tree.cast, lanes, joint, outcome)
-            lanes = lanes.those((lanes.turn < lanes.left) & ~problem.terminal(lanes.state))
+            batch = _advance_batch(tree.opponent_model, batch, joint, outcome)
+            batch = batch.select_lanes(
+                (batch.turns_done < batch.turn_limits) & ~problem.terminal(batch.states)
+            )
         return gain
 
-    def _learn(self, row: Ints, path: list[tuple[Ints, Ints, Ints, Reals]], gain: Reals) -> None:
+    def _backup_returns(
+        self, row: Ints, path: list[tuple[Ints, Ints, Ints, Reals]], returns: Reals
+    ) -> None:
         """Adds the returns from each node on to what is known of it."""
         for lane, node, slot, paid in path[::-1]:
-            gain[lane] = paid + self.tree.problem.discount * gain[lane]
-            self.nodes.learn(node, slot, gain[lane])
-        np.add.at(self.squares, (row, path[0][2]), gain**2)
+            returns[lane] = paid + self.config.problem.discount * returns[lane]
+            self.trees.add_returns(node, slot, returns[lane])
+        np.add.at(self.squared_return_sums, (row, path[0][2]), returns**2)
 
 
-def _after(cast: Cast, lanes: _Lanes, joint: Array, outcome: Outcome) -> _Lanes:
+def _advance_batch(
+    opponent_model: OpponentModel, batch: SimulationBatch, joint: Array, outcome: Outcome
+) -> SimulationBatch:
     """The lanes once a turn is done."""
-    memories = cast.told(lanes.memories, joint, outcome)
-    return _Lanes(lanes.lane, outcome.state, memories, lanes.turn + 1, lanes.left)
+    memories = opponent_model.update_memories(batch.memories, joint, outcome)
+    return SimulationBatch(
+        batch.lane_indices, outcome.state, memories, batch.turns_done + 1, batch.turn_limits
+    )
 
 
-def key_of(problem: Problem, sights: Array) -> Ints:
+def hash_observations(problem: Problem, observations: Array) -> Ints:
     """A number `[N]` for each sight: of equal ones the same, of others hardly ever."""
-    if sights.dtype.hasobject:  # states of a guest
-        return np.array([crc32(problem.notation(one).encode()) for one in sights], np.int64)
-    flat = np.ascontiguousarray(sights).reshape(len(sights), -1)
+    if observations.dtype.hasobject:  # states of a guest
+        return np.array(
+            [crc32(problem.format_state(one).encode()) for one in observations], np.int64
+        )
+    flat = np.ascontiguousarray(observations).reshape(len(observations), -1)
     raw = (flat + 0.0 if flat.dtype.kind == "f" else flat).view(np.uint8)
     words = np.zeros((len(raw), -(-raw.shape[1] // 8) * 8), np.uint8)
     words[:, : raw.shape[1]] = raw

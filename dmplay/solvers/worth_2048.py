@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dmplay.chance import Ints, Reals
-from dmplay.tiles import ONES, Words, empty, transposed
+from dmplay.tiles import CELL_LOW_BITS, BoardArray, compute_empty_cell_bits, transpose_boards
 
 PATTERNS = (  # five cells each, of the first three rows
     "xxxx x... ....",
@@ -27,45 +27,47 @@ PATTERNS = (  # five cells each, of the first three rows
     ".... xxx. xx..",
     ".... .xxx .xx.",
 )
-STAGES, WAYS = 4, 2**20  # to fill a pattern, four bits a cell
-STEP = 16.0  # points
-NIBBLES = 0x0F0F_0F0F_0F0F_0F0F  # the lower cell of each byte
+STAGE_COUNT, ENTRIES_PER_PATTERN = 4, 2**20  # to fill a pattern, four bits a cell
+POINTS_PER_UNIT = 16.0  # points
+LOW_NIBBLE_MASK = 0x0F0F_0F0F_0F0F_0F0F  # the lower cell of each byte
 
-Table = NDArray[np.int16]
+PatternTable = NDArray[np.int16]
 
 
-class Piece(NamedTuple):
+class PatternPiece(NamedTuple):
     """Cells of a pattern that stand side by side, as they are cut out of a board's number."""
 
     shift: int
     mask: int
 
 
-def worth(boards: Words) -> Reals:
+def evaluate_boards(boards: BoardArray) -> Reals:
     """The points `[N]` that are to come after these boards, before their next tile."""
     found = np.zeros(len(boards), np.int32)
-    for stage, some in by_stage(boards):
-        numbers, total = tables(stage), np.zeros(len(some), np.int32)
-        for pattern, way in looks(boards[some]):
+    for stage, some in group_by_stage(boards):
+        numbers, total = load_pattern_tables(stage), np.zeros(len(some), np.int32)
+        for pattern, way in iter_pattern_entries(boards[some]):
             total += numbers[pattern].take(way)
         found[some] = total
-    return np.asarray(found * STEP, float)
+    return np.asarray(found * POINTS_PER_UNIT, float)
 
 
-def by_stage(boards: Words) -> Iterator[tuple[int, Ints]]:
+def group_by_stage(boards: BoardArray) -> Iterator[tuple[int, Ints]]:
     """The stages, and which boards are in each: 2 for a tile of 8192 or more, 1 for a 4096."""
-    large = (boards >> 3 & boards >> 2 & (boards | boards >> 1) & ONES) != 0  # 13, 14 and 15
-    stages = 2 * large + (empty(boards ^ np.uint64(12 * ONES)) != 0)
-    for stage in range(STAGES):
+    large = (
+        boards >> 3 & boards >> 2 & (boards | boards >> 1) & CELL_LOW_BITS
+    ) != 0  # 13, 14 and 15
+    stages = 2 * large + (compute_empty_cell_bits(boards ^ np.uint64(12 * CELL_LOW_BITS)) != 0)
+    for stage in range(STAGE_COUNT):
         some = np.flatnonzero(stages == stage)
         if len(some):
             yield stage, some
 
 
-def looks(boards: Words) -> Iterator[tuple[int, Ints]]:
+def iter_pattern_entries(boards: BoardArray) -> Iterator[tuple[int, Ints]]:
     """Each pattern as often as it is looked at, and how `[N]` the boards fill it."""
-    for facing in _facing(boards):
-        for pattern, pieces in enumerate(_pieces()):
+    for facing in _list_symmetries(boards):
+        for pattern, pieces in enumerate(_split_patterns()):
             way = facing >> pieces[0].shift
             way &= pieces[0].mask
             for shift, mask in pieces[1:]:
@@ -74,29 +76,29 @@ def looks(boards: Words) -> Iterator[tuple[int, Ints]]:
 
 
 @cache
-def tables(stage: int) -> Table:
+def load_pattern_tables(stage: int) -> PatternTable:
     """A number `[PATTERNS, WAYS]` of STEP points for each way that a pattern can be filled."""
     with np.load(Path(__file__).with_suffix(".npz")) as kept:
         return np.asarray(kept[f"arr_{stage}"])
 
 
-def _facing(boards: Words) -> list[Ints]:
+def _list_symmetries(boards: BoardArray) -> list[Ints]:
     """The boards turned and mirrored in all eight ways."""
     round_about = boards.byteswap()
-    round_about = round_about >> 4 & NIBBLES | (round_about & NIBBLES) << 4
-    ways = [boards, round_about, _flipped(boards), _flipped(round_about)]
-    ways += [np.asarray(transposed(way)) for way in ways]
+    round_about = round_about >> 4 & LOW_NIBBLE_MASK | (round_about & LOW_NIBBLE_MASK) << 4
+    ways = [boards, round_about, _flip_rows(boards), _flip_rows(round_about)]
+    ways += [np.asarray(transpose_boards(way)) for way in ways]
     return [way.view(np.int64) for way in ways]
 
 
-def _flipped(boards: Words) -> Words:
+def _flip_rows(boards: BoardArray) -> BoardArray:
     """The last row first."""
     rows = boards.view(np.uint16).reshape(-1, 4)[:, ::-1]
     return np.ascontiguousarray(rows).reshape(-1).view(np.uint64)
 
 
 @cache
-def _pieces() -> list[list[Piece]]:
+def _split_patterns() -> list[list[PatternPiece]]:
     """How the cells of each pattern are put side by side."""
     found = []
     for pattern in PATTERNS:
@@ -105,5 +107,5 @@ def _pieces() -> list[list[Piece]]:
         for place, cell in enumerate(cells):
             shift = 4 * (cell - place)
             pieces[shift] = pieces.get(shift, 0) | 15 << 4 * place
-        found.append([Piece(shift, mask) for shift, mask in pieces.items()])
+        found.append([PatternPiece(shift, mask) for shift, mask in pieces.items()])
     return found

@@ -9,25 +9,25 @@ from itertools import chain
 
 from dmplay.errors import BadTranscript
 
-KEY = re.compile(r"([a-z0-9]+): ")
-DEEPEST = 32  # a list in a list
-SAFE = 300  # digits that no number is too large with
-SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")  # we write characters, never their halves
+KEY_PATTERN = re.compile(r"([a-z0-9]+): ")
+MAX_NESTING = 32  # a list in a list
+MAX_SAFE_DIGITS = 300  # digits that no number is too large with
+SURROGATE_PATTERN = re.compile(r"\\u[dD][89a-fA-F]")  # we write characters, never their halves
 
 
-def keyed(row: str, path: str, line: int) -> tuple[str, object]:
+def parse_line(row: str, path: str, line: int) -> tuple[str, object]:
     """The key and value of a line."""
-    found = KEY.match(row)
+    found = KEY_PATTERN.match(row)
     if not found:
         expected = "expected 'key: value', '| frame', '# note' or nothing"
         raise BadTranscript(path, line, 1, expected)
     at = found.end()
-    if "\\" in row and SURROGATE.search(row):
+    if "\\" in row and SURROGATE_PATTERN.search(row):
         raise BadTranscript(path, line, None, "half a character")
     try:
-        value = _value(row, at)
-        if len(row) > DEEPEST and row.count("[") + row.count("{") > DEEPEST:
-            _shallow(value, DEEPEST)
+        value = _decode_value(row, at)
+        if len(row) > MAX_NESTING and row.count("[") + row.count("{") > MAX_NESTING:
+            _check_nesting(value, MAX_NESTING)
         return sys.intern(found[1]), value
     except json.JSONDecodeError as error:
         raise BadTranscript(path, line, at + error.colno, error.msg.lower()) from None
@@ -37,36 +37,38 @@ def keyed(row: str, path: str, line: int) -> tuple[str, object]:
         raise BadTranscript(path, line, at + 1, str(error)) from None
 
 
-def _value(row: str, at: int) -> object:
+def _decode_value(row: str, start: int) -> object:
     """The JSON value from this column to the end of the line."""
     try:
-        value, end = JSON.raw_decode(row, at)
+        value, end = JSON_DECODER.raw_decode(row, start)
     except ValueError:
         end = 0
-    return value if end == len(row) else JSON.decode(row[at:])  # blanks around it, or a fault
+    return (
+        value if end == len(row) else JSON_DECODER.decode(row[start:])
+    )  # blanks around it, or a fault
 
 
-def _no_constant(name: str) -> float:
+def _reject_constant(name: str) -> float:
     raise ValueError(f"{name} is not a number")
 
 
-def _finite(digits: str) -> float:
+def _parse_finite_float(digits: str) -> float:
     value = float(digits)
     if math.isinf(value):
         raise ValueError(f"{digits} is too large")
     return value
 
 
-def _whole(digits: str) -> int:
-    if len(digits) > SAFE:
-        _finite(digits)
+def _parse_integer(digits: str) -> int:
+    if len(digits) > MAX_SAFE_DIGITS:
+        _parse_finite_float(digits)
     return int(digits)
 
 
-def _shallow(value: object, deepest: int) -> None:
+def _check_nesting(value: object, max_nesting: int) -> None:
     """Raises RecursionError where a value is nested deeper than that."""
     level = [value]
-    for _ in range(deepest):
+    for _ in range(max_nesting):
         nested = (one for one in level if isinstance(one, (list, dict)))
         parts = (one.values() if isinstance(one, dict) else one for one in nested)
         level = [*chain.from_iterable(parts)]
@@ -75,7 +77,7 @@ def _shallow(value: object, deepest: int) -> None:
     raise RecursionError
 
 
-def _unique(pairs: list[tuple[str, object]]) -> dict[str, object]:
+def _build_unique_dict(pairs: list[tuple[str, object]]) -> dict[str, object]:
     unique = dict(pairs)
     if len(unique) < len(pairs):
         name = Counter(name for name, _ in pairs).most_common(1)[0][0]
@@ -83,6 +85,9 @@ def _unique(pairs: list[tuple[str, object]]) -> dict[str, object]:
     return unique
 
 
-JSON = json.JSONDecoder(
-    parse_constant=_no_constant, parse_float=_finite, parse_int=_whole, object_pairs_hook=_unique
+JSON_DECODER = json.JSONDecoder(
+    parse_constant=_reject_constant,
+    parse_float=_parse_finite_float,
+    parse_int=_parse_integer,
+    object_pairs_hook=_build_unique_dict,
 )

@@ -9,16 +9,26 @@ from typing import Any, NamedTuple
 
 from dmplay import disk
 from dmplay.errors import BadTranscript, UnknownName
-from dmplay.transcript.format import BACK, CHOSEN, EVENTS, MOST_KNOWN, NOTE, TURN, text
-from dmplay.transcript.header import FORMAT, LINES, VERSION, Header, Kind
-from dmplay.transcript.keyed import keyed
+from dmplay.transcript.format import (
+    EVENT_KEYS,
+    MAX_CACHED_LINES,
+    NOTE_PATTERN,
+    PLAYER_END_REASONS,
+    TAKE_BACK_EVENTS,
+    TURN_KEYS,
+    join_block,
+)
+from dmplay.transcript.header import FORMAT_VERSION, HEADER_LINES, VERSION_TYPE, Header, ValueType
+from dmplay.transcript.keyed import parse_line
 
-LONGEST_LINE = 1_000_000
+MAX_LINE_CHARS = 1_000_000
 
-HEADER = ("dmplay", *(line.key for line in LINES))
-BLOCKS = {keys[0]: keys for keys in (HEADER, TURN, *((e,) for e in EVENTS), ("end",))}
-END = re.compile(r"(#.*\n)*end: .*\n(#.*\n)*\Z")
-NOTES = re.compile(r"(#.*\n)+\Z")
+HEADER_KEYS = ("dmplay", *(line.key for line in HEADER_LINES))
+BLOCK_KEYS = {
+    keys[0]: keys for keys in (HEADER_KEYS, TURN_KEYS, *((e,) for e in EVENT_KEYS), ("end",))
+}
+END_BLOCK_PATTERN = re.compile(r"(#.*\n)*end: .*\n(#.*\n)*\Z")
+NOTES_PATTERN = re.compile(r"(#.*\n)+\Z")
 
 
 class Entry(NamedTuple):
@@ -50,25 +60,25 @@ class Block:
         """A value, or what is meant where there is none."""
         return self[key] if key in self.keys else default
 
-    def at(self, place: int) -> int:
+    def file_line(self, row: int) -> int:
         """The line of the file on which this line of the block stands."""
-        between = sum(0 < before <= place for before, _ in self.notes)
-        return self.line + place + between
+        between = sum(0 < before <= row for before, _ in self.notes)
+        return self.line + row + between
 
-    def line_of(self, key: str) -> int:
+    def line_of_key(self, key: str) -> int:
         """The line of a value; the block's first where there is none."""
-        return self.at(self.keys.index(key)) if key in self.keys else self.line
+        return self.file_line(self.keys.index(key)) if key in self.keys else self.line
 
     @property
     def entries(self) -> dict[str, Entry]:
         """All values with their lines."""
-        return {key: Entry(self.line_of(key), self[key]) for key in self.keys}
+        return {key: Entry(self.line_of_key(key), self[key]) for key in self.keys}
 
-    def anew(self, rows: list[str]) -> str:
+    def rewrite(self, rows: list[str]) -> str:
         """The text of this block with these lines."""
-        return text(self.noted(rows))
+        return join_block(self.insert_notes(rows))
 
-    def noted(self, rows: list[str]) -> list[str]:
+    def insert_notes(self, rows: list[str]) -> list[str]:
         """New lines of this block with its notes in their places."""
         out = list(rows)
         for place, note in reversed(self.notes):
@@ -84,70 +94,72 @@ class Transcript:
     header: Header
     header_block: Block
     blocks: list[Block]  # the opening, turns and events
-    end: Block | None
+    end_block: Block | None
     content: str  # the whole blocks, up to the end line
-    last: str  # the end line and the notes around it
-    torn: str  # what follows the last whole block of an unfinished file
+    end_text: str  # the end line and the notes around it
+    torn_tail: str  # what follows the last whole block of an unfinished file
 
-    def fault(self, line: int, what: str) -> BadTranscript:
+    def error_at(self, line: int, explanation: str) -> BadTranscript:
         """The error that a line of it is."""
-        return BadTranscript(self.path, line, None, what)
+        return BadTranscript(self.path, line, None, explanation)
 
     @property
-    def reason(self) -> str:
+    def end_reason(self) -> str:
         """Why the game ended, as its end line says; '' without one."""
-        told = self.end["end"] if self.end else None
+        told = self.end_block["end"] if self.end_block else None
         return str(told.get("reason")) if isinstance(told, dict) else ""
 
     @property
     def notes(self) -> list[str]:
         """The notes, wherever they stand."""
-        return [row[:-1] for part in (self.content, self.last) for row in NOTE.findall(part)]
+        return [
+            row[:-1] for part in (self.content, self.end_text) for row in NOTE_PATTERN.findall(part)
+        ]
 
     @property
-    def chosen(self) -> str:
+    def player_end_reason(self) -> str:
         """The reason where somebody ended the game before it came to its end; else ''."""
-        return self.reason if self.reason in CHOSEN else ""
+        return self.end_reason if self.end_reason in PLAYER_END_REASONS else ""
 
 
-def read(path: str | Path) -> Transcript:
+def read_transcript(path: str | Path) -> Transcript:
     """Reads a transcript strictly; raises BadTranscript with line and column, or OSError."""
-    transcript = left(path)
+    transcript = read_incomplete_transcript(path)
     if not transcript.blocks:
         line = transcript.content.count("\n") + 1
-        raise transcript.fault(line, "torn before its first turn; dmplay resume begins it")
+        raise transcript.error_at(line, "torn before its first turn; dmplay resume begins it")
     return transcript
 
 
-def left(path: str | Path) -> Transcript:
+def read_incomplete_transcript(path: str | Path) -> Transcript:
     """A transcript as it was left, perhaps before its first turn."""
-    return parse(disk.content(Path(path)), str(path))
+    return parse_transcript(disk.read_bytes(Path(path)), str(path))
 
 
-def parse(raw: bytes, path: str = "transcript") -> Transcript:
+def parse_transcript(raw: bytes, path: str = "transcript") -> Transcript:
     """A transcript from its bytes, torn before its opening or not; `path` is for messages."""
-    content, last, torn = _split(_decoded(raw, path), path)
-    blocks = list(_blocks(content, path, 1))
-    end = next(iter(_blocks(last, path, content.count("\n") + 1)), None) if last else None
+    content, last, torn = _split_sections(_decode_utf8(raw, path), path)
+    blocks = list(_parse_blocks(content, path, 1))
+    end = next(iter(_parse_blocks(last, path, content.count("\n") + 1)), None) if last else None
     if not blocks:
         if torn:
             raise BadTranscript(path, 1, None, "not a transcript, or torn before its first turn")
-        raise BadTranscript(path, 1, None, f"empty, expected 'dmplay: {VERSION}'")
+        raise BadTranscript(path, 1, None, f"empty, expected 'dmplay: {FORMAT_VERSION}'")
     header, *rest = blocks
     for place, block in enumerate(rest):
         opening = block.kind == "turn" and block["turn"] == 0
         if block.kind in ("dmplay", "end") or opening != (place == 0):
             expected = "a turn, an undo or a reroll" if place else "the opening, 'turn: 0'"
             raise BadTranscript(path, block.line, None, f"got {block.kind}, expected {expected}")
-    told = header_of(header, path)
-    barred = EVENTS if told.strict == "hints" else BACK if told.strict else ()
+    told = parse_header(header, path)
+    barred = EVENT_KEYS if told.strict == "hints" else TAKE_BACK_EVENTS if told.strict else ()
     for block in rest:
         if block.kind in barred:
             raise BadTranscript(path, block.line, None, f"got {block.kind}, but the game is strict")
     return Transcript(path, told, header, rest, end, content, last, torn)
 
 
-def _decoded(raw: bytes, path: str) -> str:
+def _decode_utf8(raw: bytes, path: str) -> str:
     try:
         return raw.decode()
     except UnicodeDecodeError as error:
@@ -156,7 +168,7 @@ def _decoded(raw: bytes, path: str) -> str:
         raise BadTranscript(path, line, column, "not UTF-8") from None
 
 
-def _split(content: str, path: str) -> tuple[str, str, str]:
+def _split_sections(content: str, path: str) -> tuple[str, str, str]:
     """The whole blocks, the end block or '', and the torn tail or ''."""
     if "\r" in content:
         line = content[: content.index("\r")].count("\n") + 1
@@ -164,12 +176,12 @@ def _split(content: str, path: str) -> tuple[str, str, str]:
         raise BadTranscript(path, line, None, fault)
     at = content.rfind("\n\n") + 2 if "\n\n" in content else 0
     tail = content[at:]
-    if END.match(tail):
+    if END_BLOCK_PATTERN.match(tail):
         return content[:at], tail, ""
-    return (content, "", "") if NOTES.match(tail) else (content[:at], "", tail)
+    return (content, "", "") if NOTES_PATTERN.match(tail) else (content[:at], "", tail)
 
 
-def _blocks(content: str, path: str, first: int) -> Iterator[Block]:
+def _parse_blocks(content: str, path: str, first: int) -> Iterator[Block]:
     """The blocks of some whole lines, the first of which has this number.
 
     Most lines of a game come again and again: these are read once, and their values shared.
@@ -180,11 +192,15 @@ def _blocks(content: str, path: str, first: int) -> Iterator[Block]:
     frame: list[str] = []
     notes: list[tuple[int, str]] = []
     begun = first
-    for line, row in enumerate(_rows(content), first):
+    for line, row in enumerate(_iter_lines(content), first):
         found = known.get(row)
-        if found is None and row and not _beside(row, line, path, len(entries), frame, notes):
-            found = keyed(row, path, line)
-            if len(known) < MOST_KNOWN:
+        if (
+            found is None
+            and row
+            and not _collect_frame_or_note(row, line, path, len(entries), frame, notes)
+        ):
+            found = parse_line(row, path, line)
+            if len(known) < MAX_CACHED_LINES:
                 known[row] = found
         if found:
             key, value = found
@@ -200,7 +216,7 @@ def _blocks(content: str, path: str, first: int) -> Iterator[Block]:
             keys = tuple(entries)
             block = Block(begun, keys, tuple(entries.values()), tuple(frame), tuple(notes))
             if keys not in shapes:
-                shapes[keys] = _ordered(block, path)
+                shapes[keys] = _check_key_order(block, path)
             block.keys = shapes[keys]
             yield block
             entries.clear()
@@ -208,26 +224,26 @@ def _blocks(content: str, path: str, first: int) -> Iterator[Block]:
             notes.clear()
 
 
-def _rows(content: str) -> Iterator[str]:
+def _iter_lines(content: str) -> Iterator[str]:
     """The lines, of which not all are held at once."""
     at = 0
-    while (end := content.find("\n", at + LONGEST_LINE)) >= 0:
+    while (end := content.find("\n", at + MAX_LINE_CHARS)) >= 0:
         yield from content[at:end].split("\n")
         at = end + 1
     yield from content[at:].split("\n")
 
 
-def _beside(  # noqa: PLR0913, PLR0917 - a line, and where it goes
-    row: str, line: int, path: str, before: int, frame: list[str], notes: list[tuple[int, str]]
+def _collect_frame_or_note(  # noqa: PLR0913, PLR0917 - a line, and where it goes
+    row: str, line: int, path: str, entry_count: int, frame: list[str], notes: list[tuple[int, str]]
 ) -> bool:
     """Whether a line is one of a frame, or a note; it is kept as such."""
-    if len(row) > LONGEST_LINE:
+    if len(row) > MAX_LINE_CHARS:
         fault = "a line of over a million characters"
-        raise BadTranscript(path, line, LONGEST_LINE + 1, fault)
+        raise BadTranscript(path, line, MAX_LINE_CHARS + 1, fault)
     if row[0] not in "#|":
         return False
     if row == "#" or row.startswith("# "):
-        notes.append((before + len(frame), row))
+        notes.append((entry_count + len(frame), row))
     elif row[0] == "|":
         frame.append(sys.intern(row[2:]))
     else:
@@ -235,11 +251,11 @@ def _beside(  # noqa: PLR0913, PLR0917 - a line, and where it goes
     return True
 
 
-def _ordered(block: Block, path: str) -> tuple[str, ...]:
+def _check_key_order(block: Block, path: str) -> tuple[str, ...]:
     """The keys of a block, which must be its kind's, in order."""
-    if block.kind not in BLOCKS:
-        raise BadTranscript(path, block.line, 1, str(UnknownName("block", block.kind, BLOCKS)))
-    order = BLOCKS[block.kind]
+    if block.kind not in BLOCK_KEYS:
+        raise BadTranscript(path, block.line, 1, str(UnknownName("block", block.kind, BLOCK_KEYS)))
+    order = BLOCK_KEYS[block.kind]
     for key, entry in block.entries.items():
         if key not in order:
             raise BadTranscript(path, entry.line, 1, str(UnknownName("key", key, order)))
@@ -249,21 +265,26 @@ def _ordered(block: Block, path: str) -> tuple[str, ...]:
     return block.keys
 
 
-def header_of(block: Block, path: str) -> Header:
+def parse_header(block: Block, path: str) -> Header:
     """The header that a block holds; raises BadTranscript where it is none."""
-    _told(block, path, "dmplay", FORMAT)
-    told = {line.field: _told(block, path, line.key, line.kind, line.default) for line in LINES}
+    _read_header_value(block, path, "dmplay", VERSION_TYPE)
+    told = {
+        line.field: _read_header_value(block, path, line.key, line.value_type, line.default)
+        for line in HEADER_LINES
+    }
     return Header(**told)
 
 
-def _told(block: Block, path: str, key: str, kind: Kind, default: object = MISSING) -> Any:
+def _read_header_value(
+    block: Block, path: str, key: str, value_type: ValueType, default: object = MISSING
+) -> Any:
     """What stands on a line of the header, or what is meant where there is none."""
     entry = block.entries.get(key)
     if entry is None and default is MISSING:
-        what = f"the header has no {key}: {kind.expected}"
+        what = f"the header has no {key}: {value_type.expected}"
         raise BadTranscript(path, block.line, None, what)
     if entry is None:
         return default
-    if not kind.holds(entry.value):
-        raise BadTranscript(path, entry.line, None, f"{key}: expected {kind.expected}")
+    if not value_type.accepts(entry.value):
+        raise BadTranscript(path, entry.line, None, f"{key}: expected {value_type.expected}")
     return entry.value

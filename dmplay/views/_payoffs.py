@@ -7,203 +7,240 @@ from rich.text import Text
 
 from dmplay.matrix_game import MatrixGame
 from dmplay.session import View
-from dmplay.views._advice import loss, losses, under
+from dmplay.views._advice import (
+    format_regret_rows,
+    format_regret_with_bar,
+    iter_with_and_without_rows,
+)
 from dmplay.views.canvas import Canvas
-from dmplay.views.style import Look
+from dmplay.views.style import DrawOptions
 
-INITIAL = 2  # columns of an action's first letter in the rounds
-CELL, STUB = 15, 12  # columns: of a large cell, before it
-PAY = 5  # columns of a round where it stands with its pay
-LOSS = 4  # columns of a bar of what an action loses
+INITIAL_COLUMNS = 2  # columns of an action's first letter in the rounds
+CELL_COLUMNS, ROW_LABEL_COLUMNS = 15, 12  # columns: of a large cell, before it
+PAID_ROUND_COLUMNS = 5  # columns of a round where it stands with its pay
+REGRET_BAR_COLUMNS = 4  # columns of a bar of what an action loses
 
 
-def last(view: View[MatrixGame]) -> tuple[int, int] | None:
+def get_last_joint_action(view: View[MatrixGame]) -> tuple[int, int] | None:
     """Both actions of the last round."""
-    return (int(view.joint[-1][0]), int(view.joint[-1][1])) if view.joint else None
+    return (
+        (int(view.joint_actions[-1][0]), int(view.joint_actions[-1][1]))
+        if view.joint_actions
+        else None
+    )
 
 
-def boards(view: View[MatrixGame], look: Look) -> Iterator[Text]:
+def iter_boards(view: View[MatrixGame], options: DrawOptions) -> Iterator[Text]:
     """A table that names who chooses and who gets what, with the rounds; then smaller tables."""
-    if look.large:
-        yield _large(view, look)
+    if options.allow_large:
+        yield _draw_large_board(view, options)
     names = view.problem.actions[view.seat]
-    yield from under(_tables(view, look), [*losses(look, names), *_pays(view, look)], look)
+    yield from iter_with_and_without_rows(
+        _iter_small_boards(view, options),
+        [*format_regret_rows(options, names), *_format_reply_payoffs(view, options)],
+        options,
+    )
 
 
-def _tables(view: View[MatrixGame], look: Look) -> Iterator[Text]:
+def _iter_small_boards(view: View[MatrixGame], options: DrawOptions) -> Iterator[Text]:
     """The table with the last play in brackets, and the rounds so far; then the table alone."""
     for width in (10, 8, 6):
         for history in (True, False):
             canvas = Canvas()
-            bottom = _table(view, canvas, width)
-            canvas.put(0, 0, f"{called(view)[0]} ↓" * look.large, "dim")
+            bottom = _draw_payoff_table(view, canvas, width)
+            canvas.write_text(0, 0, f"{list_agent_names(view)[0]} ↓" * options.allow_large, "dim")
             if history:
-                rounds(view, canvas, bottom + 1, look.width, column=INITIAL)
-            yield canvas.text()
+                draw_rounds(view, canvas, bottom + 1, options.width, round_columns=INITIAL_COLUMNS)
+            yield canvas.to_text()
 
 
-def _large(view: View[MatrixGame], look: Look) -> Text:
+def _draw_large_board(view: View[MatrixGame], options: DrawOptions) -> Text:
     """The table that names who gets what, the rounds, and what the action in question pays."""
     canvas = Canvas()
-    y = paid_rounds(view, canvas, _named_table(view, canvas, look) + 1, look.width)
-    for row, told_ in enumerate(_pays(view, look), y):
-        canvas.put(0, row, told_)
-    return canvas.text()
+    y = draw_paid_rounds(view, canvas, _draw_named_table(view, canvas, options) + 1, options.width)
+    for row, told_ in enumerate(_format_reply_payoffs(view, options), y):
+        canvas.write_text(0, row, told_)
+    return canvas.to_text()
 
 
-def _named_table(view: View[MatrixGame], canvas: Canvas, look: Look) -> int:
+def _draw_named_table(view: View[MatrixGame], canvas: Canvas, options: DrawOptions) -> int:
     """The table with both payoffs of a cell by name; the row after it."""
-    problem, played = view.problem, last(view)
+    problem, played = view.problem, get_last_joint_action(view)
     rows, columns = problem.actions
-    down, across = named(view)
-    canvas.put(0, 0, down)
-    canvas.put(0, 1, "chooses", "dim")
-    canvas.put(STUB + 2, 0, f"{across} chooses")
-    marks = [loss(look, action, LOSS) for action in range(len(problem.actions[view.seat]))]
+    down, across = list_marked_agent_names(view)
+    canvas.write_text(0, 0, down)
+    canvas.write_text(0, 1, "chooses", "dim")
+    canvas.write_text(ROW_LABEL_COLUMNS + 2, 0, f"{across} chooses")
+    marks = [
+        format_regret_with_bar(options, action, REGRET_BAR_COLUMNS)
+        for action in range(len(problem.actions[view.seat]))
+    ]
     for j, name in enumerate(columns):
-        x = STUB + (CELL + 1) * j
+        x = ROW_LABEL_COLUMNS + (CELL_COLUMNS + 1) * j
         chosen = played is not None and played[1] == j
-        _choice(canvas, x + 1, 1, name, chosen=chosen)
-        canvas.put(x + 3, 2, marks[j] if view.seat else "", "yellow")
-    y = 3 if view.seat and look.regret is not None else 2
+        _draw_action_label(canvas, x + 1, 1, name, is_last_choice=chosen)
+        canvas.write_text(x + 3, 2, marks[j] if view.seat else "", "yellow")
+    y = 3 if view.seat and options.regret is not None else 2
     lines = [*range(1, y), *(y + row for row in range(3 * len(rows)) if row % 3)]
     for i, name in enumerate(rows):
-        canvas.put(0, y, "─" * STUB + ("┼" + "─" * CELL) * len(columns), "dim")
+        canvas.write_text(
+            0, y, "─" * ROW_LABEL_COLUMNS + ("┼" + "─" * CELL_COLUMNS) * len(columns), "dim"
+        )
         chosen = played is not None and played[0] == i
-        _choice(canvas, 0, y + 1, name, chosen=chosen)
-        canvas.put(2, y + 2, "" if view.seat else marks[i], "yellow")
+        _draw_action_label(canvas, 0, y + 1, name, is_last_choice=chosen)
+        canvas.write_text(2, y + 2, "" if view.seat else marks[i], "yellow")
         for j in range(len(columns)):
-            _cell(view, canvas, (i, j), y + 1, look)
+            _draw_payoff_cell(view, canvas, (i, j), y + 1, options)
         y += 3
     for row, j in product(lines, range(len(columns))):
-        canvas.put(STUB + (CELL + 1) * j, row, "│", "dim")
+        canvas.write_text(ROW_LABEL_COLUMNS + (CELL_COLUMNS + 1) * j, row, "│", "dim")
     return y
 
 
-def _choice(canvas: Canvas, x: int, y: int, name: str, *, chosen: bool) -> None:
+def _draw_action_label(canvas: Canvas, x: int, y: int, name: str, *, is_last_choice: bool) -> None:
     """An action at the edge of the table, with a mark where it was the last choice."""
-    canvas.put(x, y, ">" if chosen else " ", "bold")
-    canvas.put(x + 2, y, name)
+    canvas.write_text(x, y, ">" if is_last_choice else " ", "bold")
+    canvas.write_text(x + 2, y, name)
 
 
-def named(view: View[MatrixGame]) -> list[str]:
+def list_marked_agent_names(view: View[MatrixGame]) -> list[str]:
     """Both agents by name, and which of them the seat is."""
-    you = {view.seat: " (you)"} if view.you == "you" else {}
+    you = {view.seat: " (you)"} if view.player_label == "you" else {}
     return [name + you.get(seat, "") for seat, name in enumerate(view.problem.agents)]
 
 
-def called(view: View[MatrixGame]) -> list[str]:
+def list_agent_names(view: View[MatrixGame]) -> list[str]:
     """Both agents, as the seat calls them."""
     agents = enumerate(view.problem.agents)
-    return [view.you if seat == view.seat else name for seat, name in agents]
+    return [view.player_label if seat == view.seat else name for seat, name in agents]
 
 
-def _cell(view: View[MatrixGame], canvas: Canvas, at: tuple[int, int], y: int, look: Look) -> None:
+def _draw_payoff_cell(
+    view: View[MatrixGame],
+    canvas: Canvas,
+    joint_action: tuple[int, int],
+    y: int,
+    options: DrawOptions,
+) -> None:
     """What a pair of actions pays each: in brackets where it was the last play."""
-    here = at == last(view)
-    tried = look.outlook is not None and at[view.seat] == int(look.outlook.action)
-    x = STUB + (CELL + 1) * at[1] + 1
-    pays = zip(called(view), view.problem.payoffs[at], strict=True)
+    here = joint_action == get_last_joint_action(view)
+    tried = options.forecast is not None and joint_action[view.seat] == int(options.forecast.action)
+    x = ROW_LABEL_COLUMNS + (CELL_COLUMNS + 1) * joint_action[1] + 1
+    pays = zip(list_agent_names(view), view.problem.payoffs[joint_action], strict=True)
     for row, (name, pay) in enumerate(pays):
         style = "bold reverse" if here else "bold yellow" if tried else ""
-        told_ = f"{name:<{CELL - 9}} {pay:>4g}"
-        canvas.put(x + 1, y + row, f"[{told_}]" if here else f" {told_} ", style)
+        told_ = f"{name:<{CELL_COLUMNS - 9}} {pay:>4g}"
+        canvas.write_text(x + 1, y + row, f"[{told_}]" if here else f" {told_} ", style)
 
 
-def initial(action: str) -> str:
+def abbreviate_action(action: str) -> str:
     """What stands for an action in the rounds: a number, or its first letter."""
     return action if action.isdigit() else action[0].upper()
 
 
-def _pays(view: View[MatrixGame], look: Look) -> list[str]:
+def _format_reply_payoffs(view: View[MatrixGame], options: DrawOptions) -> list[str]:
     """What each reply pays for the action in question."""
-    if look.outlook is None:
+    if options.forecast is None:
         return []
-    problem, seat, mine = view.problem, view.seat, int(look.outlook.action)
+    problem, seat, mine = view.problem, view.seat, int(options.forecast.action)
     paid = problem.payoffs[mine, :, 0] if seat == 0 else problem.payoffs[:, mine, 1]
     replies = zip(paid, problem.actions[1 - seat], strict=True)
     first, *others = (f"{pay:g} {reply}" for pay, reply in replies)
     told_ = ", ".join([first.replace(" ", " against ", 1), *others])
-    return [f"if {problem.action_name(seat, mine)}: {told_}"]
+    return [f"if {problem.format_action(seat, mine)}: {told_}"]
 
 
-def paid_rounds(view: View[MatrixGame], canvas: Canvas, y: int, width: int) -> int:
+def draw_paid_rounds(view: View[MatrixGame], canvas: Canvas, y: int, width: int) -> int:
     """Who did what and what it paid, so many columns a round, and the sums; the row after it.
 
     The rounds move to the left by several at a time: most of them only add a column.
     """
     problem = view.problem
-    joints = [(int(first), int(second)) for first, second in view.joint or ()]
-    room = max((width - STUB) // PAY, 1)
+    joints = [(int(first), int(second)) for first, second in view.joint_actions or ()]
+    room = max((width - ROW_LABEL_COLUMNS) // PAID_ROUND_COLUMNS, 1)
     step, past = max(room // 3, 1), max(len(joints) - room, 0)
     kept = joints[-(-past // step) * step :]
-    for seat, name in enumerate(called(view)):
+    for seat, name in enumerate(list_agent_names(view)):
         total = sum(float(problem.payoffs[joint][seat]) for joint in joints)
-        canvas.put(0, y + 2 * seat, name)
-        canvas.put(0, y + 2 * seat + 1, f"total {total:g}", "dim")
-        did = [initial(problem.actions[seat][joint[seat]]) for joint in kept]
+        canvas.write_text(0, y + 2 * seat, name)
+        canvas.write_text(0, y + 2 * seat + 1, f"total {total:g}", "dim")
+        did = [abbreviate_action(problem.actions[seat][joint[seat]]) for joint in kept]
         got = [f"{problem.payoffs[joint][seat]:g}" for joint in kept]
-        canvas.put(STUB, y + 2 * seat, "".join(word.rjust(PAY) for word in did))
-        canvas.put(STUB, y + 2 * seat + 1, "".join(pay.rjust(PAY) for pay in got))
+        canvas.write_text(
+            ROW_LABEL_COLUMNS, y + 2 * seat, "".join(word.rjust(PAID_ROUND_COLUMNS) for word in did)
+        )
+        canvas.write_text(
+            ROW_LABEL_COLUMNS,
+            y + 2 * seat + 1,
+            "".join(pay.rjust(PAID_ROUND_COLUMNS) for pay in got),
+        )
     return y + 4
 
 
-def _table(view: View[MatrixGame], canvas: Canvas, width: int) -> int:
+def _draw_payoff_table(view: View[MatrixGame], canvas: Canvas, width: int) -> int:
     """The table, the last play in brackets; the row after it."""
     problem = view.problem
     rows, columns = problem.actions
-    played = last(view)
+    played = get_last_joint_action(view)
     stub = max(max(map(len, rows)) + 1, width)
     for j, name in enumerate(columns):
         x = stub + j * (width + 1)
-        canvas.put(x, 0, "│", "dim")
+        canvas.write_text(x, 0, "│", "dim")
         chosen = played is not None and played[1] == j
-        canvas.put(x + 1, 0, name[:width].center(width), "bold" if chosen else "")
-    canvas.put(0, 1, "─" * stub + ("┼" + "─" * width) * len(columns), "dim")
+        canvas.write_text(x + 1, 0, name[:width].center(width), "bold" if chosen else "")
+    canvas.write_text(0, 1, "─" * stub + ("┼" + "─" * width) * len(columns), "dim")
     for i, name in enumerate(rows):
         mark = ">" if played and played[0] == i else " "
-        canvas.put(0, i + 2, mark + name, "bold" if mark == ">" else "")
+        canvas.write_text(0, i + 2, mark + name, "bold" if mark == ">" else "")
         for j in range(len(columns)):
             x = stub + j * (width + 1)
             pay = "{:g}, {:g}".format(*problem.payoffs[i, j])
             here = played == (i, j)
-            canvas.put(x, i + 2, "│", "dim")
+            canvas.write_text(x, i + 2, "│", "dim")
             shown = f"[{pay}]" if here else pay
             if len(shown) > width:
                 shown = shown.replace(", ", ",")
-            canvas.put(x + 1, i + 2, shown.center(width), "bold reverse" if here else "")
+            canvas.write_text(x + 1, i + 2, shown.center(width), "bold reverse" if here else "")
     return len(rows) + 2
 
 
-def rounds(  # noqa: PLR0913 - a place on the canvas, and what goes there
-    view: View[MatrixGame], canvas: Canvas, y: int, width: int, *, column: int, none: str = ""
+def draw_rounds(  # noqa: PLR0913 - a place on the canvas, and what goes there
+    view: View[MatrixGame],
+    canvas: Canvas,
+    y: int,
+    width: int,
+    *,
+    round_columns: int,
+    empty_text: str = "",
 ) -> None:
     """Who did what, a row an agent and so many columns a round, the last rounds at the end."""
     problem = view.problem
     stub = max(map(len, problem.agents)) + 7
-    joints = (view.joint or ())[-max((width - stub) // column, 1) :]
-    for seat, agent in enumerate(named(view)):
-        canvas.put(0, y + seat, agent)
-        words = [problem.actions[seat][int(joint[seat])].upper() for joint in joints] or [none]
-        row = "".join(word[: column - 1].rjust(column) for word in words)
-        canvas.put(stub - 1, y + seat, row, "bold")
+    joints = (view.joint_actions or ())[-max((width - stub) // round_columns, 1) :]
+    for seat, agent in enumerate(list_marked_agent_names(view)):
+        canvas.write_text(0, y + seat, agent)
+        words = [problem.actions[seat][int(joint[seat])].upper() for joint in joints] or [
+            empty_text
+        ]
+        row = "".join(word[: round_columns - 1].rjust(round_columns) for word in words)
+        canvas.write_text(stub - 1, y + seat, row, "bold")
 
 
-def panel(view: View[MatrixGame]) -> list[tuple[str, str]]:
+def panel_rows(view: View[MatrixGame]) -> list[tuple[str, str]]:
     """What the board does not tell."""
     return [("discount", f"{view.problem.discount:g}")]
 
 
-def told(view: View[MatrixGame]) -> str:
+def describe_turn(view: View[MatrixGame]) -> str:
     """Who chose what."""
     problem = view.problem
-    played = last(view)
+    played = get_last_joint_action(view)
     assert played
     both = zip(problem.agents, problem.actions, played, strict=True)
     return ". ".join(f"{agent} chose {names[action]}" for agent, names, action in both) + "."
 
 
-def situation(view: View[MatrixGame]) -> str:
+def describe_situation(view: View[MatrixGame]) -> str:
     """One sentence a cell, and the last round."""
     problem = view.problem
     rows, columns = problem.actions
@@ -213,6 +250,6 @@ def situation(view: View[MatrixGame]) -> str:
         for i, mine in enumerate(rows)
         for j, theirs in enumerate(columns)
     ]
-    before = [f"last round: {told(view)}"] if view.turn else []
-    you = [f"you are {problem.agents[view.seat]}."] if view.you == "you" else []
+    before = [f"last round: {describe_turn(view)}"] if view.turns_played else []
+    you = [f"you are {problem.agents[view.seat]}."] if view.player_label == "you" else []
     return " ".join([*you, *before, *cells])

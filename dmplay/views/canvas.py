@@ -9,15 +9,15 @@ from rich.text import Span, Text
 
 from dmplay.budget import Budget
 
-ASCII = str.maketrans(
+ASCII_TRANSLATION = str.maketrans(
     dict(zip("─│┄━┷╋╱╲┌┐└┘├┤┬┴┼", "-|-=^#/\\+++++++++", strict=True))
     | dict(zip("←→↑↓◆●○∘·•✓✗×…▒█", "<>^v+*oo.*vxx~:#", strict=True))
     | dict(zip("▁▂▃▄▅▆▇▏▎▍▌▋▊▉", "_.:-=+*       ", strict=True))
 )
-BARS = "▁▂▃▄▅▆▇█"  # eighths of a row
-MOST = 3e6  # cells of a drawing
-SPARE = 80  # cells by which a row grows beyond what is written, as more is to come
-DIAGONALS = {"↗": "NE", "↖": "NW", "↙": "SW", "↘": "SE"}
+BAR_LEVELS = "▁▂▃▄▅▆▇█"  # eighths of a row
+MAX_CELLS = 3e6  # cells of a drawing
+SPARE_CELLS = 80  # cells by which a row grows beyond what is written, as more is to come
+DIAGONAL_ARROW_NAMES = {"↗": "NE", "↖": "NW", "↙": "SW", "↘": "SE"}
 
 
 class Canvas:
@@ -25,7 +25,7 @@ class Canvas:
 
     def __init__(self) -> None:
         self._rows: list[tuple[list[str], list[str]]] = []  # glyphs, and the style of each
-        self._budget = Budget("a drawing", "try a smaller map", MOST)
+        self._budget = Budget("a drawing", "try a smaller map", MAX_CELLS)
 
     def copy(self) -> "Canvas":
         """One more with the same drawing."""
@@ -33,34 +33,34 @@ class Canvas:
         other._rows = [(glyphs.copy(), styles.copy()) for glyphs, styles in self._rows]
         return other
 
-    def put(self, x: int, y: int, text: str, style: str = "") -> None:
+    def write_text(self, x: int, y: int, text: str, style: str = "") -> None:
         """Writes text from column x of row y on; raises TooMuch far out."""
         end = x + len(text)
         if y >= len(self._rows):
-            self._budget.spend(y - len(self._rows))
+            self._budget.spend_work(y - len(self._rows))
             self._rows.extend(([], []) for _ in range(y + 1 - len(self._rows)))
         glyphs, styles = self._rows[y]
         if end > len(glyphs):
-            missing = end - len(glyphs) + SPARE
-            self._budget.spend(missing)
+            missing = end - len(glyphs) + SPARE_CELLS
+            self._budget.spend_work(missing)
             glyphs.extend(" " * missing)
             styles.extend([""] * missing)
         glyphs[x:end] = text
         styles[x:end] = [style] * len(text)
 
-    def text(self) -> Text:
+    def to_text(self) -> Text:
         """The drawing, a line a row, without trailing blanks."""
         rows: list[str] = []
         spans: list[Span] = []
         start = 0
         for glyphs, styles in self._rows:
             rows.append("".join(glyphs).rstrip())
-            spans += _runs(rows[-1], styles, start)
+            spans += _build_spans(rows[-1], styles, start)
             start += len(rows[-1]) + 1
         return Text("\n".join(rows), spans=spans, no_wrap=True)
 
 
-def _runs(plain: str, styles: list[str], start: int) -> list[Span]:
+def _build_spans(plain: str, styles: list[str], start: int) -> list[Span]:
     """The styled pieces of a row that begins at `start`.
 
     A blank takes its neighbour's style, so that a row has few pieces.
@@ -69,7 +69,7 @@ def _runs(plain: str, styles: list[str], start: int) -> list[Span]:
     style, since, at = "", 0, 0
     for own, cells in groupby(styles[: len(plain)]):
         first, at = at, at + len([*cells])
-        if not own and not _lined(style):
+        if not own and not _is_visible_on_blank(style):
             piece = plain[first:at]
             first += len(piece) - len(piece.lstrip(" "))
         if own == style or first == at:
@@ -82,54 +82,54 @@ def _runs(plain: str, styles: list[str], start: int) -> list[Span]:
     return found
 
 
-def _lined(style: str) -> bool:
+def _is_visible_on_blank(style: str) -> bool:
     return "underline" in style or "reverse" in style
 
 
-def written(*rows: str) -> Text:
+def draw_text_rows(*rows: str) -> Text:
     """Words alone for a drawing, a line a row."""
     canvas = Canvas()
     for y, row in enumerate(rows):
-        canvas.put(0, y, row, "bold")
-    return canvas.text()
+        canvas.write_text(0, y, row, "bold")
+    return canvas.to_text()
 
 
-def picture(told: str | Text) -> Text:
+def sanitize_drawing(drawing: str | Text) -> Text:
     """A drawing of somebody else's: its rows as they are, its colours, and nothing that moves."""
-    drawn = told if isinstance(told, Text) else Text.from_ansi(told)
-    return Text("\n", no_wrap=True).join(map(_cleaned, by_rows(drawn)))
+    drawn = drawing if isinstance(drawing, Text) else Text.from_ansi(drawing)
+    return Text("\n", no_wrap=True).join(map(_sanitize_row, split_rows(drawn)))
 
 
-def _cleaned(row: Text) -> Text:
+def _sanitize_row(row: Text) -> Text:
     """A row without links, and with an escape for what does not print."""
     row.expand_tabs(8)
     plain = "".join(glyph if glyph.isprintable() else "?" for glyph in row.plain)
-    spans = [Span(start, end, _unlinked(style)) for start, end, style in row.spans]
+    spans = [Span(start, end, _remove_link(style)) for start, end, style in row.spans]
     return Text(plain, spans=spans, no_wrap=True)
 
 
-def _unlinked(style: str | Style) -> str | Style:
+def _remove_link(style: str | Style) -> str | Style:
     return style.update_link(None) if isinstance(style, Style) else style
 
 
-def bare(text: str) -> str:
+def strip_escapes(text: str) -> str:
     """Words without escape sequences, in one line."""
     plain = Text.from_ansi(text).plain if "\x1b" in text else text
     return " / ".join(filter(None, (row.strip() for row in plain.split("\n"))))
 
 
-def size(text: Text) -> tuple[int, int]:
+def measure_text(text: Text) -> tuple[int, int]:
     """Columns and rows of a drawing."""
     rows = text.plain.split("\n")
     return max(map(len, rows)), len(rows)
 
 
-def by_rows(text: Text) -> list[Text]:
+def split_rows(text: Text) -> list[Text]:
     """The rows of a drawing, each with its own pieces."""
-    return cut(text.plain, text.spans)
+    return split_styled_rows(text.plain, text.spans)
 
 
-def cut(plain: str, spans: Sequence[Span]) -> list[Text]:
+def split_styled_rows(plain: str, spans: Sequence[Span]) -> list[Text]:
     """The rows of a drawing of these characters and pieces."""
     each = plain.split("\n")
     starts = [0, *accumulate(len(row) + 1 for row in each[:-1])]
@@ -143,29 +143,29 @@ def cut(plain: str, spans: Sequence[Span]) -> list[Text]:
     return [Text(row, spans=pieces) for row, pieces in zip(each, own, strict=True)]
 
 
-def plainly(text: Text) -> Text:
+def to_ascii(text: Text) -> Text:
     """The same drawing in ASCII, column by column."""
     plain = text.plain
-    for arrow, name in DIAGONALS.items():  # always with room at their right
+    for arrow, name in DIAGONAL_ARROW_NAMES.items():  # always with room at their right
         plain = plain.replace(f"{arrow} ", name)
-    drawn = text.blank_copy(plain.translate(ASCII))
+    drawn = text.blank_copy(plain.translate(ASCII_TRANSLATION))
     drawn.spans = [*text.spans]
     return drawn
 
 
-def signed(value: float) -> str:
+def format_signed(value: float) -> str:
     """A reward with its sign: +5, -10, 0."""
     return f"{value:+g}" if value else "0"
 
 
-def percent(share: float) -> str:
+def format_percent(probability: float) -> str:
     """A probability in at most four columns: `7%`, `100%`, `<1%`; nothing for 0."""
-    if share < 1e-9:
+    if probability < 1e-9:
         return ""
-    return f"{100 * share:.0f}%" if share >= 0.005 else "<1%"
+    return f"{100 * probability:.0f}%" if probability >= 0.005 else "<1%"
 
 
-def short(value: float, width: int) -> str:
+def format_to_width(value: float, width: int) -> str:
     """A value in at most so many columns."""
     for decimals in (2, 1, 0):
         text = f"{value:.{decimals}f}"

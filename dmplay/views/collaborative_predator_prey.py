@@ -9,23 +9,27 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.chance import Reals
-from dmplay.hexes import DIRECTIONS, Hex, neighbours, notation_of
-from dmplay.problems.collaborative_predator_prey import CAPTURED, MOVED, CollaborativePredatorPrey
+from dmplay.hexes import DIRECTIONS, Hex, format_hex, hex_neighbours
+from dmplay.problems.collaborative_predator_prey import (
+    CAPTURE_REWARD,
+    MOVE_REWARD,
+    CollaborativePredatorPrey,
+)
 from dmplay.session import View
 from dmplay.views import hexgrid
-from dmplay.views._advice import losses
-from dmplay.views._belief import spark
-from dmplay.views.canvas import percent
-from dmplay.views.generic import seen
-from dmplay.views.hexgrid import Cell, Size
-from dmplay.views.style import Lesson, Look
+from dmplay.views._advice import format_regret_rows
+from dmplay.views._belief import format_sparkline
+from dmplay.views.canvas import format_percent
+from dmplay.views.generic import format_last_observation
+from dmplay.views.hexgrid import HexCell, HexSize
+from dmplay.views.style import DrawOptions, Lesson
 
-FAMILY, KEYS, LEFT = hexgrid.FAMILY, hexgrid.KEYS, hexgrid.LEFT
-TOLD = 4  # likeliest hexes that are told in words
-SIX = 58  # columns of what six ways lose
-SHADES = 4  # of the prey, the darkest where it is likeliest
-FEW = 3  # likeliest hexes that have their percent
-CERTAIN = 1 - 1e-9
+KEY_FAMILY, KEYS, SECOND_PLAYER_KEYS = hexgrid.KEY_FAMILY, hexgrid.KEYS, hexgrid.SECOND_PLAYER_KEYS
+MAX_DESCRIBED_HEXES = 4  # likeliest hexes that are told in words
+REGRET_ROW_COLUMNS = 58  # columns of what six ways lose
+PREY_SHADE_COUNT = 4  # of the prey, the darkest where it is likeliest
+MAX_PERCENT_HEXES = 3  # likeliest hexes that have their percent
+MIN_CERTAIN_PROBABILITY = 1 - 1e-9
 
 
 class Marginals(NamedTuple):
@@ -35,194 +39,240 @@ class Marginals(NamedTuple):
     you: Reals  # [H]
 
 
-def marginals(view: View[CollaborativePredatorPrey]) -> Marginals | None:
+def compute_marginals(view: View[CollaborativePredatorPrey]) -> Marginals | None:
     """What the belief says of each hex; None where it is too large to have."""
-    return None if view.beliefs is None else _each(view, view.belief)
+    return None if view.beliefs is None else _marginalize_belief(view, view.belief)
 
 
-def _each(view: View[CollaborativePredatorPrey], belief: Reals) -> Marginals:
+def _marginalize_belief(view: View[CollaborativePredatorPrey], belief: Reals) -> Marginals:
     """What a belief says of each hex."""
     problem = view.problem
-    joint = belief.reshape((len(problem.hexes),) * problem.walkers)
+    joint = belief.reshape((len(problem.hexes),) * problem.walker_count)
 
-    def over(walker: int) -> Reals:
-        others = tuple(axis for axis in range(problem.walkers) if axis != walker)
+    def sum_over_others(walker: int) -> Reals:
+        others = tuple(axis for axis in range(problem.walker_count) if axis != walker)
         return np.asarray(joint.sum(axis=others))
 
-    return Marginals(over(problem.walkers - 1), over(view.seat))
+    return Marginals(sum_over_others(problem.walker_count - 1), sum_over_others(view.seat))
 
 
-def _here(view: View[CollaborativePredatorPrey], known: Marginals | None) -> Hex | None:
+def _find_own_hex(view: View[CollaborativePredatorPrey], marginals: Marginals | None) -> Hex | None:
     """Where you are, if you know."""
-    if known is None or known.you.max() < CERTAIN:
+    if marginals is None or marginals.you.max() < MIN_CERTAIN_PROBABILITY:
         return None
-    return view.problem.hexes[int(known.you.argmax())]
+    return view.problem.hexes[int(marginals.you.argmax())]
 
 
-def boards(view: View[CollaborativePredatorPrey], look: Look) -> Iterator[Text]:
+def iter_boards(view: View[CollaborativePredatorPrey], options: DrawOptions) -> Iterator[Text]:
     """The map, the largest first, and a row that says how it is to be read."""
-    if look.large or look.outlook or look.regret is not None:
-        yield from _shaded(view, look)
+    if options.allow_large or options.forecast or options.regret is not None:
+        yield from _iter_shaded_maps(view, options)
     else:
-        yield from _numbered(view, look)
+        yield from _iter_numbered_maps(view, options)
 
 
-def _shaded(view: View[CollaborativePredatorPrey], look: Look) -> Iterator[Text]:
+def _iter_shaded_maps(
+    view: View[CollaborativePredatorPrey], options: DrawOptions
+) -> Iterator[Text]:
     """The belief as shades; of an action that is asked for, after each of its two likeliest senses;
     at the end who truly is where.
     """
-    problem, known = view.problem, marginals(view)
-    here = _here(view, known)
-    around = neighbours(here) if look.keys and here else []
-    shown = _after(view, look) or ([known.prey] if known else [])
+    problem, known = view.problem, compute_marginals(view)
+    here = _find_own_hex(view, known)
+    around = hex_neighbours(here) if options.show_keys and here else []
+    shown = _forecast_prey_marginals(view, options) or ([known.prey] if known else [])
     truly: dict[Hex, list[str]] = {}
-    for walker, place in enumerate([] if look.state is None else look.state):
-        truly.setdefault(problem.hexes[int(place)], []).append(_glyph(view, walker))
+    for walker, place in enumerate(
+        [] if options.revealed_state is None else options.revealed_state
+    ):
+        truly.setdefault(problem.hexes[int(place)], []).append(_get_agent_glyph(view, walker))
 
-    def cell(hex_: Hex, size: Size) -> Cell:
+    def draw_cell(hex_: Hex, size: HexSize) -> HexCell:
         at, room = problem.hexes.index(hex_), size.width - 1
-        shades = [_shade(belief, at, room if size.lines else 1, look.ascii) for belief in shown]
+        shades = [
+            _format_prey_shade(belief, at, room if size.text_rows else 1, options.ascii)
+            for belief in shown
+        ]
         first, last = (shades[0], shades[-1]) if shades else ("", "")
         if hex_ in truly:
             marks = "".join(sorted(truly[hex_]))[:room]
-            return Cell(marks, last, marks, "bold reverse" if "@" in marks else "bold yellow")
-        you = _density(known.you, at, room) if known and not truly else ""
+            return HexCell(marks, last, marks, "bold reverse" if "@" in marks else "bold yellow")
+        you = _format_own_density(known.you, at, room) if known and not truly else ""
         style = "bold reverse" if hex_ == here else "cyan"
-        if size.lines > 1:
-            key = hexgrid.key_of(look, around.index(hex_)) if hex_ in around else ""
-            return Cell(first if len(shades) > 1 else you or key, last, style=style)
-        shade = "@" + first[1:] if you and size.lines and len(shades) == 1 else first
-        return Cell(shade, dot=f"@{first}" if you and room > 1 else first or ".", style=style)
+        if size.text_rows > 1:
+            key = hexgrid.get_direction_key(options, around.index(hex_)) if hex_ in around else ""
+            return HexCell(first if len(shades) > 1 else you or key, last, style=style)
+        shade = "@" + first[1:] if you and size.text_rows and len(shades) == 1 else first
+        return HexCell(
+            shade, dot_glyph=f"@{first}" if you and room > 1 else first or ".", style=style
+        )
 
-    caption = _caption(view, look, here)
-    for drawn in map(Text.copy, hexgrid.grids(problem.hexes, cell, look)):
+    caption = _format_caption(view, options, here)
+    for drawn in map(Text.copy, hexgrid.iter_maps(problem.hexes, draw_cell, options)):
         for row in caption:
-            drawn.append(f"\n{row[: look.width]}", "dim")
+            drawn.append(f"\n{row[: options.width]}", "dim")
         yield drawn
 
 
-def _glyph(view: View[CollaborativePredatorPrey], walker: int) -> str:
+def _get_agent_glyph(view: View[CollaborativePredatorPrey], walker: int) -> str:
     """`@` for you, a capital for a partner, `o` for the prey."""
     if walker == view.seat:
         return "@"
-    return "o" if walker == view.problem.walkers - 1 else ascii_uppercase[walker]
+    return "o" if walker == view.problem.walker_count - 1 else ascii_uppercase[walker]
 
 
-def _shade(belief: Reals, at: int, room: int, plain: bool) -> str:
+def _format_prey_shade(belief: Reals, hex_index: int, width: int, ascii_only: bool) -> str:
     """How likely the prey is in a hex against the likeliest; in the few likeliest the percent."""
-    share, most = float(belief[at]), float(belief.max())
+    share, most = float(belief[hex_index]), float(belief.max())
     if share < 1e-9:
-        return " " * (room - 1) + "." if room == 1 else ""
-    shade = spark([math.ceil(SHADES * share / most - 1e-9) / SHADES - 1e-9], plain)
+        return " " * (width - 1) + "." if width == 1 else ""
+    shade = format_sparkline(
+        [math.ceil(PREY_SHADE_COUNT * share / most - 1e-9) / PREY_SHADE_COUNT - 1e-9], ascii_only
+    )
     many = int((belief >= share - 1e-9).sum())
-    told = percent(share) if many <= FEW else ""
-    return told.center(room, shade) if len(told) < room else shade * room
+    told = format_percent(share) if many <= MAX_PERCENT_HEXES else ""
+    return told.center(width, shade) if len(told) < width else shade * width
 
 
-def _density(belief: Reals, at: int, room: int) -> str:
+def _format_own_density(belief: Reals, hex_index: int, width: int) -> str:
     """A sign for each third of the likeliest hex's probability that you are here."""
-    share, most = float(belief[at]), float(belief.max())
-    signs = round(min(room, 3) * share / most)
-    if most >= CERTAIN:
+    share, most = float(belief[hex_index]), float(belief.max())
+    signs = round(min(width, 3) * share / most)
+    if most >= MIN_CERTAIN_PROBABILITY:
         return "@" * (signs > 0)
-    told = percent(share) if share >= most - 1e-9 and (belief >= most - 1e-9).sum() == 1 else ""
-    return f"@{told}" if told and len(told) < room else "@" * signs
+    told = (
+        format_percent(share) if share >= most - 1e-9 and (belief >= most - 1e-9).sum() == 1 else ""
+    )
+    return f"@{told}" if told and len(told) < width else "@" * signs
 
 
-def _after(view: View[CollaborativePredatorPrey], look: Look) -> list[Reals]:
+def _forecast_prey_marginals(
+    view: View[CollaborativePredatorPrey], options: DrawOptions
+) -> list[Reals]:
     """What would be believed of the prey after the two likeliest senses that an action brings."""
-    if look.outlook is None or look.outlook.beliefs is None:
+    if options.forecast is None or options.forecast.beliefs is None:
         return []
-    return [_each(view, belief).prey for belief in look.outlook.beliefs[:2]]
+    return [_marginalize_belief(view, belief).prey for belief in options.forecast.beliefs[:2]]
 
 
-def _caption(view: View[CollaborativePredatorPrey], look: Look, here: Hex | None) -> list[str]:
+def _format_caption(
+    view: View[CollaborativePredatorPrey], options: DrawOptions, own_hex: Hex | None
+) -> list[str]:
     """What was sensed, and how the map is to be read."""
-    if look.state is not None:
+    if options.revealed_state is not None:
         names = [*view.problem.agents, "prey"]
-        who = (f"{_glyph(view, walker)} {name}" for walker, name in enumerate(names))
+        who = (f"{_get_agent_glyph(view, walker)} {name}" for walker, name in enumerate(names))
         return [f"truly {', '.join(who)}"]
-    if look.outlook:
+    if options.forecast:
         senses = view.problem.observations[view.seat]
-        lines = zip(("upper", "lower"), look.outlook.states, look.outlook.chances, strict=False)
-        told = (f"{line} if {senses[int(sense)]}, {percent(float(p))}" for line, sense, p in lines)
-        return [f"{hexgrid.going(look.outlook)}, where the prey is", "; ".join(told)]
-    if look.regret is not None:
-        names = [hexgrid.key_of(look, way) for way in range(len(DIRECTIONS))]
-        room = look.beside if look.beside >= SIX else look.width
-        return losses(look._replace(width=room), names)
-    sensed = f"sensed {seen(view)}"
+        lines = zip(
+            ("upper", "lower"),
+            options.forecast.outcomes,
+            options.forecast.probabilities,
+            strict=False,
+        )
+        told = (
+            f"{line} if {senses[int(sense)]}, {format_percent(float(p))}"
+            for line, sense, p in lines
+        )
+        return [
+            f"{hexgrid.format_move_condition(options.forecast)}, where the prey is",
+            "; ".join(told),
+        ]
+    if options.regret is not None:
+        names = [hexgrid.get_direction_key(options, way) for way in range(len(DIRECTIONS))]
+        room = (
+            options.columns_beside_panel
+            if options.columns_beside_panel >= REGRET_ROW_COLUMNS
+            else options.width
+        )
+        return format_regret_rows(options._replace(width=room), names)
+    sensed = f"sensed {format_last_observation(view)}"
     if view.beliefs is None:
         return [f"{sensed}. belief too large"]
-    you, full = view.you, "#" if look.ascii else "█"
-    place = you if here else f"where {you} may be"
+    you, full = view.player_label, "#" if options.ascii else "█"
+    place = you if own_hex else f"where {you} may be"
     readings = f"@ {place}, {full} where the prey may be", f"@ {you}, {full} prey if likely", sensed
-    return [next(one for one in readings if len(one) <= look.width or one == sensed)]
+    return [next(one for one in readings if len(one) <= options.width or one == sensed)]
 
 
-def _numbered(view: View[CollaborativePredatorPrey], look: Look) -> Iterator[Text]:
+def _iter_numbered_maps(
+    view: View[CollaborativePredatorPrey], options: DrawOptions
+) -> Iterator[Text]:
     """Each hex with both probabilities, as a transcript has it."""
-    problem, known = view.problem, marginals(view)
-    here = _here(view, known)
-    around = neighbours(here) if look.keys and here else []
-    keys = {hex_: hexgrid.key_of(look, way) for way, hex_ in enumerate(around)}
-    true = set() if look.state is None else {problem.hexes[int(place)] for place in look.state}
+    problem, known = view.problem, compute_marginals(view)
+    here = _find_own_hex(view, known)
+    around = hex_neighbours(here) if options.show_keys and here else []
+    keys = {hex_: hexgrid.get_direction_key(options, way) for way, hex_ in enumerate(around)}
+    true = (
+        set()
+        if options.revealed_state is None
+        else {problem.hexes[int(place)] for place in options.revealed_state}
+    )
 
-    def cell(hex_: Hex, size: Size) -> Cell:
+    def draw_cell(hex_: Hex, size: HexSize) -> HexCell:
         if known is None:
-            return Cell("")
+            return HexCell("")
         at = problem.hexes.index(hex_)
         prey, you = float(known.prey[at]), float(known.you[at])
         style = "reverse" if hex_ in true else "bold" if prey >= known.prey.max() - 1e-9 else ""
-        if size.lines > 1:
-            note = _line("@", you, look) or keys.get(hex_, "")
-            return Cell(_line("o", prey, look), note, "", style)
-        if size == hexgrid.FINE:
-            return Cell("", dot=spark([prey], look.ascii) if prey >= 1e-9 else ".", style=style)
-        digits = percent(min(prey, 0.99)).rstrip("%")  # two columns
-        both = digits.rjust(2) + (spark([you], look.ascii) if you >= 1e-9 else " ")
-        return Cell(both, dot=both if both.strip() else ".", style=style)
+        if size.text_rows > 1:
+            note = _format_marked_percent("@", you, options) or keys.get(hex_, "")
+            return HexCell(_format_marked_percent("o", prey, options), note, "", style)
+        if size == hexgrid.SMALL_DOT_SIZE:
+            return HexCell(
+                "",
+                dot_glyph=format_sparkline([prey], options.ascii) if prey >= 1e-9 else ".",
+                style=style,
+            )
+        digits = format_percent(min(prey, 0.99)).rstrip("%")  # two columns
+        both = digits.rjust(2) + (format_sparkline([you], options.ascii) if you >= 1e-9 else " ")
+        return HexCell(both, dot_glyph=both if both.strip() else ".", style=style)
 
-    both = f"% prey, bar: {view.you}"
+    both = f"% prey, bar: {view.player_label}"
     small = (both, both, "bar: prey")
-    drawings = [*map(Text.copy, hexgrid.grids(problem.hexes, cell, look))]
-    legends = [f"o prey, @ {view.you}"] * (len(drawings) - len(small)) + [*small]
+    drawings = [*map(Text.copy, hexgrid.iter_maps(problem.hexes, draw_cell, options))]
+    legends = [f"o prey, @ {view.player_label}"] * (len(drawings) - len(small)) + [*small]
     for drawn, legend in zip(drawings, legends, strict=True):
-        said = f"sensed {seen(view)}. {legend if known else 'belief too large'}"
-        drawn.append(f"\n{said[: look.width]}")
-        if look.state is not None:
-            drawn.append(f"\n{_truth(view, look)}", "bold magenta")
+        said = f"sensed {format_last_observation(view)}. {legend if known else 'belief too large'}"
+        drawn.append(f"\n{said[: options.width]}")
+        if options.revealed_state is not None:
+            drawn.append(f"\n{_format_true_positions(view, options)}", "bold magenta")
         yield drawn
 
 
-def _line(mark: str, share: float, look: Look) -> str:
+def _format_marked_percent(mark: str, probability: float, options: DrawOptions) -> str:
     """A mark, a bar where there is room for it, and the percent, in five columns."""
-    told = percent(share)
-    shade = "" if look.ascii or len(told) > 3 else spark([share], plain=False)
+    told = format_percent(probability)
+    shade = (
+        "" if options.ascii or len(told) > 3 else format_sparkline([probability], ascii_only=False)
+    )
     return f"{mark}{shade}{told:>{4 - len(shade)}}" if told else ""
 
 
-def _truth(view: View[CollaborativePredatorPrey], look: Look) -> str:
+def _format_true_positions(view: View[CollaborativePredatorPrey], options: DrawOptions) -> str:
     """Where everyone truly is."""
     problem = view.problem
-    assert look.state is not None
+    assert options.revealed_state is not None
     names = [*problem.agents, "prey"]
-    places = [notation_of(problem.hexes[int(place)]) for place in look.state]
+    places = [format_hex(problem.hexes[int(place)]) for place in options.revealed_state]
     full = "truly " + ", ".join(
         f"{name} {place}" for name, place in zip(names, places, strict=True)
     )
-    return full if len(full) <= look.width else f"truly {' '.join(places)}"[: look.width]
+    return full if len(full) <= options.width else f"truly {' '.join(places)}"[: options.width]
 
 
-def _likeliest(
-    view: View[CollaborativePredatorPrey], shares: Reals, many: int
+def _list_likeliest_hexes(
+    view: View[CollaborativePredatorPrey], probabilities: Reals, hex_count: int
 ) -> list[tuple[str, float]]:
-    order = np.argsort(-np.round(shares, 9), kind="stable")[:many]
+    order = np.argsort(-np.round(probabilities, 9), kind="stable")[:hex_count]
     hexes = view.problem.hexes
-    return [(notation_of(hexes[i]), float(shares[i])) for i in order if shares[i] >= 0.0005]
+    return [
+        (format_hex(hexes[i]), float(probabilities[i])) for i in order if probabilities[i] >= 0.0005
+    ]
 
 
-def _partners(view: View[CollaborativePredatorPrey]) -> str:
+def _describe_partners(view: View[CollaborativePredatorPrey]) -> str:
     others = [agent for seat, agent in enumerate(view.problem.agents) if seat != view.seat]
     if not others:
         return ""
@@ -230,15 +280,15 @@ def _partners(view: View[CollaborativePredatorPrey]) -> str:
     return f" {' and '.join(others)} {verb} unseen and believed to act uniformly at random."
 
 
-def goal(view: View[CollaborativePredatorPrey]) -> list[str]:
+def goal_lines(view: View[CollaborativePredatorPrey]) -> list[str]:
     """What the team is paid, and what it cannot see."""
-    slip, own = view.problem.slip, view.you == "you"
+    slip, own = view.problem.slip, view.player_label == "you"
     return [
         "find the unseen prey",
-        f"a catch by anyone pays all {CAPTURED:g}",
-        f"else a turn costs {-MOVED:g}",
-        f"{view.you} {'sense' if own else 'senses'} it from the next hex",
-        *([f"{percent(slip)} of steps slip aside"] if slip else []),
+        f"a catch by anyone pays all {CAPTURE_REWARD:g}",
+        f"else a turn costs {-MOVE_REWARD:g}",
+        f"{view.player_label} {'sense' if own else 'senses'} it from the next hex",
+        *([f"{format_percent(slip)} of steps slip aside"] if slip else []),
     ]
 
 
@@ -247,54 +297,64 @@ def lesson(view: View[CollaborativePredatorPrey]) -> Lesson:
     problem, others = view.problem, len(view.problem.agents) - 1
     team = f", one of {others + 1} who cannot talk" if others else ""
     blind = "you see your own hex" if problem.sighted else "you see nothing, not even where you are"
-    slips = f"{percent(problem.slip)} of steps slip aside" if problem.slip else "no step slips"
+    slips = (
+        f"{format_percent(problem.slip)} of steps slip aside" if problem.slip else "no step slips"
+    )
     return Lesson(
         f"You are {problem.agents[view.seat]}{team}; {blind}, and only sense a prey on your hex or "
         "the next",
         f"You want to be where the prey is: a turn begun there pays {'all ' * (others > 0)}"
-        f"{CAPTURED:g}",
-        f"Any other turn costs {-MOVED:g}, and {slips}",
+        f"{CAPTURE_REWARD:g}",
+        f"Any other turn costs {-MOVE_REWARD:g}, and {slips}",
     )
 
 
-def panel(view: View[CollaborativePredatorPrey]) -> list[tuple[str, str]]:
+def panel_rows(view: View[CollaborativePredatorPrey]) -> list[tuple[str, str]]:
     """What you did and sensed; the board has what is likely, a reward would betray a capture."""
-    sensed = seen(view) if view.turn else "-"
+    sensed = format_last_observation(view) if view.turns_played else "-"
     reward = f"{view.rewards[-1]:g}" if view.rewards else "hidden"
-    rows = [("last", view.last.upper() or "-"), ("sensed", sensed), ("reward", reward)]
+    rows = [("last", view.last_action_label.upper() or "-"), ("sensed", sensed), ("reward", reward)]
     if len(view.problem.agents) > 1:
         rows.append(("partner", "unseen"))
     return [*rows, ("discount", f"{view.problem.discount:.2f} (gamma)")]
 
 
-def told(view: View[CollaborativePredatorPrey]) -> str:
+def describe_turn(view: View[CollaborativePredatorPrey]) -> str:
     """What you sensed and did, and where the prey and you most likely are."""
-    return f"{seen(view)}. chose {view.last.upper()}. {_believed(view, 1)}".rstrip()
+    return f"{format_last_observation(view)}. chose {view.last_action_label.upper()}. {_describe_belief(view, 1)}".rstrip()
 
 
-def _believed(view: View[CollaborativePredatorPrey], many: int) -> str:
+def _describe_belief(view: View[CollaborativePredatorPrey], hex_count: int) -> str:
     """The likeliest hexes of the prey and of you in words."""
-    known = marginals(view)
+    known = compute_marginals(view)
     if known is None:
         return ""
     sentences = []
     for name, shares in known._asdict().items():
-        each = ", ".join(f"{hex_} {share:.3f}" for hex_, share in _likeliest(view, shares, many))
-        sentences.append(f"{view.you if name == 'you' else name} likeliest at {each}.")
+        each = ", ".join(
+            f"{hex_} {share:.3f}" for hex_, share in _list_likeliest_hexes(view, shares, hex_count)
+        )
+        sentences.append(f"{view.player_label if name == 'you' else name} likeliest at {each}.")
     return " ".join(sentences)
 
 
-def situation(view: View[CollaborativePredatorPrey]) -> str:
+def describe_situation(view: View[CollaborativePredatorPrey]) -> str:
     """What you sensed, the belief, and where you see it the ways on."""
-    problem, known = view.problem, marginals(view)
-    sentences = [f"sensed {seen(view)}.", _believed(view, TOLD)]
-    here = _here(view, known)
+    problem, known = view.problem, compute_marginals(view)
+    sentences = [
+        f"sensed {format_last_observation(view)}.",
+        _describe_belief(view, MAX_DESCRIBED_HEXES),
+    ]
+    here = _find_own_hex(view, known)
     if known is not None and here:
 
-        def kind(hex_: Hex) -> str:
+        def describe_hex(hex_: Hex) -> str:
             return f"prey {known.prey[problem.hexes.index(hex_)]:.3f}"
 
-        sentences += [f"at {notation_of(here)}.", *hexgrid.ways(problem.hexes, here, kind)]
+        sentences += [
+            f"at {format_hex(here)}.",
+            *hexgrid.describe_neighbours(problem.hexes, here, describe_hex),
+        ]
     if known is None:
         return f"{sentences[0]} the belief is over too many states to be told."
-    return " ".join(sentences) + _partners(view)
+    return " ".join(sentences) + _describe_partners(view)

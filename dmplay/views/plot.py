@@ -14,7 +14,7 @@ class Axis(NamedTuple):
     low: float
     high: float
     name: str
-    form: str = "{:g}"
+    number_format: str = "{:g}"
 
 
 class Plot:
@@ -23,45 +23,51 @@ class Plot:
     def __init__(self, x: Axis, y: Axis, width: int = 60, height: int = 15) -> None:
         self.x, self.y = x, y
         self.width, self.height = width, height
-        self._stub = max(len(y.form.format(value)) for value in (y.low, y.high)) + 1
+        self._label_columns = (
+            max(len(y.number_format.format(value)) for value in (y.low, y.high)) + 1
+        )
         self._canvas = Canvas()
         for row in range(height):
-            self._canvas.put(self._stub, row + 1, "│", "dim")
-        self._canvas.put(self._stub, height + 1, "└" + "─" * width, "dim")
-        self._canvas.put(0, 0, y.name, "dim")
+            self._canvas.write_text(self._label_columns, row + 1, "│", "dim")
+        self._canvas.write_text(self._label_columns, height + 1, "└" + "─" * width, "dim")
+        self._canvas.write_text(0, 0, y.name, "dim")
         for row, value in ((1, y.high), (height, y.low)):
-            self._canvas.put(0, row, y.form.format(value).rjust(self._stub - 1), "dim")
-        low, high = x.form.format(x.low), x.form.format(x.high)
-        self._canvas.put(self._stub + 1, height + 2, low, "dim")
-        self._canvas.put(self._stub + width - len(high) + 1, height + 2, high, "dim")
-        middle = self._stub + 1 + (width - len(x.name)) // 2
-        self._canvas.put(middle, height + 2, x.name, "dim")
+            self._canvas.write_text(
+                0, row, y.number_format.format(value).rjust(self._label_columns - 1), "dim"
+            )
+        low, high = x.number_format.format(x.low), x.number_format.format(x.high)
+        self._canvas.write_text(self._label_columns + 1, height + 2, low, "dim")
+        self._canvas.write_text(
+            self._label_columns + width - len(high) + 1, height + 2, high, "dim"
+        )
+        middle = self._label_columns + 1 + (width - len(x.name)) // 2
+        self._canvas.write_text(middle, height + 2, x.name, "dim")
 
-    def column(self, x: float) -> int:
+    def column_of(self, x: float) -> int:
         """The column of a number."""
         return round((x - self.x.low) / (self.x.high - self.x.low) * (self.width - 1))
 
-    def value(self, column: int) -> float:
+    def value_at(self, column: int) -> float:
         """The number in the middle of a column."""
         return self.x.low + (self.x.high - self.x.low) * column / (self.width - 1)
 
-    def put(self, x: float, y: float, glyph: str, style: str = "") -> None:
+    def draw_point(self, x: float, y: float, glyph: str, style: str = "") -> None:
         """A glyph at a point; outside the area it is left out."""
         row = round((self.y.high - y) / (self.y.high - self.y.low) * (self.height - 1))
-        column = self.column(x)
+        column = self.column_of(x)
         if 0 <= row < self.height and 0 <= column < self.width:
-            self._canvas.put(self._stub + 1 + column, row + 1, glyph, style)
+            self._canvas.write_text(self._label_columns + 1 + column, row + 1, glyph, style)
 
-    def curve(self, f: Callable[[float], float], glyph: str, style: str = "") -> None:
+    def draw_curve(self, function: Callable[[float], float], glyph: str, style: str = "") -> None:
         """A function, one glyph a column."""
         for column in range(self.width):
-            x = self.value(column)
-            self.put(x, f(x), glyph, style)
+            x = self.value_at(column)
+            self.draw_point(x, function(x), glyph, style)
 
-    def note(self, row: int, text: str, style: str = "") -> None:
+    def write_note(self, row: int, text: str, style: str = "") -> None:
         """Words at the right of the area."""
-        self._canvas.put(self._stub + self.width + 3, row + 1, text, style)
+        self._canvas.write_text(self._label_columns + self.width + 3, row + 1, text, style)
 
-    def text(self) -> Text:
+    def to_text(self) -> Text:
         """The drawing."""
-        return self._canvas.text()
+        return self._canvas.to_text()

@@ -2,13 +2,13 @@
 
 from dmplay.problems.prisoners_dilemma import PrisonersDilemma
 from dmplay.session import View
-from dmplay.views._payoffs import boards, panel, situation, told
+from dmplay.views._payoffs import describe_situation, describe_turn, iter_boards, panel_rows
 from dmplay.views.style import Lesson
 
 KEYS = {"c": "cooperate", "d": "defect"}
 
 
-def goal(view: View[PrisonersDilemma]) -> list[str]:
+def goal_lines(view: View[PrisonersDilemma]) -> list[str]:
     """What each choice pays, as the other chooses."""
     (cc, cd), (dc, dd) = view.problem.payoffs[:, :, 0]
     return [
@@ -31,4 +31,12 @@ def lesson(view: View[PrisonersDilemma]) -> Lesson:
     )
 
 
-__all__ = ["KEYS", "boards", "goal", "lesson", "panel", "situation", "told"]
+__all__ = [
+    "KEYS",
+    "describe_situation",
+    "describe_turn",
+    "goal_lines",
+    "iter_boards",
+    "lesson",
+    "panel_rows",
+]

@@ -2,13 +2,13 @@
 
 from dmplay.problems.rock_paper_scissors import RockPaperScissors
 from dmplay.session import View
-from dmplay.views._payoffs import boards, panel, situation, told
+from dmplay.views._payoffs import describe_situation, describe_turn, iter_boards, panel_rows
 from dmplay.views.style import Lesson
 
 KEYS = {"r": "rock", "p": "paper", "s": "scissors"}
 
 
-def goal(view: View[RockPaperScissors]) -> list[str]:
+def goal_lines(view: View[RockPaperScissors]) -> list[str]:
     """What beats what, and what that pays."""
     won = view.problem.payoffs.max()
     beats = "rock beats scissors beats paper beats rock"
@@ -27,4 +27,12 @@ def lesson(view: View[RockPaperScissors]) -> Lesson:
     )
 
 
-__all__ = ["KEYS", "boards", "goal", "lesson", "panel", "situation", "told"]
+__all__ = [
+    "KEYS",
+    "describe_situation",
+    "describe_turn",
+    "goal_lines",
+    "iter_boards",
+    "lesson",
+    "panel_rows",
+]

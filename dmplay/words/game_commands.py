@@ -5,182 +5,190 @@ from itertools import islice
 
 import numpy as np
 
-from dmplay.advice.adviser import Adviser
-from dmplay.describe import counted, ended
+from dmplay.advice.adviser import HintProvider
+from dmplay.describe import describe_end_reason, format_count
 from dmplay.errors import BadParameter
-from dmplay.finding.typed import whole
-from dmplay.game.answer import Told, answer
+from dmplay.finding.typed import parse_whole_number
+from dmplay.game.answer import TurnReports, format_reply
 from dmplay.game.game import Game
-from dmplay.keys.keyboard import numbers
-from dmplay.thought import About, think
-from dmplay.transcript.format import lines
+from dmplay.keys.keyboard import describe_number_range
+from dmplay.thought import TaskInfo, run_cancellable
+from dmplay.transcript.format import format_lines
 
-LIKELIEST = 8  # states that the belief is told of
-HINT = About("thinking of a hint")
-AHEAD = About("looking ahead")
+MAX_BELIEF_STATES = 8  # states that the belief is told of
+HINT_TASK = TaskInfo("thinking of a hint")
+LOOKAHEAD_TASK = TaskInfo("looking ahead")
 
 
-def count(argument: str, command: str, default: int = 1) -> int:
+def parse_turn_count(argument: str, command: str, default: int = 1) -> int:
     """A number of turns that was typed."""
     if not argument:
         return default
-    number = whole(argument)
+    number = parse_whole_number(argument)
     if not number:
         raise BadParameter(f"{command}: got {argument!r}, expected a number of turns, as 2")
     return number
 
 
-def undo(game: Game, argument: str) -> str:
+def undo_turns(game: Game, argument: str) -> str:
     """Takes back turns, or a choice."""
     before = len(game.session.turns)
-    game.undo(count(argument, "undo"))
+    game.undo(parse_turn_count(argument, "undo"))
     now = len(game.session.turns)
     if now == before:
         return "your choice is taken back."
-    return game.account.change(game.moment(), before)
+    return game.narrator.describe_change(game.snapshot(), before)
 
 
-def redo(game: Game, argument: str) -> str:
+def redo_turns(game: Game, argument: str) -> str:
     """Plays again what was taken back, and tells each turn."""
     told = []
-    for _ in range(count(argument, "redo")):
+    for _ in range(parse_turn_count(argument, "redo")):
         game.redo()
-        told.append(game.account.said(game.moment()))
-    return Told("\n".join(told)) if len(told) > 1 else told[0]
+        told.append(game.narrator.describe_turn(game.snapshot()))
+    return TurnReports("\n".join(told)) if len(told) > 1 else told[0]
 
 
-def reroll(game: Game, argument: str) -> str:
+def reroll_turn(game: Game, argument: str) -> str:
     """Throws the last turn's dice anew."""
     game.reroll()
-    return game.account.said(game.moment())
+    return game.narrator.describe_turn(game.snapshot())
 
 
-def step(game: Game, argument: str) -> str:
+def step_turns(game: Game, argument: str) -> str:
     """So many turns of a game that plays by itself, one if no number is given."""
-    return _played(game, "step", count(argument, "step"))
+    return _play_agent_turns(game, "step", parse_turn_count(argument, "step"))
 
 
-def auto(game: Game, argument: str) -> str:
+def autoplay_turns(game: Game, argument: str) -> str:
     """All turns, or so many, of a game that plays by itself."""
-    return _played(game, "auto", count(argument, "auto", default=0))
+    return _play_agent_turns(game, "auto", parse_turn_count(argument, "auto", default=0))
 
 
-def _played(game: Game, command: str, turns: int) -> str:
+def _play_agent_turns(game: Game, command: str, turn_count: int) -> str:
     """Plays turns of agents, all if the number is 0, and tells each."""
-    if game.people:
+    if game.human_seats:
         raise BadParameter(f"{command}: people play here; agent SEAT NAME seats an agent")
-    run = islice(game.run(), turns or None)
-    told = [game.account.change(game.moment(), before) for before in run]
+    run = islice(game.iter_agent_turns(), turn_count or None)
+    told = [game.narrator.describe_change(game.snapshot(), before) for before in run]
     if len(told) > 1:
-        return Told("\n".join(told))
-    return told[0] if told else f"the game is over ({ended(game.session.ending)})"
+        return TurnReports("\n".join(told))
+    return told[0] if told else f"the game is over ({describe_end_reason(game.session.end_reason)})"
 
 
-def look(game: Game, argument: str) -> str:
+def show_situation(game: Game, argument: str) -> str:
     """The situation in sentences, below the picture where the problem brings one."""
-    return answer([*game.pictured(), game.account.situation(game.moment())])
+    return format_reply([*game.picture_rows(), game.narrator.describe_situation(game.snapshot())])
 
 
-def legal(game: Game, argument: str) -> str:
+def show_legal_actions(game: Game, argument: str) -> str:
     """The actions that can be played."""
-    seat = game.watcher
+    seat = game.viewing_seat
     actions = game.problem.actions[seat]
     if not actions.labels:
-        return f"legal: {actions.words()}."
-    if game.keyboard.types_numbers(seat):
-        return f"legal: {numbers(actions.labels)}."
+        return f"legal: {actions.describe_actions()}."
+    if game.keyboard.is_number_entry(seat):
+        return f"legal: {describe_number_range(actions.labels)}."
     able = [
-        f"{label} ({key})" if key and _typed(game, key) == label else label
-        for key, label, able in game.keyboard.legal(game.view())
+        f"{label} ({key})" if key and _name_typed_action(game, key) == label else label
+        for key, label, able in game.keyboard.list_actions_with_keys(game.view())
         if able
     ]
     return f"legal: {', '.join(able) or 'none'}."
 
 
-def _typed(game: Game, word: str) -> str:
+def _name_typed_action(game: Game, word: str) -> str:
     """The action that a typed word plays: a name before a key."""
-    return game.session.action_name(game.watcher, game.keyboard.read(game.view(), word))
+    return game.session.format_action(
+        game.viewing_seat, game.keyboard.parse_action(game.view(), word)
+    )
 
 
-def belief(game: Game, argument: str) -> str:
+def show_belief(game: Game, argument: str) -> str:
     """The likeliest hidden states with their probabilities."""
     view = game.view()
     if view.beliefs is None:
-        if game.problem.hidden:
+        if game.problem.partially_observable:
             return "belief: too many states to tell."
         return "belief: every agent sees the state here."
-    belief, states = view.beliefs[-1], game.problem.enumerated()
-    order = np.argsort(-belief, kind="stable")[:LIKELIEST]
-    told = [f"{game.problem.notation(states[i])} {belief[i]:.3f}" for i in order]
+    belief, states = view.beliefs[-1], game.problem.enumerate_states()
+    order = np.argsort(-belief, kind="stable")[:MAX_BELIEF_STATES]
+    told = [f"{game.problem.format_state(states[i])} {belief[i]:.3f}" for i in order]
     rest = len(states) - len(order)
     if rest:
-        told.append(f"{counted(rest, 'other state')} {max(1.0 - belief[order].sum(), 0.0):.3f}")
+        told.append(
+            f"{format_count(rest, 'other state')} {max(1.0 - belief[order].sum(), 0.0):.3f}"
+        )
     return f"belief: {', '.join(told)}."
 
 
-def state(game: Game, argument: str) -> str:
+def show_state(game: Game, argument: str) -> str:
     """The state in one line, where it may be known."""
-    if game.problem.hidden and not (game.reveal or game.session.over):
+    if game.problem.partially_observable and not (game.reveal or game.session.over):
         return "state: hidden until the game is over, or with --reveal."
-    return f"state: {game.problem.notation(game.session.state)}"
+    return f"state: {game.problem.format_state(game.session.state)}"
 
 
-def _advised(game: Game, command: str, ask: Callable[[Adviser], str]) -> str:
+def _ask_hint_provider(game: Game, command: str, question: Callable[[HintProvider], str]) -> str:
     """What the adviser answers, which is counted; or why there is nothing to say."""
-    game.may_help(command)
-    adviser = game.adviser
-    why = think(HINT, adviser.silent)
-    told = "" if why else think(HINT, lambda: ask(adviser))
+    game.check_hints_allowed(command)
+    adviser = game.hint_provider
+    why = run_cancellable(HINT_TASK, adviser.explain_unavailable)
+    told = "" if why else run_cancellable(HINT_TASK, lambda: question(adviser))
     if told:
-        game.helped()
+        game.record_hint()
     return told or f"no {command}: {why or 'the adviser knows none'}"
 
 
-def hint(game: Game, argument: str) -> str:
+def show_hint(game: Game, argument: str) -> str:
     """What a good player would do, and what each action is worth."""
-    return _advised(game, "hint", Adviser.hint)
+    return _ask_hint_provider(game, "hint", HintProvider.create_hint)
 
 
-def values(game: Game, argument: str) -> str:
+def show_values(game: Game, argument: str) -> str:
     """What each action is worth."""
-    return _advised(game, "values", Adviser.values)
+    return _ask_hint_provider(game, "values", HintProvider.describe_values)
 
 
-def policy(game: Game, argument: str) -> str:
+def show_best_action(game: Game, argument: str) -> str:
     """What a good player would do."""
-    return _advised(game, "policy", lambda adviser: f"policy {adviser.choice()}")
+    return _ask_hint_provider(game, "policy", lambda adviser: f"policy {adviser.describe_choice()}")
 
 
-def whatif(game: Game, argument: str) -> str:
+def preview_typed_action(game: Game, argument: str) -> str:
     """What an action may bring about, before it is played."""
     if not argument:
         raise BadParameter("whatif: expected an action")
-    return foresee(game, game.keyboard.read(game.view(), argument))
+    return preview_action(game, game.keyboard.parse_action(game.view(), argument))
 
 
-def foresee(game: Game, action: float) -> str:
+def preview_action(game: Game, action: float) -> str:
     """What an action of the watcher may bring about; counted as help."""
-    game.may_help("whatif")
-    told = think(AHEAD, lambda: game.adviser.foresee(action))
-    game.helped()
+    game.check_hints_allowed("whatif")
+    told = run_cancellable(LOOKAHEAD_TASK, lambda: game.hint_provider.forecast_action(action))
+    game.record_hint()
     return told
 
 
-def review(game: Game, argument: str) -> str:
+def show_review(game: Game, argument: str) -> str:
     """What each move of the people was worth; kept as notes once the transcript ends."""
     from dmplay.advice import review as reviewing  # not needed before
 
-    if not game.session.over or not game.people:
+    if not game.session.over or not game.human_seats:
         raise BadParameter("review: it values the moves of people, once the game is over")
-    found = reviewing.of(game.session, game.people, game.seats)
-    game.notes = "".join(reviewing.notes(found))
-    return answer(reviewing.table(found))
+    found = reviewing.run_review(game.session, game.human_seats, game.player_names)
+    game.end_notes = "".join(reviewing.format_notes(found))
+    return format_reply(reviewing.format_table(found))
 
 
-def transcript(game: Game, argument: str) -> str:
+def show_transcript(game: Game, argument: str) -> str:
     """Where the transcript is, and its last turn without what is hidden."""
-    if game.source is None:
+    if game.transcript_path is None:
         return "transcript: none is written; --record FILE writes one"
     held = "in" if game.recorder else "shown of"
-    path = f"transcript: {counted(len(game.session.turns), 'turn')} {held} {game.source}"
-    return answer([path, "", *lines(game.account.public(game.moment()))])
+    path = (
+        f"transcript: {format_count(len(game.session.turns), 'turn')} {held} {game.transcript_path}"
+    )
+    return format_reply(
+        [path, "", *format_lines(game.narrator.visible_turn_facts(game.snapshot()))]
+    )

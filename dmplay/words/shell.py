@@ -7,32 +7,32 @@ from textwrap import TextWrapper
 
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.game.game import Game
-from dmplay.game.table import Table
-from dmplay.styles import ansi
-from dmplay.terminal import Terminal, clean, wipe
-from dmplay.thought import Cancelled
-from dmplay.views.style import Look
-from dmplay.words.commands import Leave, own_parts, parts, typed
-from dmplay.words.plain import asked, handed_over
+from dmplay.game.table import GameController
+from dmplay.styles import to_ansi
+from dmplay.terminal import Terminal, clear_screen, escape_unprintable
+from dmplay.thought import TaskCancelled
+from dmplay.views.style import DrawOptions
+from dmplay.words.commands import PlayerQuit, iter_commands_until_handover, run_line, split_commands
+from dmplay.words.plain import read_choice, wait_for_handover
 
-BELOW = 6  # rows that a board leaves to the words around it
+ROWS_BELOW_BOARD = 6  # rows that a board leaves to the words around it
 
 
 class Shell:
     """A table with a typewriter."""
 
-    def __init__(self, table: Table, terminal: Terminal, speed: float = 2.0) -> None:
-        self.table = table
+    def __init__(self, controller: GameController, terminal: Terminal, speed: float = 2.0) -> None:
+        self.controller = controller
         self.terminal = terminal
         self.speed = speed  # turns a second when agents play on the screen
-        table.typed = terminal.typed
-        table.tells = self._passed
-        self._over: Game | None = None  # the game whose end was told
+        controller.is_interactive = terminal.is_interactive
+        controller.on_intermediate_turn = self._print_turn
+        self._reported_game: Game | None = None  # the game whose end was told
 
     @property
     def game(self) -> Game | None:
         """The game that is played now."""
-        return self.table.game if self.table.playing else None
+        return self.controller.game if self.controller.has_game else None
 
     @property
     def prompt(self) -> str:
@@ -41,41 +41,45 @@ class Shell:
         if game is None:
             return "dmplay> "
         over = " over" if game.session.over else ""
-        several = len(game.people) > 1 and not over
-        who = f" {game.problem.agents[game.watcher]}" if several else ""
-        return f"dmplay [{clean(game.name)} t{len(game.session.turns)}{who}{over}]> "
+        several = len(game.human_seats) > 1 and not over
+        who = f" {game.problem.agents[game.viewing_seat]}" if several else ""
+        return f"dmplay [{escape_unprintable(game.problem_name)} t{len(game.session.turns)}{who}{over}]> "
 
-    def do(self, line: str) -> None:
+    def run_line(self, line: str) -> None:
         """Does what a line says and prints what comes of it; raises Leave and DmplayError."""
-        game, before = self.game, self._turns()
+        game, before = self.game, self._turn_count()
         try:
-            for part in own_parts(self.table, line) if self.table.typed else parts(line):
-                words = typed(self.table, part)
-                if not self.curtained or self._turns() == before:
-                    self._say(words)
+            for part in (
+                iter_commands_until_handover(self.controller, line)
+                if self.controller.is_interactive
+                else split_commands(line)
+            ):
+                words = run_line(self.controller, part)
+                if not self.awaiting_handover or self._turn_count() == before:
+                    self._print_reply(words)
         finally:  # what was done before a fault is seen too
-            changed = self.game is not game or self._turns() != before
-            if changed and not self.curtained:
-                self._show(fresh=self.game is not game)
+            changed = self.game is not game or self._turn_count() != before
+            if changed and not self.awaiting_handover:
+                self._print_board(is_new_game=self.game is not game)
             sys.stdout.flush()
 
     @property
-    def curtained(self) -> bool:
+    def awaiting_handover(self) -> bool:
         """Whether somebody else is to sit down before anything more is told."""
-        return self.table.typed and self.table.curtained
+        return self.controller.is_interactive and self.controller.awaiting_handover
 
-    def change_places(self, *, again: bool) -> None:
+    def hand_over(self, *, is_retry: bool) -> None:
         """Waits for the one who is next to sit down, and shows what this one may see."""
-        if not again:
-            wipe()
-        self._say(handed_over(self.table))
-        if self.terminal.screen:
-            self._show(fresh=False)
+        if not is_retry:
+            clear_screen()
+        self._print_reply(wait_for_handover(self.controller))
+        if self.terminal.full_screen:
+            self._print_board(is_new_game=False)
 
-    def _say(self, words: str) -> None:
+    def _print_reply(self, reply: str) -> None:
         """Prints an answer, on a terminal without a word cut in two."""
-        rows = clean(words).split("\n") if words else []
-        if self.terminal.screen:
+        rows = escape_unprintable(reply).split("\n") if reply else []
+        if self.terminal.full_screen:
             cut = TextWrapper(
                 self.terminal.columns,
                 subsequent_indent="  ",
@@ -86,65 +90,73 @@ class Shell:
         for row in rows:
             print(row)
 
-    def _passed(self) -> None:
+    def _print_turn(self) -> None:
         """Tells a turn that another follows."""
-        game = self.table.game
-        if not game.private:
-            self._say(game.account.said(game.moment()))
+        game = self.controller.game
+        if not game.has_private_views:
+            self._print_reply(game.narrator.describe_turn(game.snapshot()))
 
-    def _turns(self) -> int:
+    def _turn_count(self) -> int:
         return len(self.game.session.turns) if self.game else 0
 
-    def _show(self, *, fresh: bool) -> None:
+    def _print_board(self, *, is_new_game: bool) -> None:
         """The board, on a terminal; the situation of a game that begins; how it ended."""
-        game = self.table.game
-        if self.terminal.screen:
+        game = self.controller.game
+        if self.terminal.full_screen:
             rows = shutil.get_terminal_size().lines
-            room = Look(self.terminal.columns, max(rows - BELOW, 1), self.terminal.ascii)
-            labels = game.keyboard.names(game.watcher)  # what is typed here are names, not keys
+            room = DrawOptions(
+                self.terminal.columns, max(rows - ROWS_BELOW_BOARD, 1), self.terminal.ascii
+            )
+            labels = game.keyboard.get_keys_by_action(
+                game.viewing_seat
+            )  # what is typed here are names, not keys
             short = {label: label for label in labels if len(label) <= 2}
-            drawn = game.draw(room._replace(keys=game.waiting is not None, names=short))
-            print(ansi(drawn, self.terminal.theme))
-        elif fresh:
-            print(game.account.situation(game.moment()))
-        if game.session.over and game is not self._over:
-            self._over = game
-            for row in game.account.closing():
-                self._say(row)
+            drawn = game.draw_board(
+                room._replace(show_keys=game.choosing_seat is not None, keys_by_action=short)
+            )
+            print(to_ansi(drawn, self.terminal.theme))
+        elif is_new_game:
+            print(game.narrator.describe_situation(game.snapshot()))
+        if game.session.over and game is not self._reported_game:
+            self._reported_game = game
+            for row in game.narrator.closing_lines():
+                self._print_reply(row)
 
 
-def script(shell: Shell, lines: Iterable[str], what: str = "line", *, echo: bool = True) -> None:
+def run_script(
+    shell: Shell, lines: Iterable[str], line_label: str = "line", *, echo: bool = True
+) -> None:
     """Does a script, each line after its prompt; raises BadParameter that names a bad one."""
-    shell.table.typed = False
+    shell.controller.is_interactive = False
     for number, line in enumerate(lines, 1):
-        if not parts(line):
+        if not split_commands(line):
             continue
         if echo:
-            print(shell.prompt + clean(line.strip()), flush=True)
+            print(shell.prompt + escape_unprintable(line.strip()), flush=True)
         try:
-            shell.do(line)
-        except Leave:
+            shell.run_line(line)
+        except PlayerQuit:
             return
         except DmplayError as error:
-            shell.table.end("illegal")
-            raise BadParameter(f"{what} {number}: {error}") from None
+            shell.controller.end_game("illegal")
+            raise BadParameter(f"{line_label} {number}: {error}") from None
 
 
-def ask(shell: Shell) -> None:
+def run_prompt_loop(shell: Shell) -> None:
     """Asks for lines where nothing can be drawn, until the input ends or the player leaves."""
     warned = False
     while True:
         try:
-            if shell.curtained:
-                shell.change_places(again=warned)
-            line, warned = asked(shell.table, shell.prompt, sys.stdin), False
+            if shell.awaiting_handover:
+                shell.hand_over(is_retry=warned)
+            line, warned = read_choice(shell.controller, shell.prompt, sys.stdin), False
             if not line:
                 print()
                 return
-            shell.do(line)
-        except Leave:
+            shell.run_line(line)
+        except PlayerQuit:
             return
-        except Cancelled:
+        except TaskCancelled:
             print("cancelled.", flush=True)
         except KeyboardInterrupt:
             if warned:
@@ -152,4 +164,4 @@ def ask(shell: Shell) -> None:
             warned = True
             print("\nCtrl-C once more leaves; so do quit and Ctrl-D.", flush=True)
         except DmplayError as error:
-            print(f"error: {clean(str(error))}", flush=True)
+            print(f"error: {escape_unprintable(str(error))}", flush=True)

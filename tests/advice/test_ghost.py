@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.advice.ghost import Ghost, beside, best, same_dice
+from dmplay.advice.ghost import Ghost, create_best_ghost, create_ghost, describe_ghost_result
 from dmplay.errors import BadParameter
 from dmplay.session import Session
 from tests.support.games import Scripted
@@ -12,22 +12,27 @@ from tests.support.games import Scripted
 
 def played(name: str, *words: str, seed: int = 7, limit: int | None = None) -> Session:
     """A game of a person in the first seat, and of random agents in the others."""
-    problem = dmplay.load(name)
-    others = [dmplay.agent(problem, seat, "random") for seat in range(1, len(problem.agents))]
-    session = Session(problem, dmplay.Dice(seed), [None, *others], limit=limit)
+    problem = dmplay.load_problem(name)
+    others = [dmplay.load_agent(problem, seat, "random") for seat in range(1, len(problem.agents))]
+    session = Session(problem, dmplay.SeededUniforms(seed), [None, *others], turn_limit=limit)
     for word in words:
-        session.advance([problem.action(0, word), *[None] * len(others)])
+        session.advance([problem.parse_action(0, word), *[None] * len(others)])
     return session
 
 
 def ghost(session: Session, name: str) -> Ghost:
-    return Ghost(name, session, {0: dmplay.agent(session.problem, 0, name)})
+    return Ghost(name, session, {0: dmplay.load_agent(session.problem, 0, name)})
 
 
 def alone(name: str, agent: str, seed: int = 7, limit: int | None = None) -> Session:
     """The game that an agent plays with nobody beside."""
-    problem = dmplay.load(name)
-    session = Session(problem, dmplay.Dice(seed), [dmplay.agent(problem, 0, agent)], limit=limit)
+    problem = dmplay.load_problem(name)
+    session = Session(
+        problem,
+        dmplay.SeededUniforms(seed),
+        [dmplay.load_agent(problem, 0, agent)],
+        turn_limit=limit,
+    )
     while not session.over:
         session.advance()
     return session
@@ -36,7 +41,7 @@ def alone(name: str, agent: str, seed: int = 7, limit: int | None = None) -> Ses
 def test_a_ghost_plays_the_game_that_the_agent_plays_under_this_seed() -> None:
     session = played("hexworld", "w", "w")
     other = ghost(session, "optimal")
-    other.finish()
+    other.play_to_end()
     expected = alone("hexworld", "optimal")
     assert [turn.state for turn in other.session.turns] == [one.state for one in expected.turns]
     assert other.score == expected.returns()[0]
@@ -45,40 +50,40 @@ def test_a_ghost_plays_the_game_that_the_agent_plays_under_this_seed() -> None:
 def test_a_ghost_comes_as_far_as_the_person_and_back() -> None:
     session = played("hexworld", "w", "w")
     other = ghost(session, "optimal")
-    other.follow()
+    other.catch_up()
     assert len(other.session.turns) == 2
     session.undo()
-    other.follow()
+    other.catch_up()
     assert len(other.session.turns) == 1
 
 
 def test_dice_that_are_thrown_anew_are_thrown_for_the_ghost_too() -> None:
     session = played("hexworld", "w", "w")
     other = ghost(session, "optimal")
-    other.follow()
+    other.catch_up()
     session.reroll()
-    other.follow()
+    other.catch_up()
     for own, theirs in zip(other.session.turns, session.turns, strict=True):
-        assert np.array_equal(own.draws, theirs.draws)
+        assert np.array_equal(own.uniforms, theirs.uniforms)
 
 
 def test_a_ghost_that_is_at_its_end_waits_there() -> None:
     other = ghost(played("hexworld", *["w"] * 30), "optimal")
-    other.follow()
-    assert other.session.ending == "terminal"
+    other.catch_up()
+    assert other.session.end_reason == "terminal"
     assert len(other.session.turns) < 30
 
 
 def test_others_answer_the_ghost_and_not_the_person() -> None:
-    problem = dmplay.load("prisoners-dilemma")
-    partner = dmplay.agent(problem, 1, "tit-for-tat")
-    session = Session(problem, dmplay.Dice(7), [None, partner], limit=3)
+    problem = dmplay.load_problem("prisoners-dilemma")
+    partner = dmplay.load_agent(problem, 1, "tit-for-tat")
+    session = Session(problem, dmplay.SeededUniforms(7), [None, partner], turn_limit=3)
     for _ in range(3):
-        session.advance([problem.action(0, "defect"), None])
+        session.advance([problem.parse_action(0, "defect"), None])
     other = ghost(session, "always-cooperate")
-    other.finish()
+    other.play_to_end()
     assert [turn.actions.tolist() for turn in other.session.turns] == [[0, 0]] * 3
-    assert other.lead == session.returns()[0] - other.score
+    assert other.player_lead == session.returns()[0] - other.score
 
 
 @pytest.mark.parametrize(
@@ -87,33 +92,36 @@ def test_others_answer_the_ghost_and_not_the_person() -> None:
      ("predator-prey", False)],
 )  # fmt: skip
 def test_a_ghost_is_seen_early_only_where_nothing_is_secret(name: str, early: bool) -> None:
-    assert ghost(played(name), "random").early == early
+    assert ghost(played(name), "random").is_shown_during_play == early
 
 
 def test_the_same_dice_tell_what_both_came_to() -> None:
     session = played("crying-baby", "sing", "sing", limit=2)
-    assert same_dice(session, [0], ["human"], None) == "optimal on the same dice: -15; you -19.95"
+    assert (
+        describe_ghost_result(session, [0], ["human"], None)
+        == "optimal on the same dice: -15; you -19.95"
+    )
 
 
 def test_the_same_dice_are_silent_where_the_draws_are_not_those_of_the_seed() -> None:
     session = played("hexworld", "w", "w")
-    assert best(session, [0], ["human"])
+    assert create_best_ghost(session, [0], ["human"])
     session.reroll()
-    assert same_dice(session, [0], ["human"], None) == ""
-    problem = dmplay.load("hexworld")
-    scripted = Session(problem, dmplay.Dice(7), opening=np.array([0.5]))
-    assert same_dice(scripted, [0], ["human"], None) == ""
-    assert same_dice(Session(problem, Scripted([0.5])), [0], ["human"], None) == ""
+    assert describe_ghost_result(session, [0], ["human"], None) == ""
+    problem = dmplay.load_problem("hexworld")
+    scripted = Session(problem, dmplay.SeededUniforms(7), initial_uniforms=np.array([0.5]))
+    assert describe_ghost_result(scripted, [0], ["human"], None) == ""
+    assert describe_ghost_result(Session(problem, Scripted([0.5])), [0], ["human"], None) == ""
 
 
 def test_the_same_dice_are_silent_where_people_play_against_each_other() -> None:
-    assert best(played("prisoners-dilemma"), [0, 1], ["human", "human"]) is None
-    assert best(played("collaborative-predator-prey"), [0, 1], ["human"] * 2)
+    assert create_best_ghost(played("prisoners-dilemma"), [0, 1], ["human", "human"]) is None
+    assert create_best_ghost(played("collaborative-predator-prey"), [0, 1], ["human"] * 2)
 
 
 def test_where_two_choose_at_once_the_best_reply_plays_the_same_dice() -> None:
     game = played("prisoners-dilemma", "cooperate", limit=1)
-    told = same_dice(game, [0], ["human", "random"], None)
+    told = describe_ghost_result(game, [0], ["human", "random"], None)
     assert told == "best-response on the same dice: -3; you -4"
 
 
@@ -130,11 +138,13 @@ def test_where_no_ghost_can_be_it_is_refused(
     name: str, who: list[int], agent: str, why: str
 ) -> None:
     with pytest.raises(BadParameter, match=why):
-        beside(played(name), who, agent)
+        create_ghost(played(name), who, agent)
 
 
 def test_a_team_has_a_ghost_in_each_of_its_seats() -> None:
-    session = Session(dmplay.load("collaborative-predator-prey"), dmplay.Dice(7), limit=2)
-    team = beside(session, [0, 1], "random")
-    team.finish()
+    session = Session(
+        dmplay.load_problem("collaborative-predator-prey"), dmplay.SeededUniforms(7), turn_limit=2
+    )
+    team = create_ghost(session, [0, 1], "random")
+    team.play_to_end()
     assert len(team.session.turns) == 2

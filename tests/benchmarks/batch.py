@@ -32,11 +32,11 @@ def _actions(problem: Problem, legal: Bools | None, rng: np.random.Generator, ro
 def _cases(problem: Problem, rows: int) -> list[Case]:
     """The turns of random games: states, actions and draws."""
     rng = np.random.default_rng(7)
-    s = problem.start(rng.random((rows, problem.draws.start)))
+    s = problem.sample_initial_states(rng.random((rows, problem.uniform_counts.start)))
     cases = []
     for _ in range(TURNS):
-        a = _actions(problem, problem.legal(s), rng, rows)
-        u = rng.random((rows, problem.draws.step))
+        a = _actions(problem, problem.legal_actions_mask(s), rng, rows)
+        u = rng.random((rows, problem.uniform_counts.step))
         cases.append((s, a, u))
         s = problem.step(s, a, u).state
     return cases
@@ -47,7 +47,7 @@ def _rate(problem: Problem, cases: list[Case]) -> float:
     steps, began = 0, time.perf_counter()
     while (spent := time.perf_counter() - began) < LEAST:
         for s, a, u in cases:
-            problem.legal(s)
+            problem.legal_actions_mask(s)
             problem.step(s, a, u)
             steps += len(s)
     return steps / spent
@@ -55,7 +55,7 @@ def _rate(problem: Problem, cases: list[Case]) -> float:
 
 def report(runs: int) -> None:
     """Prints a row for each problem."""
-    problems = {name: dmplay.load(name) for name in problem_names()}
+    problems = {name: dmplay.load_problem(name) for name in problem_names()}
     cases = {(n, rows): _cases(p, rows) for n, p in problems.items() for rows in ROWS}
     rates: dict[tuple[str, int], list[float]] = {key: [] for key in cases}
     for _ in range(runs):
@@ -65,7 +65,11 @@ def report(runs: int) -> None:
     print(f"steps a second at {ROWS} rows, medians of {runs} interleaved runs")
     for name, problem in problems.items():
         told = "".join(f"{median(rates[name, rows]):14,.0f}" for rows in ROWS)
-        mask = "" if problem.legal(cases[name, 1][0][0]) is None else "  with the legal mask"
+        mask = (
+            ""
+            if problem.legal_actions_mask(cases[name, 1][0][0]) is None
+            else "  with the legal mask"
+        )
         print(f"  {name:<{wide}} {told}{mask}")
     _beside_gymnasium(problems["cart-pole"], runs)
 

@@ -58,12 +58,12 @@ def report(runs: int) -> None:
     for name, problem, published in _problems():
         begun = process_time()
         try:
-            found = point_based.solved(problem, None, GAP)
-            bounds = f"lower bound {found.at_least:.4f}, upper bound {found.at_most:.4f}"
+            found = point_based.solve_point_based(problem, None, GAP)
+            bounds = f"lower bound {found.lower_bound:.4f}, upper bound {found.upper_bound:.4f}"
         except DmplayError as error:
             bounds = str(error)
         known = f"; published {published.value} ({published.source})" if published.value else ""
-        spent = f"{problem.states} states, {process_time() - begun:.1f} s"
+        spent = f"{problem.state_count} states, {process_time() - begun:.1f} s"
         print(f"- {name}, {spent}: {bounds}{known}", flush=True)
 
 
@@ -89,10 +89,10 @@ def _problems() -> Iterator[tuple[str, Problem, Published]]:
 def _read(file: Path) -> Iterator[tuple[str, Problem, Published]]:
     """A file, if it holds a problem that has a value."""
     try:
-        problem = dmplay.load(str(file))
+        problem = dmplay.load_problem(str(file))
     except DmplayError:
         return
-    if problem.hidden and problem.discount < 1.0:
+    if problem.partially_observable and problem.discount < 1.0:
         name = file.name.lower()
         known = (one for begins, one in KNOWN.items() if name.startswith(begins))
         yield file.name, problem, next(known, NONE)

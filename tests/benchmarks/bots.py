@@ -10,7 +10,7 @@ from statistics import median
 from time import perf_counter
 
 import dmplay
-from dmplay.finding.topics import topic
+from dmplay.finding.topics import read_topic
 from tests.support.blocks import file
 
 TURNS = 1000
@@ -30,7 +30,7 @@ def report(runs: int) -> None:
     with tempfile.TemporaryDirectory() as place:
         os.chdir(place)
         for name in FILES:
-            Path(name).write_text(file(topic("bots"), name), encoding="utf-8")
+            Path(name).write_text(file(read_topic("bots"), name), encoding="utf-8")
         if shutil.which("cc"):
             subprocess.run(["cc", "-O2", "-o", "first", "first.c"], check=True)
         for language, name in BOTS.items():
@@ -46,12 +46,14 @@ def report(runs: int) -> None:
 
 def _choices(name: str, seed: int) -> list[float]:
     """Seconds of each choice but the first, which starts the program."""
-    problem = dmplay.load("2048")
-    game = dmplay.Session(problem, dmplay.Dice(seed), [dmplay.agent(problem, 0, name)])
+    problem = dmplay.load_problem("2048")
+    game = dmplay.Session(
+        problem, dmplay.SeededUniforms(seed), [dmplay.load_agent(problem, 0, name)]
+    )
     spent: list[float] = []
     while len(spent) <= TURNS and not game.over:
         begun = perf_counter()
-        decided = game.decided()
+        decided = game.fill_in_actions()
         spent.append(perf_counter() - begun)
         game.advance(decided)
     return spent[1:]
@@ -59,8 +61,8 @@ def _choices(name: str, seed: int) -> list[float]:
 
 def _rate(name: str, seed: int) -> float:
     """Turns a second of many games at once."""
-    problem = dmplay.load("2048")
-    agents = [dmplay.agent(problem, 0, name)]
+    problem = dmplay.load_problem("2048")
+    agents = [dmplay.load_agent(problem, 0, name)]
     begun = perf_counter()
-    played = dmplay.rollout(problem, agents, episodes=GAMES, turns=LENGTH, seed=seed)
-    return float(played.turns.sum()) / (perf_counter() - begun)
+    played = dmplay.rollout(problem, agents, episodes=GAMES, turn_limit=LENGTH, seed=seed)
+    return float(played.turn_counts.sum()) / (perf_counter() - begun)

@@ -12,13 +12,13 @@ from typing import NamedTuple
 import numpy as np
 
 import dmplay
-from dmplay.belief import prior
+from dmplay.belief import initial_belief
 from dmplay.chance import Reals
 from dmplay.core import Policy, Problem
-from dmplay.measure.comparing import FEW, compare
-from dmplay.measure.estimate import always
-from dmplay.measure.luck import luck
-from dmplay.rollouts import Games, rollout, rollouts
+from dmplay.measure.comparing import MIN_GAMES_TO_DECIDE, compare
+from dmplay.measure.estimate import compute_confidence_sequence
+from dmplay.measure.luck import build_control_variate
+from dmplay.rollouts import RolloutSpec, rollout, rollout_entrants
 from dmplay.tabular import tabulate
 from tests.benchmarks.known import best_known
 
@@ -40,7 +40,7 @@ class Case(NamedTuple):
     @property
     def problem(self) -> Problem:
         """The problem itself."""
-        return dmplay.load(self.name)
+        return dmplay.load_problem(self.name)
 
     def seated(self, name: str) -> list[Policy]:
         """The agent in the one seat."""
@@ -50,7 +50,7 @@ class Case(NamedTuple):
 @cache
 def policy(problem: str, name: str) -> Policy:
     """An agent, made once."""
-    return dmplay.agent(dmplay.load(problem), 0, name)
+    return dmplay.load_agent(dmplay.load_problem(problem), 0, name)
 
 
 def cases() -> Iterator[Case]:
@@ -61,7 +61,7 @@ def cases() -> Iterator[Case]:
         ("catch", None),
         ("crying-baby", ENDLESS),
     ):
-        problem = dmplay.load(name)
+        problem = dmplay.load_problem(name)
         known = best_known(name, problem, 0)
         many = turns or problem.horizon or 0
         yield Case(name, "optimal", known.number, "random", at_random(problem, many), turns)
@@ -75,7 +75,7 @@ def at_random(problem: Problem, turns: int) -> float:
     values = np.zeros(len(paid))
     for _ in range(turns):
         values = paid + problem.discount * moves @ values
-    return float(prior(problem) @ values)
+    return float(initial_belief(problem) @ values)
 
 
 def held(case: Case, runs: int, episodes: int = EPISODES) -> tuple[float, float]:
@@ -86,7 +86,10 @@ def held(case: Case, runs: int, episodes: int = EPISODES) -> tuple[float, float]
             case.problem, [case.seated(case.agent), case.seated(case.other)],
             episodes=episodes, turns=case.turns, seed=seed,
         )  # fmt: skip
-        one, more = found.earned[0], found.differences[0, 1].more  # the first as of `run`
+        one, more = (
+            found.return_estimates[0],
+            found.differences[0, 1].advantage,
+        )  # the first as of `run`
         single += one.low <= case.exact <= one.high
         paired += more.low <= case.exact - case.worth <= more.high
     return single / runs, paired / runs
@@ -97,7 +100,7 @@ def errs(case: Case, runs: int, share: float = 0.05) -> float:
     wrong = 0
     for seed in range(runs):
         returns = rollout(
-            case.problem, case.seated(case.agent), episodes=LOOKS, turns=case.turns, seed=seed,
+            case.problem, case.seated(case.agent), episodes=LOOKS, turn_limit=case.turns, seed=seed,
             keep=["returns"],
         ).returns[:, 0]  # fmt: skip
         wrong += _decided(returns - case.exact, share)
@@ -106,23 +109,26 @@ def errs(case: Case, runs: int, share: float = 0.05) -> float:
 
 def errs_by_merit(runs: int, share: float = 0.05) -> float:
     """The same where luck is told, of differences that are rare and large: search, sampled."""
-    problem, judge = dmplay.load(RARE[0]), luck(dmplay.load(RARE[0]))
+    problem, judge = (
+        dmplay.load_problem(RARE[0]),
+        build_control_variate(dmplay.load_problem(RARE[0])),
+    )
     entrants = [[policy(RARE[0], name)] for name in RARE[1:]]
-    games = Games(range(MANY), keep=("returns", "luck"), luck=judge)
-    one, other = rollouts(problem, entrants, games)
-    more = (one.returns - one.luck - other.returns + other.luck)[:, 0]
+    games = RolloutSpec(range(MANY), keep=("returns", "control_variates"), control_variate=judge)
+    one, other = rollout_entrants(problem, entrants, games)
+    more = (one.returns - one.control_variates - other.returns + other.control_variates)[:, 0]
     samples = np.random.default_rng(1).choice(more - more.mean(), (runs, LOOKS))
     return float(np.mean([_decided(sample, share) for sample in samples]))
 
 
 def _decided(sample: Reals, share: float) -> bool:
     """Whether a sample of mean 0 is ever found to be of another."""
-    many = FEW
+    many = MIN_GAMES_TO_DECIDE
     while many <= len(sample):
-        found = always(sample[:many], share)
+        found = compute_confidence_sequence(sample[:many], share)
         if not found.low <= 0.0 <= found.high:
             return True
-        many += max(FEW, many // 4)
+        many += max(MIN_GAMES_TO_DECIDE, many // 4)
     return False
 
 

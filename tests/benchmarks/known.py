@@ -12,8 +12,8 @@ from dmplay import belief
 from dmplay.budget import Budget
 from dmplay.chance import Reals
 from dmplay.core import Problem
-from dmplay.finding.agents import roster
-from dmplay.policies.mountain_car import GRID
+from dmplay.finding.agents import load_roster
+from dmplay.policies.mountain_car import VALUE_GRID
 from dmplay.policies.multicaregiver_crying_baby import BestResponse
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
 from dmplay.problems.simple_regulator import SimpleRegulator
@@ -27,8 +27,8 @@ from dmplay.solvers import (
     sparse,
     value_iteration,
 )
-from dmplay.solvers.hunting_team import HuntingTeam
-from dmplay.solvers.pooled_beliefs import Pooled
+from dmplay.solvers.hunting_team import PredatorPreyDecPomdp
+from dmplay.solvers.pooled_beliefs import CentralizedPomdp
 from dmplay.tabular import tabulate
 
 TRUTH = Path(__file__).parent.parent / "truth"
@@ -92,18 +92,20 @@ def best_team(name: str, problem: Problem) -> Known:
         return _pair(problem)
     tables = tabulate(problem)
     both = tables._replace(rewards=tables.rewards.sum(axis=2, keepdims=True))
-    vectors = alpha_vectors.infinite(both, problem.discount).vectors
-    value = float((vectors @ belief.prior(problem)).max())
+    vectors = alpha_vectors.solve_infinite_horizon(both, problem.discount).alpha_vectors
+    value = float((vectors @ belief.initial_belief(problem)).max())
     return Known(value, "optimum of one planner who hears", "joint-plan")
 
 
 def _walk(problem: Problem) -> float:
-    values = value_iteration.optimal(tabulate(problem), problem.discount).max(axis=1)
-    return float(belief.prior(problem) @ values)
+    values = value_iteration.compute_optimal_q(tabulate(problem), problem.discount).max(axis=1)
+    return float(belief.initial_belief(problem) @ values)
 
 
 def _drive(problem: Problem) -> float:
-    values = grid_iteration.optimal(problem, GRID).values.reshape(GRID.points)
+    values = grid_iteration.run_grid_value_iteration(problem, VALUE_GRID).values.reshape(
+        VALUE_GRID.point_counts
+    )
     return float(_trapezoid(_trapezoid(values)))
 
 
@@ -114,41 +116,47 @@ def _trapezoid(values: Reals) -> Reals:
 
 def _regulate(problem: Problem) -> float:
     assert isinstance(problem, SimpleRegulator)
-    value = linear_regulator.finite(problem, linear_regulator.OPTIMAL, problem.horizon or 0)
-    return value.mean(0.3, 0.1)
+    value = linear_regulator.evaluate_finite_horizon(
+        problem, linear_regulator.OPTIMAL_POLICY, problem.horizon or 0
+    )
+    return value.compute_gaussian_mean(0.3, 0.1)
 
 
 def _feed(problem: Problem) -> float:
-    stage = alpha_vectors.infinite(tabulate(problem), problem.discount)
-    return float((stage.vectors @ belief.prior(problem)).max())
+    stage = alpha_vectors.solve_infinite_horizon(tabulate(problem), problem.discount)
+    return float((stage.alpha_vectors @ belief.initial_belief(problem)).max())
 
 
 def _claim(problem: Problem) -> float:
     payoffs = tabulate(problem).rewards.reshape(99, 99, 2)
-    level = matrix_game.softmax_level(payoffs, 0.5, 2)
-    return 10 * float(matrix_game.responses(payoffs, level)[0].max())
+    level = matrix_game.compute_hierarchical_softmax(payoffs, 0.5, 2)
+    return 10 * float(matrix_game.compute_response_values(payoffs, level)[0].max())
 
 
 def _hunt(problem: Problem, seat: int) -> Known:
-    states = problem.enumerated()
+    states = problem.enumerate_states()
     play = []
     for other in range(len(problem.agents)):
-        policy = dmplay.agent(problem, other, roster(problem, other).partner)
-        play.append(np.eye(6)[policy.choose(policy.begin(states), None, np.zeros((1, 0)))])
-    q = sparse.optimal(best_response.faced(problem, seat, play), problem.discount)
-    start = belief.prior(problem)
-    equal = start @ markov_game.equilibrium(problem).values[seat]
+        policy = dmplay.load_agent(problem, other, load_roster(problem, other).default_partner)
+        play.append(np.eye(6)[policy.choose(policy.initial_memory(states), None, np.zeros((1, 0)))])
+    q = sparse.compute_optimal_q(
+        best_response.build_induced_mdp(problem, seat, play), problem.discount
+    )
+    start = belief.initial_belief(problem)
+    equal = start @ markov_game.find_equilibrium(problem).action_values[seat]
     source = f"best reply to the usual opponent; the equilibrium is worth {equal:.4g}"
     return Known(float(start @ q.max(axis=1)), source, "best-response")
 
 
 def _answer(problem: Problem, seat: int) -> float:
     policy = BestResponse(problem, seat)
-    return float(policy.values(policy.begin(np.full(1, -1))).max())
+    return float(policy.action_values(policy.initial_memory(np.full(1, -1))).max())
 
 
 def _pair(problem: CollaborativePredatorPrey) -> Known:
     budget = Budget("a bound", "try fewer hexes", np.inf, 2**32)
     turns = problem.horizon or 0
-    most = Pooled(HuntingTeam.hunting(problem), turns, budget, np.inf).most
+    most = CentralizedPomdp(
+        PredatorPreyDecPomdp.from_predator_prey(problem), turns, budget, np.inf
+    ).upper_bound
     return Known(most, "bound: one planner who senses for both")

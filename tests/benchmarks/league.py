@@ -12,15 +12,15 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import dmplay
-from dmplay.blocks import Workers
+from dmplay.blocks import WorkerCount
 from dmplay.core import Problem
 from dmplay.errors import DmplayError
-from dmplay.finding.agents import roster
+from dmplay.finding.agents import load_roster
 from dmplay.finding.names import problem_names
-from dmplay.measure.estimate import estimate
+from dmplay.measure.estimate import estimate_mean
 from dmplay.measure.running import run
-from dmplay.reports.match import Match
-from dmplay.reports.tournaments import met
+from dmplay.reports.match import EvaluationRequest
+from dmplay.reports.tournaments import report_tournament
 from tests.benchmarks.known import Known, best_known, best_team
 
 GAMES = 10_000
@@ -70,7 +70,7 @@ class Standing(NamedTuple):
 def tables(names: list[str]) -> Iterator[Table]:
     """The games of these problems, or of all."""
     for name in names or problem_names():
-        problem = dmplay.load(name)
+        problem = dmplay.load_problem(name)
         for seats in measured(name, len(problem.agents)):
             alone = name not in TEAMS or len(seats) == 1
             known = best_known(name, problem, seats[0]) if alone else best_team(name, problem)
@@ -85,12 +85,14 @@ def measured(name: str, agents: int) -> Iterator[tuple[int, ...]]:
         yield tuple(range(agents))
 
 
-def standing(table: Table, agent: str, games: int, workers: Workers = 1) -> Standing | None:
+def standing(table: Table, agent: str, games: int, workers: WorkerCount = 1) -> Standing | None:
     """What an agent earns; None where it does not fit."""
     name, problem, seats, known = table
     try:
         seated = [
-            dmplay.agent(problem, i, agent if i in seats else roster(problem, i).partner)
+            dmplay.load_agent(
+                problem, i, agent if i in seats else load_roster(problem, i).default_partner
+            )
             for i in range(len(problem.agents))
         ]
     except DmplayError:
@@ -100,9 +102,9 @@ def standing(table: Table, agent: str, games: int, workers: Workers = 1) -> Stan
         problem, seated, episodes=max(10, games * more // FEWER.get(agent, 1)),
         turns=TURNS.get(name, problem.horizon), seed=SEED, workers=workers,
     )  # fmt: skip
-    earned = found.played.returns[:, seats[:1] if problem.shared_reward else seats]
-    paid = estimate(earned.sum(axis=1))
-    return Standing(agent, paid.mean, paid.error, found.episodes, found.seconds)
+    earned = found.rollout.returns[:, seats[:1] if problem.shared_reward else seats]
+    paid = estimate_mean(earned.sum(axis=1))
+    return Standing(agent, paid.mean, paid.standard_error, found.episodes, found.seconds)
 
 
 def verdict(known: Known, rows: list[Standing]) -> str:
@@ -115,7 +117,7 @@ def verdict(known: Known, rows: list[Standing]) -> str:
     return ""
 
 
-def report(games: int, problems: list[str], agents: list[str], workers: Workers = 1) -> None:
+def report(games: int, problems: list[str], agents: list[str], workers: WorkerCount = 1) -> None:
     """Prints the standings of each game, the best agent first, and the verdict.
 
     Where all meet all, their tournament too.
@@ -124,7 +126,7 @@ def report(games: int, problems: list[str], agents: list[str], workers: Workers 
         known = table.known
         print(f"\n{table}")
         print(f"  {'best known':<24}{known.number:>12.4g}{'':>10}  {known.source}")
-        fit = [one for one in roster(table.problem).agents if not agents or one in agents]
+        fit = [one for one in load_roster(table.problem).agents if not agents or one in agents]
         found = (standing(table, agent, games, workers) for agent in fit)
         rows = sorted(filter(None, found), key=lambda one: -one.mean)
         for one in rows:
@@ -135,5 +137,5 @@ def report(games: int, problems: list[str], agents: list[str], workers: Workers 
         print(f"  {verdict(known, rows)}", flush=True)
         quick = [one for one in fit if one not in FEWER]
         if table.name in MATCHES and len(quick) > 1:
-            match = Match(table.name, seed=SEED, workers=workers)
-            print(met(match, quick, episodes=games // MORE).text, flush=True)
+            match = EvaluationRequest(table.name, seed=SEED, workers=workers)
+            print(report_tournament(match, quick, episodes=games // MORE).text, flush=True)

@@ -7,7 +7,7 @@ from time import perf_counter
 import numpy as np
 
 import dmplay
-from dmplay.dice import generator
+from dmplay.dice import make_generator
 from dmplay.gym import Env, VectorEnv
 from dmplay.zoo import ParallelEnv
 
@@ -19,15 +19,15 @@ Turn = Callable[[], object]
 
 def _bare(name: str, rows: int) -> Turn:
     """The rules and the draws alone."""
-    problem = dmplay.load(name)
-    draw = generator(1).random
-    s = problem.start(draw((rows, problem.draws.start)))
+    problem = dmplay.load_problem(name)
+    draw = make_generator(1).random
+    s = problem.sample_initial_states(draw((rows, problem.uniform_counts.start)))
     a = np.zeros((rows, len(problem.agents)), np.int64)
-    return lambda: problem.step(s, a, draw((rows, problem.draws.step)))
+    return lambda: problem.step(s, a, draw((rows, problem.uniform_counts.step)))
 
 
 def _rows(name: str, dice: str) -> Turn:
-    rows = VectorEnv(name, ROWS, dice=dice)
+    rows = VectorEnv(name, ROWS, uniforms=dice)
     rows.reset(seed=1)
     actions = rows.action_space.sample()
     return lambda: rows.step(actions)

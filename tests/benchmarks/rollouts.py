@@ -19,18 +19,22 @@ import numpy as np
 import dmplay
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Outcome, Percept, Policy, Problem
-from dmplay.dice import NATURE, uniforms
+from dmplay.dice import NATURE_STREAM, generate_uniforms
 from dmplay.errors import BadPolicy
-from dmplay.finding.agents import roster
+from dmplay.finding.agents import load_roster
 from dmplay.finding.names import problem_names
-from dmplay.policies._matrix_agents import BestResponse, GradientAscent
+from dmplay.policies._matrix_agents import FictitiousPlay, GradientAscent
 from dmplay.policies.game_2048 import Corner, Expectimax
-from dmplay.policies.kinds import Reactive, Rule
-from dmplay.rollouts import Games, rollout, rollouts
+from dmplay.policies.kinds import ReactivePolicy, RepeatedGameRule
+from dmplay.rollouts import RolloutSpec, rollout, rollout_entrants
 
 GAMES, TURNS, SEED = 10_000, 50, 1
-KINDS = (Reactive, Rule, Corner)  # who remembers what it saw last, or what it is about to do
-OTHERS = (Expectimax, BestResponse, GradientAscent)  # think for long, or of all rounds
+KINDS = (
+    ReactivePolicy,
+    RepeatedGameRule,
+    Corner,
+)  # who remembers what it saw last, or what it is about to do
+OTHERS = (Expectimax, FictitiousPlay, GradientAscent)  # think for long, or of all rounds
 
 Work = Callable[[], object]
 
@@ -43,23 +47,23 @@ class Noting:
     thoughts: list[Work] = field(default_factory=list)
 
     @property
-    def draws(self) -> int:
-        return self.policy.draws
+    def uniform_count(self) -> int:
+        return self.policy.uniform_count
 
-    def begin(self, observation: Array) -> Memory:
-        self.thoughts.append(partial(self.policy.begin, observation))
-        return self.policy.begin(observation)
+    def initial_memory(self, observation: Array) -> Memory:
+        self.thoughts.append(partial(self.policy.initial_memory, observation))
+        return self.policy.initial_memory(observation)
 
-    def update(self, memory: Memory, percept: Percept) -> Memory:
-        self.thoughts.append(partial(self.policy.update, memory, percept))
-        return self.policy.update(memory, percept)
+    def update_memory(self, memory: Memory, percept: Percept) -> Memory:
+        self.thoughts.append(partial(self.policy.update_memory, memory, percept))
+        return self.policy.update_memory(memory, percept)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         self.thoughts.append(partial(self.policy.choose, memory, legal, u))
         return self.policy.choose(memory, legal, u)
 
-    def values(self, memory: Memory) -> Reals | None:
-        return self.policy.values(memory)
+    def action_values(self, memory: Memory) -> Reals | None:
+        return self.policy.action_values(memory)
 
 
 def report(runs: int) -> None:
@@ -67,7 +71,7 @@ def report(runs: int) -> None:
     print(f"\n{GAMES} games of {TURNS} turns, medians of {runs} runs: nanoseconds a turn of a game")
     print(f"{'':<44} whole  bare steps   times  random steps   times  with agents   times")
     for name in problem_names():
-        problem = dmplay.load(name)
+        problem = dmplay.load_problem(name)
         for agent, policies in _teams(problem):
             whole, bare, drawn, needed = _costs(problem, policies, runs)
             floors = (bare, 12), (bare + drawn, 14), (bare + needed, 13)
@@ -78,11 +82,13 @@ def report(runs: int) -> None:
 def _teams(problem: Problem) -> Iterator[tuple[str, list[Policy]]]:
     """Each agent in all seats, or in those that it can play beside random ones."""
     seats = range(len(problem.agents))
-    for name, make in roster(problem, 0).agents.items():
+    for name, make in load_roster(problem, 0).agents.items():
         if issubclass(make, KINDS) and not issubclass(make, OTHERS):
-            able = [name if name in roster(problem, seat).agents else "random" for seat in seats]
+            able = [
+                name if name in load_roster(problem, seat).agents else "random" for seat in seats
+            ]
             try:
-                yield name, [dmplay.agent(problem, seat, one) for seat, one in enumerate(able)]
+                yield name, [dmplay.load_agent(problem, seat, one) for seat, one in enumerate(able)]
             except BadPolicy:
                 continue
 
@@ -96,38 +102,46 @@ def _costs(problem: Problem, policies: Sequence[Policy], runs: int) -> list[floa
         return np.zeros_like(outcome.rewards)
 
     noting = [Noting(policy) for policy in policies]
-    rollouts(problem, [noting], Games(range(GAMES), TURNS, SEED, luck=note))
+    rollout_entrants(
+        problem, [noting], RolloutSpec(range(GAMES), TURNS, SEED, control_variate=note)
+    )
 
     def bare() -> None:
         for turn, (s, a) in enumerate(turns, 1):
-            problem.legal(s)
-            u = uniforms(SEED, NATURE, turn, rows=GAMES, count=problem.draws.step)
+            problem.legal_actions_mask(s)
+            u = generate_uniforms(
+                SEED, NATURE_STREAM, turn, rows=GAMES, count=problem.uniform_counts.step
+            )
             problem.step(s, a, u[: len(s)])
 
     def begun() -> None:
-        problem.start(uniforms(SEED, NATURE, 0, rows=GAMES, count=problem.draws.start))
+        problem.sample_initial_states(
+            generate_uniforms(
+                SEED, NATURE_STREAM, 0, rows=GAMES, count=problem.uniform_counts.start
+            )
+        )
         for s, _ in turns:
             problem.terminal(s)
 
     def drawn() -> None:
         begun()
         for turn, (s, _) in enumerate(turns, 1):
-            legal = problem.legal(s)
+            legal = problem.legal_actions_mask(s)
             for seat, known in enumerate(problem.actions):
-                u = uniforms(SEED, 1 + seat, turn, rows=len(s), count=1)
-                known.draw(u[:, 0], None if legal is None else legal[:, seat])
+                u = generate_uniforms(SEED, 1 + seat, turn, rows=len(s), count=1)
+                known.sample_actions(u[:, 0], None if legal is None else legal[:, seat])
 
     def needed() -> None:
         begun()
         for turn in range(1, len(turns) + 1):
             for seat, policy in enumerate(policies):
-                uniforms(SEED, 1 + seat, turn, rows=GAMES, count=policy.draws)
+                generate_uniforms(SEED, 1 + seat, turn, rows=GAMES, count=policy.uniform_count)
         for one in noting:
             for thought in one.thoughts:
                 thought()
 
     def whole() -> None:
-        rollout(problem, policies, episodes=GAMES, turns=TURNS, seed=SEED)
+        rollout(problem, policies, episodes=GAMES, turn_limit=TURNS, seed=SEED)
 
     played = sum(len(s) for s, _ in turns)
     spent = [[_seconds(work) for work in (whole, bare, drawn, needed)] for _ in range(runs)]

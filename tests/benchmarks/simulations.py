@@ -9,7 +9,7 @@ import numpy as np
 import dmplay
 from dmplay.core import Memory
 from dmplay.finding.names import problem_names
-from dmplay.policies.search import Search
+from dmplay.policies.search import TreeSearch
 
 EACH = (400, 1000)  # simulations of a choice
 ROWS = (1, 100)  # games side by side
@@ -29,18 +29,21 @@ def _kinds() -> list[tuple[int, int]]:
 
 def _speed(name: str, each: int, rows: int, runs: int) -> float:
     """Simulations a second of processor time in the first choice of some games."""
-    problem = dmplay.load(name)
-    search = dmplay.agent(problem, 0, f"search:simulations={each}")
-    assert isinstance(search, Search)
+    problem = dmplay.load_problem(name)
+    search = dmplay.load_agent(problem, 0, f"search:simulations={each}")
+    assert isinstance(search, TreeSearch)
     luck = np.random.default_rng(1)
-    s = problem.start(luck.random((rows, problem.draws.start)))
-    legal, memory = problem.legal(s), search.begin(problem.first_sight(s, 0))
+    s = problem.sample_initial_states(luck.random((rows, problem.uniform_counts.start)))
+    legal, memory = (
+        problem.legal_actions_mask(s),
+        search.initial_memory(problem.initial_observation(s, 0)),
+    )
     choose = partial(_seconds, search, memory, None if legal is None else legal[:, 0])
     choose(luck.random((rows, 1)))  # what is found once
     return each * rows / median(choose(luck.random((rows, 1))) for _ in range(runs))
 
 
-def _seconds(search: Search, memory: Memory, legal: np.ndarray | None, u: np.ndarray) -> float:
+def _seconds(search: TreeSearch, memory: Memory, legal: np.ndarray | None, u: np.ndarray) -> float:
     """The seconds that a choice takes."""
     since = process_time()
     search.choose(memory, legal, u)

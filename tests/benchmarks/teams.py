@@ -3,8 +3,8 @@
 import time
 from collections.abc import Callable
 
-from dmplay.solvers.team import Team
-from dmplay.solvers.team_plan import planned
+from dmplay.solvers.team import DecPomdp
+from dmplay.solvers.team_plan import find_joint_plan
 from tests.support.teams import broadcast, dectiger, meeting, read, recycling
 
 PRINTED = {  # optima, undiscounted: masplan.org/optimal_values
@@ -27,13 +27,13 @@ def report(runs: int) -> None:
     """Prints a line for each problem and number of turns; the first `runs` numbers of turns."""
     print(f"{'team':<20}{'turns':>6}{'value':>12}{'at most':>12}{'in print':>12}{'seconds':>9}")
     for name, printed in PRINTED.items():
-        team = Team.of(read(MADE[name]()))
+        team = DecPomdp.from_problem(read(MADE[name]()))
         for turns, optimum in list(printed.items())[:runs]:
             since = time.process_time()
-            found = planned(team, turns)
+            found = find_joint_plan(team, turns)
             spent = time.process_time() - since
             print(
-                f"{name:<20}{turns:>6}{found.value:>12.6f}{found.bound:>12.6f}"
+                f"{name:<20}{turns:>6}{found.value:>12.6f}{found.upper_bound:>12.6f}"
                 f"{optimum:>12.6f}{spent:>9.2f}",
                 flush=True,
             )

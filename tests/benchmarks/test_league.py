@@ -53,11 +53,11 @@ def test_the_league_measures_every_seat_that_differs_and_every_team(
 
 
 def test_a_game_of_the_league_is_named_for_who_is_measured() -> None:
-    problem, known = dmplay.load("multicaregiver-crying-baby"), Known(0.0, "arithmetic")
+    problem, known = dmplay.load_problem("multicaregiver-crying-baby"), Known(0.0, "arithmetic")
     named = [str(Table("m", problem, seats, known)) for seats in league.measured("m", 2)]
     assert named == ["m, caregiver1"]
     assert str(Table("m", problem, (0, 1), known)) == "m, team"
-    assert str(Table("h", dmplay.load("hexworld"), (0,), known)) == "h"
+    assert str(Table("h", dmplay.load_problem("hexworld"), (0,), known)) == "h"
 
 
 @pytest.mark.slow

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from dmplay.game.game import Game
-from dmplay.game.request import Request
-from dmplay.game.start import new
+from dmplay.game.request import GameRequest
+from dmplay.game.start import start_new_game
 from tests.bots import abuser
 from tests.support.games import values, verified
 
@@ -36,9 +36,9 @@ TOLD = {
 def played(kind: str, folder: Path) -> Game:
     """A game in which this comes to pass."""
     agent, record = f"{COMMAND} {kind!r} {folder / 'number'}", folder / f"{kind}.dmt"
-    wanted = Request("travelers-dilemma", seed=7, turns=1000, agent=agent, record=record)
-    game = new(wanted)
-    while game.unattended():
+    wanted = GameRequest("travelers-dilemma", seed=7, turns=1000, agent=agent, record_path=record)
+    game = start_new_game(wanted)
+    while game.play_agent_turn():
         pass
     game.finish()
     return game
@@ -66,10 +66,10 @@ def test_an_abuse_is_a_forfeit_in_a_line_and_nothing_is_left_of_it(
 ) -> None:
     game = played(kind, tmp_path)
     path = tmp_path / f"{kind}.dmt"
-    assert game.account.forfeited == f"agent1 forfeits, {TOLD[kind]}"
-    assert game.account.result().startswith("forfeit after ")
+    assert game.narrator.forfeit_reason == f"agent1 forfeits, {TOLD[kind]}"
+    assert game.narrator.describe_result().startswith("forfeit after ")
     assert '"reason": "forfeit"' in values(path, "end")[0]
-    assert path.read_text().endswith(f"\n# {game.account.forfeited}\n")
+    assert path.read_text().endswith(f"\n# {game.narrator.forfeit_reason}\n")
     verified(path)
     tries = 0
     while left(tmp_path) and tries < PATIENCE:  # what is killed takes a moment to be gone
@@ -79,5 +79,5 @@ def test_an_abuse_is_a_forfeit_in_a_line_and_nothing_is_left_of_it(
 
 
 def test_what_a_program_says_on_its_standard_error_is_kept(tmp_path: Path) -> None:
-    (log,) = played("exits early", tmp_path).logs
+    (log,) = played("exits early", tmp_path).log_paths
     assert log.read_text() == "no more\x1b[2J of\nthis\n"

@@ -9,15 +9,15 @@ from dataclasses import fields
 import pytest
 
 import dmplay
-from dmplay.bots.bot import Bot, Live
-from dmplay.bots.end import dismissed
-from dmplay.bots.speaker import Speaker
-from dmplay.bots.talk import AHEAD
-from dmplay.cli.service import sits
+from dmplay.bots.bot import Bot, BotState
+from dmplay.bots.end import close_bots
+from dmplay.bots.speaker import BotServer
+from dmplay.bots.talk import MAX_OPEN_REQUESTS
+from dmplay.cli.service import make_seat_factory
 from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter, Forfeit
 from dmplay.finding import agents
-from dmplay.transcript.format import turn_facts
+from dmplay.transcript.format import collect_turn_facts
 from tests.support.cases import CASES, SOME, load, random_play, small
 from tests.support.seats import made
 
@@ -31,19 +31,19 @@ class Inside:
 
     log = b""
 
-    def __init__(self, speaker: Speaker) -> None:
+    def __init__(self, speaker: BotServer) -> None:
         self._speaker = speaker
         self._said: list[str] = []
 
-    def say(self, text: str, seconds: float) -> None:
+    def send(self, text: str, seconds: float) -> None:
         answers = map(self._speaker.answer, text.splitlines())
         self._said += filter(None, answers)
 
-    def line(self) -> str:
+    def read_line(self) -> str:
         return self._said.pop(0)
 
     def close(self, farewell: str = "") -> None:
-        self.say(farewell, 0.0)
+        self.send(farewell, 0.0)
 
 
 class Said:
@@ -55,14 +55,14 @@ class Said:
         self.heard: list[dict[str, object]] = []
         self._lines = [*lines]
 
-    def say(self, text: str, seconds: float) -> None:
+    def send(self, text: str, seconds: float) -> None:
         self.heard += map(json.loads, text.splitlines())
 
-    def line(self) -> str:
+    def read_line(self) -> str:
         return self._lines.pop(0)
 
     def close(self, farewell: str = "") -> None:
-        self.say(farewell, 0.0)
+        self.send(farewell, 0.0)
 
     def told(self, key: str) -> list[object]:
         """What every line that it heard has under a key."""
@@ -71,14 +71,14 @@ class Said:
     def seated(self, name: str, *, belief: bool = False) -> dmplay.Session:
         """A game in which it plays."""
         problem = load(name)
-        bot = Bot(problem, 0, "it", name, start=lambda _: self, belief=belief)
-        return dmplay.Session(problem, dmplay.Dice(SEED), [bot])
+        bot = Bot(problem, 0, "it", name, open_channel=lambda _: self, belief=belief)
+        return dmplay.Session(problem, dmplay.SeededUniforms(SEED), [bot])
 
 
 def ours(problem: Problem, seat: int, agent: str, name: str) -> Bot:
     """An agent of ours, as a program."""
-    speaker = Speaker(agent, sits(agent, name))
-    return Bot(problem, seat, "it", name, start=lambda _: Inside(speaker))
+    speaker = BotServer(agent, make_seat_factory(agent, name))
+    return Bot(problem, seat, "it", name, open_channel=lambda _: Inside(speaker))
 
 
 def act(number: int, action: str) -> str:
@@ -91,11 +91,11 @@ def ignoring(turns: int) -> list[str]:
 
 def told(policies: Sequence[Policy | None], problem: Problem) -> list[dict[str, object]]:
     """The facts of some turns."""
-    game = dmplay.Session(problem, dmplay.Dice(7), policies, limit=SOME)
-    rows = [turn_facts(game)]
+    game = dmplay.Session(problem, dmplay.SeededUniforms(7), policies, turn_limit=SOME)
+    rows = [collect_turn_facts(game)]
     while not game.over:
         game.advance()
-        rows.append(turn_facts(game))
+        rows.append(collect_turn_facts(game))
     return rows
 
 
@@ -104,8 +104,10 @@ def told(policies: Sequence[Policy | None], problem: Problem) -> list[dict[str, 
 def test_a_program_plays_as_the_agent_that_it_speaks_for(name: str) -> None:
     problem = small(name)
     for seat in range(len(problem.agents)):
-        roster = agents.roster(problem, seat)
-        rule = next(name for name in roster.agents if name != roster.adviser)  # and soon found
+        roster = agents.load_roster(problem, seat)
+        rule = next(
+            name for name in roster.agents if name != roster.hint_provider
+        )  # and soon found
         for agent in {"random", rule}:
             bot = ours(problem, seat, agent, name)
             played = []
@@ -135,7 +137,7 @@ def test_a_seat_is_told_what_it_may_know_and_how_it_ended() -> None:
     game.advance()
     game.advance()
     game.end("quit")
-    dismissed(game, "it")
+    close_bots(game, "it")
     hello, first, _, turn, ask, last, over, end = program.heard
     parameters = {one.name: getattr(game.problem, one.name) for one in fields(game.problem)}
     assert hello["parameters"] == parameters
@@ -145,7 +147,7 @@ def test_a_seat_is_told_what_it_may_know_and_how_it_ended() -> None:
     legal = ["feed", "sing", "ignore"]
     assert ask == {"type": "act", "id": 2, "turn": 2, "observation": "crying", "legal": legal}
     assert last["turn"] == 2
-    sums = {"return": float(game.returns()[0]), "total": float(game.totals()[0])}
+    sums = {"return": float(game.returns()[0]), "total": float(game.total_rewards()[0])}
     assert over == {"type": "over", "reason": "quit", "turns": 2, **sums}
     assert end == {"type": "quit"}
 
@@ -155,7 +157,7 @@ def test_what_a_game_that_can_be_played_on_paid_is_no_farewell() -> None:
     game = program.seated("crying-baby")
     game.advance()
     game.end("interrupted")
-    dismissed(game, "it")
+    close_bots(game, "it")
     assert program.heard[-2] == {"type": "over", "reason": "interrupted", "turns": 1}
 
 
@@ -173,13 +175,16 @@ def test_the_whole_history_is_told_to_who_asks_for_it() -> None:
 
 
 def test_who_plays_many_games_at_once_is_told_each_turn_of_each_game_once() -> None:
-    games, turns = AHEAD + 1, 2
+    games, turns = MAX_OPEN_REQUESTS + 1, 2
     program = Said(HELLO[:-1] + ', "wants": ["games"]}', *ignoring(games * turns))
     problem = load("crying-baby")
-    bot = Bot(problem, 0, "it", "crying-baby", start=lambda _: program)
-    dmplay.rollout(problem, [bot], episodes=games, turns=turns, seed=1)
+    bot = Bot(problem, 0, "it", "crying-baby", open_channel=lambda _: program)
+    dmplay.rollout(problem, [bot], episodes=games, turn_limit=turns, seed=1)
     told = [(said["type"], said["game"], said["turn"]) for said in program.heard[1:]]
-    rounds = [[*range(AHEAD)], [AHEAD]]  # so many are asked before the first answer
+    rounds = [
+        [*range(MAX_OPEN_REQUESTS)],
+        [MAX_OPEN_REQUESTS],
+    ]  # so many are asked before the first answer
     assert told == [
         (kind, game, turn)
         for played in range(turns)
@@ -190,8 +195,8 @@ def test_who_plays_many_games_at_once_is_told_each_turn_of_each_game_once() -> N
 
 
 def test_what_is_sent_to_a_worker_begins_a_program_there_and_brings_a_forfeit_back() -> None:
-    there = pickle.loads(pickle.dumps(Live(log=b"of the one here")))
-    assert there == Live()
+    there = pickle.loads(pickle.dumps(BotState(log=b"of the one here")))
+    assert there == BotState()
     back = pickle.loads(pickle.dumps(Forfeit("dead", "it ended", "agent")))
     assert str(back) == "agent forfeits, dead: it ended"
     assert str(Forfeit("dead", "it ended")) == "dead: it ended"
@@ -239,10 +244,10 @@ def test_what_is_said_of_an_answer_that_cannot_be() -> None:
 def test_a_program_plays_many_games_at_once() -> None:
     problem = load("hexworld")
     bot = ours(problem, 0, "random", "hexworld")
-    played = dmplay.rollout(problem, random_play(problem), episodes=3, turns=SOME, seed=1)
-    its = dmplay.rollout(problem, [bot], episodes=3, turns=SOME, seed=1)
+    played = dmplay.rollout(problem, random_play(problem), episodes=3, turn_limit=SOME, seed=1)
+    its = dmplay.rollout(problem, [bot], episodes=3, turn_limit=SOME, seed=1)
     assert (its.returns == played.returns).all()
-    assert (its.state == played.state).all()
+    assert (its.final_states == played.final_states).all()
 
 
 def test_what_a_speaker_cannot_answer_is_said() -> None:
@@ -252,7 +257,7 @@ def test_what_a_speaker_cannot_answer_is_said() -> None:
         ('{"type": "hello", "protocol": 1}',): "no 'parameters'",
         ("hello",): "Expecting value",
     }.items():
-        speaker = Speaker("random", sits("random", "hexworld"))
+        speaker = BotServer("random", make_seat_factory("random", "hexworld"))
         with pytest.raises(BadParameter, match=f"^got '.*': {why}"):
             [*map(speaker.answer, lines)]
 
@@ -267,7 +272,7 @@ def test_what_is_no_program_is_refused_before_a_game_begins() -> None:
         "bot:belief=1,sh": "belief: got '1', expected true or false",
     }.items():
         with pytest.raises(BadParameter, match=re.escape(why)):
-            dmplay.agent(load("hexworld"), 0, name)
-    bot = dmplay.agent(load("hexworld"), 0, "bot:belief=true,clock=2.5,sh -c 'echo clock=1'")
+            dmplay.load_agent(load("hexworld"), 0, name)
+    bot = dmplay.load_agent(load("hexworld"), 0, "bot:belief=true,clock=2.5,sh -c 'echo clock=1'")
     assert isinstance(bot, Bot)
     assert (bot.belief, bot.clock, bot.command) == (True, 2.5, "sh -c 'echo clock=1'")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.cli.sentence import sentence
+from dmplay.cli.sentence import format_error
 from dmplay.errors import BadParameter
 from tests.support.brought import NO_AGENT, WALK
 from tests.support.programs import homeless, run
@@ -41,7 +41,7 @@ def test_what_cannot_be_meant_is_one_line(
 
 
 def test_the_middle_of_a_very_long_error_is_left_out() -> None:
-    told = sentence(BadParameter("a" * 5000 + "z" * 5000))
+    told = format_error(BadParameter("a" * 5000 + "z" * 5000))
     assert told == "a" * 1000 + " ... " + "z" * 1000
 
 

@@ -14,18 +14,22 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from dmplay.cli import config
-from dmplay.cli.app import root
-from dmplay.cli.config import GENERAL, LOOKS_AND_NUMBERS
-from dmplay.cli.errands import understood
-from dmplay.cli.settings import defaults, in_force, options
+from dmplay.cli.app import root_command
+from dmplay.cli.config import GENERAL_OPTIONS, PROJECT_FILE_OPTIONS
+from dmplay.cli.errands import interpret_command
+from dmplay.cli.settings import config_defaults, configurable_options, iter_effective_settings
 from dmplay.errors import BadParameter, DmplayError
-from dmplay.game.errand import Sitting
-from dmplay.game.request import Request
-from dmplay.game.table import Table
+from dmplay.game.errand import PlayCommand
+from dmplay.game.request import GameRequest
+from dmplay.game.table import GameController
 from tests.support import programs
 
-GROUP: Any = root()
-EVERY = [(name, option) for name, command in GROUP.commands.items() for option in options(command)]
+GROUP: Any = root_command()
+EVERY = [
+    (name, option)
+    for name, command in GROUP.commands.items()
+    for option in configurable_options(command)
+]
 VALUES: Mapping[str, tuple[object, ...]] = {  # four apart from the default, by click's type
     "int": (3, 4, 5, 6),
     "float": (3.0, 4.0, 5.0, 6.0),
@@ -47,14 +51,14 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "home"))
     monkeypatch.chdir(tmp_path)
     (tmp_path / "home" / "dmplay").mkdir(parents=True)
-    config.files.cache_clear()
+    config.load_config_files.cache_clear()
     yield tmp_path
-    config.files.cache_clear()
+    config.load_config_files.cache_clear()
 
 
 def write(path: Path, text: str) -> None:
     path.write_text(text, encoding="utf-8")
-    config.files.cache_clear()
+    config.load_config_files.cache_clear()
 
 
 def users(place: Path, text: str) -> None:
@@ -84,7 +88,7 @@ def every(name: str, *flags: str) -> dict[str, tuple[object, str]]:
     ):
         return {
             option: (made.params[one.name], made.get_parameter_source(one.name).name)
-            for option, one in options(command).items()
+            for option, one in configurable_options(command).items()
         }
 
 
@@ -125,7 +129,7 @@ def four(one: Any, number: int) -> Asked:
 def test_a_flag_wins_over_a_variable_over_the_project_over_the_user(
     name: str, place: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    known = options(GROUP.commands[name])
+    known = configurable_options(GROUP.commands[name])
     asked = {option: four(one, number) for number, (option, one) in enumerate(known.items())}
 
     def file(options: Iterable[str], by: int) -> str:
@@ -138,11 +142,11 @@ def test_a_flag_wins_over_a_variable_over_the_project_over_the_user(
     assert {source for _, source in every(name).values()} <= {"DEFAULT"}
     users(place, file(asked, 3))
     assert every(name) == come(asked, 3, "DEFAULT_MAP")
-    for option in asked.keys() - LOOKS_AND_NUMBERS:
+    for option in asked.keys() - PROJECT_FILE_OPTIONS:
         projects(place, file([option], 2))
         with pytest.raises(DmplayError, match=f"^dmplay.toml: {name}.{option}: a folder's file"):
-            defaults(GROUP.commands)
-    free = asked.keys() & LOOKS_AND_NUMBERS
+            config_defaults(GROUP.commands)
+    free = asked.keys() & PROJECT_FILE_OPTIONS
     projects(place, file(free, 2))
     assert every(name) == come(asked, 3, "DEFAULT_MAP") | come(free, 2, "DEFAULT_MAP")
     for one in asked.values():
@@ -152,11 +156,13 @@ def test_a_flag_wins_over_a_variable_over_the_project_over_the_user(
     assert every(name, *flags) == come(asked, 0, "COMMANDLINE")
 
 
-@pytest.mark.parametrize("option", GENERAL)
+@pytest.mark.parametrize("option", GENERAL_OPTIONS)
 def test_a_general_setting_reaches_every_command_that_has_it(option: str, place: Path) -> None:
     value = SET.get(option, "never")
     users(place, f"{option} = {json.dumps(value)}\n")
-    having = [name for name, command in GROUP.commands.items() if option in options(command)]
+    having = [
+        name for name, command in GROUP.commands.items() if option in configurable_options(command)
+    ]
     assert len(having) > 1
     for name in having:
         assert found(name, option) == (value, "DEFAULT_MAP")
@@ -192,7 +198,10 @@ def test_every_setting_is_shown_with_its_source(
     projects(place, "[play]\nspeed = 9\n")
     monkeypatch.setenv("DMPLAY_COLOR", "never")
     monkeypatch.setenv("DMPLAY_PLAY_AGENT", "random")
-    rows = {one.name: (one.value, one.source) for one in in_force(context("config", "show"))}
+    rows = {
+        one.name: (one.value, one.source)
+        for one in iter_effective_settings(context("config", "show"))
+    }
     assert {f"{name}.{option}" for name, option in EVERY} == set(rows)
     assert rows["play.turns"] == (20, str(place / "home" / "dmplay" / "config.toml"))
     assert rows["play.speed"] == (9.0, "dmplay.toml")
@@ -245,7 +254,7 @@ def test_every_setting_is_shown_with_its_source(
 def test_a_wrong_file_is_one_clear_line(text: str, message: str, place: Path) -> None:
     users(place, text) if message.startswith("config.toml") else projects(place, text)
     with pytest.raises(DmplayError) as error:
-        defaults(GROUP.commands)
+        config_defaults(GROUP.commands)
     assert str(error.value).removeprefix(f"{place}/home/dmplay/").startswith(message)
     assert "\n" not in str(error.value)
 
@@ -253,7 +262,7 @@ def test_a_wrong_file_is_one_clear_line(text: str, message: str, place: Path) ->
 def test_a_file_that_is_not_text_is_one_clear_line(place: Path) -> None:
     (place / "dmplay.toml").write_bytes(b"\xff\xfe = 1")
     with pytest.raises(DmplayError, match=r"^dmplay.toml: not UTF-8$"):
-        config.files()
+        config.load_config_files()
 
 
 def refused(read: Callable[[], object]) -> bool:
@@ -297,8 +306,8 @@ def toml(value: Any) -> str:
 def test_any_file_is_read_or_refused_in_one_line(told: dict[str, Any], place: Path) -> None:
     projects(place, "\n".join(f"{json.dumps(key)} = {toml(v)}" for key, v in told.items()))
     read: dict[str, dict[str, object]] = {}
-    if not refused(lambda: read.update(defaults(GROUP.commands))):
-        assert set(told) <= {*GENERAL, "keys", "aliases", *GROUP.commands}
+    if not refused(lambda: read.update(config_defaults(GROUP.commands))):
+        assert set(told) <= {*GENERAL_OPTIONS, "keys", "aliases", *GROUP.commands}
         for name, values in read.items():
             assert values.keys() <= {one.name for one in GROUP.commands[name].params}
 
@@ -307,7 +316,7 @@ def test_any_file_is_read_or_refused_in_one_line(told: dict[str, Any], place: Pa
 @given(text=st.text(LETTERS, max_size=60))
 def test_any_text_is_read_or_refused_in_one_line(text: str, place: Path) -> None:
     projects(place, text)
-    refused(config.files)
+    refused(config.load_config_files)
 
 
 # The program
@@ -373,10 +382,10 @@ def test_a_parameter_that_a_file_sets_is_for_the_problems_that_have_it(place: Pa
         (["hexword"], ["slip=0", "cries_sated=0.2"]),
         (["2048"], []),
     ):
-        sitting = understood(["play", *words])
-        assert isinstance(sitting, Sitting)
-        assert isinstance(sitting.wanted, Request)
-        assert [*sitting.wanted.settings] == fitting
+        sitting = interpret_command(["play", *words])
+        assert isinstance(sitting, PlayCommand)
+        assert isinstance(sitting.request, GameRequest)
+        assert [*sitting.request.settings] == fitting
 
 
 def test_no_reader_of_files_is_loaded_where_there_is_none(place: Path) -> None:
@@ -414,26 +423,28 @@ def test_an_agent_that_a_file_names_sits_where_it_plays_and_is_refused_with_the_
         (["travelers-dilemma"], ("human", "", "", ["agent2=nash"])),
         (["prisoners-dilemma"], ("human", "grim", "", ["agent2=nash"])),
     ):
-        found = understood(["play", *words])
-        assert isinstance(found, Sitting)
-        assert isinstance(found.wanted, Request)
-        told = found.wanted
-        assert (told.agent, told.others, told.ghost, [*told.seats]) == sitting
+        found = interpret_command(["play", *words])
+        assert isinstance(found, PlayCommand)
+        assert isinstance(found.request, GameRequest)
+        told = found.request
+        assert (told.agent, told.other_agent, told.ghost_agent, [*told.seats]) == sitting
     wrong = {"agent": '"grimm"', "vs": '"grimm"', "ghost": '"grimm"', "seat": '["agent2=grimm"]'}
     for option, name in wrong.items():
         users(place, f"[play]\n{option} = {name}\n")
         refused = rf"config\.toml: play\.{option}: unknown agent 'grimm'; did you mean grim\?"
         with pytest.raises(BadParameter, match=refused):
-            understood(["play", "prisoners-dilemma"])
+            interpret_command(["play", "prisoners-dilemma"])
 
 
 def test_real_time_off_the_screen_is_refused_unless_only_a_file_wishes_it(place: Path) -> None:
     refused = "error: --rate: real time is for the full screen; there is none (from --plain)\n"
     assert run(place, "cart-pole", "--rate", "--plain").stderr == refused
     with pytest.raises(BadParameter, match="--rate: real time is for the screen"):
-        Table(program=understood).ask(["play", "cart-pole", "--rate"])
+        GameController(cli_interpreter=interpret_command).run_cli_words(
+            ["play", "cart-pole", "--rate"]
+        )
     users(place, "[play]\nrate = 20.0\n")
-    Table(program=understood).ask(["play", "cart-pole"])
+    GameController(cli_interpreter=interpret_command).run_cli_words(["play", "cart-pole"])
     assert run(place, "cart-pole", "--plain", "--no-motion", stdin="left\n").returncode == 0
 
 
@@ -446,7 +457,7 @@ def test_what_a_file_wishes_for_people_and_transcripts_is_for_games_with_them(pl
         (["hexworld", "--seat", "agent=random"], (None, False, "")),
         (["catch", "--seat", "nobody=random"], (None, False, "")),  # which is refused later
     ):
-        found = understood(["play", *words])
-        assert isinstance(found, Sitting)
-        assert isinstance(found.wanted, Request)
-        assert (found.rate, found.wanted.frames, found.wanted.player) == granted
+        found = interpret_command(["play", *words])
+        assert isinstance(found, PlayCommand)
+        assert isinstance(found.request, GameRequest)
+        assert (found.realtime_rate, found.request.record_frames, found.request.player) == granted

@@ -9,15 +9,15 @@ from typing import Any
 
 import pytest
 
-from dmplay.cli.app import root
+from dmplay.cli.app import root_command
 from dmplay.files import writing
-from dmplay.finding.topics import topic
+from dmplay.finding.topics import read_topic
 from tests.support.blocks import file
 from tests.support.hidden import cheese
 from tests.support.programs import run
 from tests.support.terminals import clean_environment
 
-GROUP: Any = root()
+GROUP: Any = root_command()
 SCRIPT = "play hexworld --seed 7\ne\nquit\n"
 MOVES = "f\ns\ni\n" * 3  # of a crying baby
 
@@ -59,10 +59,10 @@ def test_an_example_does_what_it_says(line: str, tmp_path: Path) -> None:
     (tmp_path / "dmplay").chmod(0o755)
     (tmp_path / "game.dm").write_text(SCRIPT)
     for name in ("tiger.py", "shop.py"):
-        (tmp_path / name).write_text(file(topic("problems"), name))
-    rooms = writing.written(cheese(), ".pomdp", "Rooms that look alike.")
+        (tmp_path / name).write_text(file(read_topic("problems"), name))
+    rooms = writing.iter_problem_lines(cheese(), ".pomdp", "Rooms that look alike.")
     (tmp_path / "hallway.pomdp").write_text("".join(rooms))
-    (tmp_path / "tigers.dpomdp").write_text(file(topic("planning"), "tigers.dpomdp"))
+    (tmp_path / "tigers.dpomdp").write_text(file(read_topic("planning"), "tigers.dpomdp"))
     run(tmp_path, "crying-baby", "--seed", "7", stdin=MOVES)
     (tmp_path / "transcripts").mkdir()
     run(tmp_path, "hexworld", "--agent", "optimal", "--seed", "7", "-o", "transcripts/a.dmt")

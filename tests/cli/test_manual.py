@@ -8,15 +8,15 @@ from typing import Any
 import pytest
 
 from dmplay.cli import manual
-from dmplay.cli.app import root
+from dmplay.cli.app import root_command
 
 FILE = Path(manual.__file__).with_name("dmplay.1")
-GROUP: Any = root()
+GROUP: Any = root_command()
 COMMANDS = GROUP.commands | GROUP.commands["config"].commands
 
 
 def test_the_page_that_is_shipped_is_the_help_of_today() -> None:
-    assert FILE.read_text(encoding="utf-8") == manual.page()
+    assert FILE.read_text(encoding="utf-8") == manual.format_man_page()
 
 
 @pytest.mark.parametrize("name", COMMANDS)

@@ -8,16 +8,16 @@ from rich.text import Text
 
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.figures import every
-from dmplay.game.formats import fits
+from dmplay.game.formats import check_extension
 from dmplay.reports import drawing
-from dmplay.views.canvas import plainly, size
+from dmplay.views.canvas import measure_text, to_ascii
 from tests.support.glyphs import GLYPHS
 
 
 @cache
 def figure(name: str) -> Text:
     """A figure, drawn once for all that is true of it; nobody writes into it."""
-    _, draw = every.figure(name)
+    _, draw = every.find_figure(name)
     return draw()
 
 
@@ -26,53 +26,53 @@ def drawn(name: str) -> str:
 
 
 def test_every_figure_of_the_appendix_is_here() -> None:
-    assert list(every.figures()) == [
+    assert list(every.load_figures()) == [
         "F.2", "F.9", "F.10", "F.11", "F.12", "F.13", "F.14", "F.15", "F.16", "T.1", "T.2",
     ]  # fmt: skip
 
 
 @pytest.mark.parametrize("name", ["F.2", "f2", "figure F.2"])
 def test_a_figure_is_found_however_it_is_written(name: str) -> None:
-    assert every.figure(name) == every.figures()["F.2"]
+    assert every.find_figure(name) == every.load_figures()["F.2"]
 
 
 def test_a_figure_that_is_not_there_is_told() -> None:
     with pytest.raises(UnknownName, match=r"unknown figure 'F.3'; did you mean"):
-        every.figure("F.3")
+        every.find_figure("F.3")
 
 
 def test_a_file_whose_name_says_another_format_is_refused(tmp_path: Path) -> None:
     for name in ("f.png", "f.PDF", "f.cast", "f.txt"):
         with pytest.raises(BadParameter, match=r"f\.\w+: it is written as SVG; name it \S+f\.svg"):
-            drawing.drawn("T.2", tmp_path / name, svg=False)
+            drawing.draw_figure("T.2", tmp_path / name, svg=False)
     for name in ("f.svg", "F.2", "f"):
-        drawing.drawn("T.2", tmp_path / name, svg=False)
+        drawing.draw_figure("T.2", tmp_path / name, svg=False)
     assert {path.name for path in tmp_path.iterdir()} == {"f.svg", "F.2", "f"}
     with pytest.raises(BadParameter, match="it is written as HTML; name it g"):
-        fits(Path("g.svg"), "html")
+        check_extension(Path("g.svg"), "html")
     with pytest.raises(BadParameter, match=r"it is written as JSON; name it g\.json"):
-        fits(Path("g.csv"), "json")
+        check_extension(Path("g.csv"), "json")
     for name in ("g.csv", "g.txt", "g"):  # of text that may be read as it stands
-        fits(Path(name), "csv")
+        check_extension(Path(name), "csv")
 
 
 def test_blanks_name_no_figure() -> None:
     with pytest.raises(UnknownName, match="unknown figure ' '"):
-        every.figure(" ")
+        every.find_figure(" ")
 
 
-@pytest.mark.parametrize("name", list(every.figures()))
+@pytest.mark.parametrize("name", list(every.load_figures()))
 def test_a_figure_has_allowed_glyphs_an_ascii_form_and_a_picture(name: str) -> None:
-    (title, draw), shown = every.figure(name), figure(name)
+    (title, draw), shown = every.find_figure(name), figure(name)
     assert {glyph for glyph in shown.plain if not glyph.isascii()} <= GLYPHS
-    assert plainly(shown).plain.isascii()
-    assert size(shown)[0] <= 110
-    assert drawing.picture(shown, title).startswith("<svg")
-    assert drawing.picture(shown, title) == drawing.picture(draw(), title)
+    assert to_ascii(shown).plain.isascii()
+    assert measure_text(shown)[0] <= 110
+    assert drawing.text_to_svg(shown, title).startswith("<svg")
+    assert drawing.text_to_svg(shown, title) == drawing.text_to_svg(draw(), title)
 
 
 def test_table_f1_stands_in_the_books_order() -> None:
-    rows = every.figure("T.1")[1]().plain.splitlines()[1:]
+    rows = every.find_figure("T.1")[1]().plain.splitlines()[1:]
     names = [row.split()[0] for row in rows if row]
     assert names[:3] == ["hexworld", "2048", "cart-pole"]
     assert names[-2:] == ["multicaregiver-crying-baby", "collaborative-predator-prey"]

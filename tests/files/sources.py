@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from dmplay.files import gambit, markov
-from dmplay.files.problem import FromFile, NormalForm
+from dmplay.files.problem import FileProblem, NormalFormGame
 
 TIGER = """\
 # Listen for the tiger, or open the door that it is not behind.
@@ -74,19 +74,19 @@ BALLET = r"""NFG 1 R "Ballet or \"the\" fight" { "Player 1" "Player 2" }
 """
 
 
-def tiger(*changes: tuple[str, str]) -> FromFile:
+def tiger(*changes: tuple[str, str]) -> FileProblem:
     """The tiger, its file changed in some places."""
-    return markov.read("tiger.pomdp", changed(TIGER, *changes))
+    return markov.read_markov_file("tiger.pomdp", changed(TIGER, *changes))
 
 
-def team(*changes: tuple[str, str]) -> FromFile:
+def team(*changes: tuple[str, str]) -> FileProblem:
     """The tiger of two, its file changed in some places."""
-    return markov.read("tiger.dpomdp", changed(TEAM, *changes), team=True)
+    return markov.read_markov_file("tiger.dpomdp", changed(TEAM, *changes), team=True)
 
 
-def ballet(*changes: tuple[str, str]) -> NormalForm:
+def ballet(*changes: tuple[str, str]) -> NormalFormGame:
     """The game in normal form, its file changed in some places."""
-    return gambit.read("ballet.nfg", changed(BALLET, *changes))
+    return gambit.read_nfg("ballet.nfg", changed(BALLET, *changes))
 
 
 def changed(text: str, *changes: tuple[str, str]) -> bytes:

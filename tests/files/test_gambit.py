@@ -2,11 +2,11 @@
 
 import pytest
 
-from dmplay.errors import BadFile, BadParameter, TooMuch
+from dmplay.errors import BadFile, BadParameter, BudgetExceeded
 from dmplay.files import gambit
-from dmplay.finding.agents import roster
-from dmplay.finding.data import find
-from dmplay.policies.kinds import Seated
+from dmplay.finding.agents import load_roster
+from dmplay.finding.data import load_data_problem
+from dmplay.policies.kinds import SeatPolicy
 from tests.files.sources import BALLET, ballet
 
 SELTEN = [
@@ -18,7 +18,7 @@ SELTEN = [
 
 def test_every_way_to_say_the_same_is_read_as_the_same() -> None:
     for text in SELTEN:
-        game = gambit.read("selten.nfg", text.encode())
+        game = gambit.read_nfg("selten.nfg", text.encode())
         assert game.payoffs.tolist() == [[[1, 1], [1, 1]], [[0, 2], [0, 3]], [[0, 2], [2, 0]]]
         assert game.actions == (("1", "2", "3"), ("1", "2"))
 
@@ -27,7 +27,7 @@ def test_names_are_as_they_are_typed() -> None:
     game = ballet()
     assert game.agents == ("player-1", "player-2")
     assert game.actions == (("ballet", "the-fight"),) * 2
-    assert game.story() == 'Ballet or "the" fight\n\nBoth want to meet.'
+    assert game.description() == 'Ballet or "the" fight\n\nBoth want to meet.'
     assert game.payoffs[0, 0].tolist() == [3, 2]
     assert game.kind == "simple game"
     game = ballet(("the fight", "a#b,c"), ('"ballet"', '"Undo"'))
@@ -36,15 +36,15 @@ def test_names_are_as_they_are_typed() -> None:
 
 def test_the_outcome_of_number_0_pays_nothing_and_three_may_play() -> None:
     text = 'NFG 1 R "" {"a" "b" "c"} {2 1 2} {{"" 1 2 3}} 0 1 0 1'
-    game = gambit.read("three.nfg", text.encode())
+    game = gambit.read_nfg("three.nfg", text.encode())
     assert game.payoffs[:, 0, :].tolist() == [[[0, 0, 0]] * 2, [[1, 2, 3]] * 2]
 
 
 def test_two_players_have_the_agents_of_payoff_tables() -> None:
-    known = roster(ballet(), 1)
+    known = load_roster(ballet(), 1)
     assert {"nash", "frequency"} <= {*known.agents}
     agent = known.agents["nash"](ballet(), 0)
-    assert isinstance(agent, Seated)
+    assert isinstance(agent, SeatPolicy)
 
 
 FAULTS = [
@@ -73,7 +73,7 @@ def test_what_would_not_fit_is_refused_before_it_is_read() -> None:
     text = BALLET.replace(
         '{ { "ballet" "the fight" } { "ballet" "the fight" } }', "{ 99999 99999 }"
     )
-    with pytest.raises(TooMuch, match="reading it"):
-        gambit.read("large.nfg", text.encode())
+    with pytest.raises(BudgetExceeded, match="reading it"):
+        gambit.read_nfg("large.nfg", text.encode())
     with pytest.raises(BadParameter, match=r"none\.nfg: No such file"):
-        find("none.nfg")
+        load_data_problem("none.nfg")

@@ -7,8 +7,8 @@ import pytest
 
 from dmplay.errors import BadFile
 from dmplay.files import markov
-from dmplay.files.problem import FromFile
-from dmplay.files.words import Part, Text
+from dmplay.files.problem import FileProblem
+from dmplay.files.words import SourceText, TokenSpan
 from dmplay.solvers import alpha_vectors
 from dmplay.tabular import tabulate
 from tests.files.sources import TIGER, tiger
@@ -57,10 +57,10 @@ SAME = [  # changes that say the same
 ]  # fmt: skip
 
 
-def arrays(problem: FromFile) -> list[object]:
+def arrays(problem: FileProblem) -> list[object]:
     """All that a file says."""
-    names = [problem.agents, problem.actions, problem.observations, problem.names]
-    numbers = [*tabulate(problem), problem.start_belief, problem.discount]
+    names = [problem.agents, problem.actions, problem.observations, problem.state_names]
+    numbers = [*tabulate(problem), problem.initial_belief, problem.discount]
     return [*names, *(np.asarray(one).tolist() for one in numbers)]
 
 
@@ -77,14 +77,14 @@ def test_the_arrays_are_those_of_the_file() -> None:
     assert rewards[:, :, 0].tolist() == [[-1, -100, 10], [-1, 10, -100]]
     assert observation is not None
     assert observation[0].tolist() == [[0.85, 0.15], [0.15, 0.85]]
-    assert tiger().story() == "Listen for the tiger, or open the door that it is not behind."
+    assert tiger().description() == "Listen for the tiger, or open the door that it is not behind."
 
 
 def test_the_tiger_is_solved_by_nine_vectors() -> None:
     problem = tiger()
-    stage = alpha_vectors.infinite(tabulate(problem), problem.discount)
-    assert len(stage.vectors) == 9
-    np.testing.assert_allclose((stage.vectors @ [0.5, 0.5]).max(), 19.3713683744, atol=1e-9)
+    stage = alpha_vectors.solve_infinite_horizon(tabulate(problem), problem.discount)
+    assert len(stage.alpha_vectors) == 9
+    np.testing.assert_allclose((stage.alpha_vectors @ [0.5, 0.5]).max(), 19.3713683744, atol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -103,7 +103,7 @@ def test_the_tiger_is_solved_by_nine_vectors() -> None:
 def test_the_start_is_told_in_eight_ways(start: str, wanted: list[float]) -> None:
     problem = tiger((STATES, f"{STATES}\n{start}"), (OPENS, "T: open-left : 0 reset\n"
                                                              "T: 1 : 1 uniform\n"))  # fmt: skip
-    assert problem.start_belief.tolist() == wanted
+    assert problem.initial_belief.tolist() == wanted
     assert tabulate(problem).transition[0, 1].tolist() == wanted
 
 
@@ -117,14 +117,14 @@ def test_numbers_stand_for_names_where_there_are_none() -> None:
                     ("observations: hear-left hear-right", "observations: 2"),
                     ("open-left", "1"), ("open-right", "2"), ("listen :", "0 :"),
                     (": listen\n", ": 0\n"), ("tiger-left", "0"), ("tiger-right", "1"))  # fmt: skip
-    assert (problem.names, problem.actions[0]) == (("0", "1"), ("a0", "a1", "a2"))
+    assert (problem.state_names, problem.actions[0]) == (("0", "1"), ("a0", "a1", "a2"))
     assert tabulate(problem).rewards[:, :, 0].tolist() == [[-1, -100, 10], [-1, 10, -100]]
 
 
 def test_names_of_actions_are_as_they_are_typed() -> None:
     problem = tiger(("open-left", "Open_Left"), ("open-right", "open-left"))
     assert problem.actions[0] == ("listen", "open-left", "open-left-2")
-    assert problem.action(0, "OPEN_LEFT") == 1
+    assert problem.parse_action(0, "OPEN_LEFT") == 1
 
 
 def test_rewards_are_as_wide_as_the_lines_ask_for() -> None:
@@ -150,9 +150,9 @@ def test_a_file_without_observations_is_of_states_that_are_seen() -> None:
         "T: go : light : light 0\nT: go : light : out 1\n"
         "R: * : * : light 2\nR: wait : dark\n1 0 0\n"
     )
-    problem = markov.read("lamp.mdp", text.encode())
+    problem = markov.read_markov_file("lamp.mdp", text.encode())
     assert problem.kind == "MDP"
-    assert problem.start_belief.tolist() == [1 / 3] * 3
+    assert problem.initial_belief.tolist() == [1 / 3] * 3
     assert tabulate(problem).rewards[:, :, 0].tolist() == [[-1, -2], [-2, 0], [0, 0]]
     assert problem.terminal(np.arange(3)).tolist() == [False, False, True]
     assert not tiger().terminal(np.arange(2)).any()
@@ -163,7 +163,7 @@ def test_rewards_of_seen_states_may_be_a_matrix_of_an_action() -> None:
         "discount: 0.9\nvalues: reward\nstates: 2\nactions: 2\nT: *\nuniform\n"
         "R: 0\n1 2\n3 4\nR: 1 : 0\n5 6\nR: 1 : 1 : 0 7\n"
     )
-    problem = markov.read("matrix.mdp", text.encode())
+    problem = markov.read_markov_file("matrix.mdp", text.encode())
     assert tabulate(problem).rewards[:, :, 0].tolist() == [[1.5, 5.5], [3.5, 3.5]]
 
 
@@ -180,7 +180,7 @@ def test_many_states_that_nothing_leads_to_cost_nothing() -> None:
         "T: * : * : * 0.0\nT: * identity\nT: 0 : * : * 0.0\nT: 0 : * : 5 1.0\n"
         "O: * : * : * 0\nO: * : * : 3 1\nR: * : * : * : * 0.0\n"
     )
-    flow, _, seen = markov.read("wide.pomdp", text.encode()).tables
+    flow, _, seen = markov.read_markov_file("wide.pomdp", text.encode()).tables
     assert flow.columns.tolist() == [after for s in range(20000) for after in (5, s)]
     assert seen
     assert set(seen.columns.tolist()) == {3}
@@ -206,8 +206,8 @@ class Counted(str):
 
 def test_where_a_line_begins_costs_no_more_far_down() -> None:
     content = Counted("0 : 1\n" * 1000)
-    part = Part(Text("long.pomdp", content), len(content) - 6, ["0", ":", "1"])
-    assert [part.slice(n).begins_line for n in range(3)] == [True, False, False]
+    part = TokenSpan(SourceText("long.pomdp", content), len(content) - 6, ["0", ":", "1"])
+    assert [part.slice(n).is_line_start for n in range(3)] == [True, False, False]
     assert content.copied == len("0 ") + len("0 : ")
 
 

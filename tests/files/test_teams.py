@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from dmplay.dice import Dice
+from dmplay.dice import SeededUniforms
 from dmplay.errors import BadFile
-from dmplay.files.problem import FromFile
+from dmplay.files.problem import FileProblem
 from dmplay.session import Session
 from dmplay.tabular import tabulate
 from tests.files.sources import TEAM, team
@@ -29,9 +29,9 @@ SAME = [
 ]  # fmt: skip
 
 
-def arrays(problem: FromFile) -> list[object]:
+def arrays(problem: FileProblem) -> list[object]:
     """All that a file says."""
-    names = [problem.agents, problem.actions, problem.observations, problem.names]
+    names = [problem.agents, problem.actions, problem.observations, problem.state_names]
     return [*names, *(np.asarray(one).tolist() for one in tabulate(problem))]
 
 
@@ -61,7 +61,7 @@ def test_joint_names_are_row_major_and_all_are_paid_the_same() -> None:
 
 
 def test_each_agent_hears_its_own() -> None:
-    game = Session(team(), Dice(4), limit=30)
+    game = Session(team(), SeededUniforms(4), turn_limit=30)
     for _ in range(30):
         game.advance([0, 0])
     heard = np.array([turn.observations for turn in game.turns])

@@ -51,14 +51,14 @@ FAULTS = [
 
 
 def test_every_node_is_told_whole_and_who_is_paid_on_the_way_is_paid_at_the_end() -> None:
-    assert tree.told("small.efg", GAME.encode()) == TOLD
-    assert tree.told("small.efg", TOLD.encode()) == TOLD
+    assert tree.normalize_efg("small.efg", GAME.encode()) == TOLD
+    assert tree.normalize_efg("small.efg", TOLD.encode()) == TOLD
 
 
 def test_where_chance_alone_ends_a_game_the_first_player_sees_it() -> None:
     drawn = 'EFG 2 R "draw" { "ann" }\nc "" 1 "" { "lost" 1/2 "won" 1/2 } 0\n'
     ends = 't "" 1 "" { -7 }\np "" 1 1 "" { "a" } 0\nt "" 2 "" { 7 }\n'
-    assert tree.told("draw.efg", (drawn + ends).encode()).splitlines()[3:] == [
+    assert tree.normalize_efg("draw.efg", (drawn + ends).encode()).splitlines()[3:] == [
         'c "" 1 "" { "lost" 0.5 "won" 0.5 } 0',
         'p "" 1 1 "" { "end" } 0',
         't "" 1 "" { -7.0 }',
@@ -71,6 +71,6 @@ def test_faults_are_told_with_line_and_column() -> None:
     for before, after, told in FAULTS:
         assert GAME.count(before) == 1, before
         with pytest.raises(BadFile) as error:
-            tree.told("small.efg", GAME.replace(before, after).encode())
+            tree.normalize_efg("small.efg", GAME.replace(before, after).encode())
         assert str(error.value).startswith("small.efg:")
         assert told in str(error.value), str(error.value)

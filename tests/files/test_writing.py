@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from dmplay.core import Problem
-from dmplay.dice import Dice
+from dmplay.dice import SeededUniforms
 from dmplay.errors import BadParameter
 from dmplay.files import gambit, markov
-from dmplay.files.writing import allowed, written
-from dmplay.finding.problems import docs, load
-from dmplay.reports.converting import converted
+from dmplay.files.writing import iter_problem_lines, make_valid_names
+from dmplay.finding.problems import full_description, load_problem
+from dmplay.reports.converting import convert_problem
 from dmplay.session import Session
 from dmplay.tabular import tabulate
 from tests.files.sources import TIGER, ballet, kept, team, tiger
@@ -28,22 +28,22 @@ AFTER = "R: open-left : tiger-right : tiger-left : * 30\n"
 def again(text: str, suffix: str) -> Problem:
     """The problem that a written file holds."""
     if suffix == ".nfg":
-        return gambit.read("x.nfg", text.encode())
-    return markov.read("x" + suffix, text.encode(), team=suffix == ".dpomdp")
+        return gambit.read_nfg("x.nfg", text.encode())
+    return markov.read_markov_file("x" + suffix, text.encode(), team=suffix == ".dpomdp")
 
 
 def twice(problem: Problem, suffix: str) -> Problem:
     """The problem, written and read, of which the file is the same when it is written again."""
-    text = "".join(written(problem, suffix, docs(problem)))
+    text = "".join(iter_problem_lines(problem, suffix, full_description(problem)))
     found = again(text, suffix)
-    assert "".join(written(found, suffix, docs(found))) == text
+    assert "".join(iter_problem_lines(found, suffix, full_description(found))) == text
     return found
 
 
 def test_every_finite_problem_is_written_read_and_written_the_same() -> None:
     for suffix, names in FINITE.items():
         for name in names:
-            problem = load(name)
+            problem = load_problem(name)
             found = twice(problem, suffix)
             assert found.discount == problem.discount
             for one, other in zip(tabulate(problem), tabulate(found), strict=False):
@@ -67,8 +67,10 @@ def test_files_are_written_as_they_were_read() -> None:
 
 
 def test_the_same_dice_play_the_same_game_in_a_file() -> None:
-    baby = load("crying-baby")
-    games = [Session(one, Dice(3), limit=20) for one in (baby, twice(baby, ".pomdp"))]
+    baby = load_problem("crying-baby")
+    games = [
+        Session(one, SeededUniforms(3), turn_limit=20) for one in (baby, twice(baby, ".pomdp"))
+    ]
     for game in games:
         for turn in range(20):
             game.advance([turn % 3])
@@ -80,11 +82,11 @@ def test_the_same_dice_play_the_same_game_in_a_file() -> None:
 
 def test_names_are_such_as_the_formats_allow() -> None:
     names = ["(1,-2)", "a b", "a_b", "T", "7", "a-b", "*", ""]
-    found = allowed(names, "state")
+    found = make_valid_names(names, "state")
     assert found == ["s1--2", "a-b", "a_b", "state-T", "s7", "a-b-2", "s-", "state"]
-    assert allowed(found, "state") == found
-    assert allowed(["0", "1"], "state") == ["0", "1"]
-    assert allowed([*"NESWT"], "state") == ["N", "E", "S", "W", "state-T"]
+    assert make_valid_names(found, "state") == found
+    assert make_valid_names(["0", "1"], "state") == ["0", "1"]
+    assert make_valid_names([*"NESWT"], "state") == ["N", "E", "S", "W", "state-T"]
 
 
 TEAM = "collaborative-predator-prey"
@@ -109,17 +111,17 @@ def test_what_a_file_cannot_hold_is_refused(
     tmp_path: Path, name: str, file: str, told: str
 ) -> None:
     with pytest.raises(BadParameter, match=told):
-        converted(name, {}, tmp_path / file, force=False)
+        convert_problem(name, {}, tmp_path / file, force=False)
     assert not [*tmp_path.iterdir()]
 
 
 def test_a_file_is_converted_too(tmp_path: Path) -> None:
     source = kept(tmp_path, "tiger.pomdp", TIGER)
     path = tmp_path / "tiger.dpomdp"
-    told = converted(source, {"discount": "0.5"}, path, force=False)
+    told = convert_problem(source, {"discount": "0.5"}, path, force=False)
     assert told == f"{path}: {source}, a POMDP"
-    found = markov.read("tiger.dpomdp", path.read_bytes(), team=True)
+    found = markov.read_markov_file("tiger.dpomdp", path.read_bytes(), team=True)
     assert (found.discount, found.agents) == (0.5, ("agent1",))
-    assert found.story() == tiger().story()
-    told = converted("hexworld", {}, tmp_path / "walk.mdp", force=False)
+    assert found.description() == tiger().description()
+    told = convert_problem("hexworld", {}, tmp_path / "walk.mdp", force=False)
     assert told == f"{tmp_path}/walk.mdp: hexworld, an MDP"

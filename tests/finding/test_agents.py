@@ -8,45 +8,45 @@ import pytest
 import dmplay
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, BadPolicy, DmplayError, UnknownName
-from dmplay.finding.agents import adviser, for_turns, roster
+from dmplay.finding.agents import find_hint_provider, load_roster, plan_for_turn_limit
 from dmplay.finding.names import problem_names
-from dmplay.finding.problems import variants
-from dmplay.game.seats import asked_again
+from dmplay.finding.problems import load_variants
+from dmplay.game.seats import load_verifiable_policies
 
 PLAIN = """
 import numpy as np
 
 class Plain:
-    draws = 0
+    uniform_count = 0
 
     def __init__(self, problem, seat):
         pass
 
-    def begin(self, observation):
+    def initial_memory(self, observation):
         return (np.zeros(len(observation)),)
 
-    def update(self, memory, percept):
+    def update_memory(self, memory, percept):
         return memory
 
     def choose(self, memory, legal, u):
         return np.zeros(len(u), int)
 
-    def values(self, memory):
+    def action_values(self, memory):
         return None
 """
 
 
 def seats_of(name: str) -> list[tuple[Problem, int]]:
     """Every seat of a problem and its variants."""
-    known = variants(name).values()
+    known = load_variants(name).values()
     return [(problem, seat) for problem in known for seat in range(len(problem.agents))]
 
 
 @pytest.mark.parametrize("name", problem_names())
 def test_whoever_has_a_part_in_a_roster_is_on_it(name: str) -> None:
     for problem, seat in seats_of(name):
-        seated = roster(problem, seat)
-        parts = {seated.adviser, seated.partner, seated.quick} - {None}
+        seated = load_roster(problem, seat)
+        parts = {seated.hint_provider, seated.default_partner, seated.batch_agent} - {None}
         assert parts <= {*seated.agents}
         assert [*seated.agents][-2:] == ["random", "search"]
 
@@ -55,8 +55,8 @@ def test_whoever_has_a_part_in_a_roster_is_on_it(name: str) -> None:
 def test_an_adviser_is_the_agent_of_its_name(name: str) -> None:
     for problem, seat in seats_of(name):
         for turns, rival in product((None, 1, 7, 1000), ("random", "human", "chase", "sing")):
-            found = adviser(problem, seat, turns, [rival] * len(problem.agents))
-            assert found is None or dmplay.agent(problem, seat, found[0]) == found[1]
+            found = find_hint_provider(problem, seat, turns, [rival] * len(problem.agents))
+            assert found is None or dmplay.load_agent(problem, seat, found[0]) == found[1]
 
 
 @pytest.mark.parametrize(
@@ -81,16 +81,16 @@ def test_an_adviser_is_the_agent_of_its_name(name: str) -> None:
 def test_an_adviser_is_named_by_what_it_does_otherwise_in_this_game(
     name: str, turns: int | None, seats: tuple[str, ...], told: str
 ) -> None:
-    found = adviser(dmplay.load(name), 0, turns, seats)
+    found = find_hint_provider(dmplay.load_problem(name), 0, turns, seats)
     assert found is not None
     assert found[0] == told
 
 
 def test_a_plan_looks_no_further_than_the_end_but_only_to_advise() -> None:
-    unending = dmplay.load("crying-baby", discount=1.0)
-    names = [found[0] for turns in (3, 10, 30) if (found := adviser(unending, 0, turns))]
+    unending = dmplay.load_problem("crying-baby", discount=1.0)
+    names = [found[0] for turns in (3, 10, 30) if (found := find_hint_provider(unending, 0, turns))]
     assert names == ["plan:horizon=3", "plan", "plan"]
-    assert for_turns(unending, 0, "plan", 3) == "plan"
+    assert plan_for_turn_limit(unending, 0, "plan", 3) == "plan"
 
 
 @pytest.mark.parametrize(
@@ -111,7 +111,7 @@ def test_a_plan_looks_no_further_than_the_end_but_only_to_advise() -> None:
 def test_a_name_is_of_an_agent_that_plans_this_game_unless_it_says_how_far(
     agent: str, turns: int, told: str
 ) -> None:
-    assert for_turns(dmplay.load("catch"), 0, agent, turns) == told
+    assert plan_for_turn_limit(dmplay.load_problem("catch"), 0, agent, turns) == told
 
 
 @pytest.mark.parametrize(
@@ -124,19 +124,19 @@ def test_a_name_is_of_an_agent_that_plans_this_game_unless_it_says_how_far(
 )
 def test_a_wrong_agent_is_one_clear_line(name: str, message: str) -> None:
     with pytest.raises(UnknownName) as caught:
-        dmplay.agent(dmplay.load("hexworld"), 0, name)
+        dmplay.load_agent(dmplay.load_problem("hexworld"), 0, name)
     assert str(caught.value).startswith(message)
 
 
 def test_an_agent_of_other_problems_is_told_as_such() -> None:
-    hexworld, others = dmplay.load("hexworld"), "random, search, script, replay, bot"
+    hexworld, others = dmplay.load_problem("hexworld"), "random, search, script, replay, bot"
     for name in ("plan", "plan:horizon=3"):
         with pytest.raises(BadPolicy) as caught:
-            dmplay.agent(hexworld, 0, name)
+            dmplay.load_agent(hexworld, 0, name)
         told = "agent plan is for crying-baby (POMDP, not MDP); expected one of human, optimal"
         assert str(caught.value) == f"{told}, {others}"
     with pytest.raises(BadPolicy, match=r"optimal is for .* and others; expected one of human"):
-        dmplay.agent(dmplay.load("2048"), 0, "optimal")
+        dmplay.load_agent(dmplay.load_problem("2048"), 0, "optimal")
 
 
 def test_an_agent_of_other_problems_is_told_as_such_though_a_module_has_its_name(
@@ -145,7 +145,7 @@ def test_an_agent_of_other_problems_is_told_as_such_though_a_module_has_its_name
     (tmp_path / "qmdp.py").write_text("from json import loads as Strategy\n")
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(BadPolicy, match=r"^agent qmdp is for .*, not MDP.; expected one of human"):
-        dmplay.agent(dmplay.load("hexworld"), 0, "qmdp:Strategy")
+        dmplay.load_agent(dmplay.load_problem("hexworld"), 0, "qmdp:Strategy")
 
 
 @pytest.mark.parametrize("name", ["os:path", "os:getcwd", "os:sep", "fractions:Fraction"])
@@ -153,13 +153,13 @@ def test_what_makes_no_policy_is_told_as_such(name: str) -> None:
     with pytest.raises(
         BadPolicy, match=f"^{name}: nothing that a problem and a seat make a policy"
     ):
-        dmplay.agent(dmplay.load("hexworld"), 0, name)
+        dmplay.load_agent(dmplay.load_problem("hexworld"), 0, name)
 
 
 @pytest.mark.parametrize("seat", [1, -1, "agent"])
 def test_an_agent_sits_where_there_is_a_seat(seat: int) -> None:
     with pytest.raises(BadParameter, match=f"^seat: got {seat!r}, expected 0 to 0$"):
-        dmplay.agent(dmplay.load("hexworld"), seat, "optimal")
+        dmplay.load_agent(dmplay.load_problem("hexworld"), seat, "optimal")
 
 
 def test_an_agent_in_a_file_plays(tmp_path: Path) -> None:
@@ -167,11 +167,14 @@ def test_an_agent_in_a_file_plays(tmp_path: Path) -> None:
         "from dmplay.policies.general import Random as Bot\nclass Nothing:\n"
         "    def __init__(self, problem, seat): pass\n"
     )
-    problem = dmplay.load("hexworld")
-    bot = dmplay.agent(problem, 0, f"{tmp_path}/bots.py:Bot")
-    assert dmplay.rollout(problem, [bot], episodes=3).over.all()
-    with pytest.raises(DmplayError, match="not a policy, it lacks draws, begin, update, choose"):
-        dmplay.agent(problem, 0, f"{tmp_path}/bots.py:Nothing")
+    problem = dmplay.load_problem("hexworld")
+    bot = dmplay.load_agent(problem, 0, f"{tmp_path}/bots.py:Bot")
+    assert dmplay.rollout(problem, [bot], episodes=3).terminated.all()
+    with pytest.raises(
+        DmplayError,
+        match="not a policy, it lacks uniform_count, initial_memory, update_memory, choose",
+    ):
+        dmplay.load_agent(problem, 0, f"{tmp_path}/bots.py:Nothing")
 
 
 @pytest.mark.parametrize(
@@ -185,29 +188,33 @@ def test_an_agent_in_a_file_plays(tmp_path: Path) -> None:
 def test_what_a_file_has_of_its_own_is_told(name: str, message: str, tmp_path: Path) -> None:
     (tmp_path / "plain.py").write_text(PLAIN)
     with pytest.raises(DmplayError, match=message):
-        dmplay.agent(dmplay.load("hexworld"), 0, f"{tmp_path}/plain.py{name}")
+        dmplay.load_agent(dmplay.load_problem("hexworld"), 0, f"{tmp_path}/plain.py{name}")
 
 
 @pytest.mark.parametrize("draws", [-1, "x", None, 0.5])
 def test_an_agent_draws_so_many_uniforms(draws: object, tmp_path: Path) -> None:
     (tmp_path / "bots.py").write_text(
-        f"from dmplay.policies.general import Random\nclass Bot(Random):\n    draws = {draws!r}\n"
+        f"from dmplay.policies.general import Random\nclass Bot(Random):\n    uniform_count = {draws!r}\n"
     )
-    with pytest.raises(BadPolicy, match=f"Bot: draws: got {draws!r}, expected how many, 0 or"):
-        dmplay.agent(dmplay.load("hexworld"), 0, f"{tmp_path}/bots.py:Bot")
+    with pytest.raises(
+        BadPolicy, match=f"Bot: uniform_count: got {draws!r}, expected how many, 0 or"
+    ):
+        dmplay.load_agent(dmplay.load_problem("hexworld"), 0, f"{tmp_path}/bots.py:Bot")
 
 
 def test_a_class_with_no_more_than_it_needs_plays_and_is_asked_again(tmp_path: Path) -> None:
     (tmp_path / "bots.py").write_text(PLAIN)
-    problem, name = dmplay.load("hexworld"), f"{tmp_path}/bots.py:Plain"
-    assert for_turns(problem, 0, name, 3) == name
-    played = dmplay.rollout(problem, [dmplay.agent(problem, 0, name)], episodes=2, turns=3)
-    assert played.turns.tolist() == [3, 3]
-    assert asked_again(problem, {"agent": name}, trusted=True) != [None]
+    problem, name = dmplay.load_problem("hexworld"), f"{tmp_path}/bots.py:Plain"
+    assert plan_for_turn_limit(problem, 0, name, 3) == name
+    played = dmplay.rollout(
+        problem, [dmplay.load_agent(problem, 0, name)], episodes=2, turn_limit=3
+    )
+    assert played.turn_counts.tolist() == [3, 3]
+    assert load_verifiable_policies(problem, {"agent": name}, trusted=True) != [None]
 
 
 def test_an_agent_with_a_time_limit_is_not_asked_again() -> None:
-    problem = dmplay.load("2048")
+    problem = dmplay.load_problem("2048")
     for limit, asked in (("", True), (":milliseconds=5", False)):
         seats = {"agent": f"expectimax{limit}"}
-        assert (asked_again(problem, seats, trusted=False) != [None]) is asked
+        assert (load_verifiable_policies(problem, seats, trusted=False) != [None]) is asked

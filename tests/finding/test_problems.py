@@ -12,9 +12,11 @@ from dmplay.finding.names import problem_names
 
 
 def test_a_problem_is_loaded_with_variant_and_parameters() -> None:
-    problem = dmplay.load("hexworld:straight-line", slip=0.2)
-    assert (problem.states, getattr(problem, "slip")) == (8, 0.2)  # noqa: B009 - any Problem
-    assert dmplay.load("Hex_World".replace("_", "")) == dmplay.load("hexworld:standard")
+    problem = dmplay.load_problem("hexworld:straight-line", slip=0.2)
+    assert (problem.state_count, getattr(problem, "slip")) == (8, 0.2)  # noqa: B009 - any Problem
+    assert dmplay.load_problem("Hex_World".replace("_", "")) == dmplay.load_problem(
+        "hexworld:standard"
+    )
 
 
 def test_a_path_is_that_of_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -23,21 +25,23 @@ def test_a_path_is_that_of_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     )
     monkeypatch.chdir(tmp_path)
     for path in (Path("lamp.mdp"), tmp_path / "lamp.mdp"):
-        assert dmplay.load(path).states == 2
+        assert dmplay.load_problem(path).state_count == 2
         assert dmplay.play(path, turns=1).act("go")["observation"] in ("0", "1")
     with pytest.raises(DmplayError, match=r"\./hexworld"):
-        dmplay.load(Path("hexworld"))
+        dmplay.load_problem(Path("hexworld"))
 
 
 def test_a_number_is_read_as_people_type_it() -> None:
     for text in (".5", "+0.5", "0.50", "5e-1", ".5E0", "00.5"):
-        assert dmplay.load("hexworld", slip=text) == dmplay.load("hexworld", slip=0.5)
+        assert dmplay.load_problem("hexworld", slip=text) == dmplay.load_problem(
+            "hexworld", slip=0.5
+        )
 
 
 def test_every_built_in_problem_loads_under_its_name() -> None:
     for name in problem_names():
-        assert problems.resolve(name, {}).name == name
-        assert problems.variants(name)[""] == dmplay.load(name)
+        assert problems.resolve_problem(name, {}).name == name
+        assert problems.load_variants(name)[""] == dmplay.load_problem(name)
 
 
 @pytest.mark.parametrize(
@@ -73,7 +77,7 @@ def test_a_wrong_name_or_value_is_one_clear_line(
     name: str, parameters: dict[str, object], message: str
 ) -> None:
     with pytest.raises(DmplayError) as caught:
-        dmplay.load(name, **parameters)
+        dmplay.load_problem(name, **parameters)
     assert str(caught.value).startswith(message)
     assert "\n" not in str(caught.value)
 
@@ -83,21 +87,21 @@ def test_a_wrong_name_or_value_is_one_clear_line(
     [("e", 0), ("E", 0), (" East ", 0), ("north_west", 2), ("SE", 5), ("southeast", 5)],
 )
 def test_an_action_is_read_by_name_and_alias(text: str, action: int) -> None:
-    assert dmplay.load("hexworld").action(0, text) == action
+    assert dmplay.load_problem("hexworld").parse_action(0, text) == action
 
 
 def test_a_seat_is_found_by_name() -> None:
-    problem = dmplay.load("prisoners-dilemma")
-    assert problem.seat("agent2") == 1
+    problem = dmplay.load_problem("prisoners-dilemma")
+    assert problem.seat_index("agent2") == 1
     with pytest.raises(UnknownName, match=r"unknown seat 'agent3'; did you mean agent"):
-        problem.seat("agent3")
+        problem.seat_index("agent3")
 
 
 def test_a_rollout_wants_a_policy_for_each_seat() -> None:
-    problem = dmplay.load("prisoners-dilemma")
+    problem = dmplay.load_problem("prisoners-dilemma")
     with pytest.raises(DmplayError, match="got 1 policies, expected one for each"):
-        dmplay.rollout(problem, [dmplay.agent(problem, 0, "grim")], episodes=1)
-    grim: Any = dmplay.agent(problem, 0, "grim")
+        dmplay.rollout(problem, [dmplay.load_agent(problem, 0, "grim")], episodes=1)
+    grim: Any = dmplay.load_agent(problem, 0, "grim")
     with pytest.raises(DmplayError, match=r"got Grim\(.*\), expected one for each"):
         dmplay.rollout(problem, grim, episodes=1)
     with pytest.raises(DmplayError, match="episodes: got -3, expected 0 or more"):
@@ -106,11 +110,11 @@ def test_a_rollout_wants_a_policy_for_each_seat() -> None:
 
 def test_tables_of_real_chances_are_refused() -> None:
     with pytest.raises(BadParameter, match="Game2048 has no finite list of states"):
-        dmplay.load("2048").enumerated()
+        dmplay.load_problem("2048").enumerate_states()
 
 
 def test_a_file_of_another_kind_is_told_by_the_kinds_that_are_read(tmp_path: Path) -> None:
     file = tmp_path / "tiger.pomdpx"
     file.write_text("<pomdpx/>")
     with pytest.raises(BadParameter, match=r"another kind, expected a name in \.py, \.pomdp, "):
-        dmplay.load(str(file))
+        dmplay.load_problem(str(file))

@@ -13,31 +13,31 @@ class Own(Tabular):
     agents = {agents}
     actions = {actions}
     observations = {observations}
-    names, horizon = {names}, {horizon}
-    start_belief = {belief}
+    state_names, horizon = {names}, {horizon}
+    initial_belief = {belief}
     discount = {discount}
     tables = Tables({transition}, {rewards}, {seen})
 """
 METHODS = """\
 import numpy as np
 from dataclasses import dataclass
-from dmplay import Labels, Outcome, Pick, Problem
-from dmplay.chance import Categorical, Normal, Span
+from dmplay import Labels, Outcome, DiscreteUniform, Problem
+from dmplay.chance import Categorical, Normal, Uniform
 
 @dataclass(frozen=True)
 class Own(Problem):
     discount: float = {discount}
     actions = {actions}
     observations = {observations}
-    states, horizon = {states}, {horizon}
-    def opening(self, rows): return {opening}
-    def place(self, rows, events): return {place}
+    state_count, horizon = {states}, {horizon}
+    def initial_chance(self, rows): return {opening}
+    def initial_states(self, rows, events): return {place}
     def chance(self, s, a): return {chance}
-    def move(self, s, a, events): return Outcome({moved}, {paid}, {sight})
-    def notation(self, s): return {notation}
-    def parse(self, text): return np.array(int(text))
+    def resolve_events(self, s, a, events): return Outcome({moved}, {paid}, {sight})
+    def format_state(self, s): return {notation}
+    def parse_state(self, text): return np.array(int(text))
     def terminal(self, s): return {terminal}
-    def legal(self, s): return {legal}
+    def legal_actions_mask(self, s): return {legal}
 """
 RIGHT = {  # what makes a good problem of each form
     "agents": '("agent",)',
@@ -53,7 +53,7 @@ RIGHT = {  # what makes a good problem of each form
     "states": "4",
     "opening": "()",
     "place": "np.zeros(rows, int)",
-    "chance": "(Pick(np.full(len(s), 2), 2),)",
+    "chance": "(DiscreteUniform(np.full(len(s), 2), 2),)",
     "moved": "np.minimum(s + events[0], 3)",
     "paid": "np.ones((len(s), 1))",
     "sight": "np.zeros((len(s), 1), int)",
@@ -81,8 +81,8 @@ RESULTS = (
     "np.full(len(s), -1)", "np.full(len(s), 0.5)", "np.zeros((len(s), 2))", "np.zeros((len(s), 1))",
     "np.full((len(s), 1), np.inf)", "np.full((len(s), 1), np.nan)", "'text'", "1 / 0", "[][1]",
     "missing", "np.zeros((9, 9))", "s.fill(1)", "np.zeros((len(s), 1, 2), bool)", "s == s",
-    "(Pick(np.zeros(len(s), int), 2),)", "(Categorical(np.full((len(s), 1), np.nan)),)",
-    "(Normal(0.0, -1.0),)", "(Span(1.0, np.nan),)", "(7,)", "Labels(())", "a[0].item().missing",
+    "(DiscreteUniform(np.zeros(len(s), int), 2),)", "(Categorical(np.full((len(s), 1), np.nan)),)",
+    "(Normal(0.0, -1.0),)", "(Uniform(1.0, np.nan),)", "(7,)", "Labels(())", "a[0].item().missing",
 )  # fmt: skip
 TEXTS = ("None", "7", "''", "'\\x1b[2J'", "'a\\nb'", "s", "missing", "'\\u202e'", "'x' * 9000")
 NAMES = ("()", "('a',)", "('a', 'a', 'b')", "None", "('', '\\x1b')", "7")

@@ -7,7 +7,7 @@ from functools import cache
 from random import Random
 from typing import NamedTuple
 
-from dmplay.transcript.format import EVENTS, TURN
+from dmplay.transcript.format import EVENT_KEYS, TURN_KEYS
 from tests.fuzz.case import GAME, Case
 from tests.fuzz.corpus import transcripts
 from tests.fuzz.mutations import summed
@@ -16,7 +16,7 @@ from tests.fuzz.program import dmplay
 TOLERANCE = 1e-6  # of the scale, within which real numbers are the same fact
 ONLY_TOLD = ("human", "script")  # whose actions only the file can tell
 FREE = ("quit", "interrupted", "illegal", "forfeit")  # reasons that only the file can tell
-FACTS = (*TURN, *EVENTS, "end")
+FACTS = (*TURN_KEYS, *EVENT_KEYS, "end")
 SOME = 2  # draws of a game in whose turns, and not only before them, something is drawn
 Path = tuple[str | int, ...]
 

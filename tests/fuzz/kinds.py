@@ -4,7 +4,7 @@ from collections.abc import Callable
 from random import Random
 from typing import NamedTuple
 
-from dmplay.game.formats import FORMATS
+from dmplay.game.formats import EXPORT_FORMATS
 from tests.fuzz import brought, facts, lines, options
 from tests.fuzz.case import GAME, Case, Program
 from tests.fuzz.corpus import of_people, transcripts
@@ -67,7 +67,7 @@ def branch(random: Random) -> Case:
 
 def export(random: Random) -> Case:
     """A spoilt transcript in another form, printed or in a file."""
-    form = f"--{random.choice([*FORMATS])}"
+    form = f"--{random.choice([*EXPORT_FORMATS])}"
     more = random.choice(((), (), ("-o", "out"), ("--at", "1"), ("--width", "10"), ("--ascii",)))
     return Case(("export", GAME, form, *more), read(random).files)
 

@@ -2,7 +2,7 @@
 
 from random import Random
 
-from dmplay.finding.topics import topics
+from dmplay.finding.topics import list_topics
 from dmplay.words.commands import COMMANDS
 from tests.fuzz import absurd
 from tests.fuzz.corpus import PONDEROUS, actions
@@ -76,7 +76,7 @@ def _command(random: Random, name: str) -> str:
 def _argument(random: Random, command: str, name: str) -> str:
     fitting = {
         "play": CASES, "info": CASES, "agents": CASES, "list": ("mdp", "pomdp"),
-        "guide": [*topics()], "help": [*(one.name for one in COMMANDS), "turns"],
+        "guide": [*list_topics()], "help": [*(one.name for one in COMMANDS), "turns"],
         "act": actions(name), "export": (*FILES, *OPTIONS), "agent": ("random", "human", "agent"),
         "undo": ("1", "2", "3", "99"), "redo": ("1", "2"), "step": ("1", "2"), "auto": ("1", "2"),
         "seed": ("1", "2", str(2**63)), "branch": ("0", "1", "9"), "set": ("discount", "0.5"),

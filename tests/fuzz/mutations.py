@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from random import Random
 
 from dmplay.finding import problems
-from dmplay.transcript.format import TURN, checksum
-from dmplay.transcript.header import LINES
+from dmplay.transcript.format import TURN_KEYS, compute_checksum
+from dmplay.transcript.header import HEADER_LINES
 from tests.fuzz import absurd
 from tests.fuzz.corpus import transcripts
 from tests.support.cases import CASES
@@ -15,7 +15,15 @@ from tests.support.cases import CASES
 Mutation = Callable[[Random, bytes], bytes]
 LARGE = 10**300  # a whole number about as large as a real one can be
 DIGEST = re.compile(r'"sha256": "[0-9a-f]{16}"')
-KEYS = ("dmplay", *(line.key for line in LINES), *TURN, "undo", "reroll", "end", "other")
+KEYS = (
+    "dmplay",
+    *(line.key for line in HEADER_LINES),
+    *TURN_KEYS,
+    "undo",
+    "reroll",
+    "end",
+    "other",
+)
 AGENTS = (
     "human", "script", "replay", "random", "Random", "random ", "randοm", "", "nobody", "os:path",
     "./evil.py:X", "random:x=1", "search:simulations=1", "python3 -c pass", "../1.:", "a:b", ".a:b",
@@ -36,7 +44,7 @@ def summed(raw: bytes) -> bytes:
     except UnicodeDecodeError:
         return raw
     above, end, last = text.rpartition("\nend: ")
-    digest = checksum(above + "\n")
+    digest = compute_checksum(above + "\n")
     last = DIGEST.sub(f'"sha256": "{digest}"', last, count=1)
     return f"{above}{end}{last}".encode() if end else raw
 
@@ -140,14 +148,14 @@ def named(raw: bytes) -> str:
 
 
 def _set(random: Random, raw: bytes) -> bytes:
-    known = problems.parameters(problems.load(named(raw)))
+    known = problems.parameter_values(problems.load_problem(named(raw)))
     key = random.choice((*known, *known, "other"))
     value = random.choice((absurd.value(random), near(random, known.get(key, 1))))
     return f"set: {{{json.dumps(key)}: {value}}}".encode(errors="surrogatepass")
 
 
 def _seats(random: Random, raw: bytes) -> bytes:
-    agents = problems.load(named(raw)).agents
+    agents = problems.load_problem(named(raw)).agents
     who = (*AGENTS, absurd.word(random))
     seats = {name: random.choice(who) for name in agents}
     if random.random() < 0.2:

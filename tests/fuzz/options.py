@@ -36,7 +36,7 @@ TOML = (
 def parameter(random: Random) -> Case:
     """A game with another parameter: `--set`."""
     name = problem(random)
-    known = problems.parameters(problems.load(name))
+    known = problems.parameter_values(problems.load_problem(name))
     said = [_setting(random, known) for _ in range(random.choice((1, 1, 2)))]
     return _played(random, name, *(word for one in said for word in ("--set", one)))
 
@@ -44,10 +44,10 @@ def parameter(random: Random) -> Case:
 def agent(random: Random) -> Case:
     """A game with another agent: `--agent`."""
     name = problem(random)
-    every = agents.roster(problems.load(name)).agents
+    every = agents.load_roster(problems.load_problem(name)).agents
     roster = {base: make for base, make in every.items() if base not in FOREIGN | PONDEROUS}
     base = random.choice((*roster, *AGENTS))
-    known = agents.settings(roster[base]) if base in roster else {}
+    known = agents.default_parameters(roster[base]) if base in roster else {}
     given = [_setting(random, known) for _ in range(random.choice((0, 1, 1, 2)) if known else 0)]
     if base == "search" and not any(one.startswith("simulations") for one in given):
         given.append(SOON)

@@ -18,7 +18,7 @@ from dmplay.errors import BadTranscript
 from dmplay.policies import collaborative_predator_prey as hunters
 from dmplay.problems.game_2048 import Game2048
 from dmplay.transcript import format as transcripts
-from dmplay.transcript.reading import parse
+from dmplay.transcript.reading import parse_transcript
 from tests.fuzz.case import GAME, Case, Told
 from tests.support.terminals import clean_environment
 
@@ -57,7 +57,7 @@ class Paper(io.TextIOWrapper):
 def reads(case: Case) -> Told:
     """The transcript of a case, read strictly."""
     try:
-        parse(case.files[GAME], GAME)
+        parse_transcript(case.files[GAME], GAME)
     except BadTranscript as error:
         return Told("refused", str(error))
     except Exception as error:
@@ -112,7 +112,7 @@ def _surrounded(variables: Mapping[str, str]) -> None:
     """Puts these variables in the place of all, and forgets what files of settings said."""
     os.environ.clear()
     os.environ.update(variables)
-    config.files.cache_clear()
+    config.load_config_files.cache_clear()
 
 
 @contextlib.contextmanager
@@ -128,9 +128,9 @@ def _spoken(case: Case) -> Iterator[None]:
             (sys, "stdin", stack.enter_context(Keyboard(case.typed, terminal=case.terminal))),
             (sys, "excepthook", sys.excepthook),
             (os, "urandom", luck),
-            (transcripts, "MOST_TURNS", TURNS),
-            (Game2048, "endless", True),
-            (hunters, "PLANNED", PLANNED),
+            (transcripts, "DEFAULT_TURN_LIMIT", TURNS),
+            (Game2048, "can_run_forever", True),
+            (hunters, "PLAN_WORK_PER_JOINT_NODE", PLANNED),
         ):
             stack.callback(setattr, place, name, getattr(place, name))
             setattr(place, name, value)

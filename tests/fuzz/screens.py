@@ -7,18 +7,18 @@ import traceback
 from prompt_toolkit.completion import CompleteEvent
 from prompt_toolkit.document import Document
 
-from dmplay.cli.errands import understood
+from dmplay.cli.errands import interpret_command
 from dmplay.errors import DmplayError
-from dmplay.game.errand import Sitting
-from dmplay.game.start import begin
-from dmplay.game.table import Table
+from dmplay.game.errand import PlayCommand
+from dmplay.game.start import start_game
+from dmplay.game.table import GameController
 from dmplay.painting.painter import Painter
-from dmplay.screen.acts import obey
-from dmplay.screen.press import press
-from dmplay.screen.screen import Screen
+from dmplay.screen.acts import run_typed_line
+from dmplay.screen.press import handle_key
+from dmplay.screen.screen import PlayScreen
 from dmplay.terminal import Terminal
-from dmplay.words.commands import Leave
-from dmplay.words.completion.candidates import Candidates
+from dmplay.words.commands import PlayerQuit
+from dmplay.words.completion.candidates import CommandCompleter
 from tests.fuzz.case import Case, Told
 from tests.fuzz.program import laid_out
 
@@ -34,7 +34,7 @@ class Canvas(Painter):
         super().__init__(self.paper, "default")
         self._dimensions = size
 
-    def size(self) -> tuple[int, int]:
+    def get_size(self) -> tuple[int, int]:
         return self._dimensions
 
     @property
@@ -55,31 +55,31 @@ def screen(case: Case) -> Told:
 
 
 def _played(case: Case, canvas: Canvas) -> str:
-    table = Table(program=understood)
+    table = GameController(cli_interpreter=interpret_command)
     try:
-        sitting = understood(case.words)
-        assert isinstance(sitting, Sitting)
-        table.put(begin(sitting.wanted))
+        sitting = interpret_command(case.words)
+        assert isinstance(sitting, PlayCommand)
+        table.set_game(start_game(sitting.request))
     except DmplayError:
         return "refused"
-    shown = Screen(table, Terminal(True, "", True, True, False))
+    shown = PlayScreen(table, Terminal(True, "", True, True, False))
     try:
         for key in case.keys:
             shown.paint(canvas)
             _pressed(shown, key, canvas)
         shown.paint(canvas)
-    except Leave:
+    except PlayerQuit:
         return "left"
     finally:
-        table.end()
+        table.end_game()
     return "played"
 
 
-def _pressed(shown: Screen, key: str, canvas: Canvas) -> None:
+def _pressed(shown: PlayScreen, key: str, canvas: Canvas) -> None:
     if not key.startswith(COMMAND):
-        press(shown, key)
+        handle_key(shown, key)
         return
     line = key.removeprefix(COMMAND)
-    found = Candidates(shown.table).get_completions(Document(line), CompleteEvent())
+    found = CommandCompleter(shown.controller).get_completions(Document(line), CompleteEvent())
     canvas.paper.write("\n".join(one.display_text for one in found))
-    obey(shown, line)
+    run_typed_line(shown, line)

@@ -7,7 +7,7 @@ from random import Random
 
 import pytest
 
-from dmplay.transcript.format import checksum
+from dmplay.transcript.format import compute_checksum
 from tests.fuzz import brought, corpus, facts, mutations
 from tests.fuzz.case import GAME, Case, Told
 from tests.fuzz.crew import Task, results
@@ -128,7 +128,7 @@ def test_a_value_of_many_digits_has_others_near() -> None:
 def test_a_checksum_is_that_of_what_stands_there() -> None:
     other = mutations.summed(good().replace(b"turn: 1\n", b"turn: 7\n"))
     above = other.decode().partition("end: ")[0]
-    assert checksum(above) in other.decode()
+    assert compute_checksum(above) in other.decode()
     assert mutations.summed(good()) == good()
 
 

@@ -12,18 +12,23 @@ from dmplay.finding import problems
 from dmplay.finding.names import problem_names
 from dmplay.gallery import gallery as module
 from dmplay.gallery.gallery import Gallery
-from dmplay.gallery.offers import INSTALLED, KINDS, Offer, offers
-from dmplay.game.request import Request
-from dmplay.game.start import begin
-from dmplay.game.table import Table
+from dmplay.gallery.offers import (
+    INSTALLED_HEADING,
+    KIND_HEADINGS,
+    ProblemEntry,
+    list_problem_entries,
+)
+from dmplay.game.request import GameRequest
+from dmplay.game.start import start_game
+from dmplay.game.table import GameController
 from dmplay.painting.painter import Painter
 from dmplay.screen import toolkit
-from dmplay.screen.frame import compose
-from dmplay.screen.screen import Screen
-from dmplay.screen.shown import Room
+from dmplay.screen.frame import compose_frame
+from dmplay.screen.screen import PlayScreen
+from dmplay.screen.shown import Viewport
 from dmplay.terminal import Terminal as Way
-from dmplay.views.style import Look
-from dmplay.words.commands import Leave, typed
+from dmplay.views.style import DrawOptions
+from dmplay.words.commands import PlayerQuit, run_line
 from tests.support.brought import installed
 from tests.support.screens import SEQUENCES, Easel, Paper
 from tests.support.terminals import CTRL_C, CTRL_D, CTRL_Z, DOWN, ENTER, ESCAPE, Terminal, colours
@@ -37,32 +42,32 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Where games are kept."""
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     monkeypatch.chdir(tmp_path)
-    records._warn.cache_clear()
+    records._warn_once.cache_clear()
     return tmp_path
 
 
-def hung(*, ascii_: bool = False, chosen: str = "", listed: Iterable[Offer] = ()) -> Gallery:
+def hung(*, ascii_: bool = False, chosen: str = "", listed: Iterable[ProblemEntry] = ()) -> Gallery:
     """A gallery, the preview of the chosen one made."""
-    shown = Gallery([*listed] or offers(), Way(True, "", True, True, ascii_), DAY)
-    names = [one.name for one in shown.shown]
-    shown.move(names.index(chosen) if chosen else 0)
-    shown.press("")
+    shown = Gallery([*listed] or list_problem_entries(), Way(True, "", True, True, ascii_), DAY)
+    names = [one.name for one in shown.visible_entries]
+    shown.move_cursor(names.index(chosen) if chosen else 0)
+    shown.handle_key("")
     return shown
 
 
 def drawn(shown: Gallery, width: int = 80, height: int = 24) -> list[str]:
     """The rows in a room."""
-    room = Room(width, height, shown.terminal.ascii)
-    return [row.plain for row in shown.compose(room)]
+    room = Viewport(width, height, shown.terminal.ascii)
+    return [row.plain for row in shown.compose_rows(room)]
 
 
-def played(name: str, *lines: str, turns: int | None = None) -> Table:
+def played(name: str, *lines: str, turns: int | None = None) -> GameController:
     """A game that was played and left."""
-    table = Table(ends=records.noted)
-    table.put(begin(Request(name, seed=7, turns=turns)))
+    table = GameController(on_game_end=records.record_finished_game)
+    table.set_game(start_game(GameRequest(name, seed=7, turns=turns)))
     for line in lines:
-        typed(table, line)
-    table.end()
+        run_line(table, line)
+    table.end_game()
     return table
 
 
@@ -73,7 +78,7 @@ class Looked(Gallery):
         """What keys to press, into what, and where to look."""
         self.keys, self.pipe, self.paper = iter(keys), pipe, paper
         self.frames: list[str] = []
-        self.moment = 60.0
+        self.thinking_delay_seconds = 60.0
         return self
 
     def paint(self, painter: Painter) -> None:
@@ -89,16 +94,18 @@ def pressed(*keys: str, size: tuple[int, int] = (80, 24)) -> Looked:
     """What came of keys, each pressed after the frame of the one before."""
     paper = Paper()
     with create_pipe_input() as pipe:
-        shown = Looked(offers(), Way(True, "", True, True, False), DAY).follow(keys, pipe, paper)
-        toolkit.run(shown, Easel(paper, *size), pipe)
+        shown = Looked(list_problem_entries(), Way(True, "", True, True, False), DAY).follow(
+            keys, pipe, paper
+        )
+        toolkit.run_event_loop(shown, Easel(paper, *size), pipe)
     return shown
 
 
 def test_every_problem_stands_under_its_kind_and_every_kind_has_words() -> None:
-    listed = offers()
+    listed = list_problem_entries()
     assert sorted(one.name for one in listed) == [*problem_names()]
     for name, heading in listed:
-        assert heading == KINDS[problems.load(name).kind]
+        assert heading == KIND_HEADINGS[problems.load_problem(name).kind]
 
 
 @pytest.mark.parametrize("size", SIZES)
@@ -119,11 +126,11 @@ def test_beside_the_list_stand_the_first_frame_the_goal_and_the_agents(name: str
     made = shown._previews[name]
     assert not isinstance(made, str)
     rows = drawn(shown)
-    text = " ".join(" ".join(row[module.LIST :].split()) for row in rows)
+    text = " ".join(" ".join(row[module.LIST_COLUMNS :].split()) for row in rows)
     assert f"> {name}" in "\n".join(rows)
     assert f"goal: {made.goal}" in text
     assert "agents: " in text
-    board = made.style.boards(made.view, Look(48, 12, large=True))
+    board = made.view_module.iter_boards(made.view, DrawOptions(48, 12, allow_large=True))
     assert any(row in "\n".join(rows) for one in board for row in one.plain.split("\n") if row)
 
 
@@ -136,7 +143,7 @@ def test_a_small_terminal_has_the_list_alone_and_the_goal_below() -> None:
 
 def test_a_small_terminal_has_the_whole_seed_of_the_day_and_a_whole_goal() -> None:
     shown = drawn(hung(), 50, 14)
-    assert shown[0].strip() == f"dmplay  15 problems   today's seed {hung().seed}"
+    assert shown[0].strip() == f"dmplay  15 problems   today's seed {hung().daily_seed}"
     assert not any("…" in row for row in shown)
 
 
@@ -156,12 +163,12 @@ def test_the_fewest_rows_hold_the_chosen_one_then_the_keys_below_it_then_the_tit
 
 
 def test_keys_choose_and_stop_at_either_end() -> None:
-    names = [one.name for one in offers()]
+    names = [one.name for one in list_problem_entries()]
     for keys, at in (
         (["up"], 0), (["down"], 1), (["j", "j", "k"], 1), (["end"], -1), (["end", "down"], -1),
         (["end", "home"], 0), (["pagedown"], -1), (["pagedown", "pageup"], 0),
     ):  # fmt: skip
-        assert pressed(*keys).chosen == names[at], keys
+        assert pressed(*keys).selected_problem == names[at], keys
 
 
 def test_the_list_is_drawn_before_what_stands_beside_it() -> None:
@@ -173,16 +180,16 @@ def test_the_list_is_drawn_before_what_stands_beside_it() -> None:
 
 def test_a_filter_narrows_the_list_by_name_or_kind_and_escape_widens_it() -> None:
     shown = pressed("/", *"HEX", "enter")
-    assert [one.name for one in shown.shown] == ["hexworld"]
+    assert [one.name for one in shown.visible_entries] == ["hexworld"]
     assert "only 'HEX'; Esc shows all" in shown.frames[-1]
     shown = pressed("/", *"pomdp")
-    assert len(shown.shown) == 4
+    assert len(shown.visible_entries) == 4
     shown = pressed("/", *"hexx", "backspace", "escape")
-    assert len(shown.shown) == len(offers())
-    assert shown.chosen == "hexworld"
+    assert len(shown.visible_entries) == len(list_problem_entries())
+    assert shown.selected_problem == "hexworld"
     shown = pressed("/", *"nothing", "enter", "enter")
     assert "nothing of this name or kind" in shown.frames[-1]
-    assert shown.wants == ()
+    assert shown.pending_command == ()
 
 
 @pytest.mark.parametrize(
@@ -199,21 +206,24 @@ def test_a_filter_narrows_the_list_by_name_or_kind_and_escape_widens_it() -> Non
     ],
 )
 def test_keys_play_watch_type_and_leave(keys: list[str], wants: tuple[str, ...]) -> None:
-    assert pressed(*keys).wants == wants
+    assert pressed(*keys).pending_command == wants
 
 
 def test_c_goes_on_with_the_game_that_was_left_the_chosen_problems_own_first() -> None:
-    assert pressed("c").wants == ()
+    assert pressed("c").pending_command == ()
     assert "no game is unfinished" in pressed("c").frames[-1]
     hexworld, car = played("hexworld", "e"), played("mountain-car", "left", "left")
-    assert hexworld.game.source
-    assert car.game.source
+    assert hexworld.game.transcript_path
+    assert car.game.transcript_path
     shown = pressed("c")
-    assert shown.wants[0] == "resume"
-    assert Path(shown.wants[1]) in (hexworld.game.source, car.game.source)
+    assert shown.pending_command[0] == "resume"
+    assert Path(shown.pending_command[1]) in (
+        hexworld.game.transcript_path,
+        car.game.transcript_path,
+    )
     shown = pressed("down", "down", "down", "down", "c")
     assert "left after 2 turns; c goes on" in shown.frames[-1]
-    assert shown.wants == ("resume", str(car.game.source))
+    assert shown.pending_command == ("resume", str(car.game.transcript_path))
 
 
 def test_your_best_and_your_last_result_stand_beside_the_problem() -> None:
@@ -229,22 +239,22 @@ def test_your_best_and_your_last_result_stand_beside_the_problem() -> None:
 def test_the_side_panel_of_a_game_has_the_best_before_it() -> None:
     for turns in (1, 2):
         played("2048", *["left", "down", "right"][:turns], turns=2)
-    table = Table()
-    table.put(begin(Request("2048", seed=8, turns=2)))
-    screen = Screen(table, Way(True, "", True, True, False))
-    best = records.of(table.game)
+    table = GameController()
+    table.set_game(start_game(GameRequest("2048", seed=8, turns=2)))
+    screen = PlayScreen(table, Way(True, "", True, True, False))
+    best = records.record_for_game(table.game)
     assert best
     assert best.best
-    rows = compose(table.game, Room(80, 24), screen.shown, []).plain.split("\n")
-    assert any(row.split()[-2:] == ["best", f"{best.best.returned:g}"] for row in rows)
-    table.put(begin(Request("2048", seed=8)))
-    screen.note()
-    assert "best" not in compose(table.game, Room(80, 24), screen.shown, []).plain
+    rows = compose_frame(table.game, Viewport(80, 24), screen.frame_state, []).plain.split("\n")
+    assert any(row.split()[-2:] == ["best", f"{best.best.discounted_return:g}"] for row in rows)
+    table.set_game(start_game(GameRequest("2048", seed=8)))
+    screen.log_new_turns()
+    assert "best" not in compose_frame(table.game, Viewport(80, 24), screen.frame_state, []).plain
 
 
 def test_the_help_names_every_key_and_any_key_closes_it() -> None:
     shown = pressed("?")
-    for key in module.KEYS:
+    for key in module.GALLERY_KEYS:
         assert key.help in shown.frames[-1]
     assert "> 2048" in pressed("?", "x").frames[-1]
     assert len(drawn(pressed("?"), 40, 8)) == 8
@@ -256,7 +266,7 @@ def test_the_help_of_a_small_screen_goes_on_in_pages_and_nothing_of_it_is_cut() 
     assert [rows[-3].split(". ")[0] for rows in helps] == [f" part {n} of 3" for n in (1, 2, 3)]
     assert {rows[-2] for rows in helps} == {""}
     told = " ".join(" ".join(row.strip() for row in rows[1:-3]) for rows in helps)
-    for key in module.KEYS:
+    for key in module.GALLERY_KEYS:
         assert key.help in told
     assert "> 2048" in shown.frames[-1]
 
@@ -267,14 +277,14 @@ def test_an_installed_problem_is_listed_last_and_one_that_is_broken_says_so(
     installed(place, "maze", "maze = broken_maze\n")
     (place / "broken_maze.py").write_text("")
     monkeypatch.syspath_prepend(place)
-    listed = offers()
-    assert listed[-1] == Offer("maze", INSTALLED)
+    listed = list_problem_entries()
+    assert listed[-1] == ProblemEntry("maze", INSTALLED_HEADING)
     shown = hung(listed=listed, chosen="maze")
     assert "maze offers no Problem" in "\n".join(drawn(shown))
-    with pytest.raises(Leave):
-        shown.press("enter")
-    assert shown.wants == ("play", "maze")
-    shown.press("a")
+    with pytest.raises(PlayerQuit):
+        shown.handle_key("enter")
+    assert shown.pending_command == ("play", "maze")
+    shown.handle_key("a")
 
 
 @pytest.mark.slow

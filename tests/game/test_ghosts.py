@@ -5,28 +5,28 @@ from pathlib import Path
 import pytest
 
 from dmplay.errors import BadParameter
-from dmplay.game.checking import check
+from dmplay.game.checking import verify_file
 from dmplay.game.game import Game
-from dmplay.game.request import Request, Resumption
-from dmplay.game.start import begin, new
-from dmplay.game.table import Table
-from dmplay.screen.press import press
-from dmplay.screen.screen import Screen
+from dmplay.game.request import GameRequest, ResumeRequest
+from dmplay.game.start import start_game, start_new_game
+from dmplay.game.table import GameController
+from dmplay.screen.press import handle_key
+from dmplay.screen.screen import PlayScreen
 from dmplay.terminal import Terminal
 from tests.support.screens import Easel, Paper
 
 
 def haunted(place: Path, name: str, ghost: str = "optimal", **wishes: object) -> Game:
     """A game of a person with a ghost beside, and a transcript."""
-    asked = Request(name, seed=7, record=place / "game.dmt", ghost=ghost)
-    return new(Request(**{**vars(asked), **wishes}))
+    asked = GameRequest(name, seed=7, record_path=place / "game.dmt", ghost_agent=ghost)
+    return start_new_game(GameRequest(**{**vars(asked), **wishes}))
 
 
 def shown(game: Game, *keys: str, size: tuple[int, int] = (80, 24), ascii_: bool = False) -> str:
     """The screen after these keys."""
-    screen = Screen(Table(game), Terminal(True, "", True, True, ascii_))
+    screen = PlayScreen(GameController(game), Terminal(True, "", True, True, ascii_))
     for key in keys:
-        press(screen, key)
+        handle_key(screen, key)
     easel = Easel(Paper(), *size)
     screen.paint(easel)
     return easel.paper.text
@@ -62,18 +62,18 @@ def test_where_something_is_secret_the_ghost_is_silent_up_to_the_end(
     game = haunted(tmp_path, name, "random", turns=2)
     game.choose(0)
     assert "ghost" not in shown(game)
-    assert "ghost" not in game.account.said(game.moment())
+    assert "ghost" not in game.narrator.describe_turn(game.snapshot())
     assert game.ghost
     assert game.ghost.session.turns == []
     game.choose(0)
-    assert "random on the same dice: " in "\n".join(game.account.closing())
+    assert "random on the same dice: " in "\n".join(game.narrator.closing_lines())
 
 
 def test_a_ghost_says_nothing_of_a_game_that_can_be_played_on(tmp_path: Path) -> None:
     game = haunted(tmp_path, "crying-baby")
     game.choose(0)
     game.finish("interrupted")
-    assert "same dice" not in "\n".join(game.account.closing())
+    assert "same dice" not in "\n".join(game.narrator.closing_lines())
 
 
 def test_the_end_compares_with_the_ghost_and_not_with_another(tmp_path: Path) -> None:
@@ -89,18 +89,20 @@ def test_but_for_a_note_the_transcript_is_as_without_a_ghost(tmp_path: Path) -> 
         for action in (3, 0, 3):
             game.choose(action)
         game.finish()
-        assert check(tmp_path / "game.dmt").ok
+        assert verify_file(tmp_path / "game.dmt").is_ok
         texts.append((tmp_path / "game.dmt").read_text())
     assert texts[0] == texts[1].replace("turn: 1\n", "# ghost: optimal\nturn: 1\n")
 
 
 def test_a_ghost_comes_along_when_the_game_begins_again(tmp_path: Path) -> None:
-    table = Table(haunted(tmp_path, "hexworld"))
+    table = GameController(haunted(tmp_path, "hexworld"))
     table.restart()
     assert table.game.ghost
     assert table.game.ghost.name == "optimal"
-    fresh = new(Request("hexworld", ghost="optimal", record=tmp_path / "fresh.dmt"))
-    assert "--ghost optimal" in fresh.again
+    fresh = start_new_game(
+        GameRequest("hexworld", ghost_agent="optimal", record_path=tmp_path / "fresh.dmt")
+    )
+    assert "--ghost optimal" in fresh.play_again_command
 
 
 @pytest.mark.parametrize(("wanted", "found"), [("", "optimal"), ("random", "random")])
@@ -111,7 +113,7 @@ def test_a_resumed_game_has_its_ghost_or_another_where_it_was(
     game.choose(3)
     game.finish("interrupted")
     path = tmp_path / "game.dmt"
-    resumed = begin(Resumption(path, ghost=wanted))
+    resumed = start_game(ResumeRequest(path, ghost_agent=wanted))
     assert resumed.ghost
     assert resumed.ghost.name == found
     assert len(resumed.ghost.session.turns) == 1
@@ -125,7 +127,7 @@ def test_a_note_brings_nobody_else_s_code_as_a_ghost(tmp_path: Path) -> None:
     haunted(tmp_path, "hexworld").finish("interrupted")
     path = tmp_path / "game.dmt"
     path.write_text(path.read_text().replace("ghost: optimal", "ghost: ./evil.py:X"))
-    assert begin(Resumption(path)).ghost is None
+    assert start_game(ResumeRequest(path)).ghost is None
 
 
 def test_a_ghost_is_no_help_and_so_not_forbidden(tmp_path: Path) -> None:

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.front import epilogue
+from dmplay.front import print_epilogue
 from dmplay.game import saves
-from dmplay.game.request import Request
-from dmplay.game.start import new
-from dmplay.game.table import Table
+from dmplay.game.request import GameRequest
+from dmplay.game.start import start_new_game
+from dmplay.game.table import GameController
 from tests.support.games import verified
 from tests.support.programs import ended, run, started
 
@@ -21,7 +21,7 @@ PLAYED = "dmplay: 1\n\nturn: 1\n"
 def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Where games are kept."""
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
-    return saves.folder(os.environ)
+    return saves.saves_folder(os.environ)
 
 
 def fill(kept: Path, text: str, age: float) -> list[Path]:
@@ -35,22 +35,26 @@ def fill(kept: Path, text: str, age: float) -> list[Path]:
 
 
 def test_a_game_in_play_is_not_removed_however_many_come_after_it(kept: Path) -> None:
-    game = new(Request("hexworld"))
+    game = start_new_game(GameRequest("hexworld"))
     assert game.recorder is not None
     os.utime(game.recorder.path, (1, 1))
     game.choose(0)
     fill(kept, PLAYED, 9)
     os.utime(game.recorder.path, (1, 1))
-    other = new(Request("hexworld"))
+    other = start_new_game(GameRequest("hexworld"))
     assert game.recorder.path.exists()
-    assert len([*kept.iterdir()]) == saves.KEPT + 1
+    assert len([*kept.iterdir()]) == saves.MAX_SAVES + 1
     game.finish()
     other.finish()
 
 
 def test_a_game_is_kept_under_a_name_that_begins_with_that_of_its_problem(tmp_path: Path) -> None:
     for problem, name in (("./tiger.py:Tiger", "tiger.py-Tiger"), ("../a/b.mdp", "a-b.mdp")):
-        assert saves.free(tmp_path, problem).name.partition("-")[2].endswith(f"-{name}.dmt")
+        assert (
+            saves.create_game_file(tmp_path, problem)
+            .name.partition("-")[2]
+            .endswith(f"-{name}.dmt")
+        )
         assert not [*tmp_path.glob("*-.*")]
 
 
@@ -58,32 +62,32 @@ def test_games_of_language_models_push_out_none_of_people(kept: Path) -> None:
     """Nor do those of people push out theirs."""
     for age, player in enumerate(("mcp", "human", "mcp"), 1):
         fill(kept, f'dmplay: 1\nseats: {{"agent": "{player}"}}\n\nturn: 1\n', age)
-    new(Request("hexworld")).finish()
+    start_new_game(GameRequest("hexworld")).finish()
     left = [path.name.partition("-")[0] for path in kept.iterdir()]
     assert (left.count("1"), left.count("2"), left.count("3")) == (0, 19, 19)
 
 
 def test_games_of_no_turns_push_none_out_and_are_removed(kept: Path) -> None:
-    real = fill(kept, PLAYED, 1)[: saves.KEPT - 1]
+    real = fill(kept, PLAYED, 1)[: saves.MAX_SAVES - 1]
     for path in {*kept.iterdir()} - {*real}:
         path.unlink()
     fill(kept, "dmplay: 1\n", 5)
-    new(Request("hexworld")).finish()
+    start_new_game(GameRequest("hexworld")).finish()
     assert {*real} < {*kept.iterdir()}
-    assert len([*kept.iterdir()]) == saves.KEPT
+    assert len([*kept.iterdir()]) == saves.MAX_SAVES
 
 
 def test_the_file_of_a_game_that_just_begins_is_left_to_it(kept: Path) -> None:
-    first = saves.new("hexworld")
-    second = saves.new("hexworld")
+    first = saves.create_save("hexworld")
+    second = saves.create_save("hexworld")
     assert first
     assert second
     assert {*kept.iterdir()} == {first, second}
     assert first != second
-    old = time.time() - 2 * saves.NEW
+    old = time.time() - 2 * saves.NEW_FILE_SECONDS
     os.utime(first, (old, old))
-    assert saves.cleared() == 0
-    third = saves.new("catch")
+    assert saves.remove_old_saves() == 0
+    third = saves.create_save("catch")
     assert {*kept.iterdir()} == {second, third}
 
 
@@ -95,20 +99,20 @@ def test_a_game_of_no_turns_is_not_kept_nor_told_of(tmp_path: Path, kept: Path) 
 
 def test_what_is_told_of_is_there(kept: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for gone in (False, True):
-        table = Table(new(Request("hexworld", seed=7)))
+        table = GameController(start_new_game(GameRequest("hexworld", seed=7)))
         table.game.choose(0)
-        table.end()
+        table.end_game()
         if gone:
-            next(iter(table.ended)).path.unlink()
-        epilogue(table)
+            next(iter(table.finished_games)).path.unlink()
+        print_epilogue(table)
         assert ("replay: " in capsys.readouterr().err) is not gone
 
 
 @pytest.mark.usefixtures("kept")
 def test_a_new_game_tells_where_the_one_before_it_is_and_none_older() -> None:
-    table = Table(new(Request("hexworld", seed=7)))
+    table = GameController(start_new_game(GameRequest("hexworld", seed=7)))
     table.game.choose(0)
-    place = table.game.source
+    place = table.game.transcript_path
     assert table.restart() == f"new game of hexworld, seed 7. kept: {place}"
     assert table.restart() == "new game of hexworld, seed 7."  # that had no turns
 
@@ -117,12 +121,12 @@ def test_games_that_make_room_are_told_of_once(
     kept: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     fill(kept, PLAYED, 1)
-    table = Table()
+    table = GameController()
     for _ in range(2):
-        table.put(new(Request("hexworld", seed=7)))
+        table.set_game(start_new_game(GameRequest("hexworld", seed=7)))
         table.game.choose(0)
-    table.end()
-    epilogue(table)
+    table.end_game()
+    print_epilogue(table)
     told = capsys.readouterr().err.split("\n")
     assert told[-2] == "removed: 12 older games; the last 20 are kept"
     assert "".join(told).count("removed") == 1
@@ -133,7 +137,7 @@ def test_bare_resume_passes_over_a_game_of_no_turns(tmp_path: Path, kept: Path) 
     (old,) = kept.iterdir()
     header, opening = old.read_text().split("\n\n")[:2]
     (kept / "zero.dmt").write_text(f"{header}\n\n{opening}\n\n")
-    assert saves.latest_unfinished() == old
+    assert saves.find_latest_unfinished() == old
 
 
 def test_games_begun_at_once_all_have_a_file(tmp_path: Path, kept: Path) -> None:
@@ -148,7 +152,7 @@ def test_games_begun_at_once_all_have_a_file(tmp_path: Path, kept: Path) -> None
 
 def test_nobody_else_reads_the_games_that_are_kept(kept: Path) -> None:
     kept.mkdir(parents=True)
-    game = new(Request("crying-baby"))
+    game = start_new_game(GameRequest("crying-baby"))
     assert game.recorder
     assert game.recorder.path.stat().st_mode & 0o777 == 0o600
     assert kept.stat().st_mode & 0o777 == 0o700

@@ -7,10 +7,10 @@ import pytest
 
 import dmplay
 from dmplay.conformance import check
-from dmplay.core import Continuous, Interval, Numbers
+from dmplay.core import ContinuousStates, Interval, RealVector
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.finding import problems
-from dmplay.guests.gymnasium import Tabled
+from dmplay.guests.gymnasium import GymnasiumTableProblem
 from dmplay.tabular import tabulate
 from tests.support.guests import tried
 
@@ -36,7 +36,7 @@ def test_they_play_record_undo_and_verify(
 
 @pytest.mark.slow
 def test_they_keep_every_law() -> None:
-    assert {name: check(dmplay.load(f"gymnasium:{name}")) for name in PLAYED} == {
+    assert {name: check(dmplay.load_problem(f"gymnasium:{name}")) for name in PLAYED} == {
         name: [] for name in PLAYED
     }
 
@@ -58,56 +58,56 @@ def iterated(discount: float) -> list[float]:
 
 
 def test_one_that_tells_its_tables_is_known_as_exactly_as_a_problem_of_arrays() -> None:
-    lake = dmplay.load(LAKE, discount=0.95)
-    assert (lake.kind, lake.states, lake.horizon) == ("MDP", 16 + 5, 100)
+    lake = dmplay.load_problem(LAKE, discount=0.95)
+    assert (lake.kind, lake.state_count, lake.horizon) == ("MDP", 16 + 5, 100)
     tables = tabulate(lake)
     assert np.allclose(tables.transition.sum(axis=2), 1.0)
     down = tables.transition[0, 1]
     assert np.flatnonzero(down).tolist() == [0, 1, 4]
     assert np.allclose(down[[0, 1, 4]], 1 / 3)
-    best = dmplay.agent(lake, 0, "optimal")
-    values = best.values(best.begin(np.arange(16)))
+    best = dmplay.load_agent(lake, 0, "optimal")
+    values = best.action_values(best.initial_memory(np.arange(16)))
     assert values is not None
     assert values.max(axis=1) == pytest.approx(iterated(0.95), abs=1e-6)
-    assert lake.notation(np.array(20)) == "15 over"
-    assert lake.parse("15 over") == 20
-    assert lake.parse("15") == 15
+    assert lake.format_state(np.array(20)) == "15 over"
+    assert lake.parse_state("15 over") == 20
+    assert lake.parse_state("15") == 15
 
 
 def test_it_draws_itself_with_its_colours_and_never_moves() -> None:
-    lake = dmplay.load(LAKE)
-    assert isinstance(lake, Tabled)
-    assert lake.picture(np.array(4)) == "SFFF\n\x1b[41mF\x1b[0mHFH\nFFFH\nHFFG"
-    assert lake.picture(np.array(20)) == "SFFF\nFHFH\nFFFH\nHFF\x1b[41mG\x1b[0m"
+    lake = dmplay.load_problem(LAKE)
+    assert isinstance(lake, GymnasiumTableProblem)
+    assert lake.draw_state(np.array(4)) == "SFFF\n\x1b[41mF\x1b[0mHFH\nFFFH\nHFFG"
+    assert lake.draw_state(np.array(20)) == "SFFF\nFHFH\nFFFH\nHFF\x1b[41mG\x1b[0m"
 
 
 def test_what_is_observed_are_numbers_and_rewards_are_told() -> None:
-    cart = dmplay.load("gymnasium:CartPole-v1")
-    assert cart.observations == (Numbers(4),)
-    assert not isinstance(cart.states, Continuous)
-    view = dmplay.Session(cart, dmplay.Dice(3)).view(0)
+    cart = dmplay.load_problem("gymnasium:CartPole-v1")
+    assert cart.observations == (RealVector(4),)
+    assert not isinstance(cart.state_count, ContinuousStates)
+    view = dmplay.Session(cart, dmplay.SeededUniforms(3)).view(0)
     assert np.abs(view.observation).max() <= 0.05
-    game = dmplay.Session(cart, dmplay.Dice(3))
+    game = dmplay.Session(cart, dmplay.SeededUniforms(3))
     game.advance([1])
     assert [*(game.view(0).rewards or ())] == [1.0]
-    assert dmplay.load("gymnasium:Pendulum-v1").actions == (Interval(-2.0, 2.0),)
+    assert dmplay.load_problem("gymnasium:Pendulum-v1").actions == (Interval(-2.0, 2.0),)
 
 
 def test_what_it_is_made_with_stands_in_its_name() -> None:
-    firm = dmplay.load(f"{LAKE}(is_slippery=False,map_name=8x8)")
-    assert firm.states == 64 + 11
+    firm = dmplay.load_problem(f"{LAKE}(is_slippery=False,map_name=8x8)")
+    assert firm.state_count == 64 + 11
     assert (tabulate(firm).transition.max(axis=2) == 1.0).all()
-    found = problems.resolve(LAKE, {})
+    found = problems.resolve_problem(LAKE, {})
     assert found.origin.startswith("gymnasium 1.")
     assert found.parameters == {}
 
 
 def test_what_cannot_be_played_is_said_in_a_line() -> None:
     with pytest.raises(UnknownName, match="gymnasium: unknown environment 'FrozenLake-1'; did"):
-        dmplay.load("gymnasium:FrozenLake-1")
+        dmplay.load_problem("gymnasium:FrozenLake-1")
     with pytest.raises(BadParameter, match=r"gymnasium:FrozenLake-v1\(slip=1\): .*argument 'slip'"):
-        dmplay.load(f"{LAKE}(slip=1)")
+        dmplay.load_problem(f"{LAKE}(slip=1)")
     with pytest.raises(BadParameter, match=r"got 'slip', expected KEY=VALUE"):
-        dmplay.load(f"{LAKE}(slip)")
+        dmplay.load_problem(f"{LAKE}(slip)")
     with pytest.raises(BadParameter, match="expected a name, or NAME"):
-        dmplay.load("gymnasium:")
+        dmplay.load_problem("gymnasium:")

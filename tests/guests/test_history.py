@@ -11,14 +11,20 @@ import pytest
 
 import dmplay
 from dmplay.conformance import check
-from dmplay.core import Labels, Texts
+from dmplay.core import Labels, TextLine
 from dmplay.errors import BadPolicy, IllegalAction
-from dmplay.guests.history import Guest, History, Known, World, read
+from dmplay.guests.history import (
+    ExternalEnvironment,
+    ExternalProblem,
+    GameHistory,
+    TimeStep,
+    parse_history,
+)
 from dmplay.session import Session
 from tests.support.games import Scripted
 
 
-class Counting(World):
+class Counting(ExternalEnvironment):
     """A number that grows by what is chosen and drawn; worlds count what they do."""
 
     acted: ClassVar[list[float]] = []
@@ -26,33 +32,35 @@ class Counting(World):
     def __init__(self) -> None:
         self.total = 0.0
 
-    def begin(self, draw: float) -> Known:
-        self.total = draw
+    def reset(self, uniform: float) -> TimeStep:
+        self.total = uniform
         return self._known(0.0)
 
-    def act(self, actions: tuple[float, ...], draw: float) -> Known:
+    def step(self, actions: tuple[float, ...], draw: float) -> TimeStep:
         self.acted.append(draw)
         self.total += actions[0] + draw
         return self._known(actions[0])
 
-    def copy(self) -> None:
+    def clone(self) -> None:
         """There is none."""
 
-    def _known(self, reward: float) -> Known:
+    def _known(self, reward: float) -> TimeStep:
         over = self.total > 5000
         able = None if over else ((0, 1),)
-        return Known((reward,), over, able, (f"about {math.floor(self.total)}",), f"{self.total}")
+        return TimeStep(
+            (reward,), over, able, (f"about {math.floor(self.total)}",), f"{self.total}"
+        )
 
 
 @dataclass(frozen=True)
-class Counter(Guest):
+class Counter(ExternalProblem):
     """Of the number its whole part is seen."""
 
     actions = (Labels(("stay", "add", "leap")),)
-    observations = (Texts(),)
-    drawn = True
+    observations = (TextLine(),)
+    is_stochastic = True
 
-    def world(self) -> World:
+    def make_environment(self) -> ExternalEnvironment:
         return Counting()
 
 
@@ -62,7 +70,7 @@ PROBLEM = Counter(name="counter")
 def game(turns: int) -> Session:
     """A game in which every second turn adds."""
     Counting.acted.clear()
-    played = Session(PROBLEM, dmplay.Dice(5))
+    played = Session(PROBLEM, dmplay.SeededUniforms(5))
     for turn in range(turns):
         played.advance([turn % 2])
     return played
@@ -85,8 +93,8 @@ def test_there_is_one_history_for_all_that_happened_alike_however_long() -> None
     assert one[0] is other[0]
     assert one[0] != game(599).state[0]
     assert pickle.loads(pickle.dumps(one))[0] is one[0]
-    assert read("counter", str(one[0])) is one[0]
-    assert PROBLEM.parse(PROBLEM.notation(one))[0] is one[0]
+    assert parse_history("counter", str(one[0])) is one[0]
+    assert PROBLEM.parse_state(PROBLEM.format_state(one))[0] is one[0]
 
 
 def test_all_laws_are_kept() -> None:
@@ -95,12 +103,12 @@ def test_all_laws_are_kept() -> None:
 
 def test_a_transcript_tells_each_turn_and_not_what_came_before(tmp_path: Path) -> None:
     played = game(30)
-    lines = [PROBLEM.line(turn.state) for turn in played.turns]
-    assert max(map(len, lines)) < 30 < len(PROBLEM.notation(played.state))
+    lines = [PROBLEM.format_transcript_state(turn.state) for turn in played.turns]
+    assert max(map(len, lines)) < 30 < len(PROBLEM.format_state(played.state))
 
 
 def test_an_illegal_action_reaches_no_world() -> None:
-    start = PROBLEM.start(np.array([[0.5]]))
+    start = PROBLEM.sample_initial_states(np.array([[0.5]]))
     with pytest.raises(IllegalAction, match="counter: got action 2, which is not legal here"):
         PROBLEM.step(start, np.array([[2]]), np.array([[0.5]]))
     with pytest.raises(IllegalAction, match="leap is not legal now"):
@@ -117,7 +125,7 @@ def test_nothing_leads_from_what_a_policy_has_to_the_world() -> None:
         if id(one) in found or isinstance(one, type | str | int | float):
             continue
         found.add(id(one))
-        assert not isinstance(one, History | Counting)
+        assert not isinstance(one, GameHistory | Counting)
         left += [*vars(one).values()] if hasattr(one, "__dict__") else []
         left += [*one.values()] if isinstance(one, dict) else []
         left += [*one] if isinstance(one, list | tuple) else []
@@ -126,4 +134,4 @@ def test_nothing_leads_from_what_a_policy_has_to_the_world() -> None:
 
 def test_no_search_looks_through_it() -> None:
     with pytest.raises(BadPolicy, match="search needs a belief, as states are hidden"):
-        dmplay.agent(PROBLEM, 0, "search")
+        dmplay.load_agent(PROBLEM, 0, "search")

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from dmplay.chance import Array, Chance, Normal, Reals, Span
-from dmplay.core import exact, exact_start
-from dmplay.laws.samples import WALK, finite
+from dmplay.chance import Array, Chance, Normal, Reals, Uniform
+from dmplay.core import enumerate_outcomes, initial_state_distribution
+from dmplay.laws.samples import WALK_LENGTH, has_finite_outcomes
 from tests.support.cases import draws, every_problem, load
 from tests.support.pools import pool
 
@@ -49,21 +49,21 @@ def follows(met: list[bytes], p: Reals, listed: list[bytes]) -> None:
     assert odd(list(counts.values()), list(expected.values())) < 4.5
 
 
-def cumulative(chance: Span | Normal, x: Array) -> Reals:
-    if isinstance(chance, Span):
+def cumulative(chance: Uniform | Normal, x: Array) -> Reals:
+    if isinstance(chance, Uniform):
         return np.asarray((x - chance.low[0]) / (chance.high[0] - chance.low[0]))
-    scaled = (x - chance.mean[0]) / (chance.deviation[0] * math.sqrt(2))
+    scaled = (x - chance.mean[0]) / (chance.standard_deviation[0] * math.sqrt(2))
     return np.array([(1 + math.erf(one)) / 2 for one in scaled])
 
 
 def spreads(chance: Chance, u: Reals) -> None:
     """The events of one chance, the same in every row, have its distribution."""
-    events = np.sort(np.asarray(chance.sample(u)))
-    if not isinstance(chance, Span | Normal):
+    events = np.sort(np.asarray(chance.sample_events(u)))
+    if not isinstance(chance, Uniform | Normal):
         p = chance.probabilities()[0]
         assert odd(np.bincount(events, minlength=len(p)).tolist(), (p * len(u)).tolist()) < 4.5
         return
-    width = chance.high - chance.low if isinstance(chance, Span) else chance.deviation
+    width = chance.high - chance.low if isinstance(chance, Uniform) else chance.standard_deviation
     if width[0] == 0:
         assert (events == events[0]).all()
         return
@@ -77,36 +77,36 @@ def spreads(chance: Chance, u: Reals) -> None:
 def each_spreads(chances: tuple[Chance, ...], u: Reals) -> None:
     at = 0
     for chance in chances:
-        spreads(chance, u[:, at : at + chance.draws])
-        at += chance.draws
+        spreads(chance, u[:, at : at + chance.uniform_count])
+        at += chance.uniform_count
     assert at == u.shape[1]
 
 
 @every_problem
 def test_starts_come_up_as_often_as_they_should(name: str) -> None:
     problem = load(name)
-    u = draws(problem.draws.start, turn=1000, rows=MANY)
-    if not finite(problem.opening(1)):
-        each_spreads(problem.opening(MANY), u)
+    u = draws(problem.uniform_counts.start, turn=1000, rows=MANY)
+    if not has_finite_outcomes(problem.initial_chance(1)):
+        each_spreads(problem.initial_chance(MANY), u)
         return
-    p, states = exact_start(problem)
+    p, states = initial_state_distribution(problem)
     assert p.sum() == pytest.approx(1, abs=1e-12)
-    follows(keys(problem.start(u)), p, keys(states))
+    follows(keys(problem.sample_initial_states(u)), p, keys(states))
 
 
 @every_problem
-@pytest.mark.parametrize("row", [WALK - 1, WALK, 2 * WALK + 5])
+@pytest.mark.parametrize("row", [WALK_LENGTH - 1, WALK_LENGTH, 2 * WALK_LENGTH + 5])
 def test_outcomes_come_up_as_often_as_they_should(name: str, row: int) -> None:
     problem, found = load(name), pool(name)
     s, a = found.s[row : row + 1], found.a[row : row + 1]
-    u = draws(problem.draws.step, turn=1000 + row, rows=MANY)
+    u = draws(problem.uniform_counts.step, turn=1000 + row, rows=MANY)
     many, acts = np.repeat(s, MANY, axis=0), np.repeat(a, MANY, axis=0)
-    if not finite(problem.chance(s, a)):
+    if not has_finite_outcomes(problem.chance(s, a)):
         each_spreads(problem.chance(many, acts), u)
         return
-    listed = exact(problem, s, a)
+    listed = enumerate_outcomes(problem, s, a)
     follows(
         keys(*problem.step(many, acts, u)),
         listed.probabilities[0],
-        keys(*(part[0] for part in listed.outcome)),
+        keys(*(part[0] for part in listed.outcomes)),
     )

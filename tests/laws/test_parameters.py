@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.advice.adviser import Adviser
+from dmplay.advice.adviser import HintProvider
 from dmplay.core import Problem
-from dmplay.dice import Dice
+from dmplay.dice import SeededUniforms
 from dmplay.errors import DmplayError
 from dmplay.finding import agents, problems
 from dmplay.session import Session
@@ -38,7 +38,7 @@ def ends(done: Callable[[], object]) -> None:
 
 def played(problem: Problem) -> None:
     """Two turns of a game, and what the adviser would do in each seat."""
-    session = Session(problem, Dice(7, 0), random_play(problem))
+    session = Session(problem, SeededUniforms(7, 0), random_play(problem))
     session.advance()
     session.view(0)
     if not session.over:
@@ -46,7 +46,7 @@ def played(problem: Problem) -> None:
 
 
 def loaded(name: str, given: dict[str, Any]) -> None:
-    played(dmplay.load(name, **given))
+    played(dmplay.load_problem(name, **given))
 
 
 def constructed(made: type[Problem], given: dict[str, Any]) -> None:
@@ -55,16 +55,18 @@ def constructed(made: type[Problem], given: dict[str, Any]) -> None:
 
 def seated(problem: Problem, seat: int, name: str) -> None:
     """One choice of an agent."""
-    made = agents.agent(problem, seat, name)
-    s = problem.start(np.full((1, problem.draws.start), 0.3))
-    memory = made.begin(problem.first_sight(s, seat))
-    legal = problem.legal(s)
-    made.choose(memory, None if legal is None else legal[:, seat], np.full((1, made.draws), 0.5))
+    made = agents.load_agent(problem, seat, name)
+    s = problem.sample_initial_states(np.full((1, problem.uniform_counts.start), 0.3))
+    memory = made.initial_memory(problem.initial_observation(s, seat))
+    legal = problem.legal_actions_mask(s)
+    made.choose(
+        memory, None if legal is None else legal[:, seat], np.full((1, made.uniform_count), 0.5)
+    )
 
 
 @every_problem
 def test_a_problem_takes_no_parameter_that_it_cannot_be_played_with(name: str) -> None:
-    for parameter in problems.parameters(small(name)):
+    for parameter in problems.parameter_values(small(name)):
         for value in ABSURD:
             ends(partial(loaded, name, {parameter: value}))
 
@@ -81,10 +83,10 @@ def test_a_problem_refuses_another_kind_of_parameter(name: str) -> None:
 @every_problem
 def test_an_agent_takes_no_parameter_that_it_cannot_play_with(name: str) -> None:
     problem = small(name)
-    for agent, make in agents.roster(problem).agents.items():
+    for agent, make in agents.load_roster(problem).agents.items():
         if agent in FOREIGN:
             continue
-        for parameter in agents.settings(make):
+        for parameter in agents.default_parameters(make):
             brief = BRIEF.get(agent, "")
             others = f"{brief.partition(':')[2]}," if brief and parameter not in brief else ""
             for value in ABSURD:
@@ -96,14 +98,16 @@ def test_an_agent_takes_no_parameter_that_it_cannot_play_with(name: str) -> None
 def test_a_hint_is_had_at_any_discount_or_one_line_says_why_not(name: str) -> None:
     for discount in (0.0, 0.99999999, 1.0):
         problem = replace(small(name), discount=discount)
-        session = Session(problem, Dice(7, 0), limit=SOME if problem.horizon else None)
-        ends(Adviser(session, 0).hint)
+        session = Session(
+            problem, SeededUniforms(7, 0), turn_limit=SOME if problem.horizon else None
+        )
+        ends(HintProvider(session, 0).create_hint)
 
 
 def test_every_number_has_bounds() -> None:
     for name in CASES:
         problem = small(name)
-        parts: list[Any] = [type(problem), *agents.roster(problem).agents.values()]
+        parts: list[Any] = [type(problem), *agents.load_roster(problem).agents.values()]
         for made in parts:
             for one in fields(made):
                 if isinstance(one.default, int | float):

@@ -10,8 +10,8 @@ import pytest
 
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Percept, Policy, Problem
-from dmplay.dice import Dice
-from dmplay.laws.samples import finite
+from dmplay.dice import SeededUniforms
+from dmplay.laws.samples import has_finite_outcomes
 from dmplay.session import Session, Turn, View
 from tests.support.cases import anything, every_problem, same, small
 from tests.support.pools import pool
@@ -25,24 +25,24 @@ class Watched:
     """A policy that writes down all that it is given."""
 
     def __init__(self, policy: Policy) -> None:
-        self.policy, self.draws = policy, policy.draws
+        self.policy, self.uniform_count = policy, policy.uniform_count
         self.given: list[Any] = []
 
-    def begin(self, observation: Array) -> Memory:
+    def initial_memory(self, observation: Array) -> Memory:
         self.given.append(observation)
-        return self.policy.begin(observation)
+        return self.policy.initial_memory(observation)
 
-    def update(self, memory: Memory, percept: Percept) -> Memory:
+    def update_memory(self, memory: Memory, percept: Percept) -> Memory:
         self.given.append(percept)
-        return self.policy.update(memory, percept)
+        return self.policy.update_memory(memory, percept)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         chosen = self.policy.choose(memory, legal, u)
         self.given.append((memory, legal, u, chosen))
         return chosen
 
-    def values(self, memory: Memory) -> Reals | None:
-        return self.policy.values(memory)
+    def action_values(self, memory: Memory) -> Reals | None:
+        return self.policy.action_values(memory)
 
 
 @every_problem
@@ -61,7 +61,7 @@ def alike(problem: Problem, seat: int, policies: list[Policy], pair: Twins) -> N
     for watcher, game, others in zip(watched, pair, (11, 12), strict=True):
         players: list[Policy] = [*policies]
         players[seat] = watcher
-        sessions.append(Session(problem, Told(game, seat, 10, others), players, limit=99))
+        sessions.append(Session(problem, Told(game, seat, 10, others), players, turn_limit=99))
     for turn in range(len(pair.one.actions) + 1):
         views = [session.view(seat) for session in sessions]
         for each in fields(View):
@@ -70,7 +70,7 @@ def alike(problem: Problem, seat: int, policies: list[Policy], pair: Twins) -> N
         if sessions[0].over:
             break
         for session in sessions:
-            session.choices()
+            session.choose_policy_actions()
         assert same(watched[0].given, watched[1].given)
         if turn < len(pair.one.actions):
             for session, game in zip(sessions, pair, strict=True):
@@ -80,21 +80,24 @@ def alike(problem: Problem, seat: int, policies: list[Policy], pair: Twins) -> N
 @every_problem
 def test_the_twins_of_the_privacy_law_differ_where_they_can(name: str) -> None:
     problem = small(name)
-    listed = finite(problem.chance(pool(name).s[:1], pool(name).a[:1]))
+    listed = has_finite_outcomes(problem.chance(pool(name).s[:1], pool(name).a[:1]))
     for seat in range(len(problem.agents)):
         for one, other in twins(name, seat):
-            if problem.hidden:
-                assert not same((one.opening, one.draws), (other.opening, other.draws))
+            if problem.partially_observable:
+                assert not same(
+                    (one.initial_chance, one.uniform_counts),
+                    (other.initial_chance, other.uniform_counts),
+                )
                 assert len(problem.agents) == 1 or not same(one.actions, other.actions)
-            elif problem.draws.step and listed:
-                assert not same(one.draws, other.draws)
+            elif problem.uniform_counts.step and listed:
+                assert not same(one.uniform_counts, other.uniform_counts)
 
 
 @every_problem
 def test_nothing_leads_from_a_view_to_the_game(name: str) -> None:
     problem = small(name)
     for seat in range(len(problem.agents)):
-        session = Session(problem, Dice(7))
+        session = Session(problem, SeededUniforms(7))
         for turn in range(2):
             if not session.over:
                 session.advance(anything(problem, session.state[None], turn, 1)[0].tolist())

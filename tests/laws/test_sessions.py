@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from dmplay.core import Interval
-from dmplay.dice import Dice
+from dmplay.dice import SeededUniforms
 from dmplay.errors import IllegalAction
 from dmplay.rollouts import rollout
 from dmplay.session import Session
@@ -35,13 +35,15 @@ def outside(actions: Interval | Sequence[str]) -> tuple[float, ...]:
 def test_an_illegal_action_is_refused_and_changes_nothing(name: str) -> None:
     problem = load(name)
     agents = random_play(problem)
-    session, other = (Session(problem, Dice(SEED), agents, limit=99) for _ in range(2))
+    session, other = (
+        Session(problem, SeededUniforms(SEED), agents, turn_limit=99) for _ in range(2)
+    )
     for _ in range(SOME):
         if session.over:
             break
         before = [session.view(seat) for seat in range(len(agents))]
         for seat in range(len(agents)):
-            legal = session.legal(seat)
+            legal = session.legal_actions_mask(seat)
             closed = () if legal is None else tuple(map(float, np.flatnonzero(~legal)))
             for bad in (*outside(problem.actions[seat]), *closed):
                 joint: list[float | None] = [None] * len(agents)
@@ -56,7 +58,7 @@ def test_an_illegal_action_is_refused_and_changes_nothing(name: str) -> None:
 def test_undo_then_the_same_actions_give_the_same_turns(name: str) -> None:
     problem = small(name)
     for _, policies in seated(name):
-        session = Session(problem, Dice(SEED, 3), policies, limit=SOME)
+        session = Session(problem, SeededUniforms(SEED, 3), policies, turn_limit=SOME)
         views = []
         while not session.over:
             views.append([session.view(seat) for seat in range(len(policies))])
@@ -68,7 +70,7 @@ def test_undo_then_the_same_actions_give_the_same_turns(name: str) -> None:
             assert same(taken, played[-back:])
             now = [session.view(seat) for seat in range(len(policies))]
             assert same(now, views[len(played) - back])
-            assert same(session.choices(), list(map(float, taken[0].actions)))
+            assert same(session.choose_policy_actions(), list(map(float, taken[0].actions)))
             for turn in taken:
                 assert same(session.advance(list(turn.actions)), turn)
         assert same(session.returns(), returns)
@@ -78,12 +80,12 @@ def test_undo_then_the_same_actions_give_the_same_turns(name: str) -> None:
 def test_a_session_is_a_row_of_the_rollout(name: str) -> None:
     problem = small(name)
     for _, policies in seated(name):
-        many = rollout(problem, policies, episodes=3, turns=SOME, seed=SEED, first=2)
-        session = Session(problem, Dice(SEED, 4), policies, limit=SOME)
+        many = rollout(problem, policies, episodes=3, turn_limit=SOME, seed=SEED, first_episode=2)
+        session = Session(problem, SeededUniforms(SEED, 4), policies, turn_limit=SOME)
         while not session.over:
             session.advance()
-        assert same(session.state, np.asarray(many.state[2]))
+        assert same(session.state, np.asarray(many.final_states[2]))
         assert same(session.returns(), many.returns[2])
-        assert same(session.totals(), many.totals[2])
-        assert len(session.turns) == many.turns[2]
-        assert (session.ending == "terminal") == many.over[2]
+        assert same(session.total_rewards(), many.total_rewards[2])
+        assert len(session.turns) == many.turn_counts[2]
+        assert (session.end_reason == "terminal") == many.terminated[2]

@@ -24,9 +24,9 @@ def final_states(name: str) -> Array:
     ends = type(problem).terminal is not Problem.terminal
     found = []
     for policies in (random_play(problem), *(policies for _, policies in seated(name))):
-        played = rollout(problem, policies, episodes=20, turns=300 if ends else 9, seed=SEED)
-        found.append(played.state)
-        if played.over.any() or not ends:
+        played = rollout(problem, policies, episodes=20, turn_limit=300 if ends else 9, seed=SEED)
+        found.append(played.final_states)
+        if played.terminated.any() or not ends:
             break
     return np.concatenate(found)
 
@@ -35,24 +35,24 @@ def final_states(name: str) -> Array:
 def test_notation_and_parse_are_inverse(name: str) -> None:
     problem = load(name)
     for states in (pool(name).s[:100], final_states(name)[:50]):
-        assert not broken(problem, partial(play.written, problem, states))
+        assert not broken(problem, partial(play.check_state_text, problem, states))
 
 
 @every_problem
 def test_index_and_enumerated_are_inverse(name: str) -> None:
     problem = load(name)
-    if not isinstance(problem.states, int):
+    if not isinstance(problem.state_count, int):
         with pytest.raises(BadParameter):
-            problem.enumerated()
-    keeps(name, play.listed)
+            problem.enumerate_states()
+    keeps(name, play.check_state_index)
 
 
 @every_problem
 def test_a_terminal_state_absorbs_and_pays_nothing(name: str) -> None:
     problem = load(name)
     known = final_states(name)
-    if isinstance(problem.states, int):
-        known = np.concatenate([known, problem.enumerated()])
+    if isinstance(problem.state_count, int):
+        known = np.concatenate([known, problem.enumerate_states()])
     if type(problem).terminal is not Problem.terminal:
         assert problem.terminal(known).any(), "no agent came to a terminal state"
-    assert not broken(problem, partial(play.absorbing, problem, known))
+    assert not broken(problem, partial(play.check_terminal_states, problem, known))

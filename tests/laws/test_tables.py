@@ -17,7 +17,7 @@ from tests.support.pools import broken
 @pytest.mark.parametrize("problem", [Key(), Heap()])
 def test_the_tables_are_what_the_outcomes_of_legal_actions_amount_to(problem: Problem) -> None:
     s, a = np.nonzero(allowed(problem)[:, 0])
-    law = partial(play.amounting, problem, problem.enumerated()[s], a[:, None])
+    law = partial(play.check_table_rows, problem, problem.enumerate_states()[s], a[:, None])
     assert not broken(problem, law)
 
 
@@ -36,7 +36,7 @@ def test_an_action_that_is_not_legal_stands_in_the_tables_for_the_first_that_is(
 
 def allowed(problem: Problem) -> Bools:
     """What every state of a problem that forbids something allows `[S, n, A]`."""
-    legal = problem.legal(problem.enumerated())
+    legal = problem.legal_actions_mask(problem.enumerate_states())
     assert legal is not None
     return legal
 

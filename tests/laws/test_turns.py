@@ -5,12 +5,12 @@ from tests.support.cases import every_problem
 from tests.support.pools import keeps
 
 LAWS = {
-    "a step is the move of the sampled events": play.sampled,
-    "outcomes have the shapes and ranges that the problem states": play.shaped,
-    "probabilities sum to one": play.summed,
-    "the tables are what the outcomes amount to": play.tabulated,
-    "a belief is carried as the listed outcomes say": play.carried,
-    "the least and the greatest draw give outcomes that can happen": play.extreme,
+    "a step is the move of the sampled events": play.check_sampling,
+    "outcomes have the shapes and ranges that the problem states": play.check_shapes,
+    "probabilities sum to one": play.check_probabilities,
+    "the tables are what the outcomes amount to": play.check_tabulation,
+    "a belief is carried as the listed outcomes say": play.check_belief_update,
+    "the least and the greatest draw give outcomes that can happen": play.check_extreme_uniforms,
 }
 
 

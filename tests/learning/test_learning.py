@@ -12,7 +12,7 @@ import pytest
 
 import dmplay
 from dmplay.solvers import worth_2048
-from dmplay.solvers.worth_2048 import PATTERNS, STAGES, WAYS
+from dmplay.solvers.worth_2048 import ENTRIES_PER_PATTERN, PATTERNS, STAGE_COUNT
 
 SOURCE = Path(__file__).with_name("learn_2048.c")
 COMPILER = shutil.which("cc") or ""
@@ -33,11 +33,13 @@ def test_a_few_seconds_of_learning_play_better_than_the_corner(tmp_path: Path) -
     compiled = [COMPILER, "-O3", "-march=native", *warnings, "-o", str(program), str(SOURCE)]
     subprocess.run([*compiled, "-lpthread", "-lm"], check=True)
     subprocess.run([program, tables, "1", "2", "1"], check=True)
-    learned = np.fromfile(tables, np.float32).reshape(len(PATTERNS), STAGES, WAYS)
-    steps = np.round(learned / worth_2048.STEP).astype(np.int16).transpose(1, 0, 2)
-    problem = dmplay.load("2048")
-    with patch.object(worth_2048, "tables", lambda stage: steps[stage]):
-        agent = dmplay.agent(problem, 0, "expectimax:depth=1")
+    learned = np.fromfile(tables, np.float32).reshape(
+        len(PATTERNS), STAGE_COUNT, ENTRIES_PER_PATTERN
+    )
+    steps = np.round(learned / worth_2048.POINTS_PER_UNIT).astype(np.int16).transpose(1, 0, 2)
+    problem = dmplay.load_problem("2048")
+    with patch.object(worth_2048, "load_pattern_tables", lambda stage: steps[stage]):
+        agent = dmplay.load_agent(problem, 0, "expectimax:depth=1")
         greedy = dmplay.rollout(problem, [agent], episodes=20, seed=1)
-    corner = dmplay.rollout(problem, [dmplay.agent(problem, 0, "corner")], episodes=20, seed=1)
+    corner = dmplay.rollout(problem, [dmplay.load_agent(problem, 0, "corner")], episodes=20, seed=1)
     assert greedy.returns.mean() > 2 * corner.returns.mean()

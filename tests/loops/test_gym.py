@@ -15,7 +15,7 @@ from dmplay.core import Interval, Memory, Problem
 from dmplay.errors import BadParameter, IllegalAction
 from dmplay.finding import agents
 from dmplay.gym import Env, VectorEnv
-from dmplay.policies.kinds import Reactive
+from dmplay.policies.kinds import ReactivePolicy
 from dmplay.rollouts import Rollout, rollout
 from tests.files.sources import BALLET, TEAM, TIGER, kept
 from tests.support.cases import CASES, SOME, load, small
@@ -24,7 +24,7 @@ ROWS, SEED = 3, 7
 
 
 @dataclass(frozen=True)
-class First(Reactive):
+class First(ReactivePolicy):
     """Takes the first legal action, or the least."""
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
@@ -35,10 +35,10 @@ class First(Reactive):
 
 def rolled(problem: Problem, seat: int, episodes: int) -> Rollout:
     """The games of somebody who takes the first action, among the usual others."""
-    partners = [agents.roster(problem, i).partner for i in range(len(problem.agents))]
-    policies = [dmplay.agent(problem, i, name) for i, name in enumerate(partners)]
+    partners = [agents.load_roster(problem, i).default_partner for i in range(len(problem.agents))]
+    policies = [dmplay.load_agent(problem, i, name) for i, name in enumerate(partners)]
     policies[seat] = First(problem, seat)
-    return rollout(problem, policies, episodes=episodes, turns=SOME, seed=SEED)
+    return rollout(problem, policies, episodes=episodes, turn_limit=SOME, seed=SEED)
 
 
 def first(problem: Problem, seat: int, mask: Array | None) -> Array:
@@ -69,7 +69,11 @@ def plays_rows(problem: Problem, seat: int) -> None:
             over, turns = terminated or truncated, turns + 1
             total, weight = total + weight * reward, weight * problem.discount
         got = (total, turns, terminated)
-        told = (wanted.returns[episode, seat], wanted.turns[episode], wanted.over[episode])
+        told = (
+            wanted.returns[episode, seat],
+            wanted.turn_counts[episode],
+            wanted.terminated[episode],
+        )
         assert got == told, (problem, seat, episode)
 
 
@@ -104,7 +108,7 @@ def test_what_is_seen_is_in_the_space_from_the_first() -> None:
     for name in CASES:
         problem = small(name)
         env = Env(problem, turns=2)
-        rows = VectorEnv(problem, ROWS, turns=2, dice="fast", others="random")
+        rows = VectorEnv(problem, ROWS, turns=2, uniforms="fast", others="random")
         seen, info = rows.reset(seed=SEED)
         for _ in range(4):
             assert rows.observation_space.contains(seen), name
@@ -186,7 +190,7 @@ def test_an_environment_is_made_by_name_and_draws_its_board() -> None:
 
 def test_what_cannot_be_is_said() -> None:
     with pytest.raises(BadParameter, match="dice: got 'slow', expected recorded or fast"):
-        VectorEnv("hexworld", dice="slow")
+        VectorEnv("hexworld", uniforms="slow")
     for env in (Env("hexworld"), VectorEnv("hexworld")):
         with pytest.raises(BadParameter, match="call reset first"):
             env.step(np.array([0]))
@@ -219,7 +223,7 @@ def test_every_seat_of_a_problem_of_a_file_passes_the_check_and_plays_rows_of_a_
     tmp_path: Path,
 ) -> None:
     for name, text in {"tiger.pomdp": TIGER, "team.dpomdp": TEAM, "ballet.nfg": BALLET}.items():
-        problem = dmplay.load(kept(tmp_path, name, text))
+        problem = dmplay.load_problem(kept(tmp_path, name, text))
         checked(problem)
         for seat in range(len(problem.agents)):
             plays_rows(problem, seat)

@@ -20,12 +20,12 @@ def test_its_games_are_those_of_a_session() -> None:
     for name in CASES:
         problem = load(name)
         env = ParallelEnv(name, turns=SOME)
-        game = dmplay.Session(problem, dmplay.Dice(7), limit=SOME)
+        game = dmplay.Session(problem, dmplay.SeededUniforms(7), turn_limit=SOME)
         env.reset(seed=7)
         while not game.over:
-            able = [game.legal(seat) for seat in range(len(problem.agents))]
+            able = [game.legal_actions_mask(seat) for seat in range(len(problem.agents))]
             joint: list[float]
-            joint = [known.grid()[0] if legal is None else int(legal.argmax())
+            joint = [known.candidate_actions()[0] if legal is None else int(legal.argmax())
                      for known, legal in zip(problem.actions, able, strict=True)]  # fmt: skip
             told = {
                 agent: np.array([a]) if isinstance(known, Interval) else np.int64(a)
@@ -34,8 +34,8 @@ def test_its_games_are_those_of_a_session() -> None:
             seen, rewards, terminated, truncated, _ = env.step(told)
             turn = game.advance([*joint])
             assert [*rewards.values()] == turn.rewards.tolist(), name
-            assert {*terminated.values()} == {game.ending == "terminal"}
-            assert {*truncated.values()} == {game.ending in ("horizon", "turn limit")}
+            assert {*terminated.values()} == {game.end_reason == "terminal"}
+            assert {*truncated.values()} == {game.end_reason in ("horizon", "turn limit")}
             for agent, one in seen.items():
                 assert env.observation_space(agent).contains(one), name
         assert env.agents == []

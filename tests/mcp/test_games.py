@@ -7,16 +7,16 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.cli.errands import do, understood
+from dmplay.cli.errands import execute_result, interpret_command
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.game import saves
-from dmplay.game.checking import check
-from dmplay.game.errand import Hosting
-from dmplay.game.request import Resumption
-from dmplay.game.start import begin
-from dmplay.mcp.games import MOST, Games
-from dmplay.transcript.reading import read
-from dmplay.transcript.seal import opened
+from dmplay.game.checking import verify_file
+from dmplay.game.errand import McpServerConfig
+from dmplay.game.request import ResumeRequest
+from dmplay.game.start import start_game
+from dmplay.mcp.games import MAX_GAMES, ModelGames
+from dmplay.transcript.reading import read_transcript
+from dmplay.transcript.seal import disclose_transcript
 from dmplay.words.completion import lists
 from tests.privacy.pairs import LOOKED_AT, TURNS, Pair, Side, pair
 from tests.support.games import values, verified
@@ -30,8 +30,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "games"
 
 
-def hosted(folder: Path, *names: str, hints: bool = True, undo: bool = True) -> Games:
-    return Games(Hosting(names, hints, undo, seed=SEED, folder=folder))
+def hosted(folder: Path, *names: str, hints: bool = True, undo: bool = True) -> ModelGames:
+    return ModelGames(McpServerConfig(names, hints, undo, seed=SEED, transcript_folder=folder))
 
 
 def the_file(folder: Path) -> Path:
@@ -41,69 +41,69 @@ def the_file(folder: Path) -> Path:
 
 def test_a_game_is_told_turn_by_turn_and_its_record_names_the_seat_mcp(folder: Path) -> None:
     games = hosted(folder)
-    first = games.new("crying-baby")
+    first = games.start_game("crying-baby")
     assert (first["game"], first["seat"], first["seen"]) == ("g1", "agent", None)
     assert first["legal"] == ["feed", "sing", "ignore"]
     assert first["turns"] == [{"turn": 0, "observation": None}]
-    told = games.act("g1", "feed", turn=1)
+    told = games.play_action("g1", "feed", turn=1)
     assert told["turns"] == [{"turn": 1, "action": "feed", "observation": "quiet"}]
-    assert games.hint("g1")["action"] == "ignore"
-    assert games.undo("g1")["turn"] == 0
-    assert games.act("g1", "feed")["turns"] == told["turns"]
-    assert games.look("g1")["turns"] == []
-    assert games.look("g1", history=True)["turns"] == [*first["turns"], *told["turns"]]
-    end = games.over("g1")
+    assert games.get_hint("g1")["action"] == "ignore"
+    assert games.undo_turns("g1")["turn"] == 0
+    assert games.play_action("g1", "feed")["turns"] == told["turns"]
+    assert games.game_status("g1")["turns"] == []
+    assert games.game_status("g1", history=True)["turns"] == [*first["turns"], *told["turns"]]
+    end = games.end_game("g1")
     assert (end["reason"], end["turns"], end["help"]) == ("quit", 1, {"agent": 1})
     assert isinstance(end["debrief"], list)
     assert [row["state"] for row in end["debrief"]] == ["hungry", "sated"]
-    assert games.look("g1")["ending"].startswith("quit after 1 turn. agent score")
+    assert games.game_status("g1")["ending"].startswith("quit after 1 turn. agent score")
     path = verified(the_file(folder))
     assert values(path, "seats") == ['{"agent": "mcp"}']
-    assert check(path).unasked == ["mcp"]
+    assert verify_file(path).unchecked_players == ["mcp"]
 
 
 def test_it_may_sit_in_any_seat_among_agents_that_dmplay_knows(folder: Path) -> None:
     games = hosted(folder)
-    assert games.new("prisoners-dilemma", "agent2", "grim")["seat"] == "agent2"
-    turn = games.act("g1", "defect")["turns"][0]
+    assert games.start_game("prisoners-dilemma", "agent2", "grim")["seat"] == "agent2"
+    turn = games.play_action("g1", "defect")["turns"][0]
     assert turn["actions"] == {"agent1": "cooperate", "agent2": "defect"}
     for others in ("nobody", "human", "mcp", "script:feed", "bot:sh", "./evil.py:X"):
         with pytest.raises(DmplayError, match=r"^unknown agent"):
-            games.new("prisoners-dilemma", others=others)
+            games.start_game("prisoners-dilemma", others=others)
     with pytest.raises(DmplayError, match="expected none: there is one seat only"):
-        games.new("catch", others="greedy")
-    assert games.new("travelers-dilemma")["seat"] == "agent1"
-    assert isinstance(games.act("g2", "50")["turns"][0]["reward"], float)
-    assert games.new("simple-regulator")["legal"] == {"low": -10.0, "high": 10.0}
-    assert games.act("g3", "0.25")["turns"][0]["action"] == 0.25
+        games.start_game("catch", others="greedy")
+    assert games.start_game("travelers-dilemma")["seat"] == "agent1"
+    assert isinstance(games.play_action("g2", "50")["turns"][0]["reward"], float)
+    assert games.start_game("simple-regulator")["legal"] == {"low": -10.0, "high": 10.0}
+    assert games.play_action("g3", "0.25")["turns"][0]["action"] == 0.25
 
 
 def test_what_it_cannot_do_is_told_in_a_line_and_changes_nothing(folder: Path) -> None:
     games = hosted(folder)
-    stuck = games.new("2048")
+    stuck = games.start_game("2048")
     faults: dict[str, Callable[[], object]] = {
-        "unknown game 'g2'; did you mean g1?": lambda: games.act("g2", "left"),
-        "down is not legal now; expected one of": lambda: games.act("g1", "down"),
-        "unknown action '1'": lambda: games.act("g1", "1"),
-        "turn: got 2, expected 1": lambda: games.act("g1", "left", turn=2),
-        "undo 1: 0 turns were played": lambda: games.undo("g1"),
-        "unknown problem '../2048'": lambda: games.new("../2048"),
-        "unknown problem '2048; rm -r .'": lambda: games.new("2048; rm -r ."),
-        "unknown problem './evil.py:X'": lambda: games.info("./evil.py:X"),
-        "unknown seat 'agent9'": lambda: games.new("catch", "agent9"),
+        "unknown game 'g2'; did you mean g1?": lambda: games.play_action("g2", "left"),
+        "down is not legal now; expected one of": lambda: games.play_action("g1", "down"),
+        "unknown action '1'": lambda: games.play_action("g1", "1"),
+        "turn: got 2, expected 1": lambda: games.play_action("g1", "left", turn=2),
+        "undo 1: 0 turns were played": lambda: games.undo_turns("g1"),
+        "unknown problem '../2048'": lambda: games.start_game("../2048"),
+        "unknown problem '2048; rm -r .'": lambda: games.start_game("2048; rm -r ."),
+        "unknown problem './evil.py:X'": lambda: games.problem_info("./evil.py:X"),
+        "unknown seat 'agent9'": lambda: games.start_game("catch", "agent9"),
     }
     for told, fault in faults.items():
         with pytest.raises(DmplayError, match=re.escape(told)) as raised:
             fault()
         assert "\n" not in str(raised.value)
-    assert games.look("g1", history=True) == stuck
-    games.over("g1")
+    assert games.game_status("g1", history=True) == stuck
+    games.end_game("g1")
     with pytest.raises(DmplayError, match=r"the game is over \(quit\)"):
-        games.act("g1", "left")
+        games.play_action("g1", "left")
     with pytest.raises(DmplayError, match="undo: the game is over"):
-        games.undo("g1")
+        games.undo_turns("g1")
     with pytest.raises(DmplayError, match="no hint: the game is over"):
-        games.hint("g1")
+        games.get_hint("g1")
     verified(the_file(folder))
 
 
@@ -111,17 +111,19 @@ def test_only_so_many_games_are_played_at_once_and_the_first_that_is_over_is_for
     folder: Path,
 ) -> None:
     games = hosted(folder)
-    for _ in range(MOST):
-        games.new("hexworld")
+    for _ in range(MAX_GAMES):
+        games.start_game("hexworld")
     for _ in range(3):
-        with pytest.raises(BadParameter, match=f"new: {MOST} games are played; end one of them"):
-            games.new("hexworld")
-    games.over("g3")
-    assert games.new("hexworld")["game"] == f"g{MOST + 1}"
+        with pytest.raises(
+            BadParameter, match=f"new: {MAX_GAMES} games are played; end one of them"
+        ):
+            games.start_game("hexworld")
+    games.end_game("g3")
+    assert games.start_game("hexworld")["game"] == f"g{MAX_GAMES + 1}"
     with pytest.raises(DmplayError, match="unknown game 'g3'"):
-        games.look("g3")
-    games.close()
-    assert len([verified(path) for path in folder.glob("*.dmt")]) == MOST + 1
+        games.game_status("g3")
+    games.end_all_games()
+    assert len([verified(path) for path in folder.glob("*.dmt")]) == MAX_GAMES + 1
 
 
 def test_a_game_that_comes_to_its_end_is_ended_and_one_of_a_seed_is_an_episode(
@@ -129,33 +131,38 @@ def test_a_game_that_comes_to_its_end_is_ended_and_one_of_a_seed_is_an_episode(
 ) -> None:
     games = hosted(folder)
     for number in range(2):
-        told = games.new("catch")
+        told = games.start_game("catch")
         while not told["ending"]:
-            told = games.act(told["game"], "50")
+            told = games.play_action(told["game"], "50")
         assert told["ending"].startswith("turn limit after 10 turns.")
-        assert games.over(f"g{number + 1}")["reason"] == "horizon"
+        assert games.end_game(f"g{number + 1}")["reason"] == "horizon"
     paths = [*folder.glob("*.dmt")]
-    assert {read(verified(path)).header.episode for path in paths} == {0, 1}
+    assert {read_transcript(verified(path)).header.episode for path in paths} == {0, 1}
     assert told["words"] == ""  # which would tell the belief
-    assert "belief" in Games(Hosting(belief=True, seed=7, folder=folder)).new("catch")["words"]
+    assert (
+        "belief"
+        in ModelGames(
+            McpServerConfig(show_belief=True, seed=7, transcript_folder=folder)
+        ).start_game("catch")["words"]
+    )
 
 
 def test_a_client_that_is_gone_leaves_a_game_that_is_whole_sealed_and_its_own(
     folder: Path,
 ) -> None:
-    games = Games(Hosting(turns=50))
-    games.new("crying-baby")
-    games.act("g1", "feed")
-    (path,) = saves.folder({"XDG_STATE_HOME": str(folder.parent / "state")}).glob("*.dmt")
-    assert lists.seeds() == []
-    games.close()
+    games = ModelGames(McpServerConfig(turn_limit=50))
+    games.start_game("crying-baby")
+    games.play_action("g1", "feed")
+    (path,) = saves.saves_folder({"XDG_STATE_HOME": str(folder.parent / "state")}).glob("*.dmt")
+    assert lists.list_saved_seeds() == []
+    games.end_all_games()
     assert '"reason": "interrupted"' in values(verified(path), "end")[0]
     assert values(path, "strict") == ['"hints"']
     with pytest.raises(BadParameter, match="this game can still be played on"):
-        opened(read(path), pair("crying-baby", 0).problem, peek=False)
+        disclose_transcript(read_transcript(path), pair("crying-baby", 0).problem, peek=False)
     with pytest.raises(BadParameter, match="a seat was played by a language model"):
-        begin(Resumption(path))
-    assert [*saves.unfinished()] == []
+        start_game(ResumeRequest(path))
+    assert [*saves.iter_unfinished_saves()] == []
 
 
 def test_only_what_is_named_can_be_played_and_a_file_by_its_name_alone(folder: Path) -> None:
@@ -166,13 +173,15 @@ def test_only_what_is_named_can_be_played_and_a_file_by_its_name_alone(folder: P
         "observations: h t\nT: * uniform\nO: * uniform\nR: left : heads : * : * 1\n"
     )
     games = hosted(folder, "hexworld:straight-line", str(place / "coin.pomdp"))
-    assert [one["problem"] for one in games.problems()] == ["hexworld:straight-line", "coin"]
-    assert games.info("coin")["agents"] == ["agent"]
-    games.act(games.new("coin")["game"], "left")
-    assert str(place) not in repr([games.info("coin"), games.look("g1", history=True)])
+    assert [one["problem"] for one in games.list_problems()] == ["hexworld:straight-line", "coin"]
+    assert games.problem_info("coin")["agents"] == ["agent"]
+    games.play_action(games.start_game("coin")["game"], "left")
+    assert str(place) not in repr(
+        [games.problem_info("coin"), games.game_status("g1", history=True)]
+    )
     with pytest.raises(DmplayError, match="unknown problem 'hexworld'; did you mean"):
-        games.new("hexworld")
-    games.close()
+        games.start_game("hexworld")
+    games.end_all_games()
     verified(the_file(folder))
     for names, told in {
         ("nothing",): "unknown problem 'nothing'",
@@ -196,13 +205,19 @@ def test_no_answer_tells_games_apart_before_the_end(name: str, folder: Path) -> 
 
 def _asked(twins: Pair, side: Side, folder: Path) -> list[object]:
     """What the seat of one of two games that look the same is told."""
-    games = Games(Hosting((), True, True, True, side.seed, TURNS, folder))
+    games = ModelGames(McpServerConfig((), True, True, True, side.seed, TURNS, folder))
     agents = twins.problem.agents
-    told: list[object] = [games.new(twins.name, agents[0], "random" if len(agents) > 1 else "")]
+    told: list[object] = [
+        games.start_game(twins.name, agents[0], "random" if len(agents) > 1 else "")
+    ]
     for joint in side.actions[:LOOKED_AT]:
-        told.append(games.act("g1", twins.problem.action_name(0, joint[0])))
-    told += [games.look("g1", history=True), games.hint("g1"), games.info(twins.name)]
-    told += [games.undo("g1"), games.look("g1")]
+        told.append(games.play_action("g1", twins.problem.format_action(0, joint[0])))
+    told += [
+        games.game_status("g1", history=True),
+        games.get_hint("g1"),
+        games.problem_info(twins.name),
+    ]
+    told += [games.undo_turns("g1"), games.game_status("g1")]
     return told
 
 
@@ -210,4 +225,4 @@ def test_without_the_extra_its_name_is_told_in_a_line(monkeypatch: pytest.Monkey
     monkeypatch.setitem(sys.modules, "mcp.server.mcpserver", None)
     cure = "mcp: install the extra mcp: pip install 'dmplay[mcp]'"
     with pytest.raises(BadParameter, match=re.escape(cure)):
-        do(understood(["mcp", "hexworld"]))
+        execute_result(interpret_command(["mcp", "hexworld"]))

@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from dmplay.game.errand import Hosting
-from dmplay.mcp.games import MOST, Games
+from dmplay.game.errand import McpServerConfig
+from dmplay.mcp.games import MAX_GAMES, ModelGames
 from tests.support.blocks import TIGER
 from tests.support.games import values, verified
 from tests.support.terminals import DMPLAY, clean_environment
@@ -29,7 +29,7 @@ HELLO = {
 LOUD = f"""from pathlib import Path
 {TIGER}
 class Loud(Tiger):
-    def move(self, s, a, events):
+    def resolve_events(self, s, a, events):
         print("loud")
         1 / (not Path("bad").exists())
         return super().move(s, a, events)
@@ -128,11 +128,11 @@ def test_every_tool_answers_with_typed_content_and_only_what_is_allowed_is_a_too
 ) -> None:
     from mcp import Client as Inside  # which takes long to load
 
-    from dmplay.mcp.server import server
+    from dmplay.mcp.server import make_server
 
     async def play() -> None:
-        games = Games(Hosting(hints=True, folder=tmp_path))
-        async with Inside(server(games)) as inside:
+        games = ModelGames(McpServerConfig(allow_hints=True, transcript_folder=tmp_path))
+        async with Inside(make_server(games)) as inside:
             tools = (await inside.list_tools()).tools
             names = [tool.name for tool in tools]
             assert names == ["list", "info", "new", "look", "act", "hint", "over"]
@@ -176,17 +176,17 @@ def test_abuses_end_in_one_line_each_and_the_game_goes_on(tmp_path: Path) -> Non
                 error = abuser.heard()["error"]
                 assert isinstance(error, dict)
                 assert error["message"].endswith("expected a message of JSON-RPC 2.0")
-        for _ in range(MOST - 1):
+        for _ in range(MAX_GAMES - 1):
             abuser.call("new", problem="catch")
         for _ in range(300):
             told = abuser.fault("new", problem="catch")
-            assert told == f"new: {MOST} games are played; end one of them by over"
+            assert told == f"new: {MAX_GAMES} games are played; end one of them by over"
         assert not abuser.call("act", game="g1", action="left")["isError"]
         abuser.call("over", game="g1")
         assert abuser.fault("act", game="g1", action="left") == "the game is over (quit)"
         assert abuser.gone() == (0, "")
         reasons = [json.loads(values(path, "end")[0])["reason"] for path in abuser.kept()]
-        assert sorted(reasons) == ["interrupted"] * (MOST - 1) + ["quit"]
+        assert sorted(reasons) == ["interrupted"] * (MAX_GAMES - 1) + ["quit"]
         assert not (tmp_path / "x").exists()
 
 

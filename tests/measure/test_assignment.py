@@ -4,14 +4,14 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.cli.errands import understood
+from dmplay.cli.errands import interpret_command
 from dmplay.errors import BadFile, BadParameter, UnknownName
-from dmplay.game.checking import check
-from dmplay.game.errand import Sitting
-from dmplay.game.request import Request
-from dmplay.game.start import new
-from dmplay.measure.assignment import read
-from dmplay.transcript.reading import read as transcript
+from dmplay.game.checking import verify_file
+from dmplay.game.errand import PlayCommand
+from dmplay.game.request import GameRequest
+from dmplay.game.start import start_new_game
+from dmplay.measure.assignment import read_assignment
+from dmplay.transcript.reading import read_transcript as transcript
 
 WALKS = """dmplay: 1
 problem: "hexworld"
@@ -29,17 +29,17 @@ def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("walks").write_text(WALKS)
 
 
-def request(*words: str) -> Request:
+def request(*words: str) -> GameRequest:
     """The game that these words ask for."""
-    sitting = understood(["play", *words])
-    assert isinstance(sitting, Sitting)
-    assert isinstance(sitting.wanted, Request)
-    return sitting.wanted
+    sitting = interpret_command(["play", *words])
+    assert isinstance(sitting, PlayCommand)
+    assert isinstance(sitting.request, GameRequest)
+    return sitting.request
 
 
 def played(*words: str) -> Path:
     """The file of the game that these words ask for, left at once."""
-    game = new(request(*words))
+    game = start_new_game(request(*words))
     game.finish()
     assert game.recorder
     return game.recorder.path
@@ -50,36 +50,36 @@ ADA = ("--assignment", "walks", "--player", "Ada Lovelace")
 
 def test_an_assignment_is_the_header_of_its_games_with_all_seeds() -> None:
     words = "hexworld --set slip=0.2 --seeds 8,7 --turns 3 --strict=hints -o again"
-    assert understood(["assign", *words.replace("=hints", "-hints").split()]) == (
+    assert interpret_command(["assign", *words.replace("=hints", "-hints").split()]) == (
         "wrote again; dmplay play --assignment again --player NAME"
     )
     assert Path("again").read_text() == WALKS
-    assert understood(["assign", "catch", "-o", "a ball"]) == (
+    assert interpret_command(["assign", "catch", "-o", "a ball"]) == (
         "wrote a ball; dmplay play --assignment 'a ball' --player NAME"
     )
 
 
 def test_dice_that_are_not_said_are_new_ones() -> None:
-    understood(["assign", "hexworld", "--games", "3", "-o", "new"])
-    assert len({*read(Path("new")).seeds}) == 3
+    interpret_command(["assign", "hexworld", "--games", "3", "-o", "new"])
+    assert len({*read_assignment(Path("new")).seeds}) == 3
 
 
 def test_the_games_of_an_assignment_are_played_one_after_another() -> None:
     first, second = played(*ADA), played(*ADA)
     assert [str(first), str(second)] == ["ada-lovelace-8.dmt", "ada-lovelace-7.dmt"]
-    assert check(first).ok
-    assert check(second).ok
+    assert verify_file(first).is_ok
+    assert verify_file(second).is_ok
     header = transcript(second).header
     assert (header.player, header.seed, header.turns) == ("Ada Lovelace", 7, 3)
     assert (header.strict, header.parameters) == ("hints", {"slip": 0.2})
     told = "walks: you played it all; hand in ada-lovelace-8.dmt, ada-lovelace-7.dmt"
     with pytest.raises(BadParameter, match=told):
         request(*ADA)
-    assert request(*ADA, "--seed", "7", "-o", "more.dmt").record == Path("more.dmt")
+    assert request(*ADA, "--seed", "7", "-o", "more.dmt").record_path == Path("more.dmt")
 
 
 def test_a_game_that_was_interrupted_is_to_be_gone_on_with() -> None:
-    new(request(*ADA)).finish("interrupted")
+    start_new_game(request(*ADA)).finish("interrupted")
     with pytest.raises(BadParameter, match=r"ada-lovelace-8.dmt is unfinished; dmplay resume ada"):
         request(*ADA)
 
@@ -112,7 +112,7 @@ def test_a_player_is_named_in_the_header_and_old_files_have_no_such_line() -> No
 )
 def test_what_cannot_be_assigned_or_played_so_is_one_line(words: str, told: str) -> None:
     with pytest.raises(BadParameter, match=told):
-        understood(words.split())
+        interpret_command(words.split())
 
 
 def test_what_is_for_people_or_a_transcript_is_refused_where_agents_play_alone() -> None:
@@ -122,7 +122,7 @@ def test_what_is_for_people_or_a_transcript_is_refused_where_agents_play_alone()
         (("--frames",), "--frames: no transcript is written; add -o FILE"),
     ):
         with pytest.raises(BadParameter, match=told):
-            new(request("hexworld", "--agent", "optimal", *words))
+            start_new_game(request("hexworld", "--agent", "optimal", *words))
 
 
 @pytest.mark.parametrize(
@@ -143,13 +143,13 @@ def test_what_is_for_people_or_a_transcript_is_refused_where_agents_play_alone()
 def test_a_fault_of_an_assignment_is_told_with_its_line(content: str, told: str) -> None:
     Path("walks").write_text(content)
     with pytest.raises(BadFile, match=told):
-        read(Path("walks"))
+        read_assignment(Path("walks"))
 
 
 def test_what_is_no_text_is_no_assignment() -> None:
     Path("walks").write_bytes(b"\xff")
     with pytest.raises(BadFile, match="not UTF-8"):
-        read(Path("walks"))
+        read_assignment(Path("walks"))
 
 
 @pytest.mark.parametrize(

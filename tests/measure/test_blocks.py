@@ -14,15 +14,22 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.blocks import done
+from dmplay.blocks import run_blocks
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.policies.general import Random
-from dmplay.rollouts import Games, Interrupted, Lost, Rollout, rollout, rollouts
+from dmplay.rollouts import (
+    Rollout,
+    RolloutBlocksLost,
+    RolloutInterrupted,
+    RolloutSpec,
+    rollout,
+    rollout_entrants,
+)
 
-HEX = dmplay.load("hexworld")
-WALKER = [dmplay.agent(HEX, 0, "optimal")]
+HEX = dmplay.load_problem("hexworld")
+WALKER = [dmplay.load_agent(HEX, 0, "optimal")]
 WHOLE = rollout(HEX, WALKER, episodes=200, seed=5)
 
 
@@ -50,7 +57,7 @@ def same(one: Rollout, other: Rollout, first: int = 0) -> bool:
 
 @pytest.mark.parametrize("size", [1, 7, 64, 200])
 def test_the_blocks_are_all_games_once(size: int) -> None:
-    found = list(done(list, range(3, 203), size=size))
+    found = list(run_blocks(list, range(3, 203), size=size))
     assert sorted(game for block, games in found for game in games) == [*range(3, 203)]
     assert all([*block] == games for block, games in found)
     assert max(len(block) for block, _ in found) <= size
@@ -60,7 +67,7 @@ def test_games_are_the_same_bits_by_any_engine() -> None:
     with ThreadPoolExecutor(3) as threads:
         assert same(rollout(HEX, WALKER, episodes=200, seed=5, executor=threads), WHOLE)
     assert same(rollout(HEX, WALKER, episodes=200, seed=5, executor=Losing()), WHOLE)
-    part = rollout(HEX, WALKER, episodes=50, first=150, seed=5, workers="auto")
+    part = rollout(HEX, WALKER, episodes=50, first_episode=150, seed=5, workers="auto")
     assert same(part, WHOLE, first=150)
 
 
@@ -77,11 +84,13 @@ def test_what_an_engine_loses_is_done_again() -> None:
 
 
 def test_what_is_lost_three_times_is_named_and_the_rest_is_told() -> None:
-    with pytest.raises(Lost, match=r"games 0 to \d+ were lost: a worker went away") as lost:
+    with pytest.raises(
+        RolloutBlocksLost, match=r"games 0 to \d+ were lost: a worker went away"
+    ) as lost:
         rollout(HEX, WALKER, episodes=200, seed=5, workers=4, executor=Losing(game=0))
     ((first, end),) = lost.value.blocks
     assert first == 0
-    (rest,), games = lost.value.rest
+    (rest,), games = lost.value.partial_results
     assert same(rest, WHOLE, first=end)
     assert games.tolist() == [*range(end, 200)]
 
@@ -91,10 +100,10 @@ def test_what_was_played_before_an_interruption_is_kept_of_all_who_played() -> N
         if share > 0.4:
             raise KeyboardInterrupt
 
-    both = [WALKER, [dmplay.agent(HEX, 0, "random")]]
-    with ThreadPoolExecutor(1) as thread, pytest.raises(Interrupted) as stopped:
-        rollouts(HEX, both, Games(range(200), None, 5, 4, thread, stop))
-    (one, other), games = stopped.value.rest
+    both = [WALKER, [dmplay.load_agent(HEX, 0, "random")]]
+    with ThreadPoolExecutor(1) as thread, pytest.raises(RolloutInterrupted) as stopped:
+        rollout_entrants(HEX, both, RolloutSpec(range(200), None, 5, 4, thread, stop))
+    (one, other), games = stopped.value.partial_results
     assert 0 < len(games) < 200
     assert np.array_equal(one.returns, WHOLE.returns[games])
     assert len(other.returns) == len(games)
@@ -105,7 +114,7 @@ def test_an_error_of_the_work_is_raised_as_it_was_and_at_once() -> None:
         raise BadParameter("no such game")
 
     with pytest.raises(BadParameter, match="no such game"):
-        list(done(refuse, range(9)))
+        list(run_blocks(refuse, range(9)))
 
 
 def test_only_what_is_wanted_is_kept() -> None:
@@ -125,7 +134,7 @@ def test_a_few_games_are_played_without_a_trial_of_what_they_cost() -> None:
             return super().choose(memory, legal, u)
 
     told = list[float]()
-    rollout(HEX, [Counted(HEX, 0)], episodes=3, turns=1, progress=told.append)
+    rollout(HEX, [Counted(HEX, 0)], episodes=3, turn_limit=1, progress=told.append)
     assert asked == [3]
     assert told[-1] == 1.0
 
@@ -134,21 +143,21 @@ def test_games_whose_memories_would_not_fit_together_are_played_block_by_block()
     begun = list[int]()
 
     class Remembering(Random):
-        def begin(self, observation: Array) -> Memory:
+        def initial_memory(self, observation: Array) -> Memory:
             begun.append(len(observation))
             return (np.zeros((len(observation), 2**18)),)  # two megabytes a game
 
-    found = rollout(HEX, [Remembering(HEX, 0)], episodes=70, turns=0, seed=5)
+    found = rollout(HEX, [Remembering(HEX, 0)], episodes=70, turn_limit=0, seed=5)
     assert begun == [1, 32, 32, 6]
-    assert same(found, rollout(HEX, [Random(HEX, 0)], episodes=70, turns=0, seed=5))
+    assert same(found, rollout(HEX, [Random(HEX, 0)], episodes=70, turn_limit=0, seed=5))
 
 
 HUNTS = """
 import resource
 import dmplay
 
-hunt = dmplay.load("predator-prey")
-pair = [dmplay.agent(hunt, 0, "chase"), dmplay.agent(hunt, 1, "flee")]
+hunt = dmplay.load_problem("predator-prey")
+pair = [dmplay.load_agent(hunt, 0, "chase"), dmplay.load_agent(hunt, 1, "flee")]
 for _ in range(2):  # what is made once is made
     before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
     dmplay.rollout(hunt, pair, episodes=10_000, turns=20)

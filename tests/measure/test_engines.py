@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.blocks import done, staying
-from dmplay.cli.errands import understood
+from dmplay.blocks import reuse_processes, run_blocks
+from dmplay.cli.errands import interpret_command
 from dmplay.errors import BadParameter
-from dmplay.measure.engines import Engine, engine
+from dmplay.measure.engines import ExecutionBackend, open_execution_backend
 from dmplay.rollouts import Rollout, rollout
 
-HEX = dmplay.load("hexworld")
-WALKER = [dmplay.agent(HEX, 0, "search:simulations=20")]
+HEX = dmplay.load_problem("hexworld")
+WALKER = [dmplay.load_agent(HEX, 0, "search:simulations=20")]
 RUN = ["run", "hexworld", "--episodes", "40", "--csv"]
 
 
@@ -28,12 +28,12 @@ def digest(played: Rollout) -> str:
 
 
 def test_without_a_name_this_machine_plays() -> None:
-    with engine("", 3) as found:
-        assert found == Engine(3, None)
+    with open_execution_backend("", 3) as found:
+        assert found == ExecutionBackend(3, None)
 
 
 def test_a_factory_makes_an_executor_that_is_shut_down_after() -> None:
-    with engine("concurrent.futures:ThreadPoolExecutor") as (workers, executor):
+    with open_execution_backend("concurrent.futures:ThreadPoolExecutor") as (workers, executor):
         assert workers == "auto"
         assert executor
         assert executor.submit(abs, -1).result() == 1
@@ -43,7 +43,7 @@ def test_a_factory_makes_an_executor_that_is_shut_down_after() -> None:
 
 def test_a_run_by_another_engine_is_the_same_run() -> None:
     by_threads = [*RUN, "--executor", "concurrent.futures:ThreadPoolExecutor"]
-    assert understood(by_threads) == understood(RUN)
+    assert interpret_command(by_threads) == interpret_command(RUN)
 
 
 @pytest.mark.parametrize(
@@ -55,13 +55,16 @@ def test_a_run_by_another_engine_is_the_same_run() -> None:
     ],
 )
 def test_what_is_no_engine_is_one_line(spec: str, told: str) -> None:
-    with pytest.raises(BadParameter, match=told), engine(spec):
+    with pytest.raises(BadParameter, match=told), open_execution_backend(spec):
         pass
 
 
 def test_where_dask_is_not_installed_it_is_told_how_to(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(BadParameter, match=r"try: pip install 'dmplay\[dask\]'"), engine("dask"):
+    with (
+        pytest.raises(BadParameter, match=r"try: pip install 'dmplay\[dask\]'"),
+        open_execution_backend("dask"),
+    ):
         pass
 
 
@@ -71,9 +74,11 @@ def _process(games: range) -> int:
 
 @pytest.mark.slow
 def test_processes_stay_for_the_games_that_come_next() -> None:
-    with staying():
-        first = {pid for _, pid in done(_process, range(8), size=1, workers=1)}
-        known = [{pid for _, pid in done(_process, range(8), size=1, workers=2)} for _ in range(2)]
+    with reuse_processes():
+        first = {pid for _, pid in run_blocks(_process, range(8), size=1, workers=1)}
+        known = [
+            {pid for _, pid in run_blocks(_process, range(8), size=1, workers=2)} for _ in range(2)
+        ]
     assert first == {os.getpid()}
     assert len(known[0] | known[1]) <= 2
 
@@ -99,7 +104,7 @@ def test_a_cluster_of_which_a_worker_is_killed_plays_the_same_games() -> None:
         )  # fmt: skip
         address = client.scheduler.address
         words = [*RUN, "--executor", f"dask:{address}"]
-        assert understood(words) == understood(RUN)
+        assert interpret_command(words) == interpret_command(RUN)
     assert killed
     assert digest(played) == whole
 
@@ -107,5 +112,8 @@ def test_a_cluster_of_which_a_worker_is_killed_plays_the_same_games() -> None:
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 def test_where_no_cluster_is_it_is_one_line() -> None:
-    with pytest.raises(BadParameter, match="no cluster at no://where; "), engine("dask:no://where"):
+    with (
+        pytest.raises(BadParameter, match="no cluster at no://where; "),
+        open_execution_backend("dask:no://where"),
+    ):
         pass

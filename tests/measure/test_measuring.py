@@ -10,25 +10,25 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.cli.errands import understood
+from dmplay.cli.errands import interpret_command
 from dmplay.errors import BadParameter
-from dmplay.finding.topics import topic
-from dmplay.game.checking import check
+from dmplay.finding.topics import read_topic
+from dmplay.game.checking import verify_file
 from dmplay.game.errand import Printout
 from dmplay.measure.comparing import compare
 from dmplay.measure.running import run
 from dmplay.reports import match
-from dmplay.reports.measuring import _summary, histogram
+from dmplay.reports.measuring import _run_headline, draw_histogram
 from dmplay.rollouts import rollout
-from dmplay.transcript.reading import read
+from dmplay.transcript.reading import read_transcript
 from tests.benchmarks import honest
 from tests.support.blocks import file
 
-HEX = dmplay.load("hexworld")
+HEX = dmplay.load_problem("hexworld")
 
 
 def ran(*words: str) -> str:
-    told = understood(words)
+    told = interpret_command(words)
     assert isinstance(told, str)
     return told
 
@@ -42,16 +42,18 @@ def test_intervals_hold_the_exact_value_as_often_as_they_say() -> None:
 
 
 def test_games_are_played_until_the_error_is_small() -> None:
-    found = run(HEX, [dmplay.agent(HEX, 0, "optimal")], until=0.1, seed=1)
-    assert found.earned[0].returns.error <= 0.1
+    found = run(HEX, [dmplay.load_agent(HEX, 0, "optimal")], max_standard_error=0.1, seed=1)
+    assert found.seat_summaries[0].returns.standard_error <= 0.1
     assert found.episodes == 1600
 
 
 def test_many_turns_are_told_in_plain_digits() -> None:
-    problem = dmplay.load("hexworld")
-    few = run(problem, [dmplay.agent(problem, 0, "optimal")], episodes=2)
+    problem = dmplay.load_problem("hexworld")
+    few = run(problem, [dmplay.load_agent(problem, 0, "optimal")], episodes=2)
     for turns, words in ((1.0, "1 turn each"), (4.75, "4.75 turns"), (10_000.0, "10000 turns")):
-        assert f" seed 0, {words}" in _summary(match.Match("hexworld"), few._replace(turns=turns))
+        assert f" seed 0, {words}" in _run_headline(
+            match.EvaluationRequest("hexworld"), few._replace(mean_turns=turns)
+        )
 
 
 def test_the_run_of_a_problem_tells_each_seat() -> None:
@@ -118,10 +120,10 @@ def test_luck_that_nobody_can_tell_is_left_open() -> None:
 
 
 def test_an_agent_is_never_decided_to_be_better_than_itself() -> None:
-    optimal = [dmplay.agent(HEX, 0, "optimal")]
+    optimal = [dmplay.load_agent(HEX, 0, "optimal")]
     found = compare(HEX, [optimal, optimal], episodes=500, decide=0.05)
     assert found.decided is False
-    assert found.differences[0, 1].more.mean == 0.0
+    assert found.differences[0, 1].advantage.mean == 0.0
     assert len(found.returns) == 500
 
 
@@ -139,7 +141,9 @@ def test_games_of_a_run_are_kept_and_are_those_of_its_rows(tmp_path: Path) -> No
     words = ["run", "hexworld", "--agent", "random", "--turns", "9", "--episodes", "30", "--seed"]
     words += ["4", "--record", str(tmp_path / "kept"), "--every", "20", "--worst", "1", "--best"]
     kept = json.loads(ran(*words, "2", "--json"))["kept"]
-    returns = rollout(HEX, [dmplay.agent(HEX, 0, "random")], episodes=30, turns=9, seed=4).returns
+    returns = rollout(
+        HEX, [dmplay.load_agent(HEX, 0, "random")], episodes=30, turn_limit=9, seed=4
+    ).returns
     assert [row["why"] for row in kept] == ["worst", "best", "best", "every", "every"]
     numbers = [int(Path(row["kept"]).stem.partition("-")[2]) for row in kept]
     assert numbers[-2:] == [0, 20]
@@ -147,8 +151,8 @@ def test_games_of_a_run_are_kept_and_are_those_of_its_rows(tmp_path: Path) -> No
     assert returns[numbers[0], 0] == returns.min()
     assert returns[numbers[1], 0] == returns.max()
     for number, row in zip(numbers, kept, strict=True):
-        assert check(Path(row["kept"])).ok
-        end = read(row["kept"]).end
+        assert verify_file(Path(row["kept"])).is_ok
+        end = read_transcript(row["kept"]).end_block
         assert end
         told = end["end"]
         assert isinstance(told, dict)
@@ -158,7 +162,7 @@ def test_games_of_a_run_are_kept_and_are_those_of_its_rows(tmp_path: Path) -> No
 def test_a_run_of_so_many_turns_is_played_as_a_game_of_so_many(tmp_path: Path) -> None:
     words = ["run", "catch", "--agent", "optimal", "--turns", "3", "--episodes", "2", "--record"]
     (row,) = json.loads(ran(*words, str(tmp_path / "a"), "--best", "1", "--json"))["kept"]
-    assert read(row["kept"]).header.seats == {"agent": "optimal:horizon=3"}
+    assert read_transcript(row["kept"]).header.seats == {"agent": "optimal:horizon=3"}
 
 
 def test_an_interruption_tells_what_was_played() -> None:
@@ -166,15 +170,15 @@ def test_an_interruption_tells_what_was_played() -> None:
         if share > 0.4:
             raise KeyboardInterrupt
 
-    optimal, other = ([dmplay.agent(HEX, 0, name)] for name in ("optimal", "random"))
+    optimal, other = ([dmplay.load_agent(HEX, 0, name)] for name in ("optimal", "random"))
     with ThreadPoolExecutor(1) as thread:
         many: dict[str, Any] = {"episodes": 200, "seed": 5, "workers": 4, "executor": thread}
         found = run(HEX, optimal, progress=stop, **many)
         both = compare(HEX, [optimal, other], progress=stop, **many)
-    assert (found.short, both.short) == ("interrupted", "interrupted")
+    assert (found.shortfall_reason, both.shortfall_reason) == ("interrupted", "interrupted")
     whole = rollout(HEX, optimal, episodes=200, seed=5)
     assert 0 < found.episodes < 200
-    assert np.array_equal(found.played.returns, whole.returns[found.games])
+    assert np.array_equal(found.rollout.returns, whole.returns[found.episode_numbers])
     assert 0 < len(both.returns) < 200
 
 
@@ -189,16 +193,16 @@ def test_what_one_game_leaves_open_is_null_in_json() -> None:
 
 
 def test_a_report_that_was_cut_short_says_so() -> None:
-    assert match.told("text", "") == Printout("text")
-    stopped = match.told("text", "interrupted")
-    assert (stopped.text, stopped.code) == ("text", 130)
-    assert stopped.errors == "interrupted: this is what was played by then"
-    assert match.told("text", "games 0 to 9 were lost: why").code == 1
+    assert match.make_report("text", "") == Printout("text")
+    stopped = match.make_report("text", "interrupted")
+    assert (stopped.text, stopped.exit_code) == ("text", 130)
+    assert stopped.stderr_text == "interrupted: this is what was played by then"
+    assert match.make_report("text", "games 0 to 9 were lost: why").exit_code == 1
 
 
 def test_a_histogram_shows_where_returns_lie() -> None:
-    assert histogram(np.array([0.0, 0.0, 1.0])) == ("█          ▄", 0.0, 1.0)
-    assert histogram(np.array([2.0, 2.0])) == ("█           ", 2.0, 2.0)
+    assert draw_histogram(np.array([0.0, 0.0, 1.0])) == ("█          ▄", 0.0, 1.0)
+    assert draw_histogram(np.array([2.0, 2.0])) == ("█           ", 2.0, 2.0)
 
 
 @pytest.mark.parametrize(
@@ -237,26 +241,26 @@ def test_a_histogram_shows_where_returns_lie() -> None:
 )
 def test_what_cannot_be_measured_is_one_line(words: list[str], told: str) -> None:
     with pytest.raises((BadParameter, LookupError), match=told.replace("(", r"\(")):
-        understood(words)
+        interpret_command(words)
 
 
 def test_of_no_games_there_is_nothing_to_measure() -> None:
-    dilemma = dmplay.load("prisoners-dilemma")
-    grim = [dmplay.agent(dilemma, seat, "grim") for seat in range(2)]
+    dilemma = dmplay.load_problem("prisoners-dilemma")
+    grim = [dmplay.load_agent(dilemma, seat, "grim") for seat in range(2)]
     wanted = "^episodes: got 0, expected a whole number, 1 or more$"
     with pytest.raises(BadParameter, match=wanted):
         run(dilemma, grim, episodes=0)
     with pytest.raises(BadParameter, match=wanted):
         compare(dilemma, [grim, grim], episodes=0)
     with pytest.raises(BadParameter, match=wanted):
-        dmplay.tournament(dilemma, {"one": grim, "other": grim}, episodes=0)
+        dmplay.run_tournament(dilemma, {"one": grim, "other": grim}, episodes=0)
 
 
 def test_a_game_without_end_is_played_as_long_as_it_counts_and_its_value_is_told(
     tmp_path: Path,
 ) -> None:
     tiger = tmp_path / "tiger.pomdp"
-    tiger.write_text(file(topic("files"), "tiger.pomdp").replace("0.95", "0.2"))
+    tiger.write_text(file(read_topic("files"), "tiger.pomdp").replace("0.95", "0.2"))
     told = ran("run", str(tiger), "--agent", "optimal", "--episodes", "2")
     assert " 2 games of seed 0, 13 turns each" in told
     assert "\noptimal:horizon=13: value -1.01744 at the start\n" in told
@@ -266,5 +270,5 @@ def test_a_game_without_end_is_played_as_long_as_it_counts_and_its_value_is_told
 
 def test_where_no_agent_knows_a_problem_chance_plays_it(tmp_path: Path) -> None:
     pendulum = tmp_path / "pendulum.py"
-    pendulum.write_text(file(topic("problems"), "pendulum.py"))
+    pendulum.write_text(file(read_topic("problems"), "pendulum.py"))
     assert "\nagent  random  " in ran("run", f"{pendulum}", "--episodes", "2", "--turns", "2")

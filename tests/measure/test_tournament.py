@@ -17,28 +17,28 @@ import pytest
 import dmplay
 from dmplay import disk
 from dmplay.chance import Array, Bools, Reals
-from dmplay.cli.errands import understood
+from dmplay.cli.errands import interpret_command
 from dmplay.core import Memory, Policy
 from dmplay.errors import BadParameter, BadPolicy, IllegalAction, UnknownName
 from dmplay.measure.estimate import Estimate
-from dmplay.measure.tournament import Played, Tournament, tournament
+from dmplay.measure.tournament import ReturnsBySeating, TournamentResult, run_tournament
 from dmplay.policies.general import Random
-from dmplay.reports.kept import Kept
-from dmplay.reports.tournaments import _standing, _standings
+from dmplay.reports.kept import TournamentCheckpoint
+from dmplay.reports.tournaments import _standing_rows, _standing_table_row
 from tests.support.programs import run
 from tests.support.terminals import clean_environment
 
-DILEMMA = dmplay.load("prisoners-dilemma")
+DILEMMA = dmplay.load_problem("prisoners-dilemma")
 ROCK = """
 import numpy as np
 
 class Rock:
-    draws = 0
+    uniform_count = 0
     def __init__(self, problem, seat): pass
-    def begin(self, observation): return (np.zeros(len(observation)),)
-    def update(self, memory, percept): return memory
+    def initial_memory(self, observation): return (np.zeros(len(observation)),)
+    def update_memory(self, memory, percept): return memory
     def choose(self, memory, legal, u): return np.zeros(len(u), int)
-    def values(self, memory): return None
+    def action_values(self, memory): return None
 """
 BOT = """
 import json, sys
@@ -53,72 +53,74 @@ WORDS = ["tournament", "prisoners-dilemma", "grim", "always-defect", "--turns", 
 
 
 def policies(*names: str) -> dict[str, list[Policy]]:
-    return {name: [dmplay.agent(DILEMMA, seat, name) for seat in (0, 1)] for name in names}
+    return {name: [dmplay.load_agent(DILEMMA, seat, name) for seat in (0, 1)] for name in names}
 
 
-def met(*names: str, turns: int = 5, played: Played | None = None) -> Tournament:
-    return tournament(DILEMMA, policies(*names), episodes=3, turns=turns, played=played)
+def met(*names: str, turns: int = 5, played: ReturnsBySeating | None = None) -> TournamentResult:
+    return run_tournament(
+        DILEMMA, policies(*names), episodes=3, turns=turns, returns_by_seating=played
+    )
 
 
 def test_the_cross_table_is_what_the_rules_of_the_game_pay() -> None:
     found = met("grim", "always-defect")
-    assert found.table.tolist() == [[[-5, -5], [-16, -12]], [[-12, -16], [-15, -15]]]
-    assert [one.mean for one in found.earned] == [-10.5, -13.5]
+    assert found.mean_returns.tolist() == [[[-5, -5], [-16, -12]], [[-12, -16], [-15, -15]]]
+    assert [one.mean for one in found.return_estimates] == [-10.5, -13.5]
 
 
 def test_the_entrants_are_the_actions_of_a_game() -> None:
     found = met("grim", "always-defect")
-    assert found.replies == (0, 1)
+    assert found.best_replies == (0, 1)
     assert found.equilibrium is not None
     assert found.equilibrium[0].tolist() == [1.0, 0.0]
     assert found.regrets is not None
     assert found.regrets.tolist() == [0.0, 7.0]
-    assert found.gain == 0.0
+    assert found.exploitability == 0.0
 
 
 def test_nobody_loses_anything_by_its_part_of_the_equilibrium() -> None:
-    problem = dmplay.load("rock-paper-scissors")
+    problem = dmplay.load_problem("rock-paper-scissors")
     rows = [[0.0, 1.7, -1.0], [-1.0, 0.0, 1.3], [1.0, -1.7, 0.0]]
-    played: Played = {
+    played: ReturnsBySeating = {
         (i, j): np.array([[paid, -paid]] * 2)
         for i, row in enumerate(rows)
         for j, paid in enumerate(row)
     }
-    policy = dmplay.agent(problem, 0, "random")
-    found = tournament(problem, dict.fromkeys("abc", [policy] * 2), played=played)
+    policy = dmplay.load_agent(problem, 0, "random")
+    found = run_tournament(problem, dict.fromkeys("abc", [policy] * 2), returns_by_seating=played)
     assert found.regrets is not None
     assert found.regrets.tolist() == [0.0, 0.0, 0.0]
 
 
 def test_what_was_played_is_not_played_again(tmp_path: Path) -> None:
-    kept = Kept(tmp_path / "cup.jsonl", {"seed": 0})
+    kept = TournamentCheckpoint(tmp_path / "cup.jsonl", {"seed": 0})
     whole = met("grim", "always-defect", played=kept)
-    again = Kept(tmp_path / "cup.jsonl", {"seed": 0})
+    again = TournamentCheckpoint(tmp_path / "cup.jsonl", {"seed": 0})
     assert {seats: returns.tolist() for seats, returns in again.items()} == {
         seats: returns.tolist() for seats, returns in kept.items()
     }
     again[0, 0] = np.full((3, 2), 7.0)  # as if it had been played so
     found = met("grim", "always-defect", played=again)
-    assert found.table[0, 0].tolist() == [7.0, 7.0]
-    assert np.array_equal(found.table[0, 1], whole.table[0, 1])
+    assert found.mean_returns[0, 0].tolist() == [7.0, 7.0]
+    assert np.array_equal(found.mean_returns[0, 1], whole.mean_returns[0, 1])
 
 
 def test_a_file_of_another_tournament_is_refused(tmp_path: Path) -> None:
-    Kept(tmp_path / "cup.jsonl", {"seed": 0})[0, 0] = np.zeros((1, 2))
+    TournamentCheckpoint(tmp_path / "cup.jsonl", {"seed": 0})[0, 0] = np.zeros((1, 2))
     with pytest.raises(BadParameter, match=r"cup.jsonl: of another tournament; name another file"):
-        Kept(tmp_path / "cup.jsonl", {"seed": 1})
+        TournamentCheckpoint(tmp_path / "cup.jsonl", {"seed": 1})
 
 
 def test_what_is_kept_may_be_of_any_size_and_is_gone_on_with_after_a_kill(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     path = tmp_path / "cup"
-    Kept(path, {"seed": 0})[0, 0] = np.zeros((9, 2))
+    TournamentCheckpoint(path, {"seed": 0})[0, 0] = np.zeros((9, 2))
     whole = path.read_bytes()
-    monkeypatch.setattr(disk, "LARGEST", 100)
+    monkeypatch.setattr(disk, "MAX_FILE_BYTES", 100)
     assert len(whole) > 100
     path.write_bytes(whole + whole[30:60])  # a line that was not written to its end
-    again = Kept(path, {"seed": 0})
+    again = TournamentCheckpoint(path, {"seed": 0})
     assert [*again] == [(0, 0)]
     again[0, 1] = np.ones((1, 2))
     assert path.read_bytes() == whole + b'{"seats": [0, 1], "returns": [[1.0, 1.0]]}\n'
@@ -130,14 +132,14 @@ def test_what_is_kept_may_be_of_any_size_and_is_gone_on_with_after_a_kill(
     ):
         path.write_bytes(text)
         with pytest.raises(BadParameter, match=told):
-            Kept(path, {"seed": 0})
+            TournamentCheckpoint(path, {"seed": 0})
 
 
 def test_a_tournament_is_told_as_data(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.chdir(tmp_path)
-    told = understood([*WORDS, "--episodes", "2", "--json", "-o", "cup.jsonl"])
+    told = interpret_command([*WORDS, "--episodes", "2", "--json", "-o", "cup.jsonl"])
     assert isinstance(told, str)
-    assert told == understood([*WORDS, "--episodes", "2", "--json", "-o", "cup.jsonl"])
+    assert told == interpret_command([*WORDS, "--episodes", "2", "--json", "-o", "cup.jsonl"])
     best, other = json.loads(told)["standings"]
     assert (best["entrant"], best["mean return"], best["regret"]) == ("grim", -10.5, 0.0)
     assert other["best reply to it"] == "always-defect"
@@ -145,11 +147,16 @@ def test_a_tournament_is_told_as_data(monkeypatch: pytest.MonkeyPatch, tmp_path:
 
 def test_the_exact_equilibrium_is_met_by_all() -> None:
     nash = policies("nash")["nash"]
-    found = tournament(DILEMMA, policies("grim", "always-defect"), exact=nash, episodes=3, turns=5)
-    assert found.exact is not None
-    assert [one.mean for one in found.exact] == [1.0, 0.0]  # who cooperates once loses a year
+    found = run_tournament(
+        DILEMMA, policies("grim", "always-defect"), equilibrium_policies=nash, episodes=3, turns=5
+    )
+    assert found.exact_regrets is not None
+    assert [one.mean for one in found.exact_regrets] == [
+        1.0,
+        0.0,
+    ]  # who cooperates once loses a year
     words = ["tournament", "rock-paper-scissors", "random", "beat-last", "--turns", "2", "--json"]
-    rows = json.loads(str(understood([*words, "--episodes", "3"])))
+    rows = json.loads(str(interpret_command([*words, "--episodes", "3"])))
     assert rows["equilibrium"] == "nash"
     assert all("exact regret" in row for row in rows["standings"])
 
@@ -163,13 +170,15 @@ def test_a_tournament_that_is_interrupted_tells_what_was_played() -> None:
             raise KeyboardInterrupt
 
     entrants = policies("grim", "always-defect")
-    found = tournament(DILEMMA, entrants, episodes=3, turns=5, progress=stop)
-    assert found.short == "interrupted"
-    assert found.table[0, 0].tolist() == [-5, -5]
-    assert np.isnan(found.table[1, 1]).all()
-    assert (found.equilibrium, found.exact) == (None, None)
-    first = found._replace(earned=(Estimate(np.nan, np.inf, -np.inf, np.inf), found.earned[0]))
-    rows = [_standing(row) for row in _standings(first)]
+    found = run_tournament(DILEMMA, entrants, episodes=3, turns=5, progress=stop)
+    assert found.shortfall_reason == "interrupted"
+    assert found.mean_returns[0, 0].tolist() == [-5, -5]
+    assert np.isnan(found.mean_returns[1, 1]).all()
+    assert (found.equilibrium, found.exact_regrets) == (None, None)
+    first = found._replace(
+        return_estimates=(Estimate(np.nan, np.inf, -np.inf, np.inf), found.return_estimates[0])
+    )
+    rows = [_standing_table_row(row) for row in _standing_rows(first)]
     assert [row["entrant"] for row in rows] == ["always-defect", "grim"]
     assert rows[1]["mean return"] == "-"
 
@@ -185,7 +194,7 @@ def test_an_error_tells_in_whose_games_it_came_up() -> None:
     sides = {"fair": Random, "wrong": Ninth}
     each = {name: [make(DILEMMA, seat) for seat in range(2)] for name, make in sides.items()}
     with pytest.raises(BadPolicy, match=r"^fair and wrong: turn 1, agent2: got action 9, expected"):
-        tournament(DILEMMA, each, episodes=2)
+        run_tournament(DILEMMA, each, episodes=2)
     for watch in (None, lambda share: None):  # played at once, and tried before
         playing = partial(dmplay.compare, DILEMMA, [*each.values()], episodes=2, progress=watch)
         with pytest.raises(BadPolicy, match=r"^wrong: turn 1, agent1: got action 9"):
@@ -196,12 +205,12 @@ def test_an_error_tells_in_whose_games_it_came_up() -> None:
 
 def test_entrants_may_keep_the_order_in_which_they_are_named(tmp_path: Path) -> None:
     words = [*WORDS, "--episodes", "2", "--seats", "given", "-o", str(tmp_path / "cup")]
-    told = str(understood(words))
+    told = str(interpret_command(words))
     assert told.startswith("prisoners-dilemma: 3 seatings of 2 games")
-    assert str(understood([*words, "--json"])).count("[null, null]") == 1
+    assert str(interpret_command([*words, "--json"])).count("[null, null]") == 1
     assert (tmp_path / "cup").read_text().count("returns") == 3
     with pytest.raises(BadParameter, match="of another tournament"):
-        understood([*words, "--seats", "all"])
+        interpret_command([*words, "--seats", "all"])
 
 
 @pytest.mark.slow
@@ -228,33 +237,33 @@ def test_programs_and_files_enter_and_a_killed_tournament_goes_on(tmp_path: Path
 
 
 def test_three_who_hunt_have_a_table_for_each_seat() -> None:
-    hunt = dmplay.load("predator-prey:circle", predators=2)
+    hunt = dmplay.load_problem("predator-prey:circle", predators=2)
     assert len(hunt.agents) == 3
     both = ("random", "search:simulations=2,depth=1")
-    names = {name: [dmplay.agent(hunt, seat, name) for seat in range(3)] for name in both}
-    found = tournament(hunt, names, episodes=2, turns=2)
-    assert found.table.shape == (2, 2, 2, 3)
-    assert found.exact is None
+    names = {name: [dmplay.load_agent(hunt, seat, name) for seat in range(3)] for name in both}
+    found = run_tournament(hunt, names, episodes=2, turns=2)
+    assert found.mean_returns.shape == (2, 2, 2, 3)
+    assert found.exact_regrets is None
 
 
 def test_three_seats_have_an_equilibrium_too_and_what_is_to_be_gained_in_it() -> None:
     """All but the last seat want what the first does; the last wants it the other way round."""
-    hunt = dmplay.load("predator-prey:circle", predators=2)
-    policy = [dmplay.agent(hunt, seat, "random") for seat in range(3)]
-    played: Played = {
+    hunt = dmplay.load_problem("predator-prey:circle", predators=2)
+    policy = [dmplay.load_agent(hunt, seat, "random") for seat in range(3)]
+    played: ReturnsBySeating = {
         seats: np.array([[paid, paid, -paid]] * 2)
         for seats in product(range(2), repeat=3)
         for paid in [float(len({*seats}) == 1) + 0.5 * (seats == (1, 1, 1))]
     }
-    found = tournament(hunt, {"a": policy, "b": policy}, played=played)
-    assert found.replies == (0, 1)
+    found = run_tournament(hunt, {"a": policy, "b": policy}, returns_by_seating=played)
+    assert found.best_replies == (0, 1)
     assert found.equilibrium is not None
     assert found.regrets is not None
-    assert found.gain is not None
-    assert 0.0 <= found.gain < 0.05
+    assert found.exploitability is not None
+    assert 0.0 <= found.exploitability < 0.05
     for seat, mix in enumerate(found.equilibrium):
-        worth = np.einsum("ijk,jk->i", *_others(found.table, found.equilibrium, seat))
-        assert worth.max() - mix @ worth <= found.gain + 1e-12
+        worth = np.einsum("ijk,jk->i", *_others(found.mean_returns, found.equilibrium, seat))
+        assert worth.max() - mix @ worth <= found.exploitability + 1e-12
 
 
 def _others(table: Reals, mixes: tuple[Reals, ...], seat: int) -> tuple[Reals, Reals]:
@@ -275,7 +284,7 @@ def _others(table: Reals, mixes: tuple[Reals, ...], seat: int) -> tuple[Reals, R
 )
 def test_what_is_no_tournament_is_one_line(words: list[str], told: str) -> None:
     with pytest.raises((BadParameter, UnknownName), match=re.escape(told)):
-        understood(words)
+        interpret_command(words)
 
 
 @pytest.mark.slow
@@ -290,4 +299,4 @@ def test_the_standings_are_those_of_the_axelrod_package() -> None:
     result = axelrod.Tournament(players, turns=20, repetitions=1, game=game).play(
         progress_bar=False
     )
-    assert np.allclose(found.table[:, :, 0] / 20, result.payoff_matrix)
+    assert np.allclose(found.mean_returns[:, :, 0] / 20, result.payoff_matrix)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from dmplay.chance import Reals
-from dmplay.solvers.double_description import cut, simplicial
+from dmplay.solvers.double_description import cut_cone, make_simplicial_cone
 
 
 def equilibria(payoffs: Reals) -> Reals:
@@ -13,9 +13,9 @@ def equilibria(payoffs: Reals) -> Reals:
     other. The corners are listed exactly, which small games allow.
     """
     shape = payoffs.shape[:2]
-    cone = simplicial(np.eye(shape[0] * shape[1]))
+    cone = make_simplicial_cone(np.eye(shape[0] * shape[1]))
     for swap in _swaps(payoffs):
-        cone = cut(cone, swap.reshape(-1))
+        cone = cut_cone(cone, swap.reshape(-1))
     return cone.rays.reshape(-1, *shape)
 
 

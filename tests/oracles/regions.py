@@ -7,9 +7,9 @@ import numpy as np
 
 from dmplay.chance import Reals
 from dmplay.errors import BadParameter
-from dmplay.solvers.alpha_vectors import Stage
-from dmplay.solvers.double_description import SLACK
-from dmplay.solvers.envelope import Envelope, envelope
+from dmplay.solvers.alpha_vectors import AlphaVectorStage
+from dmplay.solvers.double_description import BORDER_TOLERANCE
+from dmplay.solvers.envelope import UpperEnvelope, compute_upper_envelope
 
 Edge = frozenset[int]  # two corners of the envelope
 
@@ -23,12 +23,12 @@ class Piece(NamedTuple):
     share: float  # of the area of the triangle
 
 
-def pieces(stage: Stage, a: int) -> list[Piece]:
+def pieces(stage: AlphaVectorStage, a: int) -> list[Piece]:
     """The pieces of the region where an action is best, largest first."""
-    if stage.vectors.shape[1] != 3:
-        raise BadParameter(f"got {stage.vectors.shape[1]} states, expected 3")
-    cells = envelope(stage.vectors)
-    rings = {k: _ring(cells, k) for k in np.flatnonzero(stage.actions[:, a]).tolist()}
+    if stage.alpha_vectors.shape[1] != 3:
+        raise BadParameter(f"got {stage.alpha_vectors.shape[1]} states, expected 3")
+    cells = compute_upper_envelope(stage.alpha_vectors)
+    rings = {k: _ring(cells, k) for k in np.flatnonzero(stage.first_action_mask[:, a]).tolist()}
     found = []
     while rings:
         piece = _grown(rings, [min(rings)])
@@ -36,10 +36,10 @@ def pieces(stage: Stage, a: int) -> list[Piece]:
     return sorted(found, key=lambda piece: -round(piece.share, 9))
 
 
-def _ring(cells: Envelope, k: int) -> list[int]:
+def _ring(cells: UpperEnvelope, k: int) -> list[int]:
     """The corners of a cell, in the order of a walk around it."""
-    corners = np.flatnonzero(cells.touching[:, k])
-    x, y = (cells.beliefs[corners, :2] - cells.beliefs[corners, :2].mean(axis=0)).T
+    corners = np.flatnonzero(cells.touching_vectors[:, k])
+    x, y = (cells.corner_beliefs[corners, :2] - cells.corner_beliefs[corners, :2].mean(axis=0)).T
     return [int(corner) for corner in corners[np.argsort(np.arctan2(y, x))]]
 
 
@@ -55,15 +55,17 @@ def _grown(rings: dict[int, list[int]], piece: list[int]) -> list[int]:
     return piece
 
 
-def _piece(cells: Envelope, rings: dict[int, list[int]]) -> Piece:
+def _piece(cells: UpperEnvelope, rings: dict[int, list[int]]) -> Piece:
     border = Counter(edge for ring in rings.values() for edge in _edges(ring))
     outside = [sorted(edge) for edge, times in border.items() if times == 1]
-    bends = [corner for corner in _corners(outside) if _bends(cells.beliefs, outside, corner)]
+    bends = [
+        corner for corner in _corners(outside) if _bends(cells.corner_beliefs, outside, corner)
+    ]
     return Piece(
         tuple(rings),
         frozenset(corner for ring in rings.values() for corner in ring),
-        cells.beliefs[bends],
-        sum(_share(cells.beliefs[ring]) for ring in rings.values()),
+        cells.corner_beliefs[bends],
+        sum(_share(cells.corner_beliefs[ring]) for ring in rings.values()),
     )
 
 
@@ -74,7 +76,7 @@ def _corners(edges: list[list[int]]) -> list[int]:
 def _bends(beliefs: Reals, edges: list[list[int]], corner: int) -> bool:
     """Whether the border turns in a corner: the other ends of its edges do not lie opposite."""
     ends = np.array([b if a == corner else a for a, b in edges if corner in (a, b)])
-    return len(ends) > 2 or _share(beliefs[[ends[0], corner, ends[1]]]) > SLACK
+    return len(ends) > 2 or _share(beliefs[[ends[0], corner, ends[1]]]) > BORDER_TOLERANCE
 
 
 def _share(ring: Reals) -> float:

@@ -3,8 +3,8 @@
 import numpy as np
 
 from dmplay.chance import Reals
-from dmplay.solvers.matrix_game import Profile, responses
-from dmplay.solvers.value_iteration import best
+from dmplay.solvers.matrix_game import MixedProfile, compute_response_values
+from dmplay.solvers.value_iteration import mark_best_actions
 
 
 def correlated_gains(payoffs: Reals, joint: Reals) -> Reals:
@@ -19,9 +19,12 @@ def correlated_gains(payoffs: Reals, joint: Reals) -> Reals:
     return np.array([max(first.max(), 0.0), max(second.max(), 0.0)])
 
 
-def best_responses(payoffs: Reals, profile: Profile) -> tuple[list[int], list[int]]:
+def best_responses(payoffs: Reals, profile: MixedProfile) -> tuple[list[int], list[int]]:
     """All best responses of each agent to the other's strategy."""
-    first, second = (np.flatnonzero(best(v)).tolist() for v in responses(payoffs, profile))
+    first, second = (
+        np.flatnonzero(mark_best_actions(v)).tolist()
+        for v in compute_response_values(payoffs, profile)
+    )
     return first, second
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import pyspiel
 
 from dmplay.chance import Array, Reals
-from dmplay.core import Problem, exact_start, possible
+from dmplay.core import Problem, enumerate_possible_outcomes, initial_state_distribution
 
 Histories = tuple[tuple[object, ...], ...]  # of each agent
 
@@ -32,11 +32,11 @@ class Tree:
         return pyspiel.load_efg_game("\n".join([f'EFG 2 R "ours" {{ {agents} }}', *self._start()]))
 
     def _start(self) -> Iterator[str]:
-        chances, states = exact_start(self.problem)
+        chances, states = initial_state_distribution(self.problem)
         nothing = np.zeros(len(self.problem.agents))
         yield from self._drawn(chances)
         for state in states:
-            first = () if self.problem.hidden else (state.tobytes(),)
+            first = () if self.problem.partially_observable else (state.tobytes(),)
             yield from self._node(state, tuple(first for _ in nothing), nothing, 0)
 
     def _drawn(self, chances: Reals) -> Iterator[str]:
@@ -72,13 +72,17 @@ class Tree:
     ) -> Iterator[str]:
         problem, key = self.problem, (state.tobytes(), *chosen)
         if key not in self._known:
-            _, chances, outcome = possible(problem, state[None], np.array([chosen]))
+            _, chances, outcome = enumerate_possible_outcomes(
+                problem, state[None], np.array([chosen])
+            )
             self._known[key] = chances, [*zip(*outcome, strict=True)]
         chances, every = self._known[key]
         yield from self._drawn(chances)
         for s2, rewards, seen in every:
             told = [
-                (chosen[seat], int(seen[seat])) if problem.hidden else (*chosen, s2.tobytes())
+                (chosen[seat], int(seen[seat]))
+                if problem.partially_observable
+                else (*chosen, s2.tobytes())
                 for seat in range(len(known))
             ]
             after = tuple((*before, new) for before, new in zip(known, told, strict=True))

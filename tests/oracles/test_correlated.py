@@ -42,7 +42,7 @@ def test_the_corners_are_in_equilibrium_and_hold_every_nash_equilibrium(seed: in
         assert joint.min() >= 0
         assert joint.sum() == pytest.approx(1)
         assert (correlated_gains(payoffs, joint) <= 1e-9).all()
-    equilibria = matrix_game.nash(payoffs)
+    equilibria = matrix_game.enumerate_equilibria(payoffs)
     for profile in equilibria:
         joint = np.outer(*profile)
         weights = np.linalg.lstsq(

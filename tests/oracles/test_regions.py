@@ -5,14 +5,14 @@ from dmplay.chance import Reals
 from dmplay.errors import BadParameter
 from dmplay.problems.machine_replacement import MachineReplacement
 from dmplay.solvers import alpha_vectors
-from dmplay.solvers.alpha_vectors import Stage
+from dmplay.solvers.alpha_vectors import AlphaVectorStage
 from tests.oracles.regions import pieces
 
 MANUFACTURE = 0
 
 
-def stage(vectors: Reals, roots: list[int]) -> Stage:
-    return Stage((), vectors, np.eye(max(roots) + 1, dtype=bool)[roots])
+def stage(vectors: Reals, roots: list[int]) -> AlphaVectorStage:
+    return AlphaVectorStage((), vectors, np.eye(max(roots) + 1, dtype=bool)[roots])
 
 
 CORNERS = np.eye(3)
@@ -49,19 +49,19 @@ def test_pieces_that_meet_in_a_point_are_two() -> None:
 
 
 def test_an_action_that_is_nowhere_best_has_no_piece() -> None:
-    assert pieces(Stage((), CORNERS, np.array([[True, False]] * 3)), 1) == []
+    assert pieces(AlphaVectorStage((), CORNERS, np.array([[True, False]] * 3)), 1) == []
 
 
 def test_the_triangle_is_shared_out() -> None:
     machine = MachineReplacement()
-    for one in alpha_vectors.stages(machine.tables, 1.0, 20)[1::3]:
+    for one in alpha_vectors.solve_finite_horizon(machine.tables, 1.0, 20)[1::3]:
         shares = [piece.share for a in range(4) for piece in pieces(one, a)]
         assert sum(shares) == pytest.approx(1, abs=1e-9)
 
 
 def test_manufacture_has_two_pieces_fourteen_turns_before_the_end() -> None:
     machine = MachineReplacement()
-    found = alpha_vectors.stages(machine.tables, 1.0, 14)[-1]
+    found = alpha_vectors.solve_finite_horizon(machine.tables, 1.0, 14)[-1]
     main, small = pieces(found, MANUFACTURE)
     assert small.share == pytest.approx(0.0073042520578980395, abs=1e-12)
     assert len(small.outline) == 4

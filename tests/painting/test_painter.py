@@ -11,8 +11,8 @@ from rich.text import Text
 
 from dmplay import styles
 from dmplay.painting.painter import Painter
-from dmplay.painting.pen import pen, turned
-from dmplay.painting.writing import Place
+from dmplay.painting.pen import encode_sgr_change, parse_sgr_codes
+from dmplay.painting.writing import ScreenPosition
 from tests.support.screens import Easel, Paper
 
 COLUMNS, ROWS = 24, 6
@@ -22,10 +22,10 @@ STYLES = (
 )  # fmt: skip
 
 
-def painted(*frames: Text, cursor: Place | None = None) -> Easel:
+def painted(*frames: Text, cursor: ScreenPosition | None = None) -> Easel:
     """An easel on which these frames were painted one after the other."""
     easel = Easel(Paper(), COLUMNS, ROWS)
-    easel.enter()
+    easel.enter_screen()
     for frame in frames:
         easel.paint(frame, cursor)
     return easel
@@ -114,25 +114,25 @@ def test_many_blanks_are_erased_and_jumped_over() -> None:
 
 
 def test_the_pen_changes_in_few_codes() -> None:
-    tile, other = pen("1;38;5;16;48;5;255"), pen("1;38;5;16;48;5;230")
-    assert turned(tile, other) == "\x1b[48;5;230m"
-    assert turned(tile, pen("1")) == "\x1b[0;1m"
-    assert turned(pen("1;31"), pen("1")) == "\x1b[39m"
-    assert turned(pen("1"), pen("2")) == "\x1b[0;2m"
-    assert turned(pen("1;2;31"), pen("1;31")) == "\x1b[22;1m"
-    assert turned(tile, pen("")) == "\x1b[m"
-    assert turned(pen(""), pen("")) == ""
+    tile, other = parse_sgr_codes("1;38;5;16;48;5;255"), parse_sgr_codes("1;38;5;16;48;5;230")
+    assert encode_sgr_change(tile, other) == "\x1b[48;5;230m"
+    assert encode_sgr_change(tile, parse_sgr_codes("1")) == "\x1b[0;1m"
+    assert encode_sgr_change(parse_sgr_codes("1;31"), parse_sgr_codes("1")) == "\x1b[39m"
+    assert encode_sgr_change(parse_sgr_codes("1"), parse_sgr_codes("2")) == "\x1b[0;2m"
+    assert encode_sgr_change(parse_sgr_codes("1;2;31"), parse_sgr_codes("1;31")) == "\x1b[22;1m"
+    assert encode_sgr_change(tile, parse_sgr_codes("")) == "\x1b[m"
+    assert encode_sgr_change(parse_sgr_codes(""), parse_sgr_codes("")) == ""
 
 
 def test_a_frame_that_is_the_same_writes_nothing() -> None:
-    easel = painted(frame(Text("still")), cursor=Place(2, 0))
+    easel = painted(frame(Text("still")), cursor=ScreenPosition(2, 0))
     start = easel.paper.tell()
-    easel.paint(frame(Text("still")), Place(2, 0))
+    easel.paint(frame(Text("still")), ScreenPosition(2, 0))
     assert easel.paper.getvalue()[start:] == ""
 
 
-@pytest.mark.parametrize("place", [Place(0, 0), Place(5, 3)])
-def test_the_real_cursor_stands_where_it_is_told_and_hides_otherwise(place: Place) -> None:
+@pytest.mark.parametrize("place", [ScreenPosition(0, 0), ScreenPosition(5, 3)])
+def test_the_real_cursor_stands_where_it_is_told_and_hides_otherwise(place: ScreenPosition) -> None:
     easel = painted(frame(Text("some")), cursor=place)
     cursor = easel.paper.screen.cursor
     assert (cursor.x, cursor.y, cursor.hidden) == (*place, False)
@@ -157,7 +157,7 @@ def test_another_size_is_painted_whole() -> None:
 )
 def test_a_theme_says_which_weights_and_colours_are_written(theme: str, codes: list[str]) -> None:
     wanted = ("bold blue", "dim", "bright_cyan", "")
-    found = [row[0][1] for row in styles.rows(frame_of(wanted), theme)]
+    found = [row[0][1] for row in styles.to_styled_rows(frame_of(wanted), theme)]
     assert found == codes
 
 
@@ -168,9 +168,9 @@ def frame_of(wanted: tuple[str, ...]) -> Text:
 def test_what_leaves_the_screen_gives_it_back() -> None:
     paper = io.StringIO()
     painter = Painter(paper, "default")
-    painter.enter()
-    painter.listen()
-    painter.leave()
+    painter.enter_screen()
+    painter.enable_input_reports()
+    painter.leave_screen()
     stream = pyte.Stream(pyte.Screen(COLUMNS, ROWS))
     stream.feed(paper.getvalue())
     assert paper.getvalue().endswith("\x1b[?2004l\x1b[m\x1b[?1049l\x1b[?25h")

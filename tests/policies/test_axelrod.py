@@ -9,7 +9,7 @@ import pytest
 import dmplay
 from dmplay.errors import BadPolicy, UnknownName
 
-GAME = dmplay.load("prisoners-dilemma")
+GAME = dmplay.load_problem("prisoners-dilemma")
 ROUNDS = 12
 OURS = {
     "tit-for-tat": "TitForTat",
@@ -27,8 +27,8 @@ THEIRS = ("Alternator", "HardTitForTat", "Gradual", "Prober", "ContriteTitForTat
 
 
 def played(agents: list[str]) -> list[tuple[int, int]]:
-    seated = [dmplay.agent(GAME, seat, name) for seat, name in enumerate(agents)]
-    session = dmplay.Session(GAME, dmplay.Dice(1), seated, limit=ROUNDS)
+    seated = [dmplay.load_agent(GAME, seat, name) for seat, name in enumerate(agents)]
+    session = dmplay.Session(GAME, dmplay.SeededUniforms(1), seated, turn_limit=ROUNDS)
     turns = [session.advance() for _ in range(ROUNDS)]
     return [(int(a), int(b)) for a, b in (turn.actions for turn in turns)]
 
@@ -60,22 +60,22 @@ def test_a_strategy_that_draws_follows_the_dice() -> None:
 
 @pytest.mark.slow
 def test_a_strategy_can_be_sent_to_a_worker() -> None:
-    players = [dmplay.agent(GAME, seat, "axelrod:Gradual") for seat in range(2)]
-    here = dmplay.rollout(GAME, players, episodes=2, turns=3)
+    players = [dmplay.load_agent(GAME, seat, "axelrod:Gradual") for seat in range(2)]
+    here = dmplay.rollout(GAME, players, episodes=2, turn_limit=3)
     sent = pickle.loads(pickle.dumps(players))
-    there = dmplay.rollout(GAME, sent, episodes=2, turns=3)
+    there = dmplay.rollout(GAME, sent, episodes=2, turn_limit=3)
     assert (here.returns == there.returns).all()
 
 
 @pytest.mark.slow
 def test_unknown_strategies_and_cheats_are_refused() -> None:
     with pytest.raises(UnknownName, match="axelrod: unknown strategy 'TitForTatt'; did you mean"):
-        dmplay.agent(GAME, 0, "axelrod:TitForTatt")
+        dmplay.load_agent(GAME, 0, "axelrod:TitForTatt")
     with pytest.raises(BadPolicy, match="Darwin does not keep the rules"):
-        dmplay.agent(GAME, 0, "axelrod:Darwin")
+        dmplay.load_agent(GAME, 0, "axelrod:Darwin")
 
 
 def test_without_the_package_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "axelrod", None)
     with pytest.raises(BadPolicy, match=r"pip install 'dmplay\[axelrod\]'"):
-        dmplay.agent(GAME, 0, "axelrod:TitForTat")
+        dmplay.load_agent(GAME, 0, "axelrod:TitForTat")

@@ -3,8 +3,8 @@
 import numpy as np
 
 import dmplay
-from dmplay.budget import watched
-from dmplay.policies._kept import kept
+from dmplay.budget import report_progress_to
+from dmplay.policies._kept import memoize
 from tests.support.hidden import Listing
 from tests.support.teams import dectiger, read
 
@@ -12,7 +12,7 @@ from tests.support.teams import dectiger, read
 def test_what_cannot_be_told_from_others_is_found_anew() -> None:
     sought: list[object] = []
 
-    @kept
+    @memoize
     def find(problem: object) -> int:
         sought.append(problem)
         return len(sought)
@@ -23,15 +23,15 @@ def test_what_cannot_be_told_from_others_is_found_anew() -> None:
 def test_an_equilibrium_is_sought_once_for_both_seats() -> None:
     heard: list[float] = []
     for seat in range(2):
-        agent = dmplay.agent(dmplay.load("rock-paper-scissors"), seat, "nash")
-        with watched(heard.append) if seat else watched(lambda share: None):
-            agent.choose(agent.begin(np.zeros(1, np.int64)), None, np.zeros((1, 1)))
+        agent = dmplay.load_agent(dmplay.load_problem("rock-paper-scissors"), seat, "nash")
+        with report_progress_to(heard.append) if seat else report_progress_to(lambda share: None):
+            agent.choose(agent.initial_memory(np.zeros(1, np.int64)), None, np.zeros((1, 1)))
     assert not heard
 
 
 def test_a_team_that_cannot_be_told_from_others_is_planned_too() -> None:
     tigers = Listing(1.0, model=read(dectiger()).model)
     for seat in range(2):
-        agent = dmplay.agent(tigers, seat, "joint-plan:horizon=2")
-        chosen = agent.choose(agent.begin(np.full(1, -1)), None, np.zeros((1, 0)))
-        assert tigers.action_name(seat, chosen[0]) == "listen"
+        agent = dmplay.load_agent(tigers, seat, "joint-plan:horizon=2")
+        chosen = agent.choose(agent.initial_memory(np.full(1, -1)), None, np.zeros((1, 0)))
+        assert tigers.format_action(seat, chosen[0]) == "listen"

@@ -6,25 +6,25 @@ import pytest
 import dmplay
 from dmplay.core import Percept, Policy
 from dmplay.errors import BadParameter
-from dmplay.policies._matrix_agents import _nearest
+from dmplay.policies._matrix_agents import _project_to_simplex
 
-PRISONERS = dmplay.load("prisoners-dilemma")
-HANDS = dmplay.load("rock-paper-scissors")
-TRAVELERS = dmplay.load("travelers-dilemma")
+PRISONERS = dmplay.load_problem("prisoners-dilemma")
+HANDS = dmplay.load_problem("rock-paper-scissors")
+TRAVELERS = dmplay.load_problem("travelers-dilemma")
 COOPERATE, DEFECT = range(2)
 
 
 def replies(name: str, others: str, u: float = 0.5) -> str:
     """What a rule of the prisoner's dilemma does against these actions, C or D each."""
-    agent = dmplay.agent(PRISONERS, 0, name)
-    memory = agent.begin(np.zeros(1, int))
+    agent = dmplay.load_agent(PRISONERS, 0, name)
+    memory = agent.initial_memory(np.zeros(1, int))
     told = ""
     for other in (*others, None):
-        chosen = agent.choose(memory, None, np.full((1, agent.draws), u))
+        chosen = agent.choose(memory, None, np.full((1, agent.uniform_count), u))
         told += "CD"[int(chosen[0])]
         if other is not None:
             joint = np.array([[int(chosen[0]), "CD".index(other)]])
-            memory = agent.update(memory, Percept(chosen, np.zeros(1, int), joint, None))
+            memory = agent.update_memory(memory, Percept(chosen, np.zeros(1, int), joint, None))
     return told
 
 
@@ -51,20 +51,20 @@ def spread_of(agent: Policy, memory: tuple[np.ndarray, ...], actions: int) -> li
 
 
 def test_the_equilibrium_of_rock_paper_scissors_is_uniform() -> None:
-    agent = dmplay.agent(HANDS, 1, "nash")
-    each = spread_of(agent, agent.begin(np.zeros(1, int)), 3)
+    agent = dmplay.load_agent(HANDS, 1, "nash")
+    each = spread_of(agent, agent.initial_memory(np.zeros(1, int)), 3)
     assert each == pytest.approx([1 / 3] * 3, abs=1 / 600)
 
 
 def test_the_best_reply_to_a_traveler_who_claims_anything_is_96() -> None:
-    agent = dmplay.agent(TRAVELERS, 0, "best-response")
-    chosen = agent.choose(agent.begin(np.zeros(1, int)), None, np.zeros((1, 0)))
-    assert TRAVELERS.action_name(0, chosen[0]) == "96"
+    agent = dmplay.load_agent(TRAVELERS, 0, "best-response")
+    chosen = agent.choose(agent.initial_memory(np.zeros(1, int)), None, np.zeros((1, 0)))
+    assert TRAVELERS.format_action(0, chosen[0]) == "96"
 
 
 def test_fictitious_play_leads_travelers_down() -> None:
-    agents = [dmplay.agent(TRAVELERS, seat, "best-response") for seat in range(2)]
-    session = dmplay.Session(TRAVELERS, dmplay.Dice(1), agents, limit=6)
+    agents = [dmplay.load_agent(TRAVELERS, seat, "best-response") for seat in range(2)]
+    session = dmplay.Session(TRAVELERS, dmplay.SeededUniforms(1), agents, turn_limit=6)
     claims = [session.advance().actions.tolist() for _ in range(6)]
     assert claims[0] == [94, 94]  # 96 dollars
     assert [first for first, _ in claims] == sorted((first for first, _ in claims), reverse=True)
@@ -72,15 +72,15 @@ def test_fictitious_play_leads_travelers_down() -> None:
 
 
 def test_gradient_ascent_learns_to_defect_and_to_beat_a_rock() -> None:
-    defect = dmplay.agent(PRISONERS, 0, "gradient-ascent")
-    memory = defect.begin(np.zeros(1, int))
+    defect = dmplay.load_agent(PRISONERS, 0, "gradient-ascent")
+    memory = defect.initial_memory(np.zeros(1, int))
     assert memory[0].tolist() == [[0.5, 0.5]]
     joint = np.array([[0, 0]])
-    memory = defect.update(memory, Percept(joint[:, 0], joint[:, 0], joint, None))
+    memory = defect.update_memory(memory, Percept(joint[:, 0], joint[:, 0], joint, None))
     assert memory[0].tolist() == [[0.0, 1.0]]
-    hand = dmplay.agent(HANDS, 1, "gradient-ascent:rate=0.25")
-    memory = hand.update(
-        hand.begin(np.zeros(1, int)), Percept(joint[:, 0], joint[:, 0], joint, None)
+    hand = dmplay.load_agent(HANDS, 1, "gradient-ascent:rate=0.25")
+    memory = hand.update_memory(
+        hand.initial_memory(np.zeros(1, int)), Percept(joint[:, 0], joint[:, 0], joint, None)
     )
     assert memory[0][0] == pytest.approx([1 / 3, 1 / 3 + 0.25, 1 / 3 - 0.25])
 
@@ -88,15 +88,15 @@ def test_gradient_ascent_learns_to_defect_and_to_beat_a_rock() -> None:
 def test_the_nearest_strategy_to_one_is_itself() -> None:
     points = np.array([[0.2, 0.3, 0.5], [2.0, 0.0, 0.0], [0.6, 0.6, 0.0], [-1.0, -1.0, -1.0]])
     wanted = [[0.2, 0.3, 0.5], [1.0, 0.0, 0.0], [0.5, 0.5, 0.0], [1 / 3] * 3]
-    np.testing.assert_allclose(_nearest(points), wanted, atol=1e-12)
+    np.testing.assert_allclose(_project_to_simplex(points), wanted, atol=1e-12)
 
 
 def test_softmax_refuses_negative_numbers() -> None:
     with pytest.raises(BadParameter, match="precision: got -1, expected a number at least 0"):
-        dmplay.agent(PRISONERS, 0, "softmax:precision=-1")
+        dmplay.load_agent(PRISONERS, 0, "softmax:precision=-1")
 
 
 @pytest.mark.parametrize("given", ["generous-tit-for-tat:forgiveness=2", "gradient-ascent:rate=-1"])
 def test_parameters_out_of_bounds_are_refused(given: str) -> None:
     with pytest.raises(BadParameter, match="expected a number at least 0"):
-        dmplay.agent(dmplay.load("prisoners-dilemma"), 0, given)
+        dmplay.load_agent(dmplay.load_problem("prisoners-dilemma"), 0, given)

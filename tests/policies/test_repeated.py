@@ -5,10 +5,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from dmplay import Labels, agent
+from dmplay import Labels, load_agent
 from dmplay.chance import Array
 from dmplay.core import Percept
-from dmplay.finding.agents import adviser, roster
+from dmplay.finding.agents import find_hint_provider, load_roster
 from dmplay.matrix_game import MatrixGame
 
 
@@ -29,15 +29,15 @@ class Named(Chicken):
 
 def replies(game: MatrixGame, seat: int, name: str, others: str) -> str:
     """The labels of what a rule does against these labels of the other's, by first letters."""
-    rule, own, other = agent(game, seat, name), game.actions[seat], game.actions[1 - seat]
-    memory, told = rule.begin(np.zeros(1, int)), ""
+    rule, own, other = load_agent(game, seat, name), game.actions[seat], game.actions[1 - seat]
+    memory, told = rule.initial_memory(np.zeros(1, int)), ""
     for letter in f"{others}.":
-        chosen = rule.choose(memory, None, np.full((1, rule.draws), 0.99))
+        chosen = rule.choose(memory, None, np.full((1, rule.uniform_count), 0.99))
         told += own[int(chosen[0])][0]
         if letter != ".":
             did = next(n for n, label in enumerate(other) if label[0] == letter)
             joint = np.array([[int(chosen[0]), did]] if seat == 0 else [[did, int(chosen[0])]])
-            memory = rule.update(memory, Percept(chosen, np.zeros(1, int), joint, None))
+            memory = rule.update_memory(memory, Percept(chosen, np.zeros(1, int), joint, None))
     return told
 
 
@@ -52,13 +52,13 @@ def test_to_cooperate_is_what_pays_the_other_more_whatever_it_is_called() -> Non
 
 
 def test_hints_reply_to_what_the_play_of_the_other_suggests() -> None:
-    known = [*roster(Chicken()).agents]
+    known = [*load_roster(Chicken()).agents]
     assert known[:4] == ["nash", "frequency", "tit-for-tat", "suspicious-tit-for-tat"]
-    found = adviser(Chicken(), 0)
+    found = find_hint_provider(Chicken(), 0)
     assert found is not None
-    assert found[1].basis == "best reply to what the other's play suggests"
-    memory = found[1].begin(np.zeros(1, int))
+    assert found[1].hint_basis == "best reply to what the other's play suggests"
+    memory = found[1].initial_memory(np.zeros(1, int))
     for did in (1, 0, 0, 0):  # who dared once may dare again
         chosen = np.zeros(1, int)
-        memory = found[1].update(memory, Percept(chosen, chosen, np.array([[0, did]]), None))
+        memory = found[1].update_memory(memory, Percept(chosen, chosen, np.array([[0, did]]), None))
     assert found[1].choose(memory, None, np.zeros((1, 0))).tolist() == [1]

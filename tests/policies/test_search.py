@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.chance import Array, Chance, Normal, Pick, Reals, Span
-from dmplay.core import Continuous, Labels, Memory, Outcome, Percept, Policy, Problem
-from dmplay.dice import spread
+from dmplay.chance import Array, Chance, DiscreteUniform, Normal, Reals, Uniform
+from dmplay.core import ContinuousStates, Labels, Memory, Outcome, Percept, Policy, Problem
+from dmplay.dice import expand_uniforms
 from dmplay.errors import BadParameter, BadPolicy, DmplayError
-from dmplay.finding.agents import for_turns, roster
-from dmplay.problems._reals import RealState
+from dmplay.finding.agents import load_roster, plan_for_turn_limit
+from dmplay.problems._reals import RealStateProblem
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
-from dmplay.solvers.search_tree import Tree
-from dmplay.solvers.uct import Found
+from dmplay.solvers.search_tree import SearchConfig
+from dmplay.solvers.uct import UctResult
 from tests.support.brought import Counted
 from tests.support.teams import dectiger, read
 
@@ -24,13 +24,13 @@ class Walk(Counted):
     """A step to the right pays at the end of a corridor of seven."""
 
     actions = (Labels(("left", "right")),)
-    states, placed = 7, 3
+    state_count, placed = 7, 3
     discount = 0.9
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
-        return (Pick(np.full(len(s), 5), 5),)
+        return (DiscreteUniform(np.full(len(s), 5), 5),)
 
-    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+    def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         ahead = np.where((events[0] > 0) == (a[:, 0] == 1), 1, -1)  # one step in five goes astray
         moved = np.where(self.terminal(s), s, np.clip(s + ahead, 0, 6))
         pays = ((moved == 6) & (s < 6)).astype(float)
@@ -44,7 +44,7 @@ class Foggy(Walk):
     """The same where nothing is seen, and the corridor is real: there is no list of states."""
 
     observations = (Labels(("fog",)),)
-    states = Continuous(1)  # type: ignore[assignment] # of a Walk they could be listed
+    state_count = ContinuousStates(1)  # type: ignore[assignment] # of a Walk they could be listed
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         return (Normal(s, s),)
@@ -55,27 +55,27 @@ class Dial(Counted):
     """One of 500 numbers opens the safe a little, the nearer to 311 the more."""
 
     actions = (Labels(map(str, range(500))),)
-    states, placed, horizon = 1, 0, 1
+    state_count, placed, horizon = 1, 0, 1
 
-    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+    def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         return Outcome(s, -np.abs(a - 311.0), s)
 
 
 @dataclass(frozen=True)
-class Tide(RealState):
+class Tide(RealStateProblem):
     """To leave at once pays 0.55; who stays sees a drawn number, and its sign told pays 1."""
 
     actions = (Labels(("low", "high", "leave")),)
-    states = Continuous(2)
+    state_count = ContinuousStates(2)
     horizon = 2
 
-    def opening(self, rows: int) -> tuple[Chance, ...]:
-        return (Span(np.zeros(rows), np.zeros(rows)), Span(np.zeros(rows), np.zeros(rows)))
+    def initial_chance(self, rows: int) -> tuple[Chance, ...]:
+        return (Uniform(np.zeros(rows), np.zeros(rows)), Uniform(np.zeros(rows), np.zeros(rows)))
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
-        return (Span(-np.ones(len(s)), np.ones(len(s))),)
+        return (Uniform(-np.ones(len(s)), np.ones(len(s))),)
 
-    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+    def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         turn, (number, act) = s[:, 0], (s[:, 1], a[:, 0])
         pays = np.where(turn == 0, 0.55 * (act == 2), (number > 0) == (act == 1))
         after = np.where((turn == 0) & (act != 2), 1.0, 2.0)
@@ -87,8 +87,8 @@ class Tide(RealState):
 
 
 def played(problem: Problem, agent: str, episodes: int, turns: int | None) -> np.ndarray:
-    policy = dmplay.agent(problem, 0, agent)
-    found = dmplay.rollout(problem, [policy], episodes=episodes, turns=turns, seed=1)
+    policy = dmplay.load_agent(problem, 0, agent)
+    found = dmplay.rollout(problem, [policy], episodes=episodes, turn_limit=turns, seed=1)
     return np.asarray(found.returns[:, 0])
 
 
@@ -107,7 +107,7 @@ def played(problem: Problem, agent: str, episodes: int, turns: int | None) -> np
 def test_search_beats_random_play(
     name: str, agent: str, episodes: int, turns: int, margin: float
 ) -> None:
-    problem = dmplay.load(name)
+    problem = dmplay.load_problem(name)
     search = played(problem, agent, episodes, turns).mean()
     assert search > played(problem, "random", episodes, turns).mean() + margin
 
@@ -120,33 +120,35 @@ def test_search_plays_a_problem_that_it_was_not_written_for() -> None:
 
 def first_choices(problem: Problem, seat: int, agent: str, rows: int) -> np.ndarray:
     """The first choices in games that start alike, by one luck each."""
-    search = dmplay.agent(problem, seat, agent)
-    s = problem.start(np.full((rows, problem.draws.start), 0.5))
+    search = dmplay.load_agent(problem, seat, agent)
+    s = problem.sample_initial_states(np.full((rows, problem.uniform_counts.start), 0.5))
     chosen = search.choose(
-        search.begin(problem.first_sight(s, seat)), None, np.linspace(0, 0.9, rows)[:, None]
+        search.initial_memory(problem.initial_observation(s, seat)),
+        None,
+        np.linspace(0, 0.9, rows)[:, None],
     )
     return np.asarray(chosen)
 
 
 def test_search_replies_to_whom_it_takes_the_others_to_be() -> None:
-    problem, defect = dmplay.load("prisoners-dilemma"), 1
-    assert problem.action_name(1, defect) == "defect"
+    problem, defect = dmplay.load_problem("prisoners-dilemma"), 1
+    assert problem.format_action(1, defect) == "defect"
     for others in ("random", "always-cooperate", "always-defect"):
         assert (first_choices(problem, 1, f"search:others={others}", 8) == defect).all()
     assert (first_choices(problem, 1, "search", 8) != defect).all()  # to tit-for-tat
 
 
 def test_search_betrays_tit_for_tat_in_the_last_round_alone() -> None:
-    problem = dmplay.load("prisoners-dilemma")
-    others = [dmplay.agent(problem, 0, "search"), dmplay.agent(problem, 1, "tit-for-tat")]
+    problem = dmplay.load_problem("prisoners-dilemma")
+    others = [dmplay.load_agent(problem, 0, "search"), dmplay.load_agent(problem, 1, "tit-for-tat")]
     assert dmplay.rollout(problem, others, episodes=3, seed=1).returns[:, 0].tolist() == [-9.0] * 3
 
 
 def test_search_finds_a_number_between_those_of_a_grid() -> None:
-    problem = dmplay.load("simple-regulator")
-    search = dmplay.agent(problem, 0, "search:depth=2,rollout=random")
+    problem = dmplay.load_problem("simple-regulator")
+    search = dmplay.load_agent(problem, 0, "search:depth=2,rollout=random")
     s = np.array([[4.43], [-3.21]])
-    chosen = search.choose(search.begin(s), None, np.array([[0.1], [0.2]]))
+    chosen = search.choose(search.initial_memory(s), None, np.array([[0.1], [0.2]]))
     assert np.abs(s[:, 0] + chosen).max() < 0.4
     assert (chosen == np.round(chosen, 9)).all()
 
@@ -163,21 +165,28 @@ def test_search_tells_numbers_apart_that_nature_draws() -> None:
 
 def test_search_keeps_to_the_adviser_unless_another_action_is_surely_better() -> None:
     means, actions = np.array([[1.0, 1.5, 0.0], [1.0, 1.5, 0.0]]), np.tile([4, 5, 6], (2, 1))
-    found = Found(actions, means, np.array([[0.01] * 3, [0.04] * 3]))
+    found = UctResult(actions, means, np.array([[0.01] * 3, [0.04] * 3]))
     able = np.array([[False, True, False]] * 2)
-    kept = found.kept(able, np.array([4, 4]))
+    kept = found.keep_usual_unless_better(able, np.array([4, 4]))
     assert kept.tolist() == [[False, True, False], [True, False, False]]
-    assert found.kept(able, np.array([7, 7])).tolist() == able.tolist()  # was not tried
+    assert (
+        found.keep_usual_unless_better(able, np.array([7, 7])).tolist() == able.tolist()
+    )  # was not tried
 
 
 @pytest.mark.parametrize(
     "name", ["machine-replacement", "simple-regulator", "predator-prey", "rock-paper-scissors"]
 )
 def test_a_choice_is_the_same_alone_and_beside_others(name: str) -> None:
-    problem, rows = dmplay.load(name), 4
-    search = dmplay.agent(problem, 0, "search:simulations=120,depth=6")
-    s = problem.start(np.linspace(0, 0.9, rows * problem.draws.start).reshape(rows, -1))
-    memory, u = search.begin(problem.first_sight(s, 0)), np.linspace(0.1, 0.8, rows)[:, None]
+    problem, rows = dmplay.load_problem(name), 4
+    search = dmplay.load_agent(problem, 0, "search:simulations=120,depth=6")
+    s = problem.sample_initial_states(
+        np.linspace(0, 0.9, rows * problem.uniform_counts.start).reshape(rows, -1)
+    )
+    memory, u = (
+        search.initial_memory(problem.initial_observation(s, 0)),
+        np.linspace(0.1, 0.8, rows)[:, None],
+    )
     together = search.choose(memory, None, u)
     for row in range(rows):
         alone = search.choose(tuple(part[[row]] for part in memory), None, u[[row]])
@@ -186,9 +195,11 @@ def test_a_choice_is_the_same_alone_and_beside_others(name: str) -> None:
 
 def test_any_number_of_rows_is_searched_that_could_be_searched_alone() -> None:
     for name in ("crying-baby", "prisoners-dilemma", "rock-paper-scissors", "hexworld"):
-        tree = Tree(dmplay.load(name), 0, simulations=400, depth=20, exploration=1.0)
-        tree.budget(1)
-        tree.budget(tree.rows)
+        tree = SearchConfig(
+            dmplay.load_problem(name), 0, simulations=400, depth=20, ucb_constant=1.0
+        )
+        tree.make_budget(1)
+        tree.make_budget(tree.rows_per_block)
 
 
 REFUSED = {  # a problem, whom a search is to have beside it, and what is told
@@ -204,41 +215,41 @@ def test_search_refuses_companions_that_it_cannot_have() -> None:
     for asked, told in REFUSED.items():
         name, given = asked.split()
         with pytest.raises(DmplayError, match=told):
-            dmplay.agent(dmplay.load(name), 0, f"search:{given}")
+            dmplay.load_agent(dmplay.load_problem(name), 0, f"search:{given}")
 
 
 def test_search_gives_no_values() -> None:
-    search = dmplay.agent(Walk(), 0, "search")
-    assert search.values(search.begin(np.array([3]))) is None
+    search = dmplay.load_agent(Walk(), 0, "search")
+    assert search.action_values(search.initial_memory(np.array([3]))) is None
 
 
 def test_search_needs_a_belief_where_states_are_hidden() -> None:
     with pytest.raises(BadPolicy, match="search needs a belief, as states are hidden: Foggy"):
-        dmplay.agent(Foggy(), 0, "search")
+        dmplay.load_agent(Foggy(), 0, "search")
 
 
 @pytest.mark.parametrize("given", ["simulations=0", "depth=0", "exploration=-1"])
 def test_search_refuses_numbers_out_of_bounds(given: str) -> None:
     with pytest.raises(BadParameter, match=f"{given.partition('=')[0]}: got"):
-        dmplay.agent(Walk(), 0, f"search:{given}")
+        dmplay.load_agent(Walk(), 0, f"search:{given}")
 
 
 def test_the_luck_of_a_search_follows_from_its_uniform() -> None:
     u = np.array([0.25, 0.5, 0.999999999])
-    many = spread(u, 5)
+    many = expand_uniforms(u, 5)
     assert many.shape == (3, 5)
     assert len(np.unique(many)) == 15
-    assert (spread(u[1:2], 5) == many[1]).all()
+    assert (expand_uniforms(u[1:2], 5) == many[1]).all()
 
 
 @pytest.mark.parametrize("name", ["hexworld", "crying-baby", "catch"])
 def test_a_choice_is_no_more_work_than_its_simulations(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    problem, turns = dmplay.load(name), [0]
-    search = dmplay.agent(problem, 0, "search:simulations=50,depth=7")
-    s = problem.start(np.full((1, problem.draws.start), 0.4))
-    memory = search.begin(problem.first_sight(s, 0))
+    problem, turns = dmplay.load_problem(name), [0]
+    search = dmplay.load_agent(problem, 0, "search:simulations=50,depth=7")
+    s = problem.sample_initial_states(np.full((1, problem.uniform_counts.start), 0.4))
+    memory = search.initial_memory(problem.initial_observation(s, 0))
     kind, step = type(problem), type(problem).step
 
     def counted(self: Problem, s: Array, a: Array, u: Reals) -> Outcome:
@@ -256,11 +267,11 @@ CRYING, IGNORE = 0, 2
 
 def cared(agent: str, seat: int, turns: list[tuple[int, int]]) -> tuple[Policy, Memory]:
     """What a caregiver remembers who did and heard this."""
-    policy = dmplay.agent(dmplay.load(CARE), seat, agent)
-    memory = policy.begin(np.full(1, -1))
+    policy = dmplay.load_agent(dmplay.load_problem(CARE), seat, agent)
+    memory = policy.initial_memory(np.full(1, -1))
     for did, heard in turns:
         told = Percept(np.full(1, did), np.full(1, heard), None, None)
-        memory = policy.update(memory, told)
+        memory = policy.update_memory(memory, told)
     return policy, memory
 
 
@@ -282,16 +293,16 @@ def test_search_follows_its_belief_where_partners_do_what_nobody_guessed() -> No
 
 
 def test_guesses_are_the_same_alone_and_beside_others() -> None:
-    problem, rows = dmplay.load(CARE), 5
-    search = dmplay.agent(problem, 0, "search:simulations=60,depth=4")
+    problem, rows = dmplay.load_problem(CARE), 5
+    search = dmplay.load_agent(problem, 0, "search:simulations=60,depth=4")
     turns = [Percept(np.full(rows, IGNORE), np.arange(rows) % 2, None, None)] * 2
-    together = search.begin(np.full(rows, -1))
+    together = search.initial_memory(np.full(rows, -1))
     alone = [tuple(part[[row]] for part in together) for row in range(rows)]
     for turn in turns:
-        together = search.update(together, turn)
+        together = search.update_memory(together, turn)
         for row in range(rows):
             one = Percept(turn.action[[row]], turn.observation[[row]], None, None)
-            alone[row] = search.update(alone[row], one)
+            alone[row] = search.update_memory(alone[row], one)
     for each, *parts in zip(together, *alone, strict=True):
         np.testing.assert_array_equal(each, np.concatenate(parts))
 
@@ -301,14 +312,14 @@ def test_search_in_a_team_does_as_well_as_its_plan_of_so_many_turns(turns: int) 
     problem = read(dectiger())
     earned = []
     for agent in ("joint-plan", "search:simulations=60"):
-        names = [for_turns(problem, seat, agent, turns) for seat in range(2)]
-        team = [dmplay.agent(problem, seat, name) for seat, name in enumerate(names)]
-        found = dmplay.rollout(problem, team, episodes=12, turns=turns, seed=1)
+        names = [plan_for_turn_limit(problem, seat, agent, turns) for seat in range(2)]
+        team = [dmplay.load_agent(problem, seat, name) for seat, name in enumerate(names)]
+        found = dmplay.rollout(problem, team, episodes=12, turn_limit=turns, seed=1)
         earned.append(found.returns[:, 0].mean())
     assert earned[1] >= earned[0] > 0
 
 
 def test_two_who_search_hunt_by_the_plan_that_all_can_follow() -> None:
-    assert roster(CollaborativePredatorPrey()).simulated == "joint-plan"
+    assert load_roster(CollaborativePredatorPrey()).simulation_agent == "joint-plan"
     for hunt in (CollaborativePredatorPrey(sighted=True), CollaborativePredatorPrey(predators=1)):
-        assert roster(hunt).simulated is None
+        assert load_roster(hunt).simulation_agent is None

@@ -5,8 +5,8 @@ In braces stands what the game knows: an action, another action, the seat, the p
 
 from collections.abc import Mapping, Sequence
 
-from dmplay.game.formats import FORMATS
-from dmplay.screen.press import KEYS
+from dmplay.game.formats import EXPORT_FORMATS
+from dmplay.screen.press import SCREEN_KEYS
 from dmplay.words.commands import COMMANDS
 from tests.privacy.fronts import FILE
 from tests.privacy.pairs import BROUGHT, LOOKED_AT, Pair
@@ -46,7 +46,7 @@ ASKING: Arguments = {
 READING: Arguments = {
     "agents": ("{problem}", ""),
     "branch": ("99",),
-    "export": ("--svg -o game.dmt", *(f"{{file}} --{name} {{trust}}" for name in FORMATS)),
+    "export": ("--svg -o game.dmt", *(f"{{file}} --{name} {{trust}}" for name in EXPORT_FORMATS)),
     "figure": ("", "F.99"),
     "guide": ("", "agents --raw", "nothing"),
     "info": ("{problem}", "nothing"),
@@ -95,8 +95,8 @@ OUTSIDE: Mapping[str, Sequence[str]] = {
     "shell": ("-e 'load {file}' -e state", "-e 'replay {file}' -e auto -e state", "-e list"),
     "verify": ("{file}", "{file} --json", "{file} --allow-unfinished", "{file} --update", "."),
     "export": (
-        *(f"{{file}} --{name}" for name in FORMATS),
-        *(f"{{file}} --{name} -o out.{name}" for name in FORMATS),
+        *(f"{{file}} --{name}" for name in EXPORT_FORMATS),
+        *(f"{{file}} --{name} -o out.{name}" for name in EXPORT_FORMATS),
         "{file} --svg --at 1",
         "{file}",
     ),
@@ -135,7 +135,7 @@ KEYS_ASKED = [
     f"<{key}>"
     for key in (
         "enter",
-        *(key for one in KEYS for key in one.keys if one.name != "quit"),
+        *(key for one in SCREEN_KEYS for key in one.keys if one.name != "quit"),
         *(one.key for one in COMMANDS if one.key and one.name not in ("new", "restart", "quit")),
         *("up", "down", "left", "right", "home", "end", "x", "=", "escape", "backspace", "c-r"),
     )
@@ -144,9 +144,9 @@ KEYS_ASKED = [
 
 def words(pair: Pair, turn: int) -> dict[str, str]:
     """What the lines to be typed before a turn speak of."""
-    agents, seat = pair.problem.agents, pair.seat
+    agents, seat = pair.problem.agents, pair.seat_index
     return {
-        "action": pair.problem.action_name(seat, pair.one.actions[turn][seat]),
+        "action": pair.problem.format_action(seat, pair.one.actions[turn][seat]),
         "seat": agents[seat],
         "other": agents[-1],
         "problem": pair.name,

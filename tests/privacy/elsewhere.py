@@ -9,14 +9,14 @@ from typing import Any
 import pytest
 
 from dmplay.cli import entry
-from dmplay.cli.app import root
-from dmplay.cli.errands import understood
-from dmplay.game.table import Table
+from dmplay.cli.app import root_command
+from dmplay.cli.errands import interpret_command
+from dmplay.game.table import GameController
 from tests.privacy.arguments import OUTSIDE, TYPED
 from tests.privacy.fronts import FILE, Told, alike, both, printed
 from tests.privacy.pairs import BROUGHT, LOOKED_AT, Pair, Side
 
-GROUP: Any = root()
+GROUP: Any = root_command()
 PROGRAM: dict[str, Any] = {
     name: command
     for word, one in GROUP.commands.items()
@@ -34,7 +34,7 @@ def told(line: str, monkeypatch: pytest.MonkeyPatch) -> Told:
     monkeypatch.setattr("sys.argv", ["dmplay", *shlex.split(line)])
     monkeypatch.setattr("sys.stdin", io.StringIO(TYPED))
     with printed() as paper:
-        print(f"exit code {entry.run()}")
+        print(f"exit code {entry.run_command_line()}")
     came = paper.taken()
     ends = [came.find(end) for end in ENDS if end in came]
     return Told(line, came[: min(ends, default=None)])
@@ -45,23 +45,23 @@ def completed(twins: Pair, side: Side, monkeypatch: pytest.MonkeyPatch) -> list[
     left(twins, side, None)
     lines = [*(f"dmplay {name} " for name in PROGRAM), f"dmplay play {twins.name} --seed "]
     with monkeypatch.context() as world:
-        world.setenv(entry.COMPLETING, "complete_zsh")
+        world.setenv(entry.COMPLETION_VARIABLE, "complete_zsh")
         return [_completed(line, world) for line in lines]
 
 
 def _completed(line: str, world: pytest.MonkeyPatch) -> Told:
     world.setenv("_TYPER_COMPLETE_ARGS", line)
     with printed() as paper:
-        print(f"exit code {entry.run()}")
+        print(f"exit code {entry.run_command_line()}")
     return Told(line, paper.taken())
 
 
-def left(twins: Pair, side: Side, record: Path | None = FILE) -> Table:
+def left(twins: Pair, side: Side, record: Path | None = FILE) -> GameController:
     """A game before its last turn, in the file, or in the folder of games that are kept."""
     game = twins.begun(side, record)
     for joint in side.actions[:LOOKED_AT]:
-        game.choose(joint[twins.seat])
-    return Table(game, understood)
+        game.choose(joint[twins.seat_index])
+    return GameController(game, interpret_command)
 
 
 def asked(twins: Pair, command: str) -> Iterator[str]:
@@ -82,7 +82,7 @@ def outside(twins: Pair, monkeypatch: pytest.MonkeyPatch, command: str, *, kille
         table, begun = left(twins, side), b""
         for line in asked(twins, command):
             if FILE.read_bytes() != begun:
-                table.end()
+                table.end_game()
                 FILE.unlink()
                 table = left(twins, side)
                 begun = FILE.read_bytes()
@@ -92,7 +92,7 @@ def outside(twins: Pair, monkeypatch: pytest.MonkeyPatch, command: str, *, kille
             heard.append(told(line, monkeypatch))
             for path in {*Path().glob("*.*")} - {FILE}:
                 path.unlink()
-        table.end()
+        table.end_game()
         return heard
 
     alike(*both(twins, Path.cwd(), play))

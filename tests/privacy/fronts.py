@@ -10,27 +10,29 @@ from typing import NamedTuple
 
 from rich.text import Text
 
-from dmplay.cli.errands import understood
+from dmplay.cli.errands import interpret_command
 from dmplay.errors import DmplayError
 from dmplay.game import saves
 from dmplay.game.game import Game
-from dmplay.game.table import Table
+from dmplay.game.table import GameController
 from dmplay.painting.painter import Painter
-from dmplay.painting.writing import Place
-from dmplay.prompt import toolbar
-from dmplay.screen.acts import obey
+from dmplay.painting.writing import ScreenPosition
+from dmplay.prompt import toolbar_text
+from dmplay.screen.acts import run_typed_line
 from dmplay.screen.modes import Mode
-from dmplay.screen.press import press
-from dmplay.screen.screen import Screen
+from dmplay.screen.press import handle_key
+from dmplay.screen.screen import PlayScreen
 from dmplay.terminal import Terminal
-from dmplay.words.commands import Leave
-from dmplay.words.plain import Objects, Reporter, Sentences, by_lines
+from dmplay.words.commands import PlayerQuit
+from dmplay.words.plain import JsonReporter, Reporter, SentenceReporter, play_by_lines
 from dmplay.words.shell import Shell
 from tests.privacy.pairs import BEGUN, Pair, Side
 
 FILE = Path("game.dmt")
-DRAWN = Terminal(screen=True, why="", typed=True, color=True, ascii=False, width=80)
-IN_LINES = DRAWN._replace(screen=False, why="--plain", color=False)
+DRAWN = Terminal(
+    full_screen=True, plain_reason="", is_interactive=True, color=True, ascii=False, width=80
+)
+IN_LINES = DRAWN._replace(full_screen=False, plain_reason="--plain", color=False)
 
 
 class Told(NamedTuple):
@@ -59,7 +61,7 @@ def emptied(place: Path) -> None:
     """Removes all that was written in a folder."""
     for path in place.iterdir():
         shutil.rmtree(path) if path.is_dir() else path.unlink()
-    saves.ready.cache_clear()
+    saves.prepare_folder.cache_clear()
 
 
 def both(pair: Pair, place: Path, play: Play) -> tuple[list[Told], list[Told]]:
@@ -123,17 +125,17 @@ class Typist(io.StringIO):
         return line
 
 
-class Endless(Sentences):
+class Endless(SentenceReporter):
     """Sentences up to the end, which may tell all."""
 
-    def end(self, game: Game) -> None:
+    def report_end(self, game: Game) -> None:
         """Says nothing."""
 
 
-class EndlessObjects(Objects):
+class EndlessObjects(JsonReporter):
     """Data up to the end."""
 
-    def end(self, game: Game) -> None:
+    def report_end(self, game: Game) -> None:
         """Says nothing."""
 
 
@@ -143,7 +145,7 @@ def to_the_end(reporter: Reporter) -> Front:
     def play(game: Game, lines: Sequence[str]) -> list[Told]:
         with printed() as paper:
             typist = Typist(lines, paper)
-            by_lines(Table(game, understood), IN_LINES, typist, reporter)
+            play_by_lines(GameController(game, interpret_command), IN_LINES, typist, reporter)
             return [*typist.heard, Told("the end", paper.taken())]
 
     return play
@@ -151,17 +153,17 @@ def to_the_end(reporter: Reporter) -> Front:
 
 def shell(game: Game, lines: Sequence[str]) -> list[Told]:
     """The typed shell on a terminal: prompt, toolbar, boards and words."""
-    made = Shell(Table(game, understood), DRAWN)
+    made = Shell(GameController(game, interpret_command), DRAWN)
     heard = []
     with printed() as paper:
         for line in lines:
             try:
-                made.do(line)
-            except Leave:
+                made.run_line(line)
+            except PlayerQuit:
                 break
             except DmplayError as error:
                 print(error)
-            heard.append(Told(line, "\n".join([paper.taken(), made.prompt, toolbar(made)])))
+            heard.append(Told(line, "\n".join([paper.taken(), made.prompt, toolbar_text(made)])))
     return heard
 
 
@@ -173,11 +175,11 @@ class Canvas(Painter):
         super().__init__(self.paper, "default")
         self._dimensions = size
 
-    def size(self) -> tuple[int, int]:
+    def get_size(self) -> tuple[int, int]:
         """The paper's."""
         return self._dimensions
 
-    def paint(self, frame: Text, cursor: Place | None = None) -> None:
+    def paint(self, frame: Text, cursor: ScreenPosition | None = None) -> None:
         """Writes the whole frame, its styles, and where the cursor stands."""
         self.paper.write(f"{frame.plain}\n{frame.spans}\n{cursor}\n")
 
@@ -186,7 +188,7 @@ class Looked:
     """A screen, and all that it shows after each line or key."""
 
     def __init__(self, game: Game, size: tuple[int, int] = (80, 24)) -> None:
-        self.screen = Screen(Table(game, understood), DRAWN)
+        self.screen = PlayScreen(GameController(game, interpret_command), DRAWN)
         self.canvas = Canvas(size)
         self.heard: list[Told] = []
         self._look("begin")
@@ -195,25 +197,25 @@ class Looked:
         """Presses a `<key>`, unless it plays, or types a line into the command row."""
         key = done.removeprefix("<").removesuffix(">")
         if done == key:
-            obey(self.screen, done)
-        elif self.screen.game.keyboard.pressed(self.screen.game.watcher, key) is None:
-            self.press(key)
+            run_typed_line(self.screen, done)
+        elif self.screen.game.keyboard.find_key_action(self.screen.game.viewing_seat, key) is None:
+            self.handle_key(key)
             return
         self._look(done)
 
-    def press(self, key: str) -> None:
+    def handle_key(self, key: str) -> None:
         """Presses a key, and reads to the end what it shows."""
-        press(self.screen, key)
+        handle_key(self.screen, key)
         self._look(key)
-        while self.screen.modes.shows is Mode.PAGE:
-            press(self.screen, "space")
+        while self.screen.modes.display_mode is Mode.PAGE:
+            handle_key(self.screen, "space")
             self._look(f"{key}, and more")
 
     def _look(self, done: str) -> None:
         """Writes down what is shown now."""
-        self.canvas.forget()
+        self.canvas.invalidate()
         self.screen.paint(self.canvas)
-        seen = [self.screen.message, *self.screen.page, self.canvas.paper.taken()]
+        seen = [self.screen.message, *self.screen.page_rows, self.canvas.paper.taken()]
         self.heard.append(Told(done, "\n".join(seen)))
 
 
@@ -222,7 +224,7 @@ def on_screen(size: tuple[int, int]) -> Front:
 
     def play(game: Game, lines: Sequence[str]) -> list[Told]:
         looked = Looked(game, size)
-        with suppress(Leave):
+        with suppress(PlayerQuit):
             for line in lines:
                 looked.do(line)
         return looked.heard

@@ -12,23 +12,25 @@ import pytest
 import dmplay
 from dmplay.chance import Array
 from dmplay.core import Problem
-from dmplay.dice import NATURE, uniforms
+from dmplay.dice import NATURE_STREAM, generate_uniforms
 from dmplay.game.game import Game
-from dmplay.game.request import Request
-from dmplay.game.start import new
+from dmplay.game.request import GameRequest
+from dmplay.game.start import start_new_game
 from dmplay.policies.general import Random
 from tests.support.brought import Vault
 from tests.support.cases import CASES, MAP, WIDE, load
 
 BROUGHT = f"{Vault.__module__}:{Vault.__name__}"
-GUARDED = [name for name in CASES if load(name).hidden or len(load(name).agents) > 1] + [BROUGHT]
+GUARDED = [
+    name for name in CASES if load(name).partially_observable or len(load(name).agents) > 1
+] + [BROUGHT]
 EVERY = [  # variants play much alike
     pytest.param(name, marks=pytest.mark.slow if ":" in name and name in CASES else ())
     for name in GUARDED
 ]
 WIDEST = ("collaborative-predator-prey", "collaborative-predator-prey:sighted")
 MOST = [name for name in GUARDED if name not in WIDEST]  # whose beliefs take little
-TOGETHER = [each for each in EVERY if len(dmplay.load(str(each.values[0])).agents) > 1]
+TOGETHER = [each for each in EVERY if len(dmplay.load_problem(str(each.values[0])).agents) > 1]
 FIRST = 70_000  # of the seeds that are looked through
 SEEDS = (30, 150, 600, 2500)  # how many: few at first
 SHIFTS = 3  # of what the seat does
@@ -49,7 +51,7 @@ class Pair(NamedTuple):
 
     name: str
     problem: Problem
-    seat: int
+    seat_index: int
     one: Side
     other: Side
 
@@ -67,18 +69,18 @@ class Pair(NamedTuple):
         """
         agents = self.problem.agents
         others = "random" if alone else "human"
-        who = {agent: others for agent in agents} | {agents[self.seat]: "human"}
-        game = new(
-            Request(
+        who = {agent: others for agent in agents} | {agents[self.seat_index]: "human"}
+        game = start_new_game(
+            GameRequest(
                 self.name,
                 parameters=parameters(self.name),
                 seed=side.seed,
                 seats=[f"{agent}={each}" for agent, each in who.items()],
                 turns=TURNS,
-                record=record,
-                seed_known=False,
-                fresh=True,
-                ghost=ghost,
+                record_path=record,
+                is_seed_visible=False,
+                has_fresh_seed=True,
+                ghost_agent=ghost,
             )
         )
         BEGUN.append(game)
@@ -93,13 +95,15 @@ def parameters(name: str) -> dict[str, object]:
 @cache
 def pair(name: str, seat: int) -> Pair:
     """The first two games of which the seat knows the same; in the last turn others do others."""
-    problem = dmplay.load(name, **parameters(name))
+    problem = dmplay.load_problem(name, **parameters(name))
     last = [problem.action_counts[one] // 2 for one in range(len(problem.agents))]
     for many, shift in product(SEEDS, range(SHIFTS)):
         known: dict[bytes, Known] = {}
         for game in _games(problem, seat, range(FIRST, FIRST + many), shift):
             alike = known.setdefault(game.sight, game)
-            if alike is not game and not (problem.hidden and alike.secret == game.secret):
+            if alike is not game and not (
+                problem.partially_observable and alike.secret == game.secret
+            ):
                 one, other = alike.side, game.side
                 last[seat] = one.actions[-1][seat]
                 first = tuple(a if n == seat else 0 for n, a in enumerate(last))
@@ -123,21 +127,24 @@ class Known(NamedTuple):
 
 def _games(problem: Problem, seat: int, seeds: range, shift: int) -> Iterator[Known]:
     """The games of these seeds; the seat's actions are those of its list, from one on."""
-    s = problem.start(_draws(seeds, NATURE, 0, problem.draws.start))
-    sights: list[Array] = [] if problem.hidden else [s]
+    s = problem.sample_initial_states(_draws(seeds, NATURE_STREAM, 0, problem.uniform_counts.start))
+    sights: list[Array] = [] if problem.partially_observable else [s]
     played: list[Array] = []
     able = np.ones(len(seeds), bool)
     for turn in range(1, TURNS + 1):
         a = _joint(problem, s, seat, seeds, turn, shift)
         played.append(a)
-        legal = problem.legal(s)
+        legal = problem.legal_actions_mask(s)
         if legal is not None:
             sights.append(legal[:, seat])
             able &= legal[np.arange(len(seeds)), seat, a[:, seat]]
         if turn == TURNS:
             break
         rerolls = range(1 + (turn == LOOKED_AT))  # the last may be played under other dice
-        draws = [_draws(seeds, NATURE, turn, problem.draws.step, reroll) for reroll in rerolls]
+        draws = [
+            _draws(seeds, NATURE_STREAM, turn, problem.uniform_counts.step, reroll)
+            for reroll in rerolls
+        ]
         outcomes = [problem.step(s, a, u) for u in draws]
         for outcome in outcomes:
             sights += _sights(problem, outcome, a, seat)
@@ -152,20 +159,20 @@ def _games(problem: Problem, seat: int, seeds: range, shift: int) -> Iterator[Kn
 
 def _sights(problem: Problem, outcome: dmplay.Outcome, a: Array, seat: int) -> list[Array]:
     """What a turn shows to a seat."""
-    seen = outcome.observations[:, seat] if problem.hidden else outcome.observations
-    open_ = [] if problem.hidden else [a]
-    return [seen, *open_, *([outcome.rewards[:, seat]] if problem.rewards_observed else [])]
+    seen = outcome.observations[:, seat] if problem.partially_observable else outcome.observations
+    open_ = [] if problem.partially_observable else [a]
+    return [seen, *open_, *([outcome.rewards[:, seat]] if problem.rewards_observable else [])]
 
 
 def _joint(  # noqa: PLR0913, PLR0917 - who acts, when, and by which dice
     problem: Problem, s: Array, seat: int, seeds: range, turn: int, shift: int
 ) -> Array:
     """What `random` does in the other seats, and what the seat does: in every game the same."""
-    legal, chosen = problem.legal(s), []
+    legal, chosen = problem.legal_actions_mask(s), []
     for one in range(len(problem.agents)):
         policy = Random(problem, one)
         able = None if legal is None else legal[:, one]
-        u = _draws(seeds, 1 + one, turn, policy.draws)
+        u = _draws(seeds, 1 + one, turn, policy.uniform_count)
         chosen.append(policy.choose((), able, u))
     many = problem.action_counts[seat]
     turned = [(turn + shift + n) % many for n in range(many)]
@@ -177,7 +184,9 @@ def _joint(  # noqa: PLR0913, PLR0917 - who acts, when, and by which dice
 def _draws(seeds: range, stream: int, turn: int, count: int, reroll: int = 0) -> Array:
     if not reroll:
         return np.stack([_thrown(seed, stream, count)[turn] for seed in seeds])
-    each = [uniforms(seed, stream, turn, reroll=reroll, rows=1, count=count) for seed in seeds]
+    each = [
+        generate_uniforms(seed, stream, turn, reroll=reroll, rows=1, count=count) for seed in seeds
+    ]
     return np.concatenate(each)
 
 
@@ -185,4 +194,6 @@ def _draws(seeds: range, stream: int, turn: int, count: int, reroll: int = 0) ->
 def _thrown(seed: int, stream: int, count: int) -> Array:
     """The draws `[T, count]` of all turns, which are had together sooner than turn by turn."""
     turns = range(TURNS + 1)
-    return np.concatenate([uniforms(seed, stream, turn, rows=1, count=count) for turn in turns])
+    return np.concatenate(
+        [generate_uniforms(seed, stream, turn, rows=1, count=count) for turn in turns]
+    )

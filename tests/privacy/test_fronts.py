@@ -8,9 +8,9 @@ import pytest
 
 import dmplay
 from dmplay.finding import problems
-from dmplay.game.formats import FORMATS
+from dmplay.game.formats import EXPORT_FORMATS
 from dmplay.words.commands import COMMANDS
-from dmplay.words.plain import Objects, Sentences
+from dmplay.words.plain import JsonReporter, SentenceReporter
 from tests.privacy.arguments import (
     AFTER,
     ASKING,
@@ -25,7 +25,7 @@ from tests.privacy.fronts import FILE, FRONTS, IN_LINES, Told, alike, both, on_s
 from tests.privacy.pairs import EVERY, GUARDED, LOOKED_AT, MOST, TURNS, Pair, Side, pair
 from tests.support.cases import same
 
-LAST = [(name, len(dmplay.load(name).agents) - 1) for name in GUARDED]  # seats
+LAST = [(name, len(dmplay.load_problem(name).agents) - 1) for name in GUARDED]  # seats
 FEW = ("machine-replacement", "predator-prey:circle")
 every_guarded = pytest.mark.parametrize("name", EVERY)
 every_last_seat = pytest.mark.parametrize(("name", "seat"), LAST)
@@ -36,11 +36,11 @@ ENDING = [pytest.param(one, marks=() if one == "plain" else pytest.mark.slow) fo
 def test_every_command_and_format_is_asked_something() -> None:
     assert {*ASKING, *READING, *MOVING} == {command.name for command in COMMANDS}
     exported = " ".join(READING["export"])
-    assert all(f"{{file}} --{name}" in exported for name in FORMATS)
+    assert all(f"{{file}} --{name}" in exported for name in EXPORT_FORMATS)
 
 
 def test_the_problems_are_those_that_hide_a_state_or_a_choice() -> None:
-    stems = {problems.stem(dmplay.load(name)) for name in GUARDED}
+    stems = {problems.builtin_stem(dmplay.load_problem(name)) for name in GUARDED}
     assert stems == {
         "", "crying_baby", "machine_replacement", "catch", "multicaregiver_crying_baby",
         "collaborative_predator_prey", "prisoners_dilemma", "rock_paper_scissors",
@@ -60,8 +60,8 @@ def test_the_games_are_as_they_were_found_and_differ_in_what_the_seat_may_not_kn
         told = [turn.actions.tolist() for turn in game.session.turns]
         assert told == [[*joint] for joint in side.actions[:LOOKED_AT]]
         sessions.append(game.session)
-    assert sessions[0].source != sessions[1].source
-    assert twins.problem.hidden == (not same(sessions[0].state, sessions[1].state))
+    assert sessions[0].uniform_source != sessions[1].uniform_source
+    assert twins.problem.partially_observable == (not same(sessions[0].state, sessions[1].state))
     last = [side.actions[-1] for side in twins.sides]
     assert last[0][0] == last[1][0]
     assert all(one != other for one, other in zip(last[0][1:], last[1][1:], strict=True))
@@ -151,7 +151,10 @@ def test_no_command_that_moves_it_tells_any_game_apart(name: str, place: Path) -
 @every_guarded
 def test_the_end_tells_what_was_hidden(name: str, front: str, place: Path) -> None:
     twins = pair(name, 0)
-    fronts = FRONTS | {"plain": to_the_end(Sentences(IN_LINES)), "json": to_the_end(Objects())}
+    fronts = FRONTS | {
+        "plain": to_the_end(SentenceReporter(IN_LINES)),
+        "json": to_the_end(JsonReporter()),
+    }
     end = moves(twins, 0, TURNS)
     one, other = (
         [each.came.replace(str(side.seed), "") for each in told]
@@ -162,5 +165,5 @@ def test_the_end_tells_what_was_hidden(name: str, front: str, place: Path) -> No
         )
     )
     assert one[:LOOKED_AT] == other[:LOOKED_AT]
-    if twins.problem.hidden:
+    if twins.problem.partially_observable:
         assert one != other

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.cli.errands import understood
-from dmplay.game.formats import FORMATS
-from dmplay.game.table import Table
-from dmplay.words.commands import COMMANDS, typed
-from dmplay.words.completion.candidates import candidates
+from dmplay.cli.errands import interpret_command
+from dmplay.game.formats import EXPORT_FORMATS
+from dmplay.game.table import GameController
+from dmplay.words.commands import COMMANDS, run_line
+from dmplay.words.completion.candidates import complete_line
 from tests.privacy.arguments import OUTSIDE
 from tests.privacy.elsewhere import PROGRAM, completed, left, outside
 from tests.privacy.fronts import FILE, Told, alike, both, readable
@@ -20,7 +20,7 @@ every_guarded = pytest.mark.parametrize("name", EVERY)
 
 def test_every_command_of_the_program_and_every_format_is_tried() -> None:
     assert {*OUTSIDE} == {*PROGRAM}
-    assert all(f"{{file}} --{name}" in OUTSIDE["export"] for name in FORMATS)
+    assert all(f"{{file}} --{name}" in OUTSIDE["export"] for name in EXPORT_FORMATS)
 
 
 @pytest.mark.parametrize("command", OUTSIDE)
@@ -46,7 +46,7 @@ def test_other_users_read_nothing_of_what_is_not_revealed(
 ) -> None:
     """Where all is seen the dice are the same here, and only the choice is another."""
     twins = pair(name, len(pair(name, 0).problem.agents) - 1)
-    if not twins.problem.hidden:
+    if not twins.problem.partially_observable:
         same_dice = twins.other._replace(seed=twins.one.seed)
         twins = twins._replace(other=same_dice)
 
@@ -55,7 +55,7 @@ def test_other_users_read_nothing_of_what_is_not_revealed(
         for action in chain(*side.actions[:LOOKED_AT], side.actions[-1][:-1]):
             game.choose(action)
         for line in ("save copy.dmt", "transcript", "hint", "look"):
-            typed(Table(game, understood), line)
+            run_line(GameController(game, interpret_command), line)
         return [*readable(place)]
 
     one, other = both(twins, place, play)
@@ -68,7 +68,7 @@ def test_no_completion_at_the_prompt_tells_games_apart(name: str, place: Path) -
     def play(side: Side) -> list[Told]:
         table = left(pair(name, 0), side, None)
         lines = ["", "play hexworld --seed ", *(f"{each.name} " for each in COMMANDS)]
-        return [Told(line, " ".join(candidates(table, line))) for line in lines]
+        return [Told(line, " ".join(complete_line(table, line))) for line in lines]
 
     alike(*both(pair(name, 0), place, play))
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from dmplay.chance import Array, Bools
-from dmplay.game.account import Account
+from dmplay.game.account import Narrator
 from dmplay.game.game import Game
 from dmplay.painting.painter import Painter
 from dmplay.views import generic
@@ -34,7 +34,7 @@ def test_a_command_that_tells_the_state_is_found(
     front: str, twins: Pair, place: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     tell = Command("tell", "", "", lambda table, _: str(table.game.session.state))
-    monkeypatch.setitem(commands.NAMED, "tell", tell)
+    monkeypatch.setitem(commands.COMMANDS_BY_NAME, "tell", tell)
     lines = [*moves(twins), "tell"]
     with pytest.raises(AssertionError, match=FOUND):
         alike(*both(twins, place, lambda side: FRONTS[front](twins.begun(side, FILE), lines)))
@@ -52,8 +52,8 @@ def test_a_view_that_tells_the_state_is_found(
         return np.zeros(len(s), bool)
 
     monkeypatch.setattr(Vault, "terminal", terminal)
-    monkeypatch.setattr(generic, "told", lambda view: overheard[-1])
-    monkeypatch.setattr(Account, "public", lambda self, view: {"seen": overheard[-1]})
+    monkeypatch.setattr(generic, "describe_turn", lambda view: overheard[-1])
+    monkeypatch.setattr(Narrator, "visible_turn_facts", lambda self, view: {"seen": overheard[-1]})
     lines = moves(twins)
     with pytest.raises(AssertionError, match=FOUND):
         alike(*both(twins, place, lambda side: FRONTS[front](twins.begun(side, FILE), lines)))
@@ -66,7 +66,7 @@ def test_a_title_that_tells_the_dice_is_found(
         self.stream.write(f"\x1b]0;{playing[-1].seed}\x07")
 
     playing: list[Game] = []
-    monkeypatch.setattr(Painter, "forget", titled)
+    monkeypatch.setattr(Painter, "invalidate", titled)
 
     def play(side: Side) -> list[Told]:
         playing.append(twins.begun(side, FILE))
@@ -80,8 +80,8 @@ def test_a_title_that_tells_the_dice_is_found(
 def test_a_command_that_tells_the_other_choice_is_found(
     name: str, place: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    tell = Command("tell", "", "", lambda table, _: str(table.game._chosen))
-    monkeypatch.setitem(commands.NAMED, "tell", tell)
+    tell = Command("tell", "", "", lambda table, _: str(table.game._pending_choices))
+    monkeypatch.setitem(commands.COMMANDS_BY_NAME, "tell", tell)
     twins = pair(name, 1)
     with pytest.raises(AssertionError, match=FOUND):
         alike(*both(twins, place, lambda side: sat(twins, side, ["tell"])))
@@ -101,7 +101,9 @@ def test_a_look_from_another_terminal_is_found(
     twins: Pair, place: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert "replay game.dmt --json --trust" in asked(twins, "replay")
-    monkeypatch.setattr("dmplay.game.playback.opened", lambda transcript, *_, **__: transcript)
+    monkeypatch.setattr(
+        "dmplay.game.playback.disclose_transcript", lambda transcript, *_, **__: transcript
+    )
     with pytest.raises(AssertionError, match=FOUND):
         outside(twins, monkeypatch, "replay", killed=True)
 
@@ -112,7 +114,7 @@ def test_a_completed_seed_is_found(
     """Of a game whose file says that it is over."""
 
     def play(side: Side) -> list[Told]:
-        left(twins, side, None).end()
+        left(twins, side, None).end_game()
         return completed(twins, side, monkeypatch)
 
     with pytest.raises(AssertionError, match=FOUND):

@@ -85,7 +85,7 @@ def test_the_second_of_two_people_is_shown_the_same_whatever_the_first_saw_and_c
         with Terminal(*words, folder=place) as terminal:
             if front == "shell":
                 terminal.ready().press("load game.dmt\r", f"t{LOOKED_AT} caregiver1]>")
-            shown.append(seen(terminal, twins.problem.action_name(0, side.actions[-1][0])))
+            shown.append(seen(terminal, twins.problem.format_action(0, side.actions[-1][0])))
     assert shown[0] == shown[1]
 
 

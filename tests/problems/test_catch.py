@@ -6,7 +6,7 @@ import pytest
 import dmplay
 from dmplay import belief
 from dmplay.core import Percept
-from dmplay.policies.catch import Greedy, Optimal, Thompson
+from dmplay.policies.catch import Greedy, Optimal, ThompsonSampling
 from dmplay.problems.catch import CAUGHT, DROPPED, Catch
 from dmplay.session import Session
 from tests.support.returns import earns
@@ -17,9 +17,12 @@ UNIFORM = np.full((1, 4), 0.25)
 
 def throw(proficiency: int, distance: int, u: float) -> tuple[int, float, int]:
     """The proficiency, the reward and the observation of one throw."""
-    s, a = np.array([CATCH.names.index(str(proficiency))]), CATCH.action(0, str(distance))
+    s, a = (
+        np.array([CATCH.state_names.index(str(proficiency))]),
+        CATCH.parse_action(0, str(distance)),
+    )
     outcome = CATCH.step(s, np.array([[int(a)]]), np.array([[u]]))
-    after = int(CATCH.notation(outcome.state[0]))
+    after = int(CATCH.format_state(outcome.state[0]))
     return after, float(outcome.rewards[0, 0]), int(outcome.observations[0, 0])
 
 
@@ -43,12 +46,12 @@ def test_even_ten_metres_may_be_dropped() -> None:
 
 
 def test_the_reward_is_seen_and_follows_from_the_throw_and_what_is_seen() -> None:
-    session = Session(CATCH, dmplay.Dice(4), [dmplay.agent(CATCH, 0, "random")])
+    session = Session(CATCH, dmplay.SeededUniforms(4), [dmplay.load_agent(CATCH, 0, "random")])
     while not session.over:
         session.advance()
     view = session.view(0)
-    assert view.turn == 10
-    assert view.ending == "horizon"
+    assert view.turns_played == 10
+    assert view.end_reason == "horizon"
     caught = [int(seen) == CAUGHT for seen in view.observations[1:]]
     distances = [10.0 * (action + 1) for action in view.actions]
     assert tuple(view.rewards or ()) == tuple(np.where(caught, distances, 0.0))
@@ -57,42 +60,44 @@ def test_the_reward_is_seen_and_follows_from_the_throw_and_what_is_seen() -> Non
 
 
 def test_the_agents_follow_the_exact_belief() -> None:
-    session = Session(CATCH, dmplay.Dice(5), [dmplay.agent(CATCH, 0, "thompson")])
-    (follower,) = session.followers
+    session = Session(CATCH, dmplay.SeededUniforms(5), [dmplay.load_agent(CATCH, 0, "thompson")])
+    (follower,) = session.seated_policies
     assert follower
     while not session.over:
         session.advance()
-        np.testing.assert_allclose(follower.memory()[0][0], session.beliefs()[0], atol=1e-12)
+        np.testing.assert_allclose(
+            follower.current_memory()[0][0], session.current_beliefs()[0], atol=1e-12
+        )
 
 
 def test_the_greedy_throws_fifty_metres_first() -> None:
     greedy = Greedy(CATCH, 0)
-    assert greedy.choose((UNIFORM,), None, np.zeros((1, 0))) == CATCH.action(0, "50")
-    values = greedy.values((UNIFORM,))[0]
+    assert greedy.choose((UNIFORM,), None, np.zeros((1, 0))) == CATCH.parse_action(0, "50")
+    values = greedy.action_values((UNIFORM,))[0]
     assert values[4] == pytest.approx(25)  # at the middle of the proficiencies half are caught
 
 
 def test_thompson_throws_the_best_distance_of_the_proficiency_that_it_draws() -> None:
     u = np.array([[0.0], [0.25], [0.5], [0.75]])
-    chosen = Thompson(CATCH, 0).choose((np.repeat(UNIFORM, 4, axis=0),), None, u)
+    chosen = ThompsonSampling(CATCH, 0).choose((np.repeat(UNIFORM, 4, axis=0),), None, u)
     best = np.argmax(CATCH.tables.rewards[:, :, 0], axis=1)
     np.testing.assert_array_equal(chosen, best)
-    assert [CATCH.action_name(0, a) for a in chosen] == ["30", "40", "50", "60"]
+    assert [CATCH.format_action(0, a) for a in chosen] == ["30", "40", "50", "60"]
 
 
 def test_a_catch_speaks_for_the_proficient() -> None:
-    after = belief.update(CATCH, UNIFORM[0], [9], [CAUGHT]).belief
+    after = belief.update_belief(CATCH, UNIFORM[0], [9], [CAUGHT]).belief
     assert (np.diff(after) > 0).all()
 
 
 def after(policy: Optimal, *throws: tuple[str, int]) -> str:
     """The throw chosen after these throws and outcomes."""
-    memory = policy.begin(np.array([-1]))
+    memory = policy.initial_memory(np.array([-1]))
     for distance, seen in throws:
-        action = int(CATCH.action(0, distance))
+        action = int(CATCH.parse_action(0, distance))
         turn = Percept(np.array([action]), np.array([seen]), None, None)
-        memory = policy.update(memory, turn)
-    return CATCH.action_name(0, policy.choose(memory, None, np.zeros((1, 0)))[0])
+        memory = policy.update_memory(memory, turn)
+    return CATCH.format_action(0, policy.choose(memory, None, np.zeros((1, 0)))[0])
 
 
 def test_the_optimal_thrower_goes_up_after_catches_and_down_after_drops() -> None:
@@ -107,29 +112,33 @@ def test_the_optimal_thrower_goes_up_after_catches_and_down_after_drops() -> Non
 def test_the_last_throw_is_the_greedy_one() -> None:
     b = np.random.default_rng(2).dirichlet(np.ones(4), 50)
     done = np.full(50, 9)
-    optimal, greedy = Optimal(CATCH, 0).values((b, done)), Greedy(CATCH, 0).values((b,))
+    optimal, greedy = (
+        Optimal(CATCH, 0).action_values((b, done)),
+        Greedy(CATCH, 0).action_values((b,)),
+    )
     np.testing.assert_allclose(optimal, greedy, atol=1e-8)
 
 
 def test_a_belief_is_searched_once() -> None:
     policy = Optimal(CATCH, 0, horizon=4)
-    memory = policy.begin(np.full(3, -1))
-    policy.values(memory)
-    assert len(policy._known) == 1
-    policy.values(memory)
-    assert len(policy._known) == 1
-    assert len(policy._known[4]) == 1
+    memory = policy.initial_memory(np.full(3, -1))
+    policy.action_values(memory)
+    assert len(policy._q_cache) == 1
+    policy.action_values(memory)
+    assert len(policy._q_cache) == 1
+    assert len(policy._q_cache[4]) == 1
 
 
 def test_games_with_as_many_turns_to_go_are_looked_at_together() -> None:
     policy, b = Optimal(CATCH, 0, horizon=4), np.array([[0.3, 0.3, 0.2, 0.2], [0.6, 0, 0, 0.4]])
     memory = b[[0, 1, 0, 1, 0]], np.array([1, 2, 3, 3, 1])
     chosen = policy.choose(memory, None, np.zeros((5, 0)))
-    assert [CATCH.action_name(0, a) for a in chosen] == ["50", "50", "40", "60", "50"]
+    assert [CATCH.format_action(0, a) for a in chosen] == ["50", "50", "40", "60", "50"]
     alone = [
-        policy.ahead(b[[row]], left)[0] for row, left in ((0, 3), (1, 2), (0, 1), (1, 1), (0, 3))
+        policy.finite_horizon_values(b[[row]], left)[0]
+        for row, left in ((0, 3), (1, 2), (0, 1), (1, 1), (0, 3))
     ]
-    np.testing.assert_array_equal(policy.values(memory), alone)
+    np.testing.assert_array_equal(policy.action_values(memory), alone)
 
 
 def test_the_optimal_thrower_earns_what_it_values() -> None:

@@ -3,13 +3,13 @@ import pytest
 
 import dmplay
 from dmplay.policies.collision_avoidance import Optimal
-from dmplay.problems.collision_avoidance import RATES
+from dmplay.problems.collision_avoidance import ADVISED_RATES
 from dmplay.session import Session
 from dmplay.solvers import collision_grid
 
 DESCEND, NO_ADVISORY, CLIMB = range(3)
-LITERAL = dmplay.load("collision-avoidance")
-REPAIRED = dmplay.load("collision-avoidance", repaired=True)
+LITERAL = dmplay.load_problem("collision-avoidance")
+REPAIRED = dmplay.load_problem("collision-avoidance", repaired=True)
 CALM = 0.5  # of the draws, the one without a gust
 
 
@@ -69,49 +69,51 @@ def test_after_time_0_nothing_moves_and_nothing_is_paid() -> None:
 
 
 def test_a_game_is_41_actions_long() -> None:
-    game = Session(LITERAL, dmplay.Dice(7), [dmplay.agent(LITERAL, 0, "simple")])
+    game = Session(LITERAL, dmplay.SeededUniforms(7), [dmplay.load_agent(LITERAL, 0, "simple")])
     while not game.over:
         game.advance()
     assert len(game.turns) == 41
-    assert game.ending == "terminal"
+    assert game.end_reason == "terminal"
 
 
 def test_simple_acts_only_near_in_height_and_in_time() -> None:
-    policy = dmplay.agent(LITERAL, 0, "simple")
+    policy = dmplay.load_agent(LITERAL, 0, "simple")
     s = np.array(
         [[49, 0, 0, 29], [-49, 0, 0, 29], [0, 0, 0, 29], [50, 0, 0, 29], [49, 0, 0, 30]], float
     )
-    chosen = policy.choose(policy.begin(s), None, np.zeros((5, 0)))
+    chosen = policy.choose(policy.initial_memory(s), None, np.zeros((5, 0)))
     assert chosen.tolist() == [CLIMB, DESCEND, DESCEND, NO_ADVISORY, NO_ADVISORY]
 
 
 def test_actions_are_named_by_their_rates_too() -> None:
-    named = [LITERAL.action(0, word) for word in ("-5", "0", "none", "5", "no_advisory", "Climb")]
+    named = [
+        LITERAL.parse_action(0, word) for word in ("-5", "0", "none", "5", "no_advisory", "Climb")
+    ]
     assert named == [DESCEND, NO_ADVISORY, NO_ADVISORY, CLIMB, NO_ADVISORY, CLIMB]
 
 
 def test_a_state_is_read_back_to_the_last_bit() -> None:
-    s = LITERAL.start(np.array([[0.123456789, 0.987654321]]))[0]
-    assert (LITERAL.parse(LITERAL.notation(s)) == s).all()
+    s = LITERAL.sample_initial_states(np.array([[0.123456789, 0.987654321]]))[0]
+    assert (LITERAL.parse_state(LITERAL.format_state(s)) == s).all()
     assert s[2:].tolist() == [0, 40]
 
 
 def test_the_optimal_agent_alerts_late_and_hardly_ever_collides() -> None:
     optimal, simple = (
-        dmplay.rollout(LITERAL, [dmplay.agent(LITERAL, 0, name)], episodes=5000)
+        dmplay.rollout(LITERAL, [dmplay.load_agent(LITERAL, 0, name)], episodes=5000)
         for name in ("optimal", "simple")
     )
-    assert optimal.totals.mean() > -0.006
-    assert simple.totals.mean() < -0.05
-    policy = dmplay.agent(LITERAL, 0, "optimal")
+    assert optimal.total_rewards.mean() > -0.006
+    assert simple.total_rewards.mean() < -0.05
+    policy = dmplay.load_agent(LITERAL, 0, "optimal")
     head_on = np.array([[0, 0, 0, 40], [0, 0, 0, 10], [40, 0, 0, 15]], float)
-    chosen = policy.choose(policy.begin(head_on), None, np.zeros((3, 0)))
+    chosen = policy.choose(policy.initial_memory(head_on), None, np.zeros((3, 0)))
     # At the same height both ways out are worth the same: the first is to descend.
     assert chosen.tolist() == [NO_ADVISORY, DESCEND, CLIMB]
 
 
 def test_a_collision_is_discounted_by_the_seconds_before_it() -> None:
-    q = collision_grid.optimal(dmplay.load("collision-avoidance", discount=0.5))
+    q = collision_grid.compute_optimal_q(dmplay.load_problem("collision-avoidance", discount=0.5))
     level = q[:3, 1, 10, 10, NO_ADVISORY]  # at the intruder's height, without an advisory
     assert level.tolist() == [-1, -0.5, -0.25]
 
@@ -120,9 +122,9 @@ def test_encounters_at_different_times_are_worth_what_each_is_alone() -> None:
     policy = Optimal(LITERAL, 0)
     rng = np.random.default_rng(5)
     far, late = rng.uniform(-250, 250, (30, 1)), rng.integers(0, 45, (30, 1))
-    s = np.hstack([far, far / 20, rng.choice(RATES, (30, 1)), late])
-    alone = [policy.values((one[None],)) for one in s]
-    assert (policy.values((s,)) == np.concatenate(alone)).all()
-    grid = collision_grid.states(7)
-    q = collision_grid.optimal(LITERAL)[7].reshape(len(grid), -1)
-    assert (policy.values((grid,)) == q).all()
+    s = np.hstack([far, far / 20, rng.choice(ADVISED_RATES, (30, 1)), late])
+    alone = [policy.action_values((one[None],)) for one in s]
+    assert (policy.action_values((s,)) == np.concatenate(alone)).all()
+    grid = collision_grid.make_grid_states(7)
+    q = collision_grid.compute_optimal_q(LITERAL)[7].reshape(len(grid), -1)
+    assert (policy.action_values((grid,)) == q).all()

@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay import Dice, Session
+from dmplay import SeededUniforms, Session
 from dmplay.hexes import DIRECTIONS
 
-PROBLEM = dmplay.load("hexworld")
+PROBLEM = dmplay.load_problem("hexworld")
 
 
 def walked(draw: float, action: str, at: tuple[int, int]) -> tuple[str, float]:
@@ -13,7 +13,7 @@ def walked(draw: float, action: str, at: tuple[int, int]) -> tuple[str, float]:
     hexes = PROBLEM.hexes  # type: ignore[attr-defined]
     state = np.array([hexes.index(at)])
     outcome = PROBLEM.step(state, np.array([[DIRECTIONS.index(action)]]), np.array([[draw]]))
-    return PROBLEM.notation(outcome.state[0]), float(outcome.rewards[0, 0])
+    return PROBLEM.format_state(outcome.state[0]), float(outcome.rewards[0, 0])
 
 
 def test_a_step_goes_where_it_is_aimed_in_seven_of_ten() -> None:
@@ -28,20 +28,20 @@ def test_an_exit_pays_whatever_is_done_there_and_ends_the_game() -> None:
         for action in DIRECTIONS:
             moved, paid = walked(0.5, action, place)
             assert paid == pay
-            assert PROBLEM.terminal(np.array([PROBLEM.parse(moved)])).all()
+            assert PROBLEM.terminal(np.array([PROBLEM.parse_state(moved)])).all()
 
 
 @pytest.mark.parametrize("settings", [{}, {"slip": 0.0}, {"bump_cost": 0.0}, {"slip": 1.0}])
 def test_undiscounted_the_optimum_comes_to_an_exit_and_earns_what_it_says(
     settings: dict[str, float],
 ) -> None:
-    problem = dmplay.load("hexworld", discount=1.0, **settings)
-    optimal = dmplay.agent(problem, 0, "optimal")
-    played = dmplay.rollout(problem, [optimal], episodes=200, turns=2000, seed=5)
-    assert played.over.all()
-    values = optimal.values((problem.enumerated(),))
+    problem = dmplay.load_problem("hexworld", discount=1.0, **settings)
+    optimal = dmplay.load_agent(problem, 0, "optimal")
+    played = dmplay.rollout(problem, [optimal], episodes=200, turn_limit=2000, seed=5)
+    assert played.terminated.all()
+    values = optimal.action_values((problem.enumerate_states(),))
     assert values is not None
-    starts = [Session(problem, Dice(5, game)).first for game in range(200)]
+    starts = [Session(problem, SeededUniforms(5, game)).initial_state for game in range(200)]
     wanted = values.max(axis=1)[np.array(starts)].mean()
     error = played.returns[:, 0].std() / np.sqrt(200)
     assert played.returns[:, 0].mean() == pytest.approx(wanted, abs=4 * error + 1e-6)

@@ -3,7 +3,7 @@ import pytest
 
 import dmplay
 from dmplay import belief
-from dmplay.core import Percept, exact
+from dmplay.core import Percept, enumerate_outcomes
 from dmplay.policies.machine_replacement import (
     EXAMINE,
     INTERRUPT,
@@ -34,8 +34,8 @@ def chosen(policy: Threshold, *b: float) -> int:
 
 @pytest.mark.parametrize("u", [0.0, 0.5, 0.999999999])
 def test_the_machine_starts_with_no_failed_component(u: float) -> None:
-    assert MACHINE.start(np.array([[u]]))[0] == 0
-    np.testing.assert_array_equal(belief.prior(MACHINE), [1, 0, 0])
+    assert MACHINE.sample_initial_states(np.array([[u]]))[0] == 0
+    np.testing.assert_array_equal(belief.initial_belief(MACHINE), [1, 0, 0])
 
 
 @pytest.mark.parametrize("u", [0.0, 0.5, 0.999999999])
@@ -56,20 +56,20 @@ def test_a_broken_machine_makes_one_good_product_of_four() -> None:
 
 def test_only_an_examination_shows_a_defect() -> None:
     for action in (MANUFACTURE, INTERRUPT, REPLACE):
-        p, outcome = exact(MACHINE, np.arange(3), np.full((3, 1), action))
+        p, outcome = enumerate_outcomes(MACHINE, np.arange(3), np.full((3, 1), action))
         assert (outcome.observations[p > 0] == NONDEFECTIVE).all()
 
 
 def test_a_defect_rules_out_the_sound_machine() -> None:
-    found = belief.update(MACHINE, np.array([1.0, 0, 0]), [EXAMINE], [DEFECTIVE])
+    found = belief.update_belief(MACHINE, np.array([1.0, 0, 0]), [EXAMINE], [DEFECTIVE])
     assert found.likelihood == pytest.approx(0.18 * 0.5 + 0.01 * 0.75)
     np.testing.assert_allclose(found.belief, [0, 0.09 / 0.0975, 0.0075 / 0.0975])
 
 
 def test_it_is_a_pomdp_of_three_states_whose_rewards_stay_hidden() -> None:
     assert MACHINE.kind == "POMDP"
-    assert [MACHINE.notation(s) for s in MACHINE.enumerated()] == ["0", "1", "2"]
-    assert not MACHINE.rewards_observed
+    assert [MACHINE.format_state(s) for s in MACHINE.enumerate_states()] == ["0", "1", "2"]
+    assert not MACHINE.rewards_observable
 
 
 def test_the_threshold_repairs_by_the_cheaper_way() -> None:
@@ -83,7 +83,9 @@ def test_the_threshold_repairs_by_the_cheaper_way() -> None:
 
 def test_the_threshold_interrupts_after_six_products() -> None:
     # It looks at none of them; it expects 0, 0.2, 0.38, 0.542, 0.6878, 0.81902, 0.937118 failures.
-    session = Session(MACHINE, dmplay.Dice(1), [dmplay.agent(MACHINE, 0, "threshold")])
+    session = Session(
+        MACHINE, dmplay.SeededUniforms(1), [dmplay.load_agent(MACHINE, 0, "threshold")]
+    )
     while not session.over:
         session.advance()
     done = [int(action) for action in session.view(0).actions]
@@ -96,13 +98,13 @@ def with_turns_done(done: int, *b: float) -> tuple[np.ndarray, np.ndarray]:
 
 def test_the_optimum_counts_its_turns_down_and_starts_again() -> None:
     policy = Optimal(MACHINE, 0)
-    memory = policy.begin(np.array([-1]))
+    memory = policy.initial_memory(np.array([-1]))
     for done in range(25):
         assert memory[1].tolist() == [done]
-        wanted = policy.ahead(memory[0], 20 - done % 20)
-        np.testing.assert_array_equal(policy.values(memory), wanted)
+        wanted = policy.finite_horizon_values(memory[0], 20 - done % 20)
+        np.testing.assert_array_equal(policy.action_values(memory), wanted)
         turn = Percept(np.array([MANUFACTURE]), np.array([NONDEFECTIVE]), None, None)
-        memory = policy.update(memory, turn)
+        memory = policy.update_memory(memory, turn)
 
 
 def test_near_the_end_the_optimum_repairs_no_more() -> None:
@@ -115,9 +117,9 @@ def test_near_the_end_the_optimum_repairs_no_more() -> None:
 def test_rows_with_other_turns_left_are_valued_apart() -> None:
     policy = Optimal(MACHINE, 0)
     b, done = np.array([[0.5, 0.3, 0.2]] * 3), np.array([0, 7, 0])
-    q = policy.values((b, done))
+    q = policy.action_values((b, done))
     np.testing.assert_array_equal(q[0], q[2])
-    np.testing.assert_array_equal(q[1], policy.ahead(b[:1], 13)[0])
+    np.testing.assert_array_equal(q[1], policy.finite_horizon_values(b[:1], 13)[0])
 
 
 def test_figure_f12_has_a_second_region_of_manufacture() -> None:
@@ -130,9 +132,11 @@ def test_figure_f12_has_a_second_region_of_manufacture() -> None:
 
 def test_qmdp_is_worth_the_visible_machine_where_the_state_is_known() -> None:
     policy = Qmdp(MACHINE, 0)
-    q = policy.ahead(np.eye(3), 20)
-    np.testing.assert_allclose(q.max(axis=1), value_iteration.sweep(MACHINE.tables, 1.0, 20))
-    last = policy.values((np.eye(3), np.full(3, 19)))
+    q = policy.finite_horizon_values(np.eye(3), 20)
+    np.testing.assert_allclose(
+        q.max(axis=1), value_iteration.compute_finite_horizon_values(MACHINE.tables, 1.0, 20)
+    )
+    last = policy.action_values((np.eye(3), np.full(3, 19)))
     np.testing.assert_allclose(last, MACHINE.tables.rewards[:, :, 0])
 
 

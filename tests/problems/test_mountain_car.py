@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.problems._trigonometry import cosine_of_triple
+from dmplay.problems._trigonometry import compute_cosine_of_triple
 from tests.truth_kinds.course import course, courses
 
 LEFT, COAST, RIGHT = range(3)
-PROBLEM = dmplay.load("mountain-car")
-GYM = dmplay.load("mountain-car:gym")
+PROBLEM = dmplay.load_problem("mountain-car")
+GYM = dmplay.load_problem("mountain-car:gym")
 
 
 def stepped(game: dmplay.Problem, state: list[float], a: int) -> tuple[list[float], float]:
@@ -52,21 +52,21 @@ def test_gymnasiums_goal_is_lower_and_needs_a_car_that_goes_up() -> None:
 
 @pytest.mark.parametrize(("still", "steps"), [("coast", 218), ("left", 217), ("right", 126)])
 def test_pumping_takes_as_long_as_its_first_push_says(still: str, steps: int) -> None:
-    pump = dmplay.agent(PROBLEM, 0, f"pump:still={still}")
+    pump = dmplay.load_agent(PROBLEM, 0, f"pump:still={still}")
     turns = list(course(PROBLEM, pump, [-0.5, 0.0], 500))
     assert len(turns) == steps
     assert sum(pay for _, pay in turns) == -steps
 
 
 def test_pumping_reaches_gymnasiums_goal_in_its_200_turns() -> None:
-    played = dmplay.rollout(GYM, [dmplay.agent(GYM, 0, "pump")], episodes=500)
-    assert played.over.all()
-    assert (played.totals[:, 0] == -played.turns).all()
+    played = dmplay.rollout(GYM, [dmplay.load_agent(GYM, 0, "pump")], episodes=500)
+    assert played.terminated.all()
+    assert (played.total_rewards[:, 0] == -played.turn_counts).all()
 
 
 @cache
 def optimal(game: dmplay.Problem) -> dmplay.Policy:
-    return dmplay.agent(game, 0, "optimal")
+    return dmplay.load_agent(game, 0, "optimal")
 
 
 FEWEST = {-0.5: 106, -0.4: 86, 0.0: 78, -1.2: 41}  # turns known, by where the car stands
@@ -75,7 +75,7 @@ FEWEST = {-0.5: 106, -0.4: 86, 0.0: 78, -1.2: 41}  # turns known, by where the c
 def test_the_optimal_agent_takes_the_fewest_turns_known() -> None:
     agent, starts = optimal(PROBLEM), [[start, 0.0] for start in FEWEST]
     turns = -np.sum([paid for _, paid in courses(PROBLEM, agent, starts, 500)], axis=0)
-    values = agent.values(agent.begin(np.array(starts)))
+    values = agent.action_values(agent.initial_memory(np.array(starts)))
     assert values is not None
     for fewest, taken, worth in zip(FEWEST.values(), turns, values.max(axis=1), strict=True):
         assert fewest <= taken <= fewest + 1
@@ -83,8 +83,8 @@ def test_the_optimal_agent_takes_the_fewest_turns_known() -> None:
 
 
 def test_a_discount_to_which_the_goal_is_faint_changes_no_turn() -> None:
-    near = dmplay.load("mountain-car", discount=0.9)
-    assert len(list(course(near, dmplay.agent(near, 0, "optimal"), [-0.5, 0.0], 500))) == 106
+    near = dmplay.load_problem("mountain-car", discount=0.9)
+    assert len(list(course(near, dmplay.load_agent(near, 0, "optimal"), [-0.5, 0.0], 500))) == 106
 
 
 @pytest.mark.usefixtures("coarse")
@@ -94,35 +94,39 @@ def test_the_optimal_agent_comes_there_from_anywhere_before_one_who_pumps(
 ) -> None:
     best, pump = (
         dmplay.rollout(game, [agent], episodes=40)
-        for agent in (optimal(game), dmplay.agent(game, 0, "pump"))
+        for agent in (optimal(game), dmplay.load_agent(game, 0, "pump"))
     )
-    assert best.over.all()
-    assert (best.turns <= pump.turns).all()
-    assert best.turns.mean() < 0.9 * pump.turns.mean()
+    assert best.terminated.all()
+    assert (best.turn_counts <= pump.turn_counts).all()
+    assert best.turn_counts.mean() < 0.9 * pump.turn_counts.mean()
 
 
 def test_the_engine_alone_is_too_weak() -> None:
-    right = dmplay.agent(PROBLEM, 0, "always-right")
+    right = dmplay.load_agent(PROBLEM, 0, "always-right")
     assert max(s[0] for s, _ in course(PROBLEM, right, [-0.5, 0.0], 1000)) < 0.0
 
 
 def test_a_game_starts_anywhere_and_gymnasiums_in_the_valley() -> None:
     u = np.array([[0.0, 0.0], [0.5, 0.5], [0.999999999, 0.999999999]])
-    assert PROBLEM.start(u) == pytest.approx(np.array([[-1.2, -0.07], [-0.3, 0.0], [0.6, 0.07]]))
-    assert GYM.start(u) == pytest.approx(np.array([[-0.6, 0.0], [-0.5, 0.0], [-0.4, 0.0]]))
+    assert PROBLEM.sample_initial_states(u) == pytest.approx(
+        np.array([[-1.2, -0.07], [-0.3, 0.0], [0.6, 0.07]])
+    )
+    assert GYM.sample_initial_states(u) == pytest.approx(
+        np.array([[-0.6, 0.0], [-0.5, 0.0], [-0.4, 0.0]])
+    )
     assert (PROBLEM.horizon, GYM.horizon) == (None, 200)
 
 
 def test_actions_have_the_names_of_a_driver_too() -> None:
-    named = [PROBLEM.action(0, word) for word in ("reverse", "-", "forward", "Left", "coast")]
+    named = [PROBLEM.parse_action(0, word) for word in ("reverse", "-", "forward", "Left", "coast")]
     assert named == [LEFT, COAST, RIGHT, LEFT, COAST]
 
 
 def test_a_state_is_read_back_to_the_last_bit() -> None:
-    s = PROBLEM.start(np.array([[0.123456789, 0.987654321]]))[0]
-    assert (PROBLEM.parse(PROBLEM.notation(s)) == s).all()
+    s = PROBLEM.sample_initial_states(np.array([[0.123456789, 0.987654321]]))[0]
+    assert (PROBLEM.parse_state(PROBLEM.format_state(s)) == s).all()
 
 
 def test_the_slope_is_the_librarys_cosine_to_the_last_bits() -> None:
     x = np.linspace(-1.2, 0.6, 10_001)
-    assert np.abs(cosine_of_triple(x) - np.cos(3 * x)).max() < 2e-15
+    assert np.abs(compute_cosine_of_triple(x) - np.cos(3 * x)).max() < 2e-15

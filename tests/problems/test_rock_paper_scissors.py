@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.finding.agents import roster
-from dmplay.policies._matrix_agents import BestResponse
+from dmplay.finding.agents import load_roster
+from dmplay.policies._matrix_agents import FictitiousPlay
 from dmplay.problems.rock_paper_scissors import RockPaperScissors
 from dmplay.session import Session
 
@@ -12,8 +12,8 @@ ROCK, PAPER, SCISSORS = range(3)
 
 
 def played(first: str, second: str, rounds: int) -> list[tuple[int, int]]:
-    agents = [dmplay.agent(GAME, seat, name) for seat, name in enumerate((first, second))]
-    session = Session(GAME, dmplay.Dice(1), agents, limit=rounds)
+    agents = [dmplay.load_agent(GAME, seat, name) for seat, name in enumerate((first, second))]
+    session = Session(GAME, dmplay.SeededUniforms(1), agents, turn_limit=rounds)
     while not session.over:
         session.advance()
     return [(int(a), int(b)) for a, b in (turn.actions for turn in session.turns)]
@@ -38,10 +38,10 @@ def test_beating_the_last_of_one_who_does_the_same_goes_round() -> None:
 
 
 def test_frequency_answers_the_commonest_action_and_breaks_ties_by_order() -> None:
-    frequency = BestResponse(GAME, 1)
+    frequency = FictitiousPlay(GAME, 1)
     memory = (np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [2, 2, 2], [0, 3, 0]]),)
     worth = [[0, 0, 0], [0, 1, -1], [-0.5, 0.5, 0], [0, 0, 0], [-1, 0, 1]]
-    assert frequency.values(memory).tolist() == worth
+    assert frequency.action_values(memory).tolist() == worth
     chosen = frequency.choose(memory, None, np.zeros((5, 0)))
     assert chosen.tolist() == [ROCK, PAPER, PAPER, ROCK, SCISSORS]
 
@@ -53,5 +53,5 @@ def test_beating_the_last_beats_frequency_twice_in_ten_rounds() -> None:
 
 def test_it_is_a_simple_game_in_public() -> None:
     assert GAME.kind == "simple game"
-    assert not GAME.hidden
-    assert roster(GAME, 1).partner == "frequency"
+    assert not GAME.partially_observable
+    assert load_roster(GAME, 1).default_partner == "frequency"

@@ -6,7 +6,7 @@ from dmplay.errors import BadParameter
 from dmplay.problems.simple_regulator import SimpleRegulator
 from dmplay.session import Session
 from dmplay.solvers import linear_regulator
-from dmplay.solvers.linear_regulator import OPTIMAL, Linear
+from dmplay.solvers.linear_regulator import OPTIMAL_POLICY, LinearGaussianPolicy
 
 PROBLEM = SimpleRegulator()
 
@@ -21,60 +21,67 @@ def test_the_successor_is_the_sum_and_what_two_uniforms_add() -> None:
 
 def test_without_noise_the_optimal_agent_is_at_zero_after_one_turn() -> None:
     problem = SimpleRegulator(noise=0.0)
-    game = Session(problem, dmplay.Dice(4), [dmplay.agent(problem, 0, "optimal")])
+    game = Session(problem, dmplay.SeededUniforms(4), [dmplay.load_agent(problem, 0, "optimal")])
     game.advance()
     assert game.state[0] == pytest.approx(0.0, abs=5e-10)  # actions have nine decimals
 
 
 def test_the_optimal_action_is_kept_to_the_interval_and_to_nine_decimals() -> None:
-    policy = dmplay.agent(PROBLEM, 0, "optimal")
-    memory = policy.begin(np.array([[0.1234567891234], [-25.0], [0.0], [12.0]]))
+    policy = dmplay.load_agent(PROBLEM, 0, "optimal")
+    memory = policy.initial_memory(np.array([[0.1234567891234], [-25.0], [0.0], [12.0]]))
     chosen = policy.choose(memory, None, np.zeros((4, 0)))
     assert chosen.tolist() == [-0.123456789, 10.0, 0.0, -10.0]
     assert not np.signbit(chosen[2])
 
 
 def test_the_gaussian_agent_draws_around_theta1_s() -> None:
-    policy = dmplay.agent(PROBLEM, 0, "gaussian:theta1=-0.5,theta2=0.2")
-    assert policy.draws == 2
-    memory = policy.begin(np.full((3, 1), 0.4))
+    policy = dmplay.load_agent(PROBLEM, 0, "gaussian:theta1=-0.5,theta2=0.2")
+    assert policy.uniform_count == 2
+    memory = policy.initial_memory(np.full((3, 1), 0.4))
     u = np.array([[0.0, 0.0], [1 - np.exp(-0.5), 0.0], [1 - np.exp(-0.5), 0.5]])  # radii 0, 1, 1
     assert policy.choose(memory, None, u).tolist() == pytest.approx([-0.2, 0.0, -0.4])
 
 
 def test_a_gaussian_that_draws_wide_stays_in_the_interval() -> None:
-    policy = dmplay.agent(PROBLEM, 0, "gaussian:theta2=100")
+    policy = dmplay.load_agent(PROBLEM, 0, "gaussian:theta2=100")
     u = np.array([[0.99, 0.0], [0.99, 0.5]])
-    assert policy.choose(policy.begin(np.zeros((2, 1))), None, u).tolist() == [10.0, -10.0]
+    assert policy.choose(policy.initial_memory(np.zeros((2, 1))), None, u).tolist() == [10.0, -10.0]
 
 
 def test_games_of_the_gaussian_agent_have_the_return_that_its_value_predicts() -> None:
-    policy = Linear(-0.9, 0.05)
-    agent = dmplay.agent(PROBLEM, 0, "gaussian:theta1=-0.9,theta2=0.05")
+    policy = LinearGaussianPolicy(-0.9, 0.05)
+    agent = dmplay.load_agent(PROBLEM, 0, "gaussian:theta1=-0.9,theta2=0.05")
     played = dmplay.rollout(PROBLEM, [agent], episodes=20_000, seed=3)
-    told = linear_regulator.finite(PROBLEM, policy, 20).mean(0.3, 0.1)
+    told = linear_regulator.evaluate_finite_horizon(PROBLEM, policy, 20).compute_gaussian_mean(
+        0.3, 0.1
+    )
     error = played.returns.std() / np.sqrt(len(played.returns))
     assert abs(played.returns.mean() - told) < 4 * error
 
 
 def test_a_value_without_end_needs_a_discount_and_a_policy_that_stays() -> None:
-    assert linear_regulator.infinite(PROBLEM, OPTIMAL).at(0.0) == pytest.approx(-0.09)
-    for problem, policy in ((SimpleRegulator(discount=1.0), OPTIMAL), (PROBLEM, Linear(0.1, 0.0))):
+    assert linear_regulator.evaluate_infinite_horizon(PROBLEM, OPTIMAL_POLICY).evaluate_at(
+        0.0
+    ) == pytest.approx(-0.09)
+    for problem, policy in (
+        (SimpleRegulator(discount=1.0), OPTIMAL_POLICY),
+        (PROBLEM, LinearGaussianPolicy(0.1, 0.0)),
+    ):
         with pytest.raises(BadParameter, match="minus infinity"):
-            linear_regulator.infinite(problem, policy)
+            linear_regulator.evaluate_infinite_horizon(problem, policy)
 
 
 def test_an_action_is_a_number_of_the_interval() -> None:
-    assert PROBLEM.action(0, "-0.3000000001") == -0.3
+    assert PROBLEM.parse_action(0, "-0.3000000001") == -0.3
     for text in ("10.5", "-11", "nan", "left"):
         with pytest.raises(BadParameter, match="expected a number from -10 to 10"):
-            PROBLEM.action(0, text)
+            PROBLEM.parse_action(0, text)
 
 
 def test_undiscounted_differs_in_the_discount_alone() -> None:
-    assert dmplay.load("simple-regulator:undiscounted") == SimpleRegulator(discount=1.0)
+    assert dmplay.load_problem("simple-regulator:undiscounted") == SimpleRegulator(discount=1.0)
 
 
 def test_a_state_is_read_back_to_the_last_bit() -> None:
-    s = PROBLEM.start(np.array([[0.123456789, 0.987654321]]))[0]
-    assert (PROBLEM.parse(PROBLEM.notation(s)) == s).all()
+    s = PROBLEM.sample_initial_states(np.array([[0.123456789, 0.987654321]]))[0]
+    assert (PROBLEM.parse_state(PROBLEM.format_state(s)) == s).all()

@@ -3,19 +3,19 @@ import pytest
 
 import dmplay
 from dmplay.errors import BadParameter, UnknownName
-from dmplay.finding.agents import roster
-from dmplay.policies._matrix_agents import Softmax
-from dmplay.policies.travelers_dilemma import Claim
+from dmplay.finding.agents import load_roster
+from dmplay.policies._matrix_agents import HierarchicalSoftmax
+from dmplay.policies.travelers_dilemma import FixedClaim
 from dmplay.problems.travelers_dilemma import CLAIMS, TravelersDilemma
 from dmplay.solvers import matrix_game
-from dmplay.solvers.matrix_game import Profile
+from dmplay.solvers.matrix_game import MixedProfile
 from tests.oracles import responses
 
 GAME = TravelersDilemma()
 
 
 def paid(first: int, second: int) -> list[int]:
-    a = np.array([[GAME.action(0, str(first)), GAME.action(1, str(second))]], int)
+    a = np.array([[GAME.parse_action(0, str(first)), GAME.parse_action(1, str(second))]], int)
     return [int(paid) for paid in GAME.step(np.zeros(1, int), a, np.zeros((1, 0))).rewards[0]]
 
 
@@ -29,69 +29,72 @@ def test_the_lower_claim_is_paid_two_more_and_the_higher_two_less() -> None:
 
 def test_96_and_97_tie_against_a_traveler_who_claims_anything() -> None:
     uniform = np.full(99, 1 / 99)
-    first, second = responses.best_responses(GAME.payoffs, Profile(uniform, uniform))
+    first, second = responses.best_responses(GAME.payoffs, MixedProfile(uniform, uniform))
     assert CLAIMS[first].tolist() == CLAIMS[second].tolist() == [96, 97]
 
 
 def test_a_hundred_is_dominated_by_a_mix_but_by_no_claim() -> None:
     own = GAME.payoffs[:, :, 0]
     assert not (own > own[-1]).all(axis=1).any()
-    rows, columns = matrix_game.undominated(GAME.payoffs)
+    rows, columns = matrix_game.find_undominated_actions(GAME.payoffs)
     assert rows == columns == [0]
 
 
 def test_nothing_dominates_where_every_action_is_a_best_reply() -> None:
     wins = np.array([[0.0, -1, 1], [1, 0, -1], [-1, 1, 0]])
-    assert matrix_game.undominated(np.stack([wins, wins.T], axis=2)) == ([0, 1, 2], [0, 1, 2])
+    assert matrix_game.find_undominated_actions(np.stack([wins, wins.T], axis=2)) == (
+        [0, 1, 2],
+        [0, 1, 2],
+    )
 
 
 def test_claims_are_typed_as_their_number_and_no_others_exist() -> None:
-    assert GAME.action(0, "2") == 0
-    assert GAME.action(0, "100") == 98
+    assert GAME.parse_action(0, "2") == 0
+    assert GAME.parse_action(0, "100") == 98
     for text in ("1", "101", "2.5"):
         with pytest.raises(LookupError):
-            GAME.action(0, text)
+            GAME.parse_action(0, text)
 
 
 def test_a_claim_is_a_parameter_of_its_agent() -> None:
-    claim = dmplay.agent(GAME, 0, "claim:claim=97")
+    claim = dmplay.load_agent(GAME, 0, "claim:claim=97")
     assert claim.choose((np.zeros(2),), None, np.zeros((2, 0))).tolist() == [95, 95]
     for bad in ("claim:claim=1", "claim:claim=101", "level-k:level=-1"):
         with pytest.raises(BadParameter):
-            dmplay.agent(GAME, 0, bad)
+            dmplay.load_agent(GAME, 0, bad)
 
 
 def test_nash_claims_two_and_the_plain_claim_is_a_hundred() -> None:
-    assert Claim(GAME, 0).claim == 100
-    nash = dmplay.agent(GAME, 1, "nash")
+    assert FixedClaim(GAME, 0).claim == 100
+    nash = dmplay.load_agent(GAME, 1, "nash")
     assert CLAIMS[nash.choose((np.zeros(2),), None, np.array([[0.0], [0.999]]))].tolist() == [2, 2]
     with pytest.raises(UnknownName, match="nash"):  # it has no claim to be told
-        dmplay.agent(GAME, 1, "nash:claim=3")
+        dmplay.load_agent(GAME, 1, "nash:claim=3")
 
 
 def test_level_0_claims_anything_and_level_2_most_often_96() -> None:
     u = np.arange(99)[:, None] / 99 + 1e-6
-    anything = Softmax(GAME, 0, level=0).choose((np.zeros(99),), None, u)
+    anything = HierarchicalSoftmax(GAME, 0, level=0).choose((np.zeros(99),), None, u)
     assert anything.tolist() == list(range(99))
     u = np.arange(10_000)[:, None] / 10_000
-    claims = CLAIMS[Softmax(GAME, 1).choose((np.zeros(10_000),), None, u)]
+    claims = CLAIMS[HierarchicalSoftmax(GAME, 1).choose((np.zeros(10_000),), None, u)]
     assert np.bincount(claims.astype(int)).argmax() == 96
     assert (claims >= 97).mean() == pytest.approx(0.314, abs=1e-3)
 
 
 def test_a_hint_of_level_k_is_against_one_level_lower() -> None:
-    values = Softmax(GAME, 0, level=1).values((np.zeros(3),))
+    values = HierarchicalSoftmax(GAME, 0, level=1).action_values((np.zeros(3),))
     assert values.shape == (3, 99)
     assert values[0].max() == pytest.approx(values[0, 94])
     assert values[0, 94] == pytest.approx(values[0, 95])  # 96 and 97
 
 
 def test_a_person_meets_level_k() -> None:
-    assert roster(GAME, 1).partner == "level-k"
+    assert load_roster(GAME, 1).default_partner == "level-k"
 
 
 def test_a_person_is_advised_the_best_claim_not_a_likely_one() -> None:
-    assert roster(GAME, 0).adviser == "best-response"
-    advised = dmplay.agent(GAME, 0, "best-response")
-    before = advised.begin(np.zeros(1))
+    assert load_roster(GAME, 0).hint_provider == "best-response"
+    advised = dmplay.load_agent(GAME, 0, "best-response")
+    before = advised.initial_memory(np.zeros(1))
     assert CLAIMS[advised.choose(before, None, np.zeros((1, 0)))] == 96

@@ -10,13 +10,13 @@ from xml.etree import ElementTree
 import pytest
 from rich.text import Text
 
-from dmplay.cli.errands import do
-from dmplay.game.checking import check
+from dmplay.cli.errands import execute_result
+from dmplay.game.checking import verify_file
 from dmplay.game.errand import Printout
-from dmplay.game.request import Recording
-from dmplay.reports.drawing import film
-from dmplay.reports.export import Aspect, exported
-from tests.support.games import read, recorded
+from dmplay.game.request import ReplayRequest
+from dmplay.reports.drawing import texts_to_animated_svg
+from dmplay.reports.export import ExportOptions, export_transcript
+from tests.support.games import read_transcript, recorded
 from tests.support.programs import run
 
 pytestmark = pytest.mark.slow  # starts the program again and again
@@ -172,7 +172,7 @@ def test_a_review_values_every_move_and_is_kept_as_notes(file: Path) -> None:
         "2     w      sw    0.58 ###############",
         "review: 0 of 2 moves the best, regret 1.36 in all, most in turn 1",
     ]
-    assert check(file).ok
+    assert verify_file(file).is_ok
     notes = [row for row in file.read_text().splitlines() if row.startswith("# review ")]
     assert notes[0].startswith("# review turn 1, agent: chose e, best se, regret 0.78. values: e ")
     assert len(notes) == 3
@@ -193,8 +193,8 @@ def test_a_branch_shares_the_first_turns_and_its_dice(file: Path) -> None:
     done = run(file.parent, "branch", "g.dmt", "--at", "1", "-o", "b.dmt", stdin="ne\nquit\n")
     assert done.returncode == 0
     other = file.parent / "b.dmt"
-    assert check(other).ok
-    kept, new = read(file), read(other)
+    assert verify_file(other).is_ok
+    kept, new = read_transcript(file), read_transcript(other)
     assert kept.blocks[1]["draws"] == new.blocks[1]["draws"]
     assert kept.blocks[2]["draws"] == new.blocks[2]["draws"]
     assert new.blocks[2]["actions"] == {"agent": "ne"}
@@ -206,15 +206,23 @@ def test_a_branch_keeps_the_dice_that_were_thrown_anew(tmp_path: Path) -> None:
     moves = "w\nw\nreroll\nreroll\nw\n"
     run(tmp_path, "hexworld", "--seed", "3", "-o", "g.dmt", stdin=moves)
     run(tmp_path, "branch", "g.dmt", "--at", "2", "-o", "b.dmt", stdin="e\nundo 2\nw\n")
-    assert check(tmp_path / "b.dmt").ok
-    draws = [block["draws"] for block in read(tmp_path / "g.dmt").blocks if block.kind == "turn"]
-    told = [block["draws"] for block in read(tmp_path / "b.dmt").blocks if block.kind == "turn"]
+    assert verify_file(tmp_path / "b.dmt").is_ok
+    draws = [
+        block["draws"]
+        for block in read_transcript(tmp_path / "g.dmt").blocks
+        if block.kind == "turn"
+    ]
+    told = [
+        block["draws"]
+        for block in read_transcript(tmp_path / "b.dmt").blocks
+        if block.kind == "turn"
+    ]
     assert told == [*draws[:3], *draws[4:], draws[4]]
 
 
 def test_a_film_holds_one_of_its_pictures_at_a_time() -> None:
     drawn: list[int] = []
-    parts = film((drawn.append(n) or Text("x") for n in range(3)), 3, "three", 9)  # type: ignore[func-returns-value]
+    parts = texts_to_animated_svg((drawn.append(n) or Text("x") for n in range(3)), 3, "three", 9)  # type: ignore[func-returns-value]
     seen = [(len(drawn), part.count("</svg>")) for part in parts]
     assert seen == [(1, 0), (1, 0), (1, 1), (2, 1), (3, 1), (3, 1)]
 
@@ -222,7 +230,9 @@ def test_a_film_holds_one_of_its_pictures_at_a_time() -> None:
 @pytest.mark.parametrize("form", ["text", "cast", "film"])
 def test_what_is_printed_is_drawn_when_it_is_told(form: str, tmp_path: Path) -> None:
     recorded(tmp_path / "g.dmt", "hexworld", "random", turns=9)
-    parts = exported(Recording(tmp_path / "g.dmt"), [form], Aspect()).parts
+    parts = export_transcript(
+        ReplayRequest(tmp_path / "g.dmt"), [form], ExportOptions()
+    ).text_chunks
     assert iter(parts) is parts  # made one by one, and by nobody before
 
 
@@ -232,5 +242,5 @@ def test_what_is_told_part_by_part_is_printed_so(capsys: pytest.CaptureFixture[s
         assert capsys.readouterr().out == "one\n"
         yield "t\x1bwo"
 
-    assert do(Printout("", parts=parts())) == 0
+    assert execute_result(Printout("", text_chunks=parts())) == 0
     assert capsys.readouterr().out == "t\\x1bwo\n"

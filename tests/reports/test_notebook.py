@@ -83,9 +83,9 @@ def test_of_several_who_see_different_things_nothing_is_shown() -> None:
 
 
 def test_the_seat_that_is_played_from_outside_is_shown() -> None:
-    problem = dmplay.load("multicaregiver-crying-baby")
-    agent = dmplay.agent(problem, 0, "feed-when-crying")
-    game = dmplay.Session(problem, dmplay.Dice(7), [agent, None])
+    problem = dmplay.load_problem("multicaregiver-crying-baby")
+    agent = dmplay.load_agent(problem, 0, "feed-when-crying")
+    game = dmplay.Session(problem, dmplay.SeededUniforms(7), [agent, None])
     game.advance([None, 1])
     assert "as caregiver2 sees it" in shown(game)[0]
 
@@ -93,7 +93,7 @@ def test_the_seat_that_is_played_from_outside_is_shown() -> None:
 def test_a_recording_is_shown_where_it_stands_and_hides_nothing() -> None:
     walk = Playback(HEX)
     before = shown(walk)[0]
-    walk.unattended()
+    walk.play_agent_turn()
     assert before.startswith("dmplay hexworld  turn 0")
     assert shown(walk)[0].startswith("dmplay hexworld  turn 1")
     assert "truly" in shown(Playback(BABY))[0]
@@ -101,7 +101,7 @@ def test_a_recording_is_shown_where_it_stands_and_hides_nothing() -> None:
 
 def test_every_problem_is_shown() -> None:
     for name in problem_names():
-        plain, page = shown(dmplay.Session(dmplay.load(name), dmplay.Dice(7)))
+        plain, page = shown(dmplay.Session(dmplay.load_problem(name), dmplay.SeededUniforms(7)))
         assert plain.startswith(f"dmplay {name}  turn 0")
         assert not Words(page).inside
 
@@ -110,7 +110,7 @@ def test_every_problem_is_shown() -> None:
 def test_a_session_loads_no_drawing_before_it_is_shown() -> None:
     code = (
         "import sys, dmplay\n"
-        "game = dmplay.Session(dmplay.load('hexworld'), dmplay.Dice(7))\n"
+        "game = dmplay.Session(dmplay.load_problem('hexworld'), dmplay.SeededUniforms(7))\n"
         "before = 'rich' in sys.modules\n"
         "game._repr_html_()\n"
         "print(before, 'rich' in sys.modules)"

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from dmplay.reports.progress import Bar
+from dmplay.reports.progress import ProgressBar
 
 
 def drawn(
@@ -16,8 +16,8 @@ def drawn(
     lead, follow = pty.openpty()
     with os.fdopen(follow, "w") as terminal:
         monkeypatch.setattr(sys, "stderr", terminal)
-        with Bar("solving a problem", quiet=quiet, motion=motion) as bar:
-            bar.since -= 10.0 if late else 0.0
+        with ProgressBar("solving a problem", quiet=quiet, motion=motion) as bar:
+            bar.start_time -= 10.0 if late else 0.0
             bar(0.25)
             bar(0.5)
         terminal.write("end")
@@ -47,14 +47,14 @@ def test_short_or_quiet_work_has_none(
 
 
 def test_what_is_no_terminal_gets_none(capsys: pytest.CaptureFixture[str]) -> None:
-    with Bar("solving a problem") as bar:
-        bar.since -= 10.0
+    with ProgressBar("solving a problem") as bar:
+        bar.start_time -= 10.0
         bar(0.5)
     assert capsys.readouterr().err == ""
 
 
 def test_an_interruption_that_leaves_nothing_is_told(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(KeyboardInterrupt), Bar("solving a problem"):
+    with pytest.raises(KeyboardInterrupt), ProgressBar("solving a problem"):
         raise KeyboardInterrupt
     told = "interrupted: solving a problem; nothing was found by then\n"
     assert capsys.readouterr().err == told

@@ -7,17 +7,17 @@ from pathlib import Path
 import pytest
 
 import dmplay
-from dmplay.cli.errands import do
-from dmplay.describe import summary
+from dmplay.cli.errands import execute_result
+from dmplay.describe import problem_summary
 from dmplay.errors import UnknownName
 from dmplay.game.errand import Printout
-from dmplay.game.request import Recording, Request
-from dmplay.game.start import new
+from dmplay.game.request import GameRequest, ReplayRequest
+from dmplay.game.start import start_new_game
 from dmplay.reports import games
 from dmplay.reports import problems as reports
-from dmplay.reports.reviewing import reviewed
-from dmplay.reports.tables import table
-from dmplay.terminal import Wishes
+from dmplay.reports.reviewing import review_transcript
+from dmplay.reports.tables import format_table
+from dmplay.terminal import TerminalOptions
 from tests.files.sources import TIGER, kept
 
 # Table F.1 as printed: agents, states, actions, observations, discount.
@@ -58,11 +58,11 @@ def test_a_line_of_the_list_is_the_printed_line(name: str) -> None:
     columns = ("agents", "states", "actions", "observations", "discount")
     expected = dict(zip(columns, PRINTED[name], strict=True))
     expected |= {column: told for (one, column), told in EXCEPTIONS.items() if one == name}
-    assert summary(dmplay.load(name)) == expected
+    assert problem_summary(dmplay.load_problem(name)) == expected
 
 
 def test_the_list_has_every_problem_with_its_derived_kind() -> None:
-    listed = {row["problem"]: row["kind"] for row in reports.facts()}
+    listed = {row["problem"]: row["kind"] for row in reports.problem_table_rows()}
     assert listed == {name: kind for kind, names in KINDS.items() for name in names}
     assert set(listed) == set(PRINTED)
 
@@ -76,27 +76,27 @@ def test_the_list_has_every_problem_with_its_derived_kind() -> None:
     ],
 )
 def test_info_lists_the_actions_in_words(name: str, actions: str) -> None:
-    assert f"\nactions       {actions}\n" in str(reports.about(name))
+    assert f"\nactions       {actions}\n" in str(reports.load_problem_info(name))
 
 
 @pytest.mark.parametrize("name", PRINTED)
 def test_info_says_source_decisions_parameters_agents_and_keys(name: str) -> None:
-    told = str(reports.about(name))
+    told = str(reports.load_problem_info(name))
     assert "Source: appendix F." in told
     assert "Decision" in told
     for word in ("parameters", "agents", "random", "keys", "variants"):
         assert word in told
-    for one in reports.about(name).parameters.values():
+    for one in reports.load_problem_info(name).parameters.values():
         assert one["meaning"]
 
 
 def test_info_loads_no_package_of_others(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "axelrod", None)  # who loads it fails
-    assert "axelrod" in reports.about("prisoners-dilemma").players
+    assert "axelrod" in reports.load_problem_info("prisoners-dilemma").players
 
 
 def listed(kind: str, width: int) -> str:
-    return str(reports.listing(kind, Wishes(width=width)))
+    return str(reports.report_problem_table(kind, TerminalOptions(width=width)))
 
 
 def test_a_list_without_room_says_what_it_leaves_out() -> None:
@@ -126,8 +126,8 @@ def test_the_list_is_coloured_as_everything_is(
         monkeypatch.delenv(name, raising=False)
     for name, value in env.items():
         monkeypatch.setenv(name, value)
-    wishes = Wishes(color=wish, width=80)
-    do(Printout(reports.listing("MDP", wishes), wishes))
+    wishes = TerminalOptions(color=wish, width=80)
+    execute_result(Printout(reports.report_problem_table("MDP", wishes), wishes))
     assert ("\x1b[" in capsys.readouterr().out) == drawn
 
 
@@ -137,22 +137,24 @@ def test_a_kept_game_is_listed_by_the_names_that_find_its_problem_and_agents_fro
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "a" / "state"))
     monkeypatch.chdir(tmp_path)
     kept(tmp_path, "tiger.pomdp", TIGER)
-    new(Request("./tiger.pomdp", seed=7)).finish()
-    (told,) = json.loads(games.listing(json=True))
+    start_new_game(GameRequest("./tiger.pomdp", seed=7)).finish()
+    (told,) = json.loads(games.report_saved_games(json=True))
     assert (told["problem"], told["seats"]) == ("tiger.pomdp", {"agent": "human"})
     with pytest.raises(UnknownName, match="unknown kind 'gams'; did you mean games"):
         listed("gams", 80)
 
 
 def test_a_review_says_that_nobody_played(tmp_path: Path) -> None:
-    new(Request("hexworld", seed=7, agent="random", turns=1, record=tmp_path / "g.dmt")).finish()
-    told = reviewed(Recording(tmp_path / "g.dmt"))
+    start_new_game(
+        GameRequest("hexworld", seed=7, agent="random", turns=1, record_path=tmp_path / "g.dmt")
+    ).finish()
+    told = review_transcript(ReplayRequest(tmp_path / "g.dmt"))
     assert told == "review: no person plays in this game"
 
 
 @pytest.mark.parametrize("width", [40, 50, 80, 100, 200])
 def test_the_list_has_as_many_columns_as_there_is_room_for(width: int) -> None:
-    known = reports.facts()
+    known = reports.problem_table_rows()
     headings, *rows = listed("", width).partition("\nno room")[0].split("\n")
     many = {40: 2, 50: 3, 80: 6, 100: 7, 200: 7}[width]
     assert headings.split() == list(known[0])[:many]
@@ -162,7 +164,7 @@ def test_the_list_has_as_many_columns_as_there_is_room_for(width: int) -> None:
 
 def test_a_column_is_as_wide_as_what_a_terminal_shows_of_it() -> None:
     names = ("a\x1b[31mb", "\u540d\u524d", "e\u0301", "plain")
-    told = table([{"file": name, "n": 1} for name in names]).split("\n")
+    told = format_table([{"file": name, "n": 1} for name in names]).split("\n")
     assert told == [
         "file        n", "a\\x1b[31mb  1", "\u540d\u524d        1", "e\u0301           1",
         "plain       1",

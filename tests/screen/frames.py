@@ -12,21 +12,23 @@ from typing import NamedTuple
 
 from rich.text import Text
 
-from dmplay.finding.names import stem_of
-from dmplay.game.request import Request
-from dmplay.game.start import new
-from dmplay.game.table import Table
+from dmplay.finding.names import name_to_stem
+from dmplay.game.request import GameRequest
+from dmplay.game.start import start_new_game
+from dmplay.game.table import GameController
 from dmplay.painting.painter import Painter
-from dmplay.painting.writing import Place
-from dmplay.screen.press import press
-from dmplay.screen.screen import Screen
+from dmplay.painting.writing import ScreenPosition
+from dmplay.screen.press import handle_key
+from dmplay.screen.screen import PlayScreen
 from dmplay.terminal import Terminal
 from tests.support import pictures
 from tests.support.blocks import ROOT
 
 KEPT = Path(__file__).parent / "kept"
 SIZES = ((50, 14), (80, 24), (120, 40), (200, 60))
-HERE = Terminal(screen=True, why="", typed=True, color=True, ascii=False, motion=False)
+HERE = Terminal(
+    full_screen=True, plain_reason="", is_interactive=True, color=True, ascii=False, motion=False
+)
 
 
 class Played(NamedTuple):
@@ -64,11 +66,11 @@ class Paper(Painter):
     def __init__(self) -> None:
         self.columns, self.rows, self.frame = *SIZES[0], Text()
 
-    def size(self) -> tuple[int, int]:
+    def get_size(self) -> tuple[int, int]:
         """Its own."""
         return self.columns, self.rows
 
-    def paint(self, frame: Text, cursor: Place | None = None) -> None:
+    def paint(self, frame: Text, cursor: ScreenPosition | None = None) -> None:
         """Keeps the frame."""
         self.frame = frame
 
@@ -76,43 +78,45 @@ class Paper(Painter):
 def frames(name: str, folder: Path) -> dict[str, str]:
     """The frames of a problem by file, of one size each; the game is written to the folder."""
     played = GAMES[name]
-    game = new(Request(name, seed=SEED, turns=played.turns, record=folder / "game.dmt"))
-    screen = Screen(Table(game), HERE)
+    game = start_new_game(
+        GameRequest(name, seed=SEED, turns=played.turns, record_path=folder / "game.dmt")
+    )
+    screen = PlayScreen(GameController(game), HERE)
     drawn = {f"{columns}x{rows}": "" for columns, rows in SIZES}
     for moment in _moments(screen, played):
         for size, frame in _drawn(screen, moment):
             drawn[size] += frame
     assert game.session.over
     game.finish()
-    return {f"{stem_of(name)}/{size}.txt": text for size, text in drawn.items()}
+    return {f"{name_to_stem(name)}/{size}.txt": text for size, text in drawn.items()}
 
 
-def _moments(screen: Screen, played: Played) -> Iterator[str]:
+def _moments(screen: PlayScreen, played: Played) -> Iterator[str]:
     """Plays the game, and names each moment that is drawn."""
     yield "the beginning"
     _press(screen, played.first)
     yield "the middle"
-    press(screen, "W")
+    handle_key(screen, "W")
     _press(screen, played.ahead)
     yield f"what if {played.ahead}"
-    press(screen, "escape")
-    press(screen, "tab")
+    handle_key(screen, "escape")
+    handle_key(screen, "tab")
     yield "a hint"
     _press(screen, played.then)
     yield "the end"
 
 
-def _press(screen: Screen, words: str) -> None:
+def _press(screen: PlayScreen, words: str) -> None:
     """Presses keys; types and enters numbers."""
     for word in words.split():
         times, _, key = word.rpartition("*")
         for _ in range(int(times or 1)):
-            numbers = screen.game.keyboard.types_numbers(screen.game.watcher)
+            numbers = screen.game.keyboard.is_number_entry(screen.game.viewing_seat)
             for one in (*key, "enter") if numbers else (key,):
-                press(screen, one)
+                handle_key(screen, one)
 
 
-def _drawn(screen: Screen, moment: str) -> Iterator[tuple[str, str]]:
+def _drawn(screen: PlayScreen, moment: str) -> Iterator[tuple[str, str]]:
     """The screen in every size, in Unicode and ASCII, below a heading."""
     paper = Paper()
     for ascii_ in (False, True):

@@ -8,13 +8,13 @@ from statistics import median
 import pytest
 
 from dmplay.finding.names import problem_names
-from dmplay.game.request import Request
-from dmplay.game.start import new
-from dmplay.game.table import Table
+from dmplay.game.request import GameRequest
+from dmplay.game.start import start_new_game
+from dmplay.game.table import GameController
 from dmplay.painting.painter import Painter
-from dmplay.screen.press import press
-from dmplay.screen.screen import Screen
-from dmplay.screen.shown import KEYS_SHOWN
+from dmplay.screen.press import handle_key
+from dmplay.screen.screen import PlayScreen
+from dmplay.screen.shown import KEY_HINT_TURNS
 from dmplay.terminal import Terminal
 
 MOST = 300  # bytes of a key, in the median
@@ -41,7 +41,7 @@ KEYS: dict[str, tuple[str, ...]] = {
 class Counted(Painter):
     """A painter of 80 columns and 24 rows, whose bytes are counted."""
 
-    def size(self) -> tuple[int, int]:
+    def get_size(self) -> tuple[int, int]:
         """Always the same."""
         return (80, 24)
 
@@ -49,15 +49,15 @@ class Counted(Painter):
 @pytest.mark.usefixtures("coarse")
 @pytest.mark.parametrize("name", problem_names())
 def test_half_of_all_keys_cost_no_more_than_is_allowed(name: str, tmp_path: Path) -> None:
-    game = new(Request(name, seed=8, turns=2 * MANY, record=tmp_path / "g.dmt"))
+    game = start_new_game(GameRequest(name, seed=8, turns=2 * MANY, record_path=tmp_path / "g.dmt"))
     paper = io.StringIO()
-    painter = Counted(paper, "default", fills=True)
-    screen = Screen(Table(game), Terminal(True, "", True, True, False, motion=False))
+    painter = Counted(paper, "default", erases_with_color=True)
+    screen = PlayScreen(GameController(game), Terminal(True, "", True, True, False, motion=False))
     screen.paint(painter)
     spent = []
     for key in islice(cycle(KEYS[name]), MANY):
         before = paper.tell()
-        press(screen, key)
+        handle_key(screen, key)
         screen.paint(painter)
         spent.append(len(paper.getvalue()[before:].encode()))
-    assert median(spent[KEYS_SHOWN + 1 :]) <= MOST, "once the board names no keys"
+    assert median(spent[KEY_HINT_TURNS + 1 :]) <= MOST, "once the board names no keys"

@@ -23,15 +23,15 @@ from dmplay.budget import Budget
 
 
 class Busy:
-    draws = 0
+    uniform_count = 0
 
     def __init__(self, problem, seat):
         pass
 
-    def begin(self, observation):
+    def initial_memory(self, observation):
         return ()
 
-    def update(self, memory, percept):
+    def update_memory(self, memory, percept):
         return ()
 
     def choose(self, memory, legal, u):
@@ -42,7 +42,7 @@ class Busy:
         while True:
             pass
 
-    def values(self, memory):
+    def action_values(self, memory):
         return None
 
 
@@ -151,7 +151,7 @@ def test_a_problem_that_never_says_what_happens_is_left(folder: Path) -> None:
         "from dmplay.problems.hexworld import HexWorld\n\n\n"
         "@dataclass(frozen=True)\n"
         "class Stuck(HexWorld):\n"
-        "    def move(self, s, a, events):\n"
+        "    def resolve_events(self, s, a, events):\n"
         "        while len(s) == 1:\n"
         "            pass\n"
         "        return super().move(s, a, events)\n"

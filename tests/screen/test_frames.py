@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.finding.names import problem_names, stem_of
+from dmplay.finding.names import name_to_stem, problem_names
 from tests.screen.frames import GAMES, KEPT, SIZES, frames
 from tests.support.glyphs import GLYPHS, PLAIN
 
@@ -31,5 +31,5 @@ def test_every_frame_fits_its_terminal_in_allowed_glyphs(columns: int, rows: int
 def test_frames_of_every_problem_are_kept_and_no_others() -> None:
     assert {*GAMES} == {*problem_names()}
     sizes = [f"{columns}x{rows}.txt" for columns, rows in SIZES]
-    wanted = {KEPT / stem_of(name) / size for name in GAMES for size in sizes}
+    wanted = {KEPT / name_to_stem(name) / size for name in GAMES for size in sizes}
     assert {path for path in KEPT.rglob("*") if path.is_file()} == wanted

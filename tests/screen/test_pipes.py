@@ -147,7 +147,7 @@ def test_no_escape_of_a_file_reaches_a_terminal_in_words(words: list[str], tmp_p
 
 
 def test_no_escape_of_a_file_reaches_a_diff(tmp_path: Path) -> None:
-    recorded(tmp_path / "g.dmt", "hexworld", "random", turns=1, frames=True)
+    recorded(tmp_path / "g.dmt", "hexworld", "random", turns=1, record_frames=True)
     text = (tmp_path / "g.dmt").read_text().replace("\n| ", "\n| \x1b]0;pwned\x07", 1)
     (tmp_path / "g.dmt").write_text(text)
     told = run(tmp_path, "verify", "g.dmt", "--update").stdout

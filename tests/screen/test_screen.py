@@ -12,29 +12,29 @@ from rich.cells import cell_len
 
 import dmplay
 from dmplay.chance import Reals
-from dmplay.describe import ended
-from dmplay.dice import Dice
+from dmplay.describe import describe_end_reason
+from dmplay.dice import SeededUniforms
 from dmplay.finding.names import problem_names
-from dmplay.game.checking import check
+from dmplay.game.checking import verify_file
 from dmplay.game.game import Game
 from dmplay.game.playback import Playback
-from dmplay.game.request import Request, Resumption
+from dmplay.game.request import GameRequest, ResumeRequest
 from dmplay.game.seats import HUMAN
-from dmplay.game.start import begin, new
-from dmplay.game.table import Table
-from dmplay.screen.acts import autoplay
-from dmplay.screen.footer import keys
-from dmplay.screen.frame import compose
-from dmplay.screen.press import press as do
-from dmplay.screen.screen import Screen
-from dmplay.screen.shown import Room, Shown
-from dmplay.screen.wrapping import panel_rows, wrapped
+from dmplay.game.start import start_game, start_new_game
+from dmplay.game.table import GameController
+from dmplay.screen.acts import autoplay_turn
+from dmplay.screen.footer import format_footer
+from dmplay.screen.frame import compose_frame
+from dmplay.screen.press import handle_key as do
+from dmplay.screen.screen import PlayScreen
+from dmplay.screen.shown import FrameState, Viewport
+from dmplay.screen.wrapping import format_panel, wrap_lines
 from dmplay.session import Session
 from dmplay.terminal import Terminal
-from dmplay.words.commands import COMMANDS, typed
+from dmplay.words.commands import COMMANDS, run_line
 from tests.support.screens import SEQUENCES, Easel, Paper, Played, game, play, press, seated, secret
 
-HELP = tuple(str(typed(Table(game("hexworld")), "help")).split("\n") * 3)
+HELP = tuple(str(run_line(GameController(game("hexworld")), "help")).split("\n") * 3)
 PROBLEMS = ("2048", "crying-baby", "hexworld", "prisoners-dilemma")
 SIZES = ((80, 24), (60, 20), (20, 5), (9, 3))
 OPEN_BOARD = 1  # a seed of 2048 whose first board slides every way
@@ -44,7 +44,7 @@ OPEN_BOARD = 1  # a seed of 2048 whose first board slides every way
 @pytest.mark.parametrize("problem", PROBLEMS)
 def test_what_the_terminal_shows_is_what_was_composed(problem: str, size: tuple[int, int]) -> None:
     shown = play(game(problem), "L", "V", "?", size=size)
-    untouched = compose(game(problem), Room(*size), Shown(), [])
+    untouched = compose_frame(game(problem), Viewport(*size), FrameState(), [])
     assert shown.frames[0].split("\n") == [row.rstrip() for row in untouched.plain.split("\n")]
     assert len(shown.frames) == 4
     assert "You " in shown.last
@@ -57,7 +57,7 @@ def bound(played: Game) -> dict[str, str]:
     """The label of each key's action, digits included."""
     labels = map(str, played.problem.actions[0].labels)
     digits = {str(number): label for number, label in enumerate(labels, 1)}
-    return {**played.style.KEYS, **digits}
+    return {**played.view_module.KEYS, **digits}
 
 
 def pressed(played: Game, told: list[str]) -> Iterator[str]:
@@ -65,7 +65,7 @@ def pressed(played: Game, told: list[str]) -> Iterator[str]:
     for key in bound(played):
         yield key
         (turn,) = played.session.turns
-        told.append(played.problem.action_name(0, turn.actions[0]))
+        told.append(played.problem.format_action(0, turn.actions[0]))
         yield "backspace"
 
 
@@ -80,8 +80,8 @@ def test_every_key_of_a_view_plays_its_action(problem: str) -> None:
 def easel(played: Game) -> Easel:
     """The screen of a game as it is painted."""
     shown = Easel(Paper(), 80, 24)
-    shown.enter()
-    Screen(Table(played), Terminal(True, "", True, False, False)).paint(shown)
+    shown.enter_screen()
+    PlayScreen(GameController(played), Terminal(True, "", True, False, False)).paint(shown)
     return shown
 
 
@@ -103,14 +103,14 @@ def test_the_real_cursor_stands_on_the_player_where_others_are_as_well() -> None
 
 def together() -> Session:
     """A hunt in which both are on one hex."""
-    hunt = Session(dmplay.load("predator-prey"), Dice(1))
-    hunt.first = np.array([4, 4])
+    hunt = Session(dmplay.load_problem("predator-prey"), SeededUniforms(1))
+    hunt.initial_state = np.array([4, 4])
     return hunt
 
 
 def test_a_fact_that_is_too_long_for_its_row_goes_on_in_the_next() -> None:
     facts = ("last", "NE"), ("slips aside", "0.15 each"), ("who", "one two three four five")
-    told = [row.plain.rstrip() for row in panel_rows(facts, 17)]
+    told = [row.plain.rstrip() for row in format_panel(facts, 17)]
     assert told == [
         "last NE",
         "slips aside",
@@ -172,7 +172,7 @@ def test_help_names_every_action_and_every_command(key: str) -> None:
     page = shown.frames[1] + shown.frames[2]
     for command in COMMANDS:
         assert command.name in page
-        assert command.shown in page
+        assert command.key_label in page
     assert "actions: l e,  u ne,  y nw,  h w,  b sw,  n se" in shown.frames[1]
     for shown_key in "VP+-":
         assert f"   {shown_key} " in shown.frames[1]
@@ -340,10 +340,10 @@ def test_a_screen_without_room_for_a_board_is_played_in_text() -> None:
 def test_an_agent_that_is_watched_is_called_by_its_name(
     problem: str, agent: str, called: str
 ) -> None:
-    watched = new(Request(problem, agent=agent, seed=7))
-    drawn = compose(watched, Room(120, 30), Shown(), []).plain
+    watched = start_new_game(GameRequest(problem, agent=agent, seed=7))
+    drawn = compose_frame(watched, Viewport(120, 30), FrameState(), []).plain
     assert called in drawn
-    assert "you" not in drawn + watched.account.situation(watched.moment())
+    assert "you" not in drawn + watched.narrator.describe_situation(watched.snapshot())
 
 
 @pytest.mark.parametrize(
@@ -359,45 +359,49 @@ def test_an_agent_that_is_watched_is_called_by_its_name(
 def test_whoever_played_a_recorded_game_is_called_by_name(
     problem: str, called: str, tmp_path: Path
 ) -> None:
-    new(Request(problem, seed=7, record=tmp_path / "g.dmt")).finish()
+    start_new_game(GameRequest(problem, seed=7, record_path=tmp_path / "g.dmt")).finish()
     recorded = Playback(tmp_path / "g.dmt")
-    drawn = compose(recorded, Room(120, 30), Shown(), []).plain
+    drawn = compose_frame(recorded, Viewport(120, 30), FrameState(), []).plain
     assert called in drawn
-    assert "you" not in drawn + recorded.account.situation(recorded.moment())
+    assert "you" not in drawn + recorded.narrator.describe_situation(recorded.snapshot())
 
 
 def test_a_recording_hides_neither_states_nor_rewards(tmp_path: Path) -> None:
-    played = new(Request("crying-baby", agent="feed-when-crying", seed=5, record=tmp_path / "g"))
-    list(played.run())
+    played = start_new_game(
+        GameRequest("crying-baby", agent="feed-when-crying", seed=5, record_path=tmp_path / "g")
+    )
+    list(played.iter_agent_turns())
     played.finish()
     recorded = Playback(tmp_path / "g")
-    recorded.unattended()
+    recorded.play_agent_turn()
     told = "turn 1. crying. chose ignore. belief: hungry 0.907, sated 0.093. reward -10. score -10."
-    assert recorded.account.said(recorded.moment()) == told
-    drawn = compose(recorded, Room(80, 24), Shown(), []).plain
+    assert recorded.narrator.describe_turn(recorded.snapshot()) == told
+    drawn = compose_frame(recorded, Viewport(80, 24), FrameState(), []).plain
     assert "truly hungry" in drawn
     assert "reward   -10" in drawn
 
 
 def test_agents_that_play_behind_a_page_are_logged_turn_by_turn() -> None:
-    screen = Screen(Table(game("hexworld", "optimal")), Terminal(True, "", True, False, False))
+    screen = PlayScreen(
+        GameController(game("hexworld", "optimal")), Terminal(True, "", True, False, False)
+    )
     do(screen, "?")
-    autoplay(screen)
+    autoplay_turn(screen)
     assert [row.partition(".")[0] for row in screen.log] == ["turn 1"]
 
 
 def test_a_page_stays_open_on_a_screen_that_needs_fewer_parts() -> None:
     played = game("hexworld")
-    shown = Shown(page=HELP, part=9)
+    shown = FrameState(page_rows=HELP, page_index=9)
     for size in ((80, 4), (80, 10), (80, 24), (200, 60)):
-        rows = compose(played, Room(*size), shown, []).plain.split("\n")
+        rows = compose_frame(played, Viewport(*size), shown, []).plain.split("\n")
         assert len(rows) == size[1]
 
 
 @pytest.mark.parametrize("rows", [1, 2, 3, 4, 5, 6])
 def test_a_curtain_on_the_smallest_screens_names_who_is_next(rows: int) -> None:
-    curtain = Shown(curtain="caregiver2")
-    drawn = compose(game("multicaregiver-crying-baby"), Room(60, rows), curtain, []).plain
+    curtain = FrameState(handover_agent="caregiver2")
+    drawn = compose_frame(game("multicaregiver-crying-baby"), Viewport(60, rows), curtain, []).plain
     assert "caregiver2 is next" in drawn
     assert "heard" not in drawn
 
@@ -417,7 +421,9 @@ def test_the_smallest_screens_tell_what_is_most_urgent(problem: str, rows: int) 
     assert {len(frame.split("\n")) for frame in shown.frames} == {rows}
     begun = " ".join(shown.frames[0].split())
     assert ("need " in begun and "; playing in text" in begun) or rows > 3
-    assert played.account.situation(played.moment())[:20] in " ".join(shown.frames[1].split())
+    assert played.narrator.describe_situation(played.snapshot())[:20] in " ".join(
+        shown.frames[1].split()
+    )
     assert " You " in shown.frames[2]
 
 
@@ -461,10 +467,10 @@ def test_a_hidden_entry_shows_nothing_of_its_length_its_letters_or_what_is_wrong
 
 def test_a_game_that_is_gone_on_with_tells_its_last_turn(tmp_path: Path) -> None:
     path = tmp_path / "game.dmt"
-    begun = new(Request("hexworld", seed=7, record=path))
+    begun = start_new_game(GameRequest("hexworld", seed=7, record_path=path))
     begun.choose(3)
     begun.finish("interrupted")
-    shown = play(begin(Resumption(path))).last
+    shown = play(start_game(ResumeRequest(path))).last
     assert " turn 1. at (6,2). chose W, moved W. reward 0. score 0." in shown
     assert "undone" not in shown
 
@@ -518,13 +524,17 @@ def presses(played: Game) -> Iterator[str]:
     for number in count():
         if played.session.over:
             return
-        if played.keyboard.types_numbers(played.watcher):
+        if played.keyboard.is_number_entry(played.viewing_seat):
             yield from "2" if number % 2 else "37"
             yield "enter"
         else:
-            able = [key for key, _, able in played.keyboard.legal(played.view()) if able]
+            able = [
+                key
+                for key, _, able in played.keyboard.list_actions_with_keys(played.view())
+                if able
+            ]
             yield able[number * 5 // 3 % len(able)]
-        if played.private and played.waiting is not None:
+        if played.has_private_views and played.choosing_seat is not None:
             yield "enter"
 
 
@@ -558,11 +568,11 @@ def presses(played: Game) -> Iterator[str]:
 def test_what_stands_in_columns_goes_on_below_the_last_where_that_is_wide(
     line: str, width: int, rows: str
 ) -> None:
-    assert [row.rstrip() for row in wrapped([line], Room(width, 14))] == rows.split("\n")
+    assert [row.rstrip() for row in wrap_lines([line], Viewport(width, 14))] == rows.split("\n")
 
 
 ALONE = [(name, "") for name in problem_names()]
-TOGETHER = [(name, HUMAN) for name in problem_names() if len(dmplay.load(name).agents) > 1]
+TOGETHER = [(name, HUMAN) for name in problem_names() if len(dmplay.load_problem(name).agents) > 1]
 
 
 @pytest.mark.usefixtures("coarse")
@@ -571,16 +581,18 @@ def test_every_problem_is_played_to_its_end_by_keys_and_its_transcript_verifies(
     name: str, others: str, tmp_path: Path
 ) -> None:
     path = tmp_path / "game.dmt"
-    played = new(Request(name, seed=7, turns=4, others=others, record=path))
+    played = start_new_game(
+        GameRequest(name, seed=7, turns=4, other_agent=others, record_path=path)
+    )
     shown = press(played, presses(played))
-    assert played.session.ending in ("terminal", "horizon", "turn limit")
-    end = f"over: {ended(played.session.ending)} after {len(played.session.turns)} turns. "
+    assert played.session.end_reason in ("terminal", "horizon", "turn limit")
+    end = f"over: {describe_end_reason(played.session.end_reason)} after {len(played.session.turns)} turns. "
     assert end in shown.last
-    undo = "" if played.problem.hidden else "  Bksp undo"  # what was hidden is shown
+    undo = "" if played.problem.partially_observable else "  Bksp undo"  # what was hidden is shown
     assert shown.last.endswith(f" N new  R restart{undo}  ? help  q quit  : command")
     played.finish()
-    report = check(path)
-    assert report.ok, str(report)
+    report = verify_file(path)
+    assert report.is_ok, str(report)
     assert report.turns == len(played.session.turns) > 0
 
 
@@ -594,10 +606,10 @@ def test_two_at_a_keyboard_never_move_one_another() -> None:
     assert "prey chooses; the other choice stays hidden" in shown.last
     play(played, "l", "d")
     chosen = played.session.turns[0].actions
-    assert [played.problem.action_name(seat, chosen[seat]) for seat in (0, 1)] == ["e", "e"]
+    assert [played.problem.format_action(seat, chosen[seat]) for seat in (0, 1)] == ["e", "e"]
     play(played, "a", "h")
     chosen = played.session.turns[1].actions
-    assert [played.problem.action_name(seat, chosen[seat]) for seat in (0, 1)] == ["w", "w"]
+    assert [played.problem.format_action(seat, chosen[seat]) for seat in (0, 1)] == ["w", "w"]
 
 
 def test_a_curtain_hides_the_board_between_people_who_see_different_things() -> None:
@@ -652,7 +664,7 @@ def test_people_who_see_the_same_have_no_curtain() -> None:
 
 
 @cache
-def situations(problem: str) -> tuple[tuple[Game, Shown, tuple[str, ...]], ...]:
+def situations(problem: str) -> tuple[tuple[Game, FrameState, tuple[str, ...]], ...]:
     """A game begun, going on, with help, with an overlay and a long message, and over."""
     begun = game(problem, parameters={"rewards": []} if problem == "hexworld" else {})
     going, over = game(problem), game(problem)
@@ -661,20 +673,20 @@ def situations(problem: str) -> tuple[tuple[Game, Shown, tuple[str, ...]], ...]:
         for _ in range(3):
             while not played.choose(next(a for a in range(4) if legal(played, a))):
                 pass
-            log.append(played.account.said(played.moment()))
+            log.append(played.narrator.describe_turn(played.snapshot()))
     over.finish("quit")
-    long = Shown(typed(Table(game(problem)), "keys"), "values")
+    long = FrameState(run_line(GameController(game(problem)), "keys"), "values")
     return (
-        (begun, Shown(), ()),
-        (going, Shown(), tuple(log)),
-        (going, Shown(page=HELP), tuple(log)),
+        (begun, FrameState(), ()),
+        (going, FrameState(), tuple(log)),
+        (going, FrameState(page_rows=HELP), tuple(log)),
         (going, long, tuple(log)),
-        (over, Shown("a message"), tuple(log * 9)),
+        (over, FrameState("a message"), tuple(log * 9)),
     )
 
 
 def legal(played: Game, action: int) -> bool:
-    able = played.session.legal(played.watcher)
+    able = played.session.legal_actions_mask(played.viewing_seat)
     return able is None or bool(able[action])
 
 
@@ -684,9 +696,9 @@ def legal(played: Game, action: int) -> bool:
 def test_a_screen_has_exactly_its_rows_and_none_is_too_wide(
     problem: str, size: tuple[int, int], ascii_: bool
 ) -> None:
-    room = Room(*size, ascii_)
+    room = Viewport(*size, ascii_)
     for played, shown, log in situations(problem):
-        rows = compose(played, room, shown, list(log)).plain.split("\n")
+        rows = compose_frame(played, room, shown, list(log)).plain.split("\n")
         assert len(rows) == room.height
         assert max(map(cell_len, rows)) <= room.width
         assert not ascii_ or "".join(rows).isascii()
@@ -694,8 +706,8 @@ def test_a_screen_has_exactly_its_rows_and_none_is_too_wide(
 
 @pytest.mark.parametrize("problem", PROBLEMS)
 def test_a_row_that_is_cut_shows_it(problem: str) -> None:
-    wide = compose(*_first(problem, 300)).plain.split("\n")
-    cut = compose(*_first(problem, 40)).plain.split("\n")
+    wide = compose_frame(*_first(problem, 300)).plain.split("\n")
+    cut = compose_frame(*_first(problem, 40)).plain.split("\n")
     assert {*cut[0].split()} <= {*wide[0].split()}, "a title tells a fact whole"
     assert not cut[-2].strip(), "the log tells it"
     assert "a message a message" in "\n".join(cut[:-2])
@@ -703,7 +715,9 @@ def test_a_row_that_is_cut_shows_it(problem: str) -> None:
 
 def test_a_path_that_no_row_holds_is_told_whole() -> None:
     path = "/home/somebody/" + "a-folder/" * 9 + "game.dmt"
-    rows = compose(game("hexworld"), Room(50, 24), Shown(page=[f"transcript: {path}"]), []).plain
+    rows = compose_frame(
+        game("hexworld"), Viewport(50, 24), FrameState(page_rows=[f"transcript: {path}"]), []
+    ).plain
     assert f"transcript:{path}" in "".join(rows.split())
 
 
@@ -719,16 +733,16 @@ def test_a_title_without_room_gives_up_the_seed_before_the_others() -> None:
     )
 
 
-def _first(problem: str, width: int) -> tuple[Game, Room, Shown, list[str]]:
-    return game(problem), Room(width, 24), Shown("a message " * 9), []
+def _first(problem: str, width: int) -> tuple[Game, Viewport, FrameState, list[str]]:
+    return game(problem), Viewport(width, 24), FrameState("a message " * 9), []
 
 
 @pytest.mark.parametrize("width", [50, 60, 80])
 @pytest.mark.parametrize("problem", PROBLEMS)
 def test_the_key_row_has_all_actions_before_any_key_of_the_shell(problem: str, width: int) -> None:
     played = game(problem)
-    row = keys(played, Room(width, 24)).plain
-    for key, label, able in played.keyboard.legal(played.view()):
+    row = format_footer(played, Viewport(width, 24)).plain
+    for key, label, able in played.keyboard.list_actions_with_keys(played.view()):
         words = label if key == label else f"{key} {label}"
         assert (words if able else f"[{words}]") in row
     assert "? help" in row
@@ -736,13 +750,13 @@ def test_the_key_row_has_all_actions_before_any_key_of_the_shell(problem: str, w
 
 def test_labels_that_look_alike_when_they_are_cut_leave_their_keys() -> None:
     played = game("openspiel:tic_tac_toe", "human", "random")
-    row = keys(played, Room(80, 24)).plain
+    row = format_footer(played, Viewport(80, 24)).plain
     assert row.startswith(" 1  2  3  4  5  6  7  8  9  Tab hint ")  # the board lists what they play
 
 
 def test_names_of_outsiders_reach_the_screen_as_what_they_print() -> None:
     evil = seated("hex\x1b]0;x\x07", game("hexworld").session, ["\x9b31m\u202e"])
-    text = compose(evil, Room(200, 24), Shown("no \x1b[2J such key"), []).plain
+    text = compose_frame(evil, Viewport(200, 24), FrameState("no \x1b[2J such key"), []).plain
     assert text.replace("\n", "").isprintable()
     assert r"\x1b]0;x\x07" in text
 
@@ -757,7 +771,7 @@ class Nature:
     opening: float
     turn: float
 
-    def draw(self, stream: int, turn: int, reroll: int, count: int) -> Reals:
+    def generate_uniforms(self, stream: int, turn: int, reroll: int, count: int) -> Reals:
         """So many of the same number."""
         return np.full((1, count), self.turn if turn else self.opening)
 
@@ -782,8 +796,8 @@ def test_the_screen_of_a_person_is_the_same_bytes_whatever_the_hidden_state(
                 states,
                 seen,
                 shown,
-                played.account.public(played.moment()),
-                played.account.situation(played.moment()),
+                played.narrator.visible_turn_facts(played.snapshot()),
+                played.narrator.describe_situation(played.snapshot()),
             )
         )
     sated, hungry = told
@@ -798,5 +812,5 @@ def test_the_screen_of_a_person_is_the_same_bytes_whatever_the_hidden_state(
 
 def test_every_key_of_a_view_can_be_typed() -> None:
     for problem in PROBLEMS:
-        for key in game(problem).style.KEYS:
+        for key in game(problem).view_module.KEYS:
             assert all(len(word) == 1 or word in SEQUENCES for word in key.split())

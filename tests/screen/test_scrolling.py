@@ -6,12 +6,12 @@ import re
 import pytest
 
 from dmplay.game.game import Game
-from dmplay.game.table import Table
-from dmplay.painting.painter import LISTEN
-from dmplay.screen.frame import compose
-from dmplay.screen.press import press
-from dmplay.screen.screen import Screen
-from dmplay.screen.shown import Room
+from dmplay.game.table import GameController
+from dmplay.painting.painter import ENABLE_INPUT_REPORTS
+from dmplay.screen.frame import compose_frame
+from dmplay.screen.press import handle_key
+from dmplay.screen.screen import PlayScreen
+from dmplay.screen.shown import Viewport
 from dmplay.terminal import Terminal
 from tests.support.screens import SEQUENCES, game, play
 
@@ -19,34 +19,36 @@ UP, DOWN = "\x1b[<64;10;10M", "\x1b[<65;10;10M"
 SEQUENCES |= {"s-pageup": "\x1b[5;2~", "s-pagedown": "\x1b[6;2~", "wheelup": UP, "wheeldown": DOWN}
 
 
-def over(size: tuple[int, int]) -> Screen:
+def over(size: tuple[int, int]) -> PlayScreen:
     """A whole game of twenty turns, on a screen that was painted."""
-    shown = Screen(Table(game("crying-baby")), Terminal(True, "", True, True, False))
-    shown._room = Room(*size)
+    shown = PlayScreen(GameController(game("crying-baby")), Terminal(True, "", True, True, False))
+    shown._viewport = Viewport(*size)
     for key in "fsifsifsifsifsifsifs":
-        press(shown, key)
+        handle_key(shown, key)
     assert shown.game.session.over
     return shown
 
 
-def rows(shown: Screen) -> list[str]:
-    return compose(shown.game, shown._room, shown.shown, shown.log).plain.split("\n")
+def rows(shown: PlayScreen) -> list[str]:
+    return compose_frame(shown.game, shown._viewport, shown.frame_state, shown.log).plain.split(
+        "\n"
+    )
 
 
 @pytest.mark.parametrize("size", [(80, 24), (50, 14), (100, 24)])
 def test_every_line_of_the_debrief_can_be_read(size: tuple[int, int]) -> None:
     shown = over(size)
     read = []
-    press(shown, "home")
+    handle_key(shown, "home")
     for _ in range(60):
         read += rows(shown)
-        if not shown.back:
+        if not shown.scroll_offset:
             break
-        press(shown, "wheel down")
+        handle_key(shown, "wheel down")
     told = " ".join(" ".join(row.split()) for row in read)
     for turn in range(1, 21):
         assert f"turn {turn}. " in told
-    assert shown.back == 0
+    assert shown.scroll_offset == 0
     assert "over: " in " ".join(rows(shown))
 
 
@@ -55,11 +57,11 @@ def test_the_last_rows_tell_where_they_are() -> None:
     (where,) = re.findall(r"rows (\d+)-(\d+) of (\d+): PgUp PgDn Home End", "\n".join(rows(shown)))
     assert where[1] == where[2]
     for key in ("home", "pageup", "wheel up"):
-        press(shown, key)
+        handle_key(shown, key)
         assert f"rows 1-{int(where[1]) - int(where[0]) + 1} of {where[2]}" in "\n".join(rows(shown))
-    press(shown, "pagedown")
+    handle_key(shown, "pagedown")
     assert "rows 9-" in "\n".join(rows(shown)), "what went past the first row is not to be undone"
-    press(shown, "end")
+    handle_key(shown, "end")
     assert f"rows {where[0]}-{where[1]} of {where[2]}" in "\n".join(rows(shown))
 
 
@@ -86,7 +88,7 @@ def test_a_turn_brings_the_end_of_the_log_back() -> None:
 def test_the_wheel_scrolls_and_plays_nothing() -> None:
     played = game("2048", seed=1)
     shown = play(played, *("left", "down") * 7, "wheelup", "wheelup", "wheeldown", size=(80, 24))
-    assert LISTEN in shown.written
+    assert ENABLE_INPUT_REPORTS in shown.written
     before, back, *_ = shown.frames[-4:]
     assert "PgUp PgDn" in back
     assert "PgUp PgDn" not in before

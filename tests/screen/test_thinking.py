@@ -7,22 +7,22 @@ from dataclasses import dataclass
 import pytest
 
 from dmplay.chance import Array, Chance
-from dmplay.dice import Dice
+from dmplay.dice import SeededUniforms
 from dmplay.finding import problems
 from dmplay.game.game import Game
 from dmplay.game.seats import HUMAN
-from dmplay.game.table import Table
-from dmplay.screen.meanwhile import Heed, heed
+from dmplay.game.table import GameController
+from dmplay.screen.meanwhile import BusyKeyAction, classify_busy_key
 from dmplay.session import Session
 from dmplay.terminal import Terminal
-from dmplay.thought import About, Cancelled, think
-from dmplay.words.plain import Sentences, by_lines
+from dmplay.thought import TaskCancelled, TaskInfo, run_cancellable
+from dmplay.words.plain import SentenceReporter, play_by_lines
 from tests.support.brought import Heap
 from tests.support.screens import Played, play, press, seated
 from tests.support.thinkers import BEGUN, RELEASED, Deep, Vast
 
 SHARE = "share"
-DILEMMA = problems.resolve("prisoners-dilemma", {}).problem
+DILEMMA = problems.resolve_problem("prisoners-dilemma", {}).problem
 
 
 @pytest.fixture(autouse=True)
@@ -37,12 +37,12 @@ def _released() -> Iterator[None]:
 def against(*agents: Deep) -> Game:
     """A dilemma of a person and an agent, or of agents alone."""
     people = [None] * (2 - len(agents))
-    session = Session(DILEMMA, Dice(5), [*people, *agents], limit=4)
+    session = Session(DILEMMA, SeededUniforms(5), [*people, *agents], turn_limit=4)
     return seated("prisoners-dilemma", session, [*[HUMAN] * len(people), *["deep"] * len(agents)])
 
 
 def heap() -> Game:
-    return seated("heap", Session(Vast(), Dice(5), limit=2), [HUMAN])
+    return seated("heap", Session(Vast(), SeededUniforms(5), turn_limit=2), [HUMAN])
 
 
 def played(game: Game, *keys: str, motion: bool = True) -> Played:
@@ -61,7 +61,7 @@ def waited(keys: Sequence[str]) -> Iterator[str]:
 def until_judged(game: Game) -> Iterator[str]:
     """Keys that end a heap, then frames until it was looked back at, and one after that."""
     yield from ("1", "1")
-    while not game.verdict:
+    while not game.review_lines:
         yield ""
     yield "z"
 
@@ -176,9 +176,11 @@ class Interrupted(Heap):
 def test_ctrl_c_while_a_hint_is_thought_of_stays_in_the_game_in_lines(
     asks: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    table = Table(seated("heap", Session(Interrupted(), Dice(5), limit=2), [HUMAN]))
+    table = GameController(
+        seated("heap", Session(Interrupted(), SeededUniforms(5), turn_limit=2), [HUMAN])
+    )
     plain = Terminal(False, "--plain", True, False, False)
-    by_lines(table, plain, io.StringIO(f"{asks}\none\nquit\n"), Sentences(plain))
+    play_by_lines(table, plain, io.StringIO(f"{asks}\none\nquit\n"), SentenceReporter(plain))
     told = capsys.readouterr().out.split("\n")
     assert told[2] == "action> cancelled."
     assert told[3].startswith("action> turn 1. ")
@@ -189,11 +191,11 @@ def test_ctrl_c_while_an_agent_thinks_ends_the_game_in_lines() -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt) as caught:
-        think(MOVE, interrupted)
-    assert not isinstance(caught.value, Cancelled)
+        run_cancellable(MOVE, interrupted)
+    assert not isinstance(caught.value, TaskCancelled)
 
 
-MOVE, HINT = About("optimal is thinking", move=True), About("thinking of a hint")
+MOVE, HINT = TaskInfo("optimal is thinking", is_agent_move=True), TaskInfo("thinking of a hint")
 
 
 @pytest.mark.parametrize(
@@ -203,8 +205,8 @@ MOVE, HINT = About("optimal is thinking", move=True), About("thinking of a hint"
         (HINT, {"q", "c-d", "backspace", "P", "A", ":", "h", "?"}, {"c-c", "escape"}),
     ],
 )
-def test_what_a_key_does_meanwhile(about: About, acts: set[str], cancels: set[str]) -> None:
+def test_what_a_key_does_meanwhile(about: TaskInfo, acts: set[str], cancels: set[str]) -> None:
     keys = ("q", "c-d", "c-c", "escape", "backspace", "P", "A", ":", "h", "?", "tab")
-    told = {key: heed(key, about, "tab") for key in keys}
-    assert {key for key in keys if told[key] is Heed.ACTS} == acts
-    assert {key for key in keys if told[key] is Heed.CANCELS} == cancels
+    told = {key: classify_busy_key(key, about, "tab") for key in keys}
+    assert {key for key in keys if told[key] is BusyKeyAction.CANCEL_THEN_RUN} == acts
+    assert {key for key in keys if told[key] is BusyKeyAction.CANCEL} == cancels

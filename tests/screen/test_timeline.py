@@ -5,16 +5,16 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.cli.errands import understood
-from dmplay.game.checking import check
+from dmplay.cli.errands import interpret_command
+from dmplay.game.checking import verify_file
 from dmplay.game.game import Game
-from dmplay.game.request import Request
-from dmplay.game.start import new
-from dmplay.game.table import Table
-from dmplay.screen.press import press
-from dmplay.screen.screen import Screen
+from dmplay.game.request import GameRequest
+from dmplay.game.start import start_new_game
+from dmplay.game.table import GameController
+from dmplay.screen.press import handle_key
+from dmplay.screen.screen import PlayScreen
 from dmplay.terminal import Terminal
-from tests.support.games import read
+from tests.support.games import read_transcript
 from tests.support.screens import Easel, Paper, game
 
 MOVES: dict[str, Sequence[str]] = {
@@ -26,19 +26,19 @@ TURNS = {"hexworld": 4, "crying-baby": 5, "simple-regulator": 2}
 LARGE, SMALL = (80, 24), (50, 14)
 
 
-def over(name: str, *, ascii_: bool = False, played: Game | None = None) -> Screen:
+def over(name: str, *, ascii_: bool = False, played: Game | None = None) -> PlayScreen:
     """A screen after the last turn of a game."""
     made = played or game(name, turns=TURNS[name])
     terminal = Terminal(True, "", True, True, ascii_)
-    screen = Screen(Table(made, understood), terminal)
+    screen = PlayScreen(GameController(made, interpret_command), terminal)
     pressed(screen, *MOVES[name])
     return screen
 
 
-def pressed(screen: Screen, *keys: str, size: tuple[int, int] = LARGE) -> str:
+def pressed(screen: PlayScreen, *keys: str, size: tuple[int, int] = LARGE) -> str:
     """What the screen shows after these keys."""
     for key in keys:
-        press(screen, key)
+        handle_key(screen, key)
     easel = Easel(Paper(), *size)
     screen.paint(easel)
     return easel.paper.text
@@ -46,8 +46,8 @@ def pressed(screen: Screen, *keys: str, size: tuple[int, int] = LARGE) -> str:
 
 def kept(place: Path, **wishes: object) -> Game:
     """A game of crying baby with a transcript."""
-    request = Request("crying-baby", seed=7, turns=5, record=place / "game.dmt")
-    return new(Request(**{**vars(request), **wishes}))
+    request = GameRequest("crying-baby", seed=7, turns=5, record_path=place / "game.dmt")
+    return start_new_game(GameRequest(**{**vars(request), **wishes}))
 
 
 FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
@@ -229,7 +229,7 @@ def test_what_the_end_alone_may_tell_is_told_of_every_turn() -> None:
 
 @pytest.mark.parametrize("key", ["left", "right", "home", "end", "enter"])
 def test_no_turn_is_looked_back_at_before_the_end(key: str) -> None:
-    screen = Screen(Table(game("crying-baby")), Terminal(True, "", True, True, False))
+    screen = PlayScreen(GameController(game("crying-baby")), Terminal(True, "", True, True, False))
     shown = pressed(screen, "f", key)
     assert "of 20" not in shown
     assert "truly" not in shown
@@ -242,11 +242,11 @@ def test_a_game_is_played_on_from_the_turn_that_is_shown_and_marked(tmp_path: Pa
     assert "on from turn 3. new game of crying-baby. " in shown
     assert "turn 3/5" in shown
     pressed(screen, "i", "i")
-    screen.table.end()
+    screen.controller.end_game()
     branch = tmp_path / "game-2.dmt"
-    assert read(branch).header.peeked
-    assert not read(tmp_path / "game.dmt").header.peeked
-    assert check(branch).ok
+    assert read_transcript(branch).header.peeked
+    assert not read_transcript(tmp_path / "game.dmt").header.peeked
+    assert verify_file(branch).is_ok
 
 
 @pytest.mark.parametrize(
@@ -282,7 +282,7 @@ def test_moves_that_nobody_can_value_are_named() -> None:
 
 def test_two_people_see_the_choices_of_both() -> None:
     played = game("travelers-dilemma", turns=1)
-    screen = Screen(Table(played), Terminal(True, "", True, True, False))
+    screen = PlayScreen(GameController(played), Terminal(True, "", True, True, False))
     shown = pressed(screen, *"99", "enter", *"50", "enter", "left")
     assert "agent1 chose 99" in shown
     assert "agent2 chose 50" in shown
@@ -290,7 +290,7 @@ def test_two_people_see_the_choices_of_both() -> None:
 
 def test_a_long_game_shows_the_regret_around_the_turn() -> None:
     played = game("hexworld", turns=90)
-    screen = Screen(Table(played), Terminal(True, "", True, True, False))
+    screen = PlayScreen(GameController(played), Terminal(True, "", True, True, False))
     shown = pressed(screen, *["l"] * 90, "enter", size=SMALL)
     row = next(row for row in shown.split("\n") if "regret" in row)
     assert len(row) <= SMALL[0]
@@ -298,7 +298,9 @@ def test_a_long_game_shows_the_regret_around_the_turn() -> None:
 
 
 def test_a_key_of_the_game_that_comes_too_late_does_not_look_back() -> None:
-    screen = Screen(Table(game("hexworld", turns=1)), Terminal(True, "", True, True, False))
+    screen = PlayScreen(
+        GameController(game("hexworld", turns=1)), Terminal(True, "", True, True, False)
+    )
     end = pressed(screen, "left")
     assert "Enter looks back" in end
     assert "left: the game is over" in pressed(screen, "left")

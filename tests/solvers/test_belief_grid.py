@@ -23,7 +23,7 @@ def test_there_are_as_many_points_as_ways_to_share_the_steps(
 def test_a_belief_is_the_mean_of_the_points_around_it(states: int) -> None:
     grid = BeliefGrid(states, 7)
     b = np.vstack([np.random.default_rng(states).dirichlet(np.ones(states), 500), grid.points])
-    places, weights = grid.around(b)
+    places, weights = grid.find_surrounding_points(b)
     assert (weights >= 0).all()
     np.testing.assert_allclose(weights.sum(axis=1), 1)
     np.testing.assert_allclose(
@@ -36,6 +36,6 @@ def test_a_belief_is_the_mean_of_the_points_around_it(states: int) -> None:
 
 def test_a_point_is_its_own_mean() -> None:
     grid = BeliefGrid(4, 6)
-    places, weights = grid.around(grid.points)
+    places, weights = grid.find_surrounding_points(grid.points)
     heaviest = places[np.arange(len(places)), np.argmax(weights, axis=1)]
     assert heaviest.tolist() == list(range(len(places)))

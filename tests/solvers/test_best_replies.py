@@ -7,11 +7,11 @@ from itertools import product
 import numpy as np
 import pytest
 
-from dmplay import agent, rollout
-from dmplay.budget import within
+from dmplay import load_agent, rollout
+from dmplay.budget import limit_total_work
 from dmplay.chance import Reals
 from dmplay.errors import BadPolicy
-from dmplay.solutions.every import solution
+from dmplay.solutions.every import solve_problem
 from dmplay.solvers import best_replies, graph
 from tests.support.drawn import Pair, some_and_ten
 
@@ -35,14 +35,14 @@ def test_the_gains_of_drawn_pairs_are_those_of_the_best_of_all_policies(seeds: r
     pure = 0
     for seed in seeds:
         problem = Pair(seed=seed, ends=seed % 2 == 0, discount=0.3)
-        found = best_replies.equilibrium(problem, graph.explored(problem))
-        pure += found.gains.max() < 1e-8
-        assert found.gains.max() < 0.1
+        found = best_replies.find_equilibrium(problem, graph.build_reachable_graph(problem))
+        pure += found.regrets.max() < 1e-8
+        assert found.regrets.max() < 0.1
         for seat in range(2):
             other = np.eye(3)[np.zeros(5, int)]
-            other[found.graph.states] = found.play[1 - seat]
+            other[found.graph.states] = found.policies[1 - seat]
             gain = best(problem, other, seat) - found.values[0, seat]
-            assert gain == pytest.approx(found.gains[seat], abs=1e-6)
+            assert gain == pytest.approx(found.regrets[seat], abs=1e-6)
     assert pure >= len(seeds) / 2
 
 
@@ -57,13 +57,13 @@ class Dear(Pair):
 
 
 def test_who_is_paid_in_millions_knows_as_soon_that_nobody_gains() -> None:
-    with within(2e9):
+    with limit_total_work(2e9):
         few, many = (
-            best_replies.equilibrium(problem, graph.explored(problem))
+            best_replies.find_equilibrium(problem, graph.build_reachable_graph(problem))
             for problem in (Pair(seed=0), Dear(seed=0))
         )
     assert many.values == pytest.approx(1e6 * few.values)
-    assert many.gains.max() < 1e-6
+    assert many.regrets.max() < 1e-6
 
 
 @dataclass(frozen=True)
@@ -85,15 +85,15 @@ class Dilemma(Pair):
 
 def test_all_defect_and_are_told_that_nobody_gains() -> None:
     dilemma = Dilemma(ends=False)
-    told = solution(dilemma)
+    told = solve_problem(dilemma)
     assert told.method == "best replies over 5 states, 1 round"
     worth = "value 10 to one, 10 to two at the start; to be gained by another policy: "
     assert told.result.startswith(worth)
     assert {row["one"] for row in told.rows} == {"a"}
-    seated = [agent(dilemma, seat, "equilibrium") for seat in range(2)]
-    returns = rollout(dilemma, seated, episodes=2, turns=100).returns
+    seated = [load_agent(dilemma, seat, "equilibrium") for seat in range(2)]
+    returns = rollout(dilemma, seated, episodes=2, turn_limit=100).returns
     np.testing.assert_allclose(returns, 10, atol=1e-3)
-    values = seated[0].values(seated[0].begin(np.zeros(1, int)))
+    values = seated[0].action_values(seated[0].initial_memory(np.zeros(1, int)))
     assert values is not None
     np.testing.assert_allclose(values[0][dilemma.able[0, 0]].max(), 10)
 
@@ -101,4 +101,4 @@ def test_all_defect_and_are_told_that_nobody_gains() -> None:
 def test_a_game_of_several_at_once_without_end_is_refused() -> None:
     problem = Pair(discount=1.0)
     with pytest.raises(BadPolicy, match="expected a discount below 1"):
-        best_replies.equilibrium(problem, graph.explored(problem))
+        best_replies.find_equilibrium(problem, graph.build_reachable_graph(problem))

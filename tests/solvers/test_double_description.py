@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from dmplay.chance import Reals
-from dmplay.solvers.double_description import Cone, cut, facets, simplicial
+from dmplay.solvers.double_description import Cone, cut_cone, find_facets, make_simplicial_cone
 
-ORTHANT = simplicial(np.eye(3))
+ORTHANT = make_simplicial_cone(np.eye(3))
 
 
 def points(cone: Cone) -> list[list[float]]:
@@ -30,33 +30,42 @@ def by_enumeration(normals: Reals) -> list[list[float]]:
 
 
 def test_a_cut_through_a_corner_adds_one_ray() -> None:
-    cone = cut(ORTHANT, np.array([1.0, -1.0, 0.0]))
+    cone = cut_cone(ORTHANT, np.array([1.0, -1.0, 0.0]))
     assert points(cone) == [[0.0, 0.0, 1.0], [0.5, 0.5, 0.0], [1.0, 0.0, 0.0]]
 
 
 def test_a_cut_that_takes_a_corner_off_adds_two_rays() -> None:
-    cone = cut(ORTHANT, np.array([1.0, 1.0, -1.0]))
+    cone = cut_cone(ORTHANT, np.array([1.0, 1.0, -1.0]))
     assert points(cone) == [[0.0, 0.5, 0.5], [0.0, 1.0, 0.0], [0.5, 0.0, 0.5], [1.0, 0.0, 0.0]]
 
 
 def test_a_cut_beside_the_cone_keeps_it_and_is_not_needed() -> None:
-    cone = cut(ORTHANT, np.array([1.0, 1.0, 0.0]))
+    cone = cut_cone(ORTHANT, np.array([1.0, 1.0, 0.0]))
     assert points(cone) == points(ORTHANT)
-    assert facets(cone).tolist() == [True, True, True, False]
+    assert find_facets(cone).tolist() == [True, True, True, False]
 
 
 def test_a_border_made_superfluous_by_a_later_cut_is_not_needed() -> None:
     weak, strong = np.array([1.0, -1.0, 0.0]), np.array([1.0, -2.0, 0.0])
-    assert facets(cut(cut(ORTHANT, weak), strong)).tolist() == [False, True, True, False, True]
+    assert find_facets(cut_cone(cut_cone(ORTHANT, weak), strong)).tolist() == [
+        False,
+        True,
+        True,
+        False,
+        True,
+    ]
 
 
 def test_nothing_is_left_beyond_the_orthant() -> None:
-    assert len(cut(ORTHANT, -np.ones(3)).rays) == 0
+    assert len(cut_cone(ORTHANT, -np.ones(3)).rays) == 0
 
 
 def test_opposite_cuts_leave_a_flat_cone() -> None:
     normal = np.array([1.0, -1.0, 0.0])
-    assert points(cut(cut(ORTHANT, normal), -normal)) == [[0.0, 0.0, 1.0], [0.5, 0.5, 0.0]]
+    assert points(cut_cone(cut_cone(ORTHANT, normal), -normal)) == [
+        [0.0, 0.0, 1.0],
+        [0.5, 0.5, 0.0],
+    ]
 
 
 @pytest.mark.parametrize("seed", range(30))
@@ -66,7 +75,7 @@ def test_random_cuts_leave_the_corners_that_enumeration_finds(seed: int) -> None
     normals = random.normal(size=(many, size)) + 0.3
     if seed % 2:
         normals = np.round(normals)  # many corners on more borders than they need
-    cone = simplicial(np.eye(size))
+    cone = make_simplicial_cone(np.eye(size))
     for normal in normals:
-        cone = cut(cone, normal)
+        cone = cut_cone(cone, normal)
     assert points(cone) == by_enumeration(normals)

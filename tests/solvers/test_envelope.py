@@ -1,49 +1,57 @@
 import numpy as np
 import pytest
 
-from dmplay.solvers.envelope import envelope
+from dmplay.solvers.envelope import compute_upper_envelope
 
 TENT = np.array([[0.0, -1.0], [-1.0, 0.0]])
 
 
 def test_two_lines_meet_where_they_are_equal() -> None:
-    cells = envelope(TENT)
-    assert cells.needed.tolist() == [0, 1]
-    order = np.argsort(cells.beliefs[:, 1])
-    np.testing.assert_allclose(cells.beliefs[order], np.array([[1.0, 0.0], [0.5, 0.5], [0.0, 1.0]]))
-    np.testing.assert_allclose(cells.values[order], [0.0, -0.5, 0.0])
-    assert cells.touching[order].tolist() == [[True, False], [True, True], [False, True]]
+    cells = compute_upper_envelope(TENT)
+    assert cells.needed_vectors.tolist() == [0, 1]
+    order = np.argsort(cells.corner_beliefs[:, 1])
+    np.testing.assert_allclose(
+        cells.corner_beliefs[order], np.array([[1.0, 0.0], [0.5, 0.5], [0.0, 1.0]])
+    )
+    np.testing.assert_allclose(cells.corner_values[order], [0.0, -0.5, 0.0])
+    assert cells.touching_vectors[order].tolist() == [[True, False], [True, True], [False, True]]
 
 
 @pytest.mark.parametrize("height", [-0.5, -0.6, -0.5 - 1e-13, -0.5 + 1e-13])
 def test_a_line_that_only_touches_the_envelope_is_not_needed(height: float) -> None:
-    cells = envelope(np.vstack([[height, height], TENT]))
-    assert cells.needed.tolist() == [1, 2]
+    cells = compute_upper_envelope(np.vstack([[height, height], TENT]))
+    assert cells.needed_vectors.tolist() == [1, 2]
 
 
 def test_a_line_that_rises_above_a_corner_is_needed() -> None:
-    assert envelope(np.vstack([TENT, [-0.49999, -0.49999]])).needed.tolist() == [0, 1, 2]
+    assert compute_upper_envelope(
+        np.vstack([TENT, [-0.49999, -0.49999]])
+    ).needed_vectors.tolist() == [0, 1, 2]
 
 
 def test_of_equal_vectors_one_is_needed() -> None:
-    assert len(envelope(np.vstack([TENT, TENT + 1e-14])).needed) == 2
+    assert len(compute_upper_envelope(np.vstack([TENT, TENT + 1e-14])).needed_vectors) == 2
 
 
 @pytest.mark.parametrize("states", [2, 3])
 def test_of_many_nearly_equal_vectors_one_is_needed(states: int) -> None:
     middle = np.full(states, -0.3)  # which no rounding raises above the others
     near = middle + 2e-11 * np.array([[turn, *[-turn] * (states - 1)] for turn in range(-2, 3)])
-    assert len(envelope(np.vstack([-np.eye(states), near])).needed) == states + 1
+    assert (
+        len(compute_upper_envelope(np.vstack([-np.eye(states), near])).needed_vectors) == states + 1
+    )
 
 
 def test_a_vector_best_in_one_corner_alone_is_not_needed() -> None:
-    assert envelope(np.array([[1.0, 0.0, 0.0], [1.0, -1.0, -1.0]])).needed.tolist() == [0]
+    assert compute_upper_envelope(
+        np.array([[1.0, 0.0, 0.0], [1.0, -1.0, -1.0]])
+    ).needed_vectors.tolist() == [0]
 
 
 def test_one_vector_is_the_envelope_over_any_simplex() -> None:
-    cells = envelope(np.array([[1.0, 2.0, 3.0, 4.0]]))
-    assert cells.needed.tolist() == [0]
-    np.testing.assert_allclose(sorted(cells.values), [1, 2, 3, 4])
+    cells = compute_upper_envelope(np.array([[1.0, 2.0, 3.0, 4.0]]))
+    assert cells.needed_vectors.tolist() == [0]
+    np.testing.assert_allclose(sorted(cells.corner_values), [1, 2, 3, 4])
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -51,22 +59,24 @@ def test_needed_vectors_are_the_best_ones_of_a_fine_grid(seed: int) -> None:
     random = np.random.default_rng(seed)
     states = int(random.integers(2, 5))
     vectors = random.normal(size=(12, states))
-    cells = envelope(vectors)
+    cells = compute_upper_envelope(vectors)
     b = random.dirichlet(np.ones(states), 5000)
     np.testing.assert_allclose(
-        (b @ vectors[cells.needed].T).max(axis=1), (b @ vectors.T).max(axis=1)
+        (b @ vectors[cells.needed_vectors].T).max(axis=1), (b @ vectors.T).max(axis=1)
     )
-    assert set(np.argmax(b @ vectors.T, axis=1)) <= set(cells.needed)
+    assert set(np.argmax(b @ vectors.T, axis=1)) <= set(cells.needed_vectors)
 
 
 @pytest.mark.parametrize("seed", range(20))
 def test_the_middle_of_a_cell_has_one_best_vector(seed: int) -> None:
     random = np.random.default_rng(seed)
     vectors = random.normal(size=(15, int(random.integers(2, 6))))
-    cells = envelope(vectors)
-    np.testing.assert_allclose(cells.values, (vectors @ cells.beliefs.T).max(axis=0), atol=1e-12)
-    for k, vector in enumerate(cells.needed):
-        middle = cells.beliefs[cells.touching[:, k]].mean(axis=0)
+    cells = compute_upper_envelope(vectors)
+    np.testing.assert_allclose(
+        cells.corner_values, (vectors @ cells.corner_beliefs.T).max(axis=0), atol=1e-12
+    )
+    for k, vector in enumerate(cells.needed_vectors):
+        middle = cells.corner_beliefs[cells.touching_vectors[:, k]].mean(axis=0)
         values = vectors @ middle
         assert np.argmax(values) == vector
         assert np.sort(values)[-2] < values[vector] - 1e-9
@@ -75,7 +85,7 @@ def test_the_middle_of_a_cell_has_one_best_vector(seed: int) -> None:
 def test_values_in_millions_need_the_same_vectors() -> None:
     for seed, states, far in ((5, 3, 1e6), (1, 4, 1e6), (3, 3, 1e8), (5, 2, 1e12)):
         vectors = np.random.default_rng(seed).normal(size=(40, states))
-        cells, large = envelope(vectors), envelope(far * vectors)
-        assert large.needed.tolist() == cells.needed.tolist()
-        assert large.touching.tolist() == cells.touching.tolist()
-        np.testing.assert_allclose(large.values, far * cells.values, atol=1e-12 * far)
+        cells, large = compute_upper_envelope(vectors), compute_upper_envelope(far * vectors)
+        assert large.needed_vectors.tolist() == cells.needed_vectors.tolist()
+        assert large.touching_vectors.tolist() == cells.touching_vectors.tolist()
+        np.testing.assert_allclose(large.corner_values, far * cells.corner_values, atol=1e-12 * far)

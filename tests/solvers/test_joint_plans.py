@@ -8,8 +8,8 @@ import pytest
 
 import dmplay
 from dmplay.chance import Reals
-from dmplay.core import Exact
-from dmplay.errors import TooMuch
+from dmplay.core import OutcomeDistribution
+from dmplay.errors import BudgetExceeded
 from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
 from dmplay.solvers import alpha_vectors, joint_plans
 from dmplay.tabular import Tables, tabulate
@@ -22,8 +22,10 @@ BELIEFS = np.array([[1.0, 0.0], [0.7, 0.3], [0.5, 0.5], [0.1, 0.9], [0.0, 1.0]])
 
 
 @cache
-def turn(problem: MulticaregiverCryingBaby, state: int, one: int, other: int) -> Exact:
-    return dmplay.exact(problem, np.array([state]), np.array([(one, other)]))
+def turn(
+    problem: MulticaregiverCryingBaby, state: int, one: int, other: int
+) -> OutcomeDistribution:
+    return dmplay.enumerate_outcomes(problem, np.array([state]), np.array([(one, other)]))
 
 
 def worth(
@@ -45,8 +47,11 @@ def test_no_pair_of_plans_of_two_turns_is_better(problem: MulticaregiverCryingBa
     every = np.array([
         [worth(problem, s, one, other) for one in plans for other in plans] for s in (0, 1)
     ])  # fmt: skip
-    for stage in (joint_plans.stages(problem, 2)[-1], joint_plans.openings(problem, 2)):
-        found = stage.values.reshape(2, -1)
+    for stage in (
+        joint_plans.run_dynamic_programming(problem, 2)[-1],
+        joint_plans.build_unpruned_stage(problem, 2),
+    ):
+        found = stage.pair_values.reshape(2, -1)
         np.testing.assert_allclose((BELIEFS @ found).max(axis=1), (BELIEFS @ every).max(axis=1))
 
 
@@ -61,20 +66,24 @@ def team(problem: MulticaregiverCryingBaby) -> Tables:
 def test_two_who_hear_the_same_are_as_good_as_one_planner(
     problem: MulticaregiverCryingBaby, horizon: int
 ) -> None:
-    values = joint_plans.stages(problem, horizon)[-1].values.reshape(2, -1)
-    vectors = alpha_vectors.stages(team(problem), problem.discount, horizon)[-1].vectors
+    values = joint_plans.run_dynamic_programming(problem, horizon)[-1].pair_values.reshape(2, -1)
+    vectors = alpha_vectors.solve_finite_horizon(team(problem), problem.discount, horizon)[
+        -1
+    ].alpha_vectors
     np.testing.assert_allclose((BELIEFS @ values).max(axis=1), (BELIEFS @ vectors.T).max(axis=1))
 
 
 def test_a_plan_that_another_is_nowhere_below_is_dropped() -> None:
-    plans = joint_plans.Plans(np.array([0, 1, 2]), np.zeros((3, 0), np.int64))
+    plans = joint_plans.AgentPlanSet(np.array([0, 1, 2]), np.zeros((3, 0), np.int64))
     values: Reals = np.zeros((1, 3, 3))
     values[0, 1] = 1.0  # the first agent's second plan is better beside each of the partner's
-    stage = joint_plans.pruned(joint_plans.Stage((plans, plans), values))
-    assert stage.plans[0].actions.tolist() == [1]
-    assert stage.plans[1].actions.tolist() == [0]  # of equals the first
+    stage = joint_plans.prune_dominated_plans(joint_plans.JointPlanStage((plans, plans), values))
+    assert stage.plans_by_agent[0].first_actions.tolist() == [1]
+    assert stage.plans_by_agent[1].first_actions.tolist() == [0]  # of equals the first
 
 
 def test_too_many_plans_to_compare_are_refused() -> None:
-    with pytest.raises(TooMuch, match=r"^pairs of plans: .* MB, more than 153; try fewer turns$"):
-        joint_plans.stages(CARE, 5)
+    with pytest.raises(
+        BudgetExceeded, match=r"^pairs of plans: .* MB, more than 153; try fewer turns$"
+    ):
+        joint_plans.run_dynamic_programming(CARE, 5)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.budget import watched
+from dmplay.budget import report_progress_to
 from dmplay.errors import BadParameter
 from dmplay.solvers import markov_game, zero_sum
-from dmplay.solvers.value_iteration import action_values
+from dmplay.solvers.value_iteration import compute_action_values
 from dmplay.tabular import tabulate
 
 
@@ -25,33 +25,35 @@ from dmplay.tabular import tabulate
     ],
 )
 def test_neither_gains_by_another_policy(name: str, settings: dict[str, Any]) -> None:
-    problem = dmplay.load(name, **settings)
-    found = markov_game.equilibrium(problem)
-    assert found.changes[-1] < 1e-9
+    problem = dmplay.load_problem(name, **settings)
+    found = markov_game.find_equilibrium(problem)
+    assert found.value_changes[-1] < 1e-9
     # A prey loses 100 where a predator gains 2: its gap is measured in hundreds.
-    assert found.gaps[0] < 1e-7 / (1 - problem.discount)
-    assert found.gaps[1] < 1e-5 / (1 - problem.discount)
-    for mix in found.play:
+    assert found.regrets[0] < 1e-7 / (1 - problem.discount)
+    assert found.regrets[1] < 1e-5 / (1 - problem.discount)
+    for mix in found.policies:
         np.testing.assert_allclose(mix.sum(axis=1), 1)
 
 
 def test_the_values_are_those_of_endless_value_iteration() -> None:
     """Shapley's: the only values that matrix games over themselves give back."""
-    problem = dmplay.load("predator-prey:triangle", discount=0.5)
+    problem = dmplay.load_problem("predator-prey:triangle", discount=0.5)
     tables = tabulate(problem)
     values = np.zeros(9)
     for _ in range(40):
-        games = action_values(tables, problem.discount, values).reshape(9, 6, 6)
-        values = np.array([zero_sum.every(payoffs[None]).values[0] for payoffs in games])
-    found = markov_game.equilibrium(problem)
-    np.testing.assert_allclose(found.values[0], values, atol=1e-9)
-    np.testing.assert_allclose(found.values[1], -50 * (values + 2), atol=1e-7)
+        games = compute_action_values(tables, problem.discount, values).reshape(9, 6, 6)
+        values = np.array(
+            [zero_sum.solve_matrix_games(payoffs[None]).values[0] for payoffs in games]
+        )
+    found = markov_game.find_equilibrium(problem)
+    np.testing.assert_allclose(found.action_values[0], values, atol=1e-9)
+    np.testing.assert_allclose(found.action_values[1], -50 * (values + 2), atol=1e-7)
 
 
 def test_the_iteration_tells_how_far_it_is() -> None:
     shares: list[float] = []
-    with watched(shares.append):
-        markov_game.equilibrium(dmplay.load("predator-prey:triangle"))
+    with report_progress_to(shares.append):
+        markov_game.find_equilibrium(dmplay.load_problem("predator-prey:triangle"))
     assert len({*shares}) >= 4
     assert shares == sorted(shares)
     assert shares[0] == 0
@@ -70,4 +72,4 @@ def test_the_iteration_tells_how_far_it_is() -> None:
 )
 def test_other_games_are_refused(name: str, settings: dict[str, Any], message: str) -> None:
     with pytest.raises(BadParameter, match=message):
-        markov_game.equilibrium(dmplay.load(name, **settings))
+        markov_game.find_equilibrium(dmplay.load_problem(name, **settings))

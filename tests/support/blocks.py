@@ -21,7 +21,7 @@ from typing import NamedTuple
 import pytest
 
 from dmplay.cli import config, entry
-from dmplay.finding.topics import topic
+from dmplay.finding.topics import read_topic
 from tests.support.terminals import clean_environment
 
 ROOT = Path(__file__).parent.parent.parent
@@ -57,7 +57,7 @@ def file(document: str, name: str) -> str:
 
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-TIGER = file(topic("problems"), "tiger.py")
+TIGER = file(read_topic("problems"), "tiger.py")
 
 
 class Reader:
@@ -137,9 +137,9 @@ class Reader:
         with redirect_stdout(printed), redirect_stderr(errors), self.monkeypatch.context() as here:
             here.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(typed.encode()), "utf-8"))
             here.setattr(sys, "argv", words)
-            config.files.cache_clear()  # each command is a process of its own
-            self.code = entry.run()
-            config.files.cache_clear()
+            config.load_config_files.cache_clear()  # each command is a process of its own
+            self.code = entry.run_command_line()
+            config.load_config_files.cache_clear()
         return printed.getvalue(), errors.getvalue()
 
     def _shell(self, command: str, typed: str) -> tuple[str, str]:

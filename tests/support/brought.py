@@ -15,14 +15,14 @@ class Key(Tabular):
     """One who has taken the key may open; who has not may take it or wait, and is not let in."""
 
     actions = (Labels(("take", "wait", "open")),)
-    names, start_belief = ("before", "with the key", "done"), np.array([1.0, 0.0, 0.0])
+    state_names, initial_belief = ("before", "with the key", "done"), np.array([1.0, 0.0, 0.0])
     discount: float = 0.9
     tables = Tables(
         np.eye(3)[[[1, 0, 2], [1, 1, 2], [2, 2, 2]]],
         np.array([[[-1.0], [0.0], [10.0]], [[0.0], [0.0], [10.0]], [[0.0], [0.0], [0.0]]]),
     )
 
-    def legal(self, s: Array) -> Bools:
+    def legal_actions_mask(self, s: Array) -> Bools:
         able = np.array([[True, True, False], [False, True, True], [True, True, True]])
         return np.asarray(able[s][:, None])
 
@@ -39,16 +39,16 @@ class Counted(Problem):
     def placed(self) -> int:
         """Where every game starts."""
 
-    def notation(self, s: Array) -> str:
+    def format_state(self, s: Array) -> str:
         return str(int(s))
 
-    def parse(self, text: str) -> Array:
+    def parse_state(self, text: str) -> Array:
         return np.array(int(text))
 
-    def opening(self, rows: int) -> tuple[Chance, ...]:
+    def initial_chance(self, rows: int) -> tuple[Chance, ...]:
         return ()
 
-    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
+    def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
         return np.full(rows, self.placed)
 
 
@@ -58,20 +58,20 @@ class Heap(Counted):
 
     discount: float = 0.9
     actions = (Labels(("one", "two")),)
-    states, placed = 5, 4
+    state_count, placed = 5, 4
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         """One time in four nothing is taken."""
         return (Categorical(np.full((len(s), 1), 0.25)),)
 
-    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+    def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         left = np.where(s > 0, s - (a[:, 0] + 1) * events[0], 0)
         return Outcome(left, ((s > 0) & (left == 0)).astype(float)[:, None], left)
 
     def terminal(self, s: Array) -> Bools:
         return np.asarray(s == 0)
 
-    def legal(self, s: Array) -> Bools:
+    def legal_actions_mask(self, s: Array) -> Bools:
         return np.stack([np.ones(len(s), bool), s != 1], axis=1)[:, None]
 
 
@@ -82,8 +82,8 @@ class Vault(Tabular):
     horizon = 9
     actions = (Labels(("listen", "take", "left", "right")),)
     observations = (Labels(("heard left", "heard right")),)
-    names = ("left locked", "right locked", "left unlocked", "right unlocked")
-    start_belief = np.array([0.5, 0.5, 0.0, 0.0])
+    state_names = ("left locked", "right locked", "left unlocked", "right unlocked")
+    initial_belief = np.array([0.5, 0.5, 0.0, 0.0])
     tables = Tables(
         np.stack(
             [
@@ -99,7 +99,7 @@ class Vault(Tabular):
         np.stack([np.array([[0.85, 0.15], [0.15, 0.85]] * 2)] + [np.full((4, 2), 0.5)] * 3),
     )
 
-    def legal(self, s: Array) -> Bools:
+    def legal_actions_mask(self, s: Array) -> Bools:
         """Which only tells whether the key was taken."""
         doors = s >= 2
         return np.stack([np.ones(len(s), bool), ~doors, doors, doors], axis=1)[:, None]
@@ -108,7 +108,7 @@ class Vault(Tabular):
 class Telltale(Vault):
     """One whose doors are stuck where the tiger is: what can be opened tells where it is not."""
 
-    def legal(self, s: Array) -> Bools:
+    def legal_actions_mask(self, s: Array) -> Bools:
         """Which tells all."""
         each = np.array([[1, 1, 0, 0], [1, 1, 0, 0], [1, 0, 1, 0], [1, 0, 0, 1]], bool)
         return each[s][:, None]
@@ -119,10 +119,10 @@ from json import loads
 
 
 class Agent:
-    draws = 0
+    uniform_count = 0
 
     def __init__(self, problem, seat):
-        self.begin = self.update = self.choose = loads
+        self.initial_memory = self.update_memory = self.choose = loads
 """
 
 WALK = '''\
@@ -130,8 +130,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from dmplay import Categorical, Labels, Outcome, Problem
-from dmplay.core import Continuous, Numbers, Texts, parameter
-from dmplay.policies.kinds import Reactive
+from dmplay.core import ContinuousStates, RealVector, TextLine, parameter
+from dmplay.policies.kinds import ReactivePolicy
 from dmplay.policies.roster import Roster
 
 
@@ -142,19 +142,19 @@ class Walk(Problem):
     discount: float = parameter(0.9, "what a later turn counts", 0.0, 1.0)
     slip: float = 0.1
     actions = (Labels(("left", "right")),)
-    states, horizon = 5, 20
+    state_count, horizon = 5, 20
     reward_bounds = (0.0, 1.0)
 
-    def opening(self, rows):
+    def initial_chance(self, rows):
         return ()
 
-    def place(self, rows, events):
+    def initial_states(self, rows, events):
         return np.zeros(rows, int)
 
     def chance(self, s, a):
         return (Categorical(np.full((len(s), 1), self.slip)),)
 
-    def move(self, s, a, events):
+    def resolve_events(self, s, a, events):
         way = np.where(events[0] == 0, 0, 2 * a[:, 0] - 1)
         moved = np.where(s == 4, 4, np.clip(s + way, 0, 4))
         paid = ((s < 4) & (moved == 4)).astype(float)
@@ -163,21 +163,21 @@ class Walk(Problem):
     def terminal(self, s):
         return s == 4
 
-    def legal(self, s):
+    def legal_actions_mask(self, s):
         return np.stack([s > 0, s >= 0], axis=1)[:, None]
 
-    def notation(self, s):
+    def format_state(self, s):
         return f"at {int(s)}"
 
-    def parse(self, text):
+    def parse_state(self, text):
         return np.array(int(text.split()[1]))
 
-    def picture(self, s):
+    def draw_state(self, s):
         return "." * int(s) + "@"
 
 
 @dataclass(frozen=True)
-class Patient(Reactive):
+class Patient(ReactivePolicy):
     """Waits for its time."""
 
     edge: int = parameter(2, "where it turns")
@@ -186,7 +186,7 @@ class Patient(Reactive):
         return np.ones(len(u), int)
 
 
-AGENTS = Roster({"patient": Patient}, adviser="patient")
+AGENTS = Roster({"patient": Patient}, hint_provider="patient")
 KEYS = {"l": "right"}
 '''
 

@@ -10,10 +10,10 @@ import pytest
 import dmplay
 from dmplay.chance import Array, Reals
 from dmplay.core import Policy, Problem
-from dmplay.dice import NATURE, uniforms
+from dmplay.dice import NATURE_STREAM, generate_uniforms
 from dmplay.finding import problems
 from dmplay.finding.names import problem_names
-from dmplay.knowledge import SoFar
+from dmplay.knowledge import HistorySnapshot
 from dmplay.laws import samples
 from dmplay.policies.general import Random
 
@@ -23,7 +23,7 @@ ROWS = 9_001  # a prime, so that no vector width divides it, and beyond NumPy's 
 CASES = [
     f"{name}:{variant}" if variant else name
     for name in problem_names()
-    for variant in problems.variants(name)
+    for variant in problems.load_variants(name)
 ]
 every_problem = pytest.mark.parametrize("name", CASES)
 
@@ -34,27 +34,27 @@ WIDE = ("predator-prey", "collaborative-predator-prey", "collaborative-predator-
 
 @cache
 def load(name: str) -> Problem:
-    return dmplay.load(name)
+    return dmplay.load_problem(name)
 
 
 @cache
 def small(name: str) -> Problem:
     """The same, where it is wide on a map of few hexes: what its agents do there is soon found."""
-    return dmplay.load(name, hexes=MAP) if name in WIDE else load(name)
+    return dmplay.load_problem(name, hexes=MAP) if name in WIDE else load(name)
 
 
-def draws(count: int, turn: int, rows: int = ROWS, stream: int = NATURE) -> Reals:
-    return uniforms(SEED, stream, turn, rows=rows, count=count)
+def draws(count: int, turn: int, rows: int = ROWS, stream: int = NATURE_STREAM) -> Reals:
+    return generate_uniforms(SEED, stream, turn, rows=rows, count=count)
 
 
 def anything(problem: Problem, s: Array | None, turn: int, rows: int = ROWS) -> Array:
     """Random joint actions `[B, n]`: legal ones in states `s`, or any."""
-    return samples.actions(problem, s, turn, rows)
+    return samples.random_joint_actions(problem, s, turn, rows)
 
 
 def frozen(*arrays: Array) -> tuple[Array, ...]:
     """The same arrays, which raise an error where they are written to."""
-    return samples.frozen(*arrays)
+    return samples.make_arrays_readonly(*arrays)
 
 
 def same(one: Any, other: Any) -> bool:
@@ -62,8 +62,8 @@ def same(one: Any, other: Any) -> bool:
     if isinstance(one, np.ndarray):
         kind = isinstance(other, np.ndarray) and one.dtype == other.dtype
         return kind and one.shape == other.shape and one.tobytes() == other.tobytes()
-    if isinstance(one, tuple | list | SoFar):
-        pairs = isinstance(other, tuple | list | SoFar) and len(one) == len(other)
+    if isinstance(one, tuple | list | HistorySnapshot):
+        pairs = isinstance(other, tuple | list | HistorySnapshot) and len(one) == len(other)
         return pairs and all(same(*pair) for pair in zip(one, other, strict=True))
     if is_dataclass(one) and not isinstance(one, Problem):
         return type(one) is type(other) and all(

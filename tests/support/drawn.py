@@ -30,7 +30,7 @@ class Drawn(Counted):
     ends: bool = parameter(True, "whether the last state is the end")
     turns: int = parameter(0, "of a game, 0 for no limit", 0)
     agents: ClassVar[tuple[str, ...]] = ("one",)
-    states, placed = 5, 0
+    state_count, placed = 5, 0
 
     @property
     def actions(self) -> tuple[Labels, ...]:
@@ -71,15 +71,15 @@ class Drawn(Counted):
         return np.asarray(np.ravel_multi_index(tuple(a.T), (3,) * len(self.agents)))
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
-        return (Categorical.of(self.transition[s, self.joint(a)]),)
+        return (Categorical.from_probabilities(self.transition[s, self.joint(a)]),)
 
-    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+    def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         return Outcome(events[0], self.rewards[s, self.joint(a)], events[0])
 
     def terminal(self, s: Array) -> Bools:
         return np.asarray(self.ends & (s == 4))
 
-    def legal(self, s: Array) -> Bools:
+    def legal_actions_mask(self, s: Array) -> Bools:
         return np.asarray(self.able[s])
 
 

@@ -9,8 +9,8 @@ import numpy as np
 from dmplay import Categorical, Labels, Outcome, Problem, Tabular
 from dmplay.chance import Array, Bools, Chance
 from dmplay.core import parameter
-from dmplay.rows import Rows
-from dmplay.tabular import Sparse
+from dmplay.rows import SparseMatrix
+from dmplay.tabular import SparseTables
 
 WAYS = np.array([[-1, 0], [0, 1], [1, 0], [0, -1]])  # rows and columns
 LIKELY = np.array([0.8, 0.1, 0.1])  # on the way, and to its sides
@@ -34,23 +34,23 @@ class Field(Problem):
     actions = (Labels(("north", "east", "south", "west")),)
 
     @property
-    def states(self) -> int:
+    def state_count(self) -> int:
         """Its cells."""
         return self.side**2
 
-    def opening(self, rows: int) -> tuple[Chance, ...]:
+    def initial_chance(self, rows: int) -> tuple[Chance, ...]:
         """Nothing."""
         return ()
 
-    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
+    def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
         """The near corner."""
         return np.zeros(rows, np.int64)
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         """The wind."""
-        return (Categorical.of(np.tile(LIKELY, (len(s), 1))),)
+        return (Categorical.from_probabilities(np.tile(LIKELY, (len(s), 1))),)
 
-    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+    def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """A step."""
         over = self.terminal(s)
         moved = np.where(over, s, gone(s, a[:, 0], self.side, events[0]))
@@ -59,13 +59,13 @@ class Field(Problem):
 
     def terminal(self, s: Array) -> Bools:
         """The far corner."""
-        return np.asarray(s == self.states - 1)
+        return np.asarray(s == self.state_count - 1)
 
-    def notation(self, s: Array) -> str:
+    def format_state(self, s: Array) -> str:
         """The cell's number."""
         return str(int(s))
 
-    def parse(self, text: str) -> Array:
+    def parse_state(self, text: str) -> Array:
         """The cell of this number."""
         return np.array(int(text))
 
@@ -79,17 +79,17 @@ class InRows(Tabular):
     actions = Field.actions
 
     @cached_property
-    def names(self) -> tuple[str, ...]:
+    def state_names(self) -> tuple[str, ...]:
         """The cells' numbers."""
         return tuple(map(str, range(self.side**2)))
 
     @property
-    def start_belief(self) -> Array:
+    def initial_belief(self) -> Array:
         """The near corner."""
         return np.asarray(np.arange(self.side**2) == 0, float)
 
     @cached_property
-    def tables(self) -> Sparse:
+    def tables(self) -> SparseTables:
         """What comes of each step in each cell."""
         cells, last = np.arange(self.side**2), self.side**2 - 1
         each = np.empty((len(cells), 4, 3), np.int32)
@@ -108,7 +108,9 @@ class InRows(Tabular):
         paid = (11.0 * p * (after == last)).sum(axis=1) - 1.0
         paid[-4:] = 0.0
         starts = np.concatenate([[0], kept.sum(axis=1).cumsum()])
-        return Sparse(Rows(starts, after[kept].astype(np.int64), p[kept]), paid[:, None])
+        return SparseTables(
+            SparseMatrix(starts, after[kept].astype(np.int64), p[kept]), paid[:, None]
+        )
 
     def terminal(self, s: Array) -> Bools:
         """The far corner."""

@@ -7,9 +7,9 @@ import numpy as np
 
 import dmplay
 from dmplay.errors import BadParameter, UnknownName
-from dmplay.game.checking import check
-from dmplay.game.request import Request
-from dmplay.game.start import new
+from dmplay.game.checking import verify_file
+from dmplay.game.request import GameRequest
+from dmplay.game.start import start_new_game
 from dmplay.rollouts import rollout
 
 SEED = 3
@@ -29,44 +29,44 @@ def tried(name: str, path: Path, turns: int) -> Tried:
     One that is refused is refused in one line.
     """
     try:
-        problem = dmplay.load(name)
+        problem = dmplay.load_problem(name)
     except (BadParameter, UnknownName) as error:
         return Tried(name, 0, str(error))
-    game = new(
-        Request(
+    game = start_new_game(
+        GameRequest(
             name,
             agent="random",
-            others=_others(problem),
+            other_agent=_others(problem),
             seed=SEED,
             turns=turns,
-            record=path,
+            record_path=path,
             force=True,
         )
     )
-    for _ in game.run():
+    for _ in game.iter_agent_turns():
         pass
     session = game.session
-    played, told = [*session.turns], [session.returns(), session.totals()]
+    played, told = [*session.turns], [session.returns(), session.total_rewards()]
     undone = min(2, len(played))
     game.undo(undone)
-    while game.unattended():
+    while game.play_agent_turn():
         pass
     game.finish()
     for one, again in zip(played, session.turns, strict=True):
         assert all(map(np.array_equal, one, again)), name
-    report = check(path, trusted=True)
-    assert report.ok, f"{name}: {report}"
-    assert not report.altered
+    report = verify_file(path, trusted=True)
+    assert report.is_ok, f"{name}: {report}"
+    assert not report.problem_change
     assert report.turns == len(played)
     many = rollout(
         problem,
-        [dmplay.agent(problem, n, "random") for n in range(len(game.seats))],
+        [dmplay.load_agent(problem, n, "random") for n in range(len(game.player_names))],
         episodes=2,
-        turns=turns,
+        turn_limit=turns,
         seed=SEED,
     )
-    assert many.turns[0] == len(played), name
-    assert np.allclose([many.returns[0], many.totals[0]], told), name
+    assert many.turn_counts[0] == len(played), name
+    assert np.allclose([many.returns[0], many.total_rewards[0]], told), name
     return Tried(name, len(played))
 
 

@@ -9,9 +9,9 @@ from typing import TypeVar
 import numpy as np
 
 from dmplay.core import Labels
-from dmplay.files.problem import FromFile, Model
-from dmplay.rows import Rows
-from dmplay.tabular import Sparse, Tables
+from dmplay.files.problem import FileProblem, MarkovModel
+from dmplay.rows import SparseMatrix
+from dmplay.tabular import SparseTables, Tables
 
 S = TypeVar("S", bound=Hashable)
 Shares = dict[S, float]
@@ -32,7 +32,7 @@ SLIPS = ((0, 0, 0.8), (1, 1, 0.05), (3, 3, 0.05), (2, 0, 0.025), (2, 2, 0.025))
 
 
 @dataclass(frozen=True)
-class Listing(FromFile):
+class Listing(FileProblem):
     """One that cannot be told from others, as it holds a list."""
 
     notes: list[str] = field(default_factory=list, kw_only=True)
@@ -45,7 +45,7 @@ def made(  # noqa: PLR0913, PLR0917 - the six parts of a definition
     move: Callable[[S, str], tuple[float, Shares[S]]],  # the reward, and where to
     observations: Sequence[str],
     sense: Callable[[str, S], Shares[str]],
-) -> FromFile:
+) -> FileProblem:
     """The problem whose states are those that can be reached."""
     states = [*start]
     moves = []
@@ -62,24 +62,24 @@ def made(  # noqa: PLR0913, PLR0917 - the six parts of a definition
     rewards = np.array([[reward] for reward, _ in moves])
     belief = np.zeros(len(states))
     belief[[place[one] for one in start]] = [*start.values()]
-    model = Model(
+    model = MarkovModel(
         ("agent",),
         (Labels(actions),),
         (Labels(observations),),
         tuple(map(str, states)),
         belief,
-        Sparse(_rows(flow), rewards, _rows(seen)),
+        SparseTables(_rows(flow), rewards, _rows(seen)),
         "",
     )
-    return FromFile(discount, model=model)
+    return FileProblem(discount, model=model)
 
 
-def _rows(each: Sequence[dict[int, float]]) -> Rows:
+def _rows(each: Sequence[dict[int, float]]) -> SparseMatrix:
     """The rows of these columns and numbers."""
     kept = [sorted((column, p) for column, p in row.items() if p > 0) for row in each]
     starts = np.cumsum([0, *map(len, kept)])
     columns, values = zip(*(pair for row in kept for pair in row), strict=True)
-    return Rows(starts, np.array(columns), np.array(values))
+    return SparseMatrix(starts, np.array(columns), np.array(values))
 
 
 def uniform(states: Sequence[S]) -> Shares[S]:
@@ -101,7 +101,7 @@ def _stepped(cells: Sequence[Cell], cell: Cell, way: Cell) -> Cell:
     return there if there in cells else cell
 
 
-def tag() -> FromFile:
+def tag() -> FileProblem:
     """Tag: find who flees, and tag it (Pineau, Gordon and Thrun, 2003)."""
     cells = [(x, y) for y in (0, 1) for x in range(10)]
     cells += [(x, y) for y in (2, 3, 4) for x in (5, 6, 7)]
@@ -133,7 +133,7 @@ def tag() -> FromFile:
     return made(0.95, start, [*ways, "tag"], move, seen, sense)
 
 
-def rock_sample(size: int, rocks: Sequence[Cell], start: Cell, half: float = 20.0) -> FromFile:
+def rock_sample(size: int, rocks: Sequence[Cell], start: Cell, half: float = 20.0) -> FileProblem:
     """Rock sample: take the good rocks and leave by the east (Smith and Simmons, 2004).
 
     A check is half as sure where the rock is so far away.
@@ -174,7 +174,7 @@ def rock_sample(size: int, rocks: Sequence[Cell], start: Cell, half: float = 20.
     return made(0.95, starts, [*ways, "sample", *checks], move, ["none", "good", "bad"], sense)
 
 
-def four_by_three(discount: float = 0.95) -> FromFile:
+def four_by_three(discount: float = 0.95) -> FileProblem:
     """The world of four by three (Russell and Norvig; Parr and Russell, 1995), begun anew."""
     cells = [(x, y) for y in range(3) for x in range(4) if (x, y) != (1, 1)]
     ends = {(3, 2): 1.0, (3, 1): -1.0}
@@ -202,7 +202,7 @@ def four_by_three(discount: float = 0.95) -> FromFile:
     return made(discount, uniform(inner), [*ways], move, seen, sense)
 
 
-def cheese() -> FromFile:
+def cheese() -> FileProblem:
     """The cheese maze (McCallum, 1992): walls alone tell where one is."""
     cells = [(x, 2) for x in range(5)] + [(x, y) for y in (1, 0) for x in (0, 2, 4)]
     goal = (2, 0)
@@ -227,7 +227,7 @@ def cheese() -> FromFile:
 
 def hallway(
     maze: Sequence[str], *, signs: Sequence[Pose] = (), start: Sequence[Pose] = ()
-) -> FromFile:
+) -> FileProblem:
     """A robot that slips and sees walls badly (Littman, Cassandra and Kaelbling, 1995).
 
     The rows of a maze have a `*` where a cell is, `+` where a goal is and `-` a trap. A sign is
@@ -276,7 +276,7 @@ def hallway(
     return made(0.95, starts, [*TURNS, "forward"], move, seen, sense)
 
 
-def machine() -> FromFile:
+def machine() -> FileProblem:
     """Four parts that wear out in four steps, whose state shows in what is made: 256 states."""
     wear, worth = (0.1, 0.15, 0.2, 0.0), (1.0, 0.9, 0.6, 0.1)
     costs = {"run": (1.0, 0.0), "inspect": (0.8, 0.05), "repair": (0.0, 1.0), "replace": (0.0, 4.0)}
@@ -312,7 +312,7 @@ def machine() -> FromFile:
     return made(0.97, start, [*costs], move, seen, sense)
 
 
-def tiger(discount: float = 0.95) -> FromFile:
+def tiger(discount: float = 0.95) -> FileProblem:
     """The tiger (Kaelbling, Littman and Cassandra, 1998)."""
 
     def move(state: str, action: str) -> tuple[float, Shares[str]]:
@@ -329,7 +329,7 @@ def tiger(discount: float = 0.95) -> FromFile:
     return made(discount, uniform(sides), ["listen", *sides], move, sides, sense)
 
 
-def drawn(seed: int, discount: float) -> FromFile:
+def drawn(seed: int, discount: float) -> FileProblem:
     """A small problem drawn at random: two actions, two observations, two to five states."""
     random = np.random.default_rng(seed)
     states = int(random.integers(2, 6))
@@ -342,5 +342,5 @@ def drawn(seed: int, discount: float) -> FromFile:
     two = (Labels(("a", "b")),)
     seen = (Labels(("x", "y")),)
     start = random.dirichlet(np.ones(states))
-    model = Model(("agent",), two, seen, names, start, tables.sparse, "")
-    return FromFile(discount, model=model)
+    model = MarkovModel(("agent",), two, seen, names, start, tables.sparse_tables, "")
+    return FileProblem(discount, model=model)

@@ -4,10 +4,10 @@ import numpy as np
 
 from dmplay import belief
 from dmplay.chance import Array, Reals
-from dmplay.core import Continuous, Problem, exact
-from dmplay.dice import NATURE, Dice
+from dmplay.core import ContinuousStates, Problem, enumerate_outcomes
+from dmplay.dice import NATURE_STREAM, SeededUniforms
 from dmplay.session import Session
-from dmplay.views.style import Outlook
+from dmplay.views.style import Forecast
 
 SAMPLES = 200
 
@@ -17,25 +17,30 @@ def losing(*regret: float) -> Reals:
     return np.array(regret)
 
 
-def foreseen(game: Session, action: float, seat: int = 0) -> Outlook:
+def foreseen(game: Session, action: float, seat: int = 0) -> Forecast:
     """What an action may bring from the true state, all others doing what they have first."""
     problem, state = game.problem, game.state[None]
-    sampled = isinstance(problem.states, Continuous) and not problem.actions[seat].labels
+    sampled = isinstance(problem.state_count, ContinuousStates) and not problem.actions[seat].labels
     joint = np.zeros((1, len(problem.agents)), float if sampled else np.int64)
     joint[0, seat] = action
     if sampled:
-        each = [Dice(1).draw(NATURE, turn, 0, problem.draws.step)[0] for turn in range(SAMPLES)]
+        each = [
+            SeededUniforms(1).generate_uniforms(
+                NATURE_STREAM, turn, 0, problem.uniform_counts.step
+            )[0]
+            for turn in range(SAMPLES)
+        ]
         s, a = np.repeat(state, SAMPLES, axis=0), np.repeat(joint, SAMPLES, axis=0)
         seen = problem.step(s, a, np.array(each)).observations
-        return Outlook(action, np.full(SAMPLES, 1 / SAMPLES), seen, sampled=True)
-    found = exact(problem, state, joint)
-    seen = found.outcome.observations[0]
-    if problem.hidden:
+        return Forecast(action, np.full(SAMPLES, 1 / SAMPLES), seen, is_sampled=True)
+    found = enumerate_outcomes(problem, state, joint)
+    seen = found.outcomes.observations[0]
+    if problem.partially_observable:
         seen = seen[:, seat]
     states, places = np.unique(seen, axis=0, return_inverse=True)
     chances: Reals = np.bincount(places.reshape(-1), found.probabilities[0]).astype(float)
     order = [k for k in np.argsort(-chances, kind="stable") if chances[k] > 0]
-    return Outlook(
+    return Forecast(
         action, chances[order], states[order], _believed(game, action, seat, states[order])
     )
 
@@ -54,7 +59,7 @@ def _after(
     problem: Problem, before: Reals, acted: list[int | None], seat: int, sense: int
 ) -> Reals:
     sensed: list[int | None] = [sense if i == seat else None for i in range(len(acted))]
-    return belief.update(problem, before, acted, sensed).belief
+    return belief.update_belief(problem, before, acted, sensed).belief
 
 
 __all__ = ["foreseen", "losing"]

@@ -4,12 +4,12 @@ import re
 from pathlib import Path
 
 from dmplay.game.playback import Playback
-from dmplay.reports.export import COLUMNS, Aspect, film, svg
-from dmplay.screen.shown import Room
+from dmplay.reports.export import DEFAULT_COLUMNS, ExportOptions, render_film, render_svg
+from dmplay.screen.shown import Viewport
 from tests.support.blocks import README, ROOT
 
 PICTURES = re.findall(r"\((transcripts/\S+\.svg)\)", README)
-FILM, STILL = Room(COLUMNS, 18), Room(100, 30)
+FILM, STILL = Viewport(DEFAULT_COLUMNS, 18), Viewport(100, 30)
 
 
 def drawn(picture: str) -> str:
@@ -17,5 +17,5 @@ def drawn(picture: str) -> str:
     name, _, turn = Path(picture).stem.partition(".")
     game = Playback(ROOT / Path(picture).with_name(f"{name}.dmt"))
     if turn:
-        return "".join(svg(game, Aspect(STILL, int(turn), hint=True)))
-    return "".join(film(game, Aspect(FILM)))
+        return "".join(render_svg(game, ExportOptions(STILL, int(turn), hint=True)))
+    return "".join(render_film(game, ExportOptions(FILM)))

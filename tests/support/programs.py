@@ -18,7 +18,7 @@ from subprocess import CompletedProcess
 from threading import Lock
 
 from dmplay.__main__ import main
-from dmplay.cli.app import root
+from dmplay.cli.app import root_command
 from tests.support.terminals import DMPLAY, clean_environment, mind_signals
 
 NOTHING: Mapping[str, str] = {}
@@ -28,7 +28,7 @@ LOADED = (
     "dmplay.cli.entry", "dmplay.game.playback", "dmplay.policies.search", "dmplay.prompt",
     "dmplay.screen.screen", "importlib.metadata", "numpy.ma", "numpy.random",
 )  # fmt: skip
-root()  # is made before there are copies
+root_command()  # is made before there are copies
 COPIES = multiprocessing.get_context("forkserver")
 COPIES.set_forkserver_preload(["__main__", __name__, *LOADED])
 ALONE = Lock()  # whoever starts a program asks how all have ended, which one may ask at a time

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import TypeVar
 
-from dmplay.budget import watched
+from dmplay.budget import report_progress_to
 
 T = TypeVar("T")
 CALLS = 10_000  # some seconds at the very most
@@ -23,5 +23,5 @@ def quickly(done: Callable[[], T]) -> T:
         if heard > CALLS:
             raise TooLong
 
-    with watched(watch):
+    with report_progress_to(watch):
         return done()

@@ -9,8 +9,8 @@ from dmplay.rollouts import rollout
 
 def earns(problem: Problem, policy: Policy, value: float, turns: int) -> None:
     """A policy of one agent values its start at so much, and its games pay so much."""
-    values = policy.values(policy.begin(np.array([-1])))
+    values = policy.action_values(policy.initial_memory(np.array([-1])))
     assert values is not None
     assert values.max() == pytest.approx(value, abs=1e-6)
-    returns = rollout(problem, [policy], episodes=1500, turns=turns, seed=4).returns[:, 0]
+    returns = rollout(problem, [policy], episodes=1500, turn_limit=turns, seed=4).returns[:, 0]
     assert abs(returns.mean() - value) < 3 * returns.std() / np.sqrt(len(returns))

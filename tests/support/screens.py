@@ -12,21 +12,21 @@ from prompt_toolkit.input import PipeInput, create_pipe_input
 from prompt_toolkit.key_binding.defaults import load_key_bindings
 from rich.text import Text
 
-from dmplay.dice import Dice
+from dmplay.dice import SeededUniforms
 from dmplay.finding import problems
 from dmplay.game.game import Game
-from dmplay.game.request import Request
-from dmplay.game.seats import HUMAN, people, seat_policy
-from dmplay.game.table import Table
+from dmplay.game.request import GameRequest
+from dmplay.game.seats import HUMAN, list_human_seats, make_seat_policy
+from dmplay.game.table import GameController
 from dmplay.keys.keyboard import Keyboard
-from dmplay.keys.keymap import AS_DRAWN, Keys
+from dmplay.keys.keymap import DEFAULT_KEY_PREFERENCES, KeyPreferences
 from dmplay.painting.painter import Painter
 from dmplay.screen import toolkit
-from dmplay.screen.screen import Screen
-from dmplay.screen.shown import Room
-from dmplay.session import Session, Source
+from dmplay.screen.screen import PlayScreen
+from dmplay.screen.shown import Viewport
+from dmplay.session import EpisodeUniforms, Session
 from dmplay.terminal import Terminal
-from dmplay.words.commands import Leave
+from dmplay.words.commands import PlayerQuit
 from tests.support.terminals import Shown
 
 vars(application)["load_key_bindings"] = cache(load_key_bindings)  # alike for every screen
@@ -48,15 +48,15 @@ def game(  # noqa: PLR0913 - a problem, and what of it is not as usual
     seed: int = 7,
     turns: int | None = None,
     parameters: Mapping[str, object] = NOTHING,
-    source: Source | None = None,
-    keys: Keys = AS_DRAWN,
+    source: EpisodeUniforms | None = None,
+    keys: KeyPreferences = DEFAULT_KEY_PREFERENCES,
 ) -> Game:
     """A game without a transcript; people sit where nobody is named."""
-    found = problems.resolve(name, parameters)
+    found = problems.resolve_problem(name, parameters)
     problem = found.problem
     who = list(seats) or [HUMAN] * len(problem.agents)
-    policies = [seat_policy(problem, seat, one) for seat, one in enumerate(who)]
-    session = Session(problem, source or Dice(seed, 0), policies, limit=turns)
+    policies = [make_seat_policy(problem, seat, one) for seat, one in enumerate(who)]
+    session = Session(problem, source or SeededUniforms(seed, 0), policies, turn_limit=turns)
     return seated(found.name, session, who, keys=keys)
 
 
@@ -64,18 +64,18 @@ def seated(
     name: str,
     session: Session,
     who: Sequence[str],
-    asked: Request | None = None,
+    asked: GameRequest | None = None,
     *,
-    keys: Keys = AS_DRAWN,
+    keys: KeyPreferences = DEFAULT_KEY_PREFERENCES,
 ) -> Game:
     """A game of this session, without a transcript."""
-    keyboard = Keyboard(session.problem, people(who), keys)
+    keyboard = Keyboard(session.problem, list_human_seats(who), keys)
     return Game(name, session, who, keyboard, None, asked)
 
 
-def secret(name: str) -> Request:
+def secret(name: str) -> GameRequest:
     """A wish for a game whose seed is fresh and so not shown."""
-    return Request(name, seed_known=False)
+    return GameRequest(name, is_seed_visible=False)
 
 
 class Played(NamedTuple):
@@ -100,13 +100,13 @@ class Paper(io.StringIO):
         super().__init__()
         self.screen: Any = None
         self._stream: Any = None
-        self._shown = Shown(None)
+        self._displayed_rows = Shown(None)
 
     def resize(self, columns: int, rows: int) -> None:
         """Makes the emulated screen of another size, and empty."""
         self.screen = pyte.Screen(columns, rows)
         self._stream = pyte.Stream(self.screen)
-        self._shown = Shown(self.screen)
+        self._displayed_rows = Shown(self.screen)
 
     def write(self, text: str) -> int:
         """Writes to both."""
@@ -116,14 +116,14 @@ class Paper(io.StringIO):
     @property
     def text(self) -> str:
         """The screen's rows without trailing blanks."""
-        return self._shown.text
+        return self._displayed_rows.text
 
 
 class Easel(Painter):
     """A painter on paper."""
 
     def __init__(self, paper: Paper, columns: int, rows: int) -> None:
-        super().__init__(paper, "default", fills=True)
+        super().__init__(paper, "default", erases_with_color=True)
         self.paper = paper
         self.resize(columns, rows)
 
@@ -132,35 +132,37 @@ class Easel(Painter):
         self.dimensions = columns, rows
         self.paper.resize(columns, rows)
 
-    def size(self) -> tuple[int, int]:
+    def get_size(self) -> tuple[int, int]:
         """The paper's."""
         return self.dimensions
 
 
-class Watched(Screen):
+class Watched(PlayScreen):
     """A screen that is looked at after each frame, and then given its next key."""
 
     def __init__(
         self, played: Game, keys: Iterable[str], pipe: PipeInput, paper: Paper, *, motion: bool
     ) -> None:
-        super().__init__(Table(played), Terminal(True, "", True, True, False, motion=motion))
+        super().__init__(
+            GameController(played), Terminal(True, "", True, True, False, motion=motion)
+        )
         self.keys = iter(keys)
         self.pipe = pipe
         self.paper = paper
         self.frames: list[str] = []
-        self.motion.step = 0.0
+        self.animation.step_seconds = 0.0
 
     def paint(self, painter: Painter) -> None:
         """Paints, and looks once nothing moves."""
         super().paint(painter)
-        if not self.motion.moves:
+        if not self.animation.is_running:
             self._look(None)
 
-    def upper(self, room: Room) -> Text:
+    def render_upper(self, room: Viewport) -> Text:
         """The screen's own, for the command row; the first time, asks to be told of its frames."""
         if self._look not in get_app().after_render._handlers:
             get_app().after_render += self._look
-        return super().upper(room)
+        return super().render_upper(room)
 
     def _look(self, app: Any) -> None:
         if app is not None and app.is_done:
@@ -171,7 +173,7 @@ class Watched(Screen):
             words = key.split()
             self.pipe.send_text("".join(SEQUENCES.get(word, word) for word in words))
         elif app is not None:
-            app.exit(exception=Leave(0))
+            app.exit(exception=PlayerQuit(0))
         else:
             self.pipe.send_text(SEQUENCES["c-d"])
 
@@ -196,6 +198,6 @@ def press(
     easel = Easel(paper, *size)
     with create_pipe_input() as pipe:
         screen = Watched(played, keys, pipe, paper, motion=motion)
-        screen.moment = moment
-        code = toolkit.run(screen, easel, pipe)
+        screen.thinking_delay_seconds = moment
+        code = toolkit.run_event_loop(screen, easel, pipe)
     return Played(screen.frames, paper.getvalue(), code)

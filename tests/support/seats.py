@@ -6,7 +6,7 @@ import dmplay
 from dmplay.core import Memory, Percept, Policy, Problem
 from dmplay.errors import BadParameter, BadPolicy, UnknownName
 from dmplay.finding import agents
-from dmplay.finding.agents import for_turns
+from dmplay.finding.agents import plan_for_turn_limit
 from dmplay.policies.script import Script
 from tests.support.cases import random_play, small
 
@@ -18,16 +18,20 @@ FOREIGN = {"axelrod"}  # a package that takes long to load: it has tests of its 
 
 def brief(problem: Problem, seat: int, agent: str) -> str:
     """The name of an agent that does not take its time."""
-    planned = agents.roster(problem, seat).simulated == "joint-plan"
+    planned = agents.load_roster(problem, seat).simulation_agent == "joint-plan"
     if agent in BRIEF:
         return BRIEF[agent] + f",others={SMALL},rollout={SMALL}" * planned
-    return SMALL if planned and agent == "joint-plan" else for_turns(problem, seat, agent, AHEAD)
+    return (
+        SMALL
+        if planned and agent == "joint-plan"
+        else plan_for_turn_limit(problem, seat, agent, AHEAD)
+    )
 
 
 def made(problem: Problem, seat: int, agent: str) -> Policy | None:
     """The agent of this name, or None where it refuses the seat."""
     try:
-        return dmplay.agent(problem, seat, brief(problem, seat, agent))
+        return dmplay.load_agent(problem, seat, brief(problem, seat, agent))
     except (BadPolicy, BadParameter, UnknownName):
         return None
 
@@ -37,7 +41,7 @@ def seated(name: str) -> list[tuple[int, list[Policy]]]:
     """Each built-in agent in each seat that it fits, random play in the others."""
     problem = small(name)
     found: list[tuple[int, list[Policy]]] = []
-    for agent in agents.roster(problem).agents:
+    for agent in agents.load_roster(problem).agents:
         if agent in FOREIGN:
             continue
         before = len(found)
@@ -54,7 +58,7 @@ def seated(name: str) -> list[tuple[int, list[Policy]]]:
 class Rescaling(Script):
     """Means no harm."""
 
-    def update(self, memory: Memory, percept: Percept) -> Memory:
+    def update_memory(self, memory: Memory, percept: Percept) -> Memory:
         observation = percept.observation
         observation /= 2.4
-        return super().update(memory, percept)
+        return super().update_memory(memory, percept)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay import Labels, Outcome, Pick, Problem
+from dmplay import DiscreteUniform, Labels, Outcome, Problem
 from dmplay.chance import Array, Chance, Ints
 
 HIGH, WIDE = 4, 5
@@ -23,13 +23,13 @@ class Soccer(Problem):
     discount: float = 0.9
     agents = ("left", "right")
     actions = (Labels(("north", "east", "south", "west", "stand")),) * 2
-    states = 2 * (HIGH * WIDE) ** 2
+    state_count = 2 * (HIGH * WIDE) ** 2
 
-    def opening(self, rows: int) -> tuple[Chance, ...]:
+    def initial_chance(self, rows: int) -> tuple[Chance, ...]:
         """Who has the ball."""
-        return (Pick(np.full(rows, 2), 2),)
+        return (DiscreteUniform(np.full(rows, 2), 2),)
 
-    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
+    def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
         """Both in the middle rows, apart."""
         return self.told(np.full(rows, 2 * WIDE + 1), np.full(rows, WIDE + 3), events[0])
 
@@ -40,9 +40,9 @@ class Soccer(Problem):
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         """Who moves first, and who has the ball if there is a goal."""
         two = np.full(len(s), 2)
-        return (Pick(two, 2), Pick(two, 2))
+        return (DiscreteUniform(two, 2), DiscreteUniform(two, 2))
 
-    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+    def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """One moves, then the other."""
         both, ball = np.divmod(s, 2)
         at = np.stack(np.divmod(both, HIGH * WIDE), axis=1)
@@ -61,15 +61,15 @@ class Soccer(Problem):
             ball = np.where(into, 1 - who, ball)
             at[rows, who] = np.where(into, at[rows, who], cell)
         moved = self.told(at[:, 0], at[:, 1], ball)
-        moved = np.where(goals != 0, self.place(len(s), (events[1],)), moved)
+        moved = np.where(goals != 0, self.initial_states(len(s), (events[1],)), moved)
         return Outcome(moved, np.stack([goals, -goals], axis=1), moved)
 
-    def notation(self, s: Array) -> str:
+    def format_state(self, s: Array) -> str:
         """Two cells and who has the ball."""
         both, ball = divmod(int(s), 2)
         return "{} {} {}".format(*divmod(both, HIGH * WIDE), self.agents[ball])
 
-    def parse(self, text: str) -> Array:
+    def parse_state(self, text: str) -> Array:
         """The state of such a line."""
         *cells, ball = text.split()
         left, right = (np.array(int(cell)) for cell in cells)

@@ -4,14 +4,14 @@ from collections.abc import Callable, Iterator, Sequence
 from itertools import product
 
 from dmplay.files import markov
-from dmplay.files.problem import FromFile
+from dmplay.files.problem import FileProblem
 
 Row = Sequence[float]
 PAIRS = [*product(range(2), repeat=2)]
 
 
-def read(text: str) -> FromFile:
-    return markov.read("team.dpomdp", text.encode(), team=True)
+def read(text: str) -> FileProblem:
+    return markov.read_markov_file("team.dpomdp", text.encode(), team=True)
 
 
 def _line(row: Row) -> str:

@@ -16,25 +16,25 @@ BEGUN = Event()  # set, somebody has told the share that is done
 
 def ponder(share: float) -> None:
     """Spends for as long as nobody stops it."""
-    budget = Budget("thought", "none", work=np.inf)
+    budget = Budget("thought", "none", work_limit=np.inf)
     while not RELEASED.wait(0.001):
-        budget.spend(1.0, share)
+        budget.spend_work(1.0, share)
         BEGUN.set()
 
 
 class Deep:
     """An agent that thinks long the first time it is asked, and then acts by its uniform."""
 
-    draws = 1
+    uniform_count = 1
 
     def __init__(self, *, heeds: bool = True) -> None:
         self.heeds = heeds  # whether it can be stopped
         self.asked = 0
 
-    def begin(self, observation: Array) -> Memory:
+    def initial_memory(self, observation: Array) -> Memory:
         return ()
 
-    def update(self, memory: Memory, percept: Percept) -> Memory:
+    def update_memory(self, memory: Memory, percept: Percept) -> Memory:
         return ()
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
@@ -45,7 +45,7 @@ class Deep:
             RELEASED.wait()
         return np.asarray(u[:, 0] < 0.5, int)
 
-    def values(self, memory: Memory) -> Reals | None:
+    def action_values(self, memory: Memory) -> Reals | None:
         return None
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.chance import Array, Bools, Chance, Ints
-from dmplay.core import WAIT, Labels, Outcome, Problem
+from dmplay.core import WAIT_LABEL, Labels, Outcome, Problem
 
 ROWS = np.arange(9).reshape(3, 3)
 LINES = np.vstack([ROWS, ROWS.T, [[0, 4, 8], [2, 4, 6]]])
@@ -17,20 +17,20 @@ class Toe(Problem):
     """Three in a row win; a state is a number of nine digits to the base three."""
 
     agents = ("x", "o")
-    actions = (Labels((*(f"cell{n}" for n in range(1, 10)), WAIT)),) * 2
-    states = 3**9
+    actions = (Labels((*(f"cell{n}" for n in range(1, 10)), WAIT_LABEL)),) * 2
+    state_count = 3**9
 
-    def opening(self, rows: int) -> tuple[Chance, ...]:
+    def initial_chance(self, rows: int) -> tuple[Chance, ...]:
         return ()
 
-    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
+    def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
         return np.zeros(rows, np.int64)
 
     def board(self, s: Array) -> Ints:
         """What stands in each cell `[B, 9]`: 1 of the first, 2 of the second."""
         return np.asarray(s[:, None] // THREES % 3)
 
-    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+    def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         mover = (self.board(s) > 0).sum(axis=1) % 2
         cell = a[np.arange(len(s)), mover]
         moved = s + np.where(self.terminal(s), 0, (mover + 1) * THREES[np.minimum(cell, 8)])
@@ -45,7 +45,7 @@ class Toe(Problem):
         full = (self.board(s) > 0).all(axis=1)
         return np.asarray(full | self.lines(s, 1) | self.lines(s, 2))
 
-    def legal(self, s: Array) -> Bools:
+    def legal_actions_mask(self, s: Array) -> Bools:
         free = self.board(s) == 0
         mover = (free.sum(axis=1) + 1) % 2
         able = np.zeros((len(s), 2, 10), bool)
@@ -53,8 +53,8 @@ class Toe(Problem):
         able[np.arange(len(s)), 1 - mover, 9] = True
         return able
 
-    def notation(self, s: Array) -> str:
+    def format_state(self, s: Array) -> str:
         return "".join(".xo"[one] for one in self.board(np.array([s]))[0])
 
-    def parse(self, text: str) -> Array:
+    def parse_state(self, text: str) -> Array:
         return np.array([".xo".index(one) for one in text]) @ THREES

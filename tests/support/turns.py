@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Chance, Pick
-from dmplay.core import WAIT, Labels, Outcome, Problem
+from dmplay.chance import Array, Bools, Chance, DiscreteUniform
+from dmplay.core import WAIT_LABEL, Labels, Outcome, Problem
 
 
 @dataclass(frozen=True)
@@ -13,16 +13,16 @@ class Nim(Problem):
     """Seven stones of which two take one or two in turns; the last one wins."""
 
     agents = ("left", "right")
-    actions = (Labels(("one", "two", WAIT)),) * 2
-    states = 16
+    actions = (Labels(("one", "two", WAIT_LABEL)),) * 2
+    state_count = 16
 
-    def opening(self, rows: int) -> tuple[Chance, ...]:
+    def initial_chance(self, rows: int) -> tuple[Chance, ...]:
         return ()
 
-    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
+    def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
         return np.full(rows, 2 * 7)  # the stones, and whose turn it is
 
-    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+    def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         stones, mover = np.divmod(s, 2)
         left = np.maximum(stones - a[np.arange(len(s)), mover] - 1, 0)
         moved = np.where(stones == 0, s, 2 * left + 1 - mover)
@@ -33,19 +33,21 @@ class Nim(Problem):
     def terminal(self, s: Array) -> Bools:
         return np.asarray(s < 2)
 
-    def legal(self, s: Array) -> Bools:
+    def legal_actions_mask(self, s: Array) -> Bools:
         stones, mover = np.divmod(s, 2)
         able = np.zeros((len(s), 2, 3), bool)
         for seat in range(2):
             mine = mover == seat
-            able[:, seat] = np.stack([mine & (stones > 0), mine & (stones > 1), ~mine], axis=1)
+            able[:, seat] = np.stack(
+                [mine & (stones > 0), mine & (stones > 1), ~mine], axis=1
+            )
         return able
 
-    def notation(self, s: Array) -> str:
+    def format_state(self, s: Array) -> str:
         stones, mover = divmod(int(s), 2)
         return f"{stones}-{self.agents[mover]}"
 
-    def parse(self, text: str) -> Array:
+    def parse_state(self, text: str) -> Array:
         stones, _, mover = text.partition("-")
         return np.array(2 * int(stones) + self.agents.index(mover))
 
@@ -57,22 +59,24 @@ class Peek(Problem):
     agents = ("seeing", "blind")
     actions = (Labels(("heads", "tails")),) * 2
     observations = (Labels(("clear", "dark")),) * 2
-    states, horizon = 4, 2
+    state_count, horizon = 4, 2
 
-    def opening(self, rows: int) -> tuple[Chance, ...]:
-        return (Pick(np.full(rows, 4), 4),)
+    def initial_chance(self, rows: int) -> tuple[Chance, ...]:
+        return (DiscreteUniform(np.full(rows, 4), 4),)
 
-    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
+    def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
         return events[0]
 
-    def first(self, s: Array) -> Array:
+    def initial_observations(self, s: Array) -> Array:
         return np.stack([s // 2, np.full(len(s), -1)], axis=1)
 
-    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
-        return Outcome(s, np.where(a == (s % 2)[:, None], 1.0, 0.0), self.first(s) * [1, 0])
+    def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+        return Outcome(
+            s, np.where(a == (s % 2)[:, None], 1.0, 0.0), self.initial_observations(s) * [1, 0]
+        )
 
-    def notation(self, s: Array) -> str:
+    def format_state(self, s: Array) -> str:
         return f"coin{int(s)}"
 
-    def parse(self, text: str) -> Array:
+    def parse_state(self, text: str) -> Array:
         return np.array(int(text.removeprefix("coin")))

@@ -8,15 +8,15 @@ import numpy as np
 
 from dmplay.chance import Array, Reals
 from dmplay.core import Problem
-from dmplay.dice import NATURE, Dice
+from dmplay.dice import NATURE_STREAM, SeededUniforms
 from tests.support.cases import anything, draws, same, small
 
 
 class Game(NamedTuple):
     """The first turns of a game, written down."""
 
-    opening: Reals
-    draws: tuple[Reals, ...]  # one a turn
+    initial_chance: Reals
+    uniform_counts: tuple[Reals, ...]  # one a turn
     actions: tuple[Array, ...]  # joint, one a turn
 
 
@@ -25,15 +25,15 @@ class Told:
 
     def __init__(self, game: Game, seat: int, own: int, others: int) -> None:
         self.game, self.seat = game, seat
-        self.own, self.others = Dice(own), Dice(others)
+        self.own, self.others = SeededUniforms(own), SeededUniforms(others)
 
-    def draw(self, stream: int, turn: int, reroll: int, count: int) -> Reals:
+    def generate_uniforms(self, stream: int, turn: int, reroll: int, count: int) -> Reals:
         if stream == 1 + self.seat:
-            return self.own.draw(stream, turn, reroll, count)
-        if stream == NATURE and turn <= len(self.game.draws):
-            told = (self.game.opening, *self.game.draws)[turn]
+            return self.own.generate_uniforms(stream, turn, reroll, count)
+        if stream == NATURE_STREAM and turn <= len(self.game.uniform_counts):
+            told = (self.game.initial_chance, *self.game.uniform_counts)[turn]
             return told[None]
-        return self.others.draw(stream, turn, reroll, count)
+        return self.others.generate_uniforms(stream, turn, reroll, count)
 
 
 class Twins(NamedTuple):
@@ -46,7 +46,7 @@ class Twins(NamedTuple):
 @cache
 def twins(name: str, seat: int) -> list[Twins]:
     problem = small(name)
-    if not problem.hidden:
+    if not problem.partially_observable:
         return [public_twins(problem, 1)]
     found = (pair for attempt in range(1, 4) for pair in hidden_twins(problem, seat, attempt))
     return [*islice(found, 2)]
@@ -55,10 +55,10 @@ def twins(name: str, seat: int) -> list[Twins]:
 def public_twins(problem: Problem, row: int) -> Twins:
     """The same game in public, by other draws wherever others have the same effect."""
     one, other, actions = [], [], []
-    opening = draws(problem.draws.start, 0, row + 1)[row]
-    s = problem.start(opening[None])
+    opening = draws(problem.uniform_counts.start, 0, row + 1)[row]
+    s = problem.sample_initial_states(opening[None])
     for turn in range(1, 4):
-        u = draws(problem.draws.step, turn, row + 1)[row:]
+        u = draws(problem.uniform_counts.step, turn, row + 1)[row:]
         a = anything(problem, s, 10 * row + turn, 1)
         near = np.where(u < 0.5, u + 1e-9, u - 1e-9)
         outcome = problem.step(s, a, u)
@@ -78,13 +78,13 @@ def hidden_twins(problem: Problem, seat: int, attempt: int) -> list[Twins]:
     Where there are other agents, they also did something else.
     """
     rows = 3000
-    opening = draws(problem.draws.start, 100 * attempt, rows)
-    s = problem.start(opening)
+    opening = draws(problem.uniform_counts.start, 100 * attempt, rows)
+    s = problem.sample_initial_states(opening)
     nature, actions, seen = [], [], []
     for turn in range(100 * attempt + 1, 100 * attempt + 4):
         a = anything(problem, None, turn, rows)
         a[:, seat] = a[0, seat]
-        nature.append(draws(problem.draws.step, turn, rows))
+        nature.append(draws(problem.uniform_counts.step, turn, rows))
         actions.append(a)
         outcome = problem.step(s, a, nature[-1])
         seen.append(outcome.observations[:, seat])

@@ -13,15 +13,15 @@ import pytest
 import dmplay
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Outcome, Percept, Policy, Problem
-from dmplay.dice import Dice
+from dmplay.dice import SeededUniforms
 from dmplay.errors import BadTranscript
 from dmplay.policies.general import Random as Anything
-from dmplay.policies.kinds import Seated
+from dmplay.policies.kinds import SeatPolicy
 from dmplay.problems.hexworld import HexWorld
 from dmplay.problems.mountain_car import MountainCar
 from dmplay.transcript import feeding
 from dmplay.transcript.header import Header
-from dmplay.transcript.reading import Transcript, parse, read
+from dmplay.transcript.reading import Transcript, parse_transcript, read_transcript
 from dmplay.transcript.recorder import Recorder
 from dmplay.transcript.replay import replay
 from dmplay.transcript.verify import verify
@@ -46,17 +46,17 @@ class Counting(HexWorld):
 
     moves: ClassVar[Counter[int]] = Counter()
 
-    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+    def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         self.moves[len(s)] += 1
-        return super().move(s, a, events)
+        return super().resolve_events(s, a, events)
 
 
 class Single(HexWorld):
     """Hex world that moves in one game at a time."""
 
-    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+    def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         assert len(s) == 1
-        return super().move(s, a, events)
+        return super().resolve_events(s, a, events)
 
 
 @dataclass(frozen=True)
@@ -67,27 +67,27 @@ class Drifting(MountainCar):
     drift: float = 1e-15
     moves: ClassVar[Counter[int]] = Counter()
 
-    def place(self, rows: int, events: tuple[Array, ...]) -> Array:
+    def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
         return np.tile([-0.5, 0.0], (rows, 1))
 
-    def move(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+    def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         self.moves[len(s)] += 1
         assert len(s) == 1 or not self.alone
-        state, rewards, _ = super().move(s, a, events)
+        state, rewards, _ = super().resolve_events(s, a, events)
         state = state + self.drift * (len(s) > 1)
         return Outcome(state, rewards, state)
 
 
 @dataclass(frozen=True)
-class Diary(Seated):
+class Diary(SeatPolicy):
     """Goes by all that it saw, as the number of the turn, and counts how often it is asked."""
 
     asked: ClassVar[Counter[int]] = Counter()
 
-    def begin(self, observation: Array) -> Memory:
+    def initial_memory(self, observation: Array) -> Memory:
         return (np.zeros(len(observation), int),)
 
-    def update(self, memory: Memory, percept: Percept) -> Memory:
+    def update_memory(self, memory: Memory, percept: Percept) -> Memory:
         return (memory[0] + 1,)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
@@ -118,7 +118,7 @@ class Alone(Anything):
 class Scribbling(Anything):
     """Writes into what it is given."""
 
-    def update(self, memory: Memory, percept: Percept) -> Memory:
+    def update_memory(self, memory: Memory, percept: Percept) -> Memory:
         percept.observation[:] = 0
         return (percept.observation,)
 
@@ -129,10 +129,10 @@ def games(tmp_path_factory: pytest.TempPathFactory) -> list[tuple[str, Problem, 
     found = []
     for number, (name, agent, others, settings) in enumerate(GAMES):
         path = place / f"{number}.dmt"
-        text = recorded(path, name, agent, turns=TURNS, others=others, settings=settings)
-        problem = dmplay.load(name, **({"rewards": ()} if settings else {}))
+        text = recorded(path, name, agent, turns=TURNS, other_agent=others, settings=settings)
+        problem = dmplay.load_problem(name, **({"rewards": ()} if settings else {}))
         who = [agent, *["random"] * (len(problem.agents) - 1)]
-        seats = [dmplay.agent(problem, seat, one) for seat, one in enumerate(who)]
+        seats = [dmplay.load_agent(problem, seat, one) for seat, one in enumerate(who)]
         found.append((text, problem, seats))
     return found
 
@@ -140,13 +140,13 @@ def games(tmp_path_factory: pytest.TempPathFactory) -> list[tuple[str, Problem, 
 def told(text: str, problem: Problem, policies: list[Policy], *, many: int = 256) -> list[str]:
     """What verifying finds, so many turns at once."""
     try:
-        transcript = parse(text.encode())
+        transcript = parse_transcript(text.encode())
     except BadTranscript as error:
         return [str(error)]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(feeding, "MANY", many)
+        patch.setattr(feeding, "MAX_BATCH_TURNS", many)
         report = verify(transcript, problem, policies)
-    return [*map(str, report.findings), report.told]
+    return [*map(str, report.findings), report.summary]
 
 
 def spoilt(text: str) -> Iterator[str]:
@@ -173,15 +173,15 @@ def test_many_turns_at_once_are_held_against_the_file_as_strictly_as_one(
 
 def test_a_game_whose_states_come_again_is_worked_out_in_few_moves(tmp_path: Path) -> None:
     recorded(tmp_path / "long.dmt", "hexworld", "random", turns=300, settings=["rewards=[]"])
-    counting, transcript = Counting(rewards=()), read(tmp_path / "long.dmt")
+    counting, transcript = Counting(rewards=()), read_transcript(tmp_path / "long.dmt")
     Counting.moves.clear()
-    assert verify(transcript, counting, [Anything(counting, 0)]).ok
+    assert verify(transcript, counting, [Anything(counting, 0)]).is_ok
     assert Counting.moves.total() < 60
     Counting.moves.clear()
-    assert verify(transcript, counting).ok
+    assert verify(transcript, counting).is_ok
     assert len(replay(transcript, counting).turns) == 300
     assert Counting.moves.total() < 120
-    assert verify(transcript, Single(rewards=())).ok
+    assert verify(transcript, Single(rewards=())).is_ok
 
 
 def test_what_a_file_says_of_states_is_not_believed(
@@ -191,31 +191,33 @@ def test_what_a_file_says_of_states_is_not_believed(
         rows, random = text.split("\n"), Random(2)
         states = [row for row in rows if row.startswith("state: ")]
         lies = [random.choice(states) if row.startswith("state: ") else row for row in rows]
-        found = replay(parse("\n".join(lies).encode()), problem).turns
-        for lie, truth in zip(found, replay(parse(text.encode()), problem).turns, strict=True):
+        found = replay(parse_transcript("\n".join(lies).encode()), problem).turns
+        for lie, truth in zip(
+            found, replay(parse_transcript(text.encode()), problem).turns, strict=True
+        ):
             assert all(map(np.array_equal, lie, truth))
 
 
 def transcribed(path: Path, problem: Problem, policies: Sequence[Policy], turns: int) -> Transcript:
     """A game of so many turns by these agents, read again."""
-    session = dmplay.Session(problem, Dice(5), policies, limit=turns)
+    session = dmplay.Session(problem, SeededUniforms(5), policies, turn_limit=turns)
     seats = dict.fromkeys(problem.agents, "somebody")
     recorder = Recorder.create(path, Header(problem="x", seats=seats, seed=5, turns=turns), session)
     while not session.over:
         session.advance()
-        recorder.turn()
-    recorder.end()
-    return read(path)
+        recorder.write_turn()
+    recorder.write_end()
+    return read_transcript(path)
 
 
 @pytest.mark.parametrize("kind", [Anything, Forgetful, Alone, Diary])
 def test_agents_are_asked_again_whatever_they_remember_and_however_many_they_play(
-    kind: type[Seated], tmp_path: Path
+    kind: type[SeatPolicy], tmp_path: Path
 ) -> None:
     problem = HexWorld(rewards=())
     transcript = transcribed(tmp_path / "game.dmt", problem, [kind(problem, 0)], 40)
-    assert verify(transcript, problem, [kind(problem, 0)]).ok
-    assert not verify(transcript, problem, [dmplay.agent(problem, 0, "optimal")]).ok
+    assert verify(transcript, problem, [kind(problem, 0)]).is_ok
+    assert not verify(transcript, problem, [dmplay.load_agent(problem, 0, "optimal")]).is_ok
 
 
 @pytest.mark.parametrize("problem", [HexWorld(rewards=()), MountainCar()])
@@ -225,7 +227,7 @@ def test_an_agent_that_counts_its_turns_is_asked_of_many_at_once(
     diary = Diary(problem, 0)
     transcript = transcribed(tmp_path / "game.dmt", problem, [diary], 40)
     Diary.asked.clear()
-    assert verify(transcript, problem, [diary]).ok
+    assert verify(transcript, problem, [diary]).is_ok
     assert Diary.asked.total() <= 10  # of 40 turns
 
 
@@ -235,12 +237,15 @@ def test_real_states_that_cannot_be_worked_out_at_once_are_soon_worked_out_one_b
 ) -> None:
     transcript = transcribed(tmp_path / "game.dmt", car, [Diary(car, 0)], 40)
     Drifting.moves.clear()
-    assert verify(transcript, car, [Diary(car, 0)]).ok
+    assert verify(transcript, car, [Diary(car, 0)]).is_ok
     assert Drifting.moves.total() < 150
     content = transcript.content.replace('"left"', '"lift"').rpartition("lift")
     Drifting.moves.clear()
     with pytest.raises(BadTranscript, match="unknown action 'lift'"):
-        replay(parse((content[0].replace("lift", "left") + "".join(content[1:])).encode()), car)
+        replay(
+            parse_transcript((content[0].replace("lift", "left") + "".join(content[1:])).encode()),
+            car,
+        )
     assert Drifting.moves.total() < 150
 
 
@@ -248,17 +253,17 @@ def test_an_agent_that_writes_into_what_it_is_given_is_named(tmp_path: Path) -> 
     problem = HexWorld(rewards=())
     transcript = transcribed(tmp_path / "game.dmt", problem, [Anything(problem, 0)], 40)
     found = verify(transcript, problem, [Scribbling(problem, 0)]).findings
-    assert "turn 2, agent: Scribbling.update writes into" in found[0].what
+    assert "turn 2, agent: Scribbling.update_memory writes into" in found[0].what
 
 
 def test_a_game_in_turns_and_one_played_beyond_its_end_are_told_as_ever(tmp_path: Path) -> None:
     nim = Nim()
     policies = [Anything(nim, seat) for seat in range(2)]
     transcript = transcribed(tmp_path / "game.dmt", nim, policies, 20)
-    assert verify(transcript, nim, policies).ok
+    assert verify(transcript, nim, policies).is_ok
     *blocks, last, _ = transcript.content.split("\n\n")
     played = len(blocks) - 1  # without the header, but for the last
     more = [last.replace(f"turn: {played}", f"turn: {played + n}") for n in range(1, 7)]
-    beyond = parse("\n\n".join([*blocks, last, *more, ""]).encode())
+    beyond = parse_transcript("\n\n".join([*blocks, last, *more, ""]).encode())
     with pytest.raises(BadTranscript, match=f"turn {played + 1}: the game is over"):
         replay(beyond, nim)

@@ -11,10 +11,10 @@ import pytest
 
 from dmplay import disk
 from dmplay.errors import BadTranscript, DmplayError
-from dmplay.game.checking import check, update
+from dmplay.game.checking import rewrite_file, verify_file
 from dmplay.game.playback import Playback
-from dmplay.game.request import Request, Resumption
-from dmplay.game.start import new, resumed
+from dmplay.game.request import GameRequest, ResumeRequest
+from dmplay.game.start import resume_game, start_new_game
 from tests.support.quick import quickly
 
 ROW = [[q, 0] for q in range(20_000)]
@@ -58,12 +58,16 @@ SOLVED = [  # today's answers take no longer where a discount is close to 1
 
 def asking(path: Path, case: Case, turns: int = 9) -> Path:
     """An unfinished file of two turns that asks for this."""
-    asked = Request(case.problem, agent="random", others="", seed=1, turns=2, record=path)
-    game = new(Request(**vars(asked) | {"others": "random"}) if _two(case) else asked)
+    asked = GameRequest(
+        case.problem, agent="random", other_agent="", seed=1, turns=2, record_path=path
+    )
+    game = start_new_game(
+        GameRequest(**vars(asked) | {"other_agent": "random"}) if _two(case) else asked
+    )
     assert game.recorder
     while not game.session.over:
         game.session.advance()
-        game.recorder.turn()
+        game.recorder.write_turn()
     text = path.read_text()
     text = re.sub("^turns: 2$", f"turns: {turns}", text, flags=re.MULTILINE)
     text = text.replace('"random"', json.dumps(case.agent), 1)
@@ -73,14 +77,14 @@ def asking(path: Path, case: Case, turns: int = 9) -> Path:
     return path
 
 
-def advanced(asked: Request) -> None:
+def advanced(asked: GameRequest) -> None:
     """Begins a game and plays its first turn."""
-    new(asked).session.advance()
+    start_new_game(asked).session.advance()
 
 
 def gone_on(path: Path) -> None:
     """Goes on with a game for one turn."""
-    resumed(Resumption(path)).session.advance()
+    resume_game(ResumeRequest(path)).session.advance()
 
 
 def _two(case: Case) -> bool:
@@ -91,7 +95,7 @@ def _two(case: Case) -> bool:
 def test_what_no_game_can_be_is_a_finding_and_not_gone_on_with(case: Case, tmp_path: Path) -> None:
     path = asking(tmp_path / "game.dmt", case)
     before = path.read_bytes()
-    report = quickly(lambda: check(path))
+    report = quickly(lambda: verify_file(path))
     assert case.told in str(report)
     with pytest.raises(DmplayError, match=re.escape(case.told)):
         quickly(partial(gone_on, path))
@@ -107,7 +111,9 @@ def test_what_no_problem_can_be_is_not_replayed(case: Case, tmp_path: Path) -> N
 
 @pytest.mark.parametrize("case", AGENTS + PROBLEMS, ids=lambda case: case.told)
 def test_what_no_game_can_be_is_not_begun(case: Case) -> None:
-    asked = Request(case.problem, agent=case.agent, seed=1, turns=100_000, parameters=case.given)
+    asked = GameRequest(
+        case.problem, agent=case.agent, seed=1, turns=100_000, parameters=case.given
+    )
     with pytest.raises(DmplayError, match=re.escape(case.told)):
         quickly(partial(advanced, asked))
 
@@ -115,7 +121,7 @@ def test_what_no_game_can_be_is_not_begun(case: Case) -> None:
 @pytest.mark.parametrize("case", SOLVED, ids=lambda case: case.agent)
 def test_what_is_soon_solved_at_any_discount_is_asked_again(case: Case, tmp_path: Path) -> None:
     path = asking(tmp_path / "game.dmt", case)
-    assert quickly(lambda: check(path)).turns == 2
+    assert quickly(lambda: verify_file(path)).turns == 2
 
 
 @pytest.mark.parametrize("problem", ["multicaregiver-crying-baby", "hexworld", "predator-prey"])
@@ -125,27 +131,27 @@ def test_agents_alone_play_no_more_turns_than_their_file_holds(
     path = asking(tmp_path / "game.dmt", Case(problem, ""), turns=10**12)
     told = f"^{path}:.*: turns: got {10**12}, expected at most 10000 where no person plays; if"
     with pytest.raises(BadTranscript, match=told):
-        resumed(Resumption(path))
-    game = resumed(Resumption(path, turns=10**12))
+        resume_game(ResumeRequest(path))
+    game = resume_game(ResumeRequest(path, turn_limit=10**12))
     game.session.advance()
     assert game.recorder
     game.recorder.close()
     with path.open("a") as file:
         file.write('end: {"reason": "turn limit"}\n')
     with pytest.raises(BadTranscript, match=told):
-        update(path)
-    assert check(path).turns == 2
+        rewrite_file(path)
+    assert verify_file(path).turns == 2
 
 
 def test_other_seats_than_those_of_the_problem_are_not_sat_in(tmp_path: Path) -> None:
     case = Case("predator-prey", "", given={"predators": 26})
     path = asking(tmp_path / "game.dmt", case)
     with pytest.raises(BadTranscript, match="seats: got predator, prey, expected predator1"):
-        resumed(Resumption(path))
+        resume_game(ResumeRequest(path))
 
 
 def test_a_file_that_is_too_large_is_not_read(tmp_path: Path) -> None:
     path = tmp_path / "game.dmt"
     with path.open("wb") as file:
-        file.truncate(disk.LARGEST + 1)
-    assert "cannot be read: larger than 64 MB" in str(check(path))
+        file.truncate(disk.MAX_FILE_BYTES + 1)
+    assert "cannot be read: larger than 64 MB" in str(verify_file(path))

@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 import dmplay
-from dmplay.disk import played
+from dmplay.disk import is_locked_elsewhere
 from dmplay.errors import BadParameter
-from dmplay.game.checking import check
+from dmplay.game.checking import verify_file
 from dmplay.transcript.header import Header
-from dmplay.transcript.reading import read
+from dmplay.transcript.reading import read_transcript
 from dmplay.transcript.recorder import Recorder
 from tests.support.terminals import DMPLAY, clean_environment
 
@@ -22,13 +22,13 @@ FEED, SING = 0, 1
 
 
 def recorder(path: Path) -> Recorder:
-    game = dmplay.Session(dmplay.load("crying-baby"), HEADER.dice)
+    game = dmplay.Session(dmplay.load_problem("crying-baby"), HEADER.uniform_source)
     return Recorder.create(path, HEADER, game)
 
 
 def turn(recorder: Recorder, action: int) -> None:
     recorder.session.advance([action])
-    recorder.turn()
+    recorder.write_turn()
 
 
 def test_a_turn_that_the_disk_cuts_is_written_whole_with_the_next(tmp_path: Path) -> None:
@@ -41,28 +41,28 @@ def test_a_turn_that_the_disk_cuts_is_written_whole_with_the_next(tmp_path: Path
         turn(writing, FEED)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (least, most))
-    assert os.strerror(28) in str(writing.fault)
+    assert os.strerror(28) in str(writing.write_error)
     assert path.read_bytes() == before
     turn(writing, SING)
-    assert writing.fault is None
-    writing.end()
-    assert [block["turn"] for block in read(path).blocks] == [0, 1, 2]
+    assert writing.write_error is None
+    writing.write_end()
+    assert [block["turn"] for block in read_transcript(path).blocks] == [0, 1, 2]
 
 
 def test_after_the_end_nothing_more_is_written(tmp_path: Path) -> None:
     path = tmp_path / "game.dmt"
     writing = recorder(path)
     writing.session.end("quit")
-    writing.end()
+    writing.write_end()
     whole = path.read_bytes()
-    writing.end("# once more\n")
+    writing.write_end("# once more\n")
     writing.close()
-    assert not writing.open
+    assert not writing.is_open
     assert path.read_bytes() == whole
 
 
 def test_what_is_no_file_is_not_gone_on_with(tmp_path: Path) -> None:
-    game = dmplay.Session(dmplay.load("crying-baby"), HEADER.dice)
+    game = dmplay.Session(dmplay.load_problem("crying-baby"), HEADER.uniform_source)
     with pytest.raises(BadParameter, match=r"cannot write .*Is a directory"):
         Recorder.resume(tmp_path, "", game)
 
@@ -73,13 +73,13 @@ def test_where_files_cannot_be_locked_nobody_is_said_to_play(
     path = tmp_path / "game.dmt"
     writing = recorder(path)
     with path.open("rb") as other:
-        assert played(other.fileno())
+        assert is_locked_elsewhere(other.fileno())
         monkeypatch.setitem(sys.modules, "fcntl", None)  # as on Windows
-        assert not played(other.fileno())
+        assert not is_locked_elsewhere(other.fileno())
     monkeypatch.undo()
     writing.close()
     unlockable = os.open(path, os.O_PATH)
-    assert not played(unlockable)
+    assert not is_locked_elsewhere(unlockable)
     os.close(unlockable)
 
 
@@ -93,8 +93,8 @@ def test_header_and_opening_are_one_write(tmp_path: Path) -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (least, most))
     assert path.read_bytes() == b""
     turn(writing, FEED)
-    writing.end()
-    assert [block["turn"] for block in read(path).blocks] == [0, 1]
+    writing.write_end()
+    assert [block["turn"] for block in read_transcript(path).blocks] == [0, 1]
 
 
 @pytest.mark.slow
@@ -125,5 +125,5 @@ def test_the_same_seed_gives_the_same_bytes_in_every_process(
         )  # fmt: skip
         files.append((tmp_path / f"{number}.dmt").read_bytes())
     assert files[0] == files[1] == files[2]
-    report = check(tmp_path / "0.dmt")
-    assert report.ok, str(report)
+    report = verify_file(tmp_path / "0.dmt")
+    assert report.is_ok, str(report)

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from dmplay.errors import BadTranscript
-from dmplay.game.request import Resumption
-from dmplay.game.start import resumed
-from dmplay.transcript.reading import read
+from dmplay.game.request import ResumeRequest
+from dmplay.game.start import resume_game
+from dmplay.transcript.reading import read_transcript
 from tests.support.games import recorded
 from tests.support.programs import run
 
@@ -28,8 +28,8 @@ def whole(tmp_path: Path) -> str:
 
 def go_on(path: Path) -> None:
     """Resumes a game without people, and plays it to its end."""
-    game = resumed(Resumption(path))
-    list(game.run())
+    game = resume_game(ResumeRequest(path))
+    list(game.iter_agent_turns())
     game.finish()
 
 
@@ -53,9 +53,9 @@ def test_it_is_said_to_be_so_in_one_line(
 
 def test_the_reader_refuses_it_with_its_line(whole: str, tmp_path: Path) -> None:
     with pytest.raises(BadTranscript, match=f":7: {TORN}"):
-        read(tmp_path / "h.dmt")
+        read_transcript(tmp_path / "h.dmt")
     (tmp_path / "h.dmt").write_text(whole)
-    assert len(read(tmp_path / "h.dmt").blocks) == 4
+    assert len(read_transcript(tmp_path / "h.dmt").blocks) == 4
 
 
 @pytest.mark.parametrize("tail", ["", "turn: 0\ndraws: [0."])

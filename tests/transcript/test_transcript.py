@@ -14,17 +14,17 @@ from hypothesis import strategies as st
 
 import dmplay
 from dmplay import disk
-from dmplay.dice import Dice
+from dmplay.dice import SeededUniforms
 from dmplay.errors import BadParameter, BadTranscript
-from dmplay.game.checking import check, update
+from dmplay.game.checking import rewrite_file, verify_file
 from dmplay.game.game import Game
-from dmplay.game.request import Branching, Request, Resumption
-from dmplay.game.start import branched, new, resumed
+from dmplay.game.request import BranchRequest, GameRequest, ResumeRequest
+from dmplay.game.start import branch_game, resume_game, start_new_game
 from dmplay.transcript import format as transcript_format
 from dmplay.transcript import reading
-from dmplay.transcript.format import number, written
-from dmplay.transcript.keyed import keyed
-from dmplay.transcript.reading import parse, read
+from dmplay.transcript.format import encode_json, round_number
+from dmplay.transcript.keyed import parse_line
+from dmplay.transcript.reading import parse_transcript, read_transcript
 from dmplay.transcript.verify import verify
 from dmplay.views import canvas
 from tests.support.games import altered, recorded
@@ -65,14 +65,14 @@ def file(tmp_path: Path) -> Path:
 
 
 def findings(path: Path) -> list[str]:
-    return str(check(path)).replace(str(path), "game.dmt").splitlines()
+    return str(verify_file(path)).replace(str(path), "game.dmt").splitlines()
 
 
 def test_a_short_game_reads_like_this(file: Path) -> None:
     end = file.read_text().splitlines()[-1]
     digest = json.loads(end.removeprefix("end: "))["sha256"]
     assert file.read_text() == STRAIGHT % digest
-    assert check(file).ok
+    assert verify_file(file).is_ok
 
 
 def test_a_wrong_fact_is_named_with_line_turn_seat_expected_and_got(file: Path) -> None:
@@ -107,16 +107,19 @@ def test_who_was_not_asked_again_is_told(
     problem: str, agent: str, unasked: list[str], tmp_path: Path
 ) -> None:
     recorded(tmp_path / "game.dmt", problem, agent, turns=1)
-    report = check(tmp_path / "game.dmt")
+    report = verify_file(tmp_path / "game.dmt")
     told = f"1 turn; not re-asked: {unasked[0]}" if unasked else "1 turn"
-    assert (report.ok, report.unasked, report.told) == (True, unasked, told)
+    assert (report.is_ok, report.unchecked_players, report.summary) == (True, unasked, told)
 
 
 def test_an_agent_of_ones_own_is_asked_again_only_where_it_is_trusted(tmp_path: Path) -> None:
     path, bot = tmp_path / "game.dmt", f"{tmp_path}/bots.py:Bot"
     (tmp_path / "bots.py").write_text("from dmplay.policies.general import Random as Bot\n")
     recorded(path, "hexworld", bot, turns=1)
-    assert (check(path).unasked, check(path, trusted=True).unasked) == (["bots.py:Bot"], [])
+    assert (
+        verify_file(path).unchecked_players,
+        verify_file(path, trusted=True).unchecked_players,
+    ) == (["bots.py:Bot"], [])
 
 
 def test_a_draw_that_is_not_the_seeds_keeps_the_rules(file: Path) -> None:
@@ -134,7 +137,7 @@ def test_where_every_draw_differs_the_seed_is_to_blame(file: Path) -> None:
 
 def test_an_agent_that_would_do_otherwise_is_named(tmp_path: Path) -> None:
     path = tmp_path / "game.dmt"
-    recorded(path, "prisoners-dilemma", "grim", others="script:cooperate,defect", turns=2)
+    recorded(path, "prisoners-dilemma", "grim", other_agent="script:cooperate,defect", turns=2)
     altered(
         path,
         '{"agent1": "cooperate", "agent2": "defect"}',
@@ -159,8 +162,8 @@ def test_notes_may_be_added_anywhere(file: Path) -> None:
     rows = file.read_text().splitlines()
     noted = "\n".join(["# first", *rows[:12], "# within", *rows[12:], "# last", ""])
     file.write_text(noted)
-    assert check(file).ok
-    assert update(file) == ""
+    assert verify_file(file).is_ok
+    assert rewrite_file(file) == ""
     assert file.read_text() == noted
 
 
@@ -174,8 +177,8 @@ def test_a_note_stands_after_a_space(file: Path, row: str) -> None:
 
 def test_a_frame_is_compared_after_the_facts(tmp_path: Path) -> None:
     path = tmp_path / "game.dmt"
-    recorded(path, "hexworld", "optimal", frames=True, turns=1)
-    assert check(path).ok
+    recorded(path, "hexworld", "optimal", record_frames=True, turns=1)
+    assert verify_file(path).is_ok
     text = path.read_text()
     path.write_text(text.replace("+10", "+11", 1))
     assert " turn 0: frame: expected │     │     │ -10" in findings(path)[0]
@@ -186,7 +189,7 @@ def test_any_changed_digit_fails_on_its_line(tmp_path: Path) -> None:
     text = recorded(path, "crying-baby", "feed-when-crying", seed=5, turns=1)
     for at in [at for at, glyph in enumerate(text) if glyph.isdigit()]:
         path.write_text(text[:at] + "9012345678"[int(text[at])] + text[at + 1 :])
-        found = check(path).findings
+        found = verify_file(path).findings
         line = text[:at].count("\n") + 1
         assert found, f"line {line}: {text.splitlines()[line - 1]}"
         assert found[0].line == line
@@ -196,10 +199,10 @@ def test_an_unfinished_file_is_never_golden(file: Path) -> None:
     rows = file.read_text().splitlines(keepends=True)
     file.write_text("".join(rows[:-1]))
     assert findings(file) == ["game.dmt:22: turn 2: unfinished: no end line"]
-    assert check(file).unfinished
-    assert check(file).replayed
+    assert verify_file(file).is_unfinished
+    assert verify_file(file).is_replayable
     file.write_text("".join(rows[1:]))
-    assert not check(file).replayed
+    assert not verify_file(file).is_replayable
 
 
 def test_a_torn_tail_is_cut_and_the_game_goes_on_to_the_same_bytes(tmp_path: Path) -> None:
@@ -208,8 +211,8 @@ def test_a_torn_tail_is_cut_and_the_game_goes_on_to_the_same_bytes(tmp_path: Pat
     at = whole.index("\n\nturn: 1\n") + 2
     for cut in range(1, 200, 19):
         path.write_text(whole[: at + cut])
-        game = resumed(Resumption(path))
-        while game.unattended():
+        game = resume_game(ResumeRequest(path))
+        while game.play_agent_turn():
             pass
         game.finish()
         assert path.read_text() == whole
@@ -218,25 +221,25 @@ def test_a_torn_tail_is_cut_and_the_game_goes_on_to_the_same_bytes(tmp_path: Pat
 def test_a_game_torn_before_its_first_turn_says_so(file: Path) -> None:
     file.write_text(file.read_text()[:20])
     with pytest.raises(BadTranscript, match="torn before its first turn"):
-        read(file)
+        read_transcript(file)
 
 
 def test_a_game_that_is_over_cannot_be_resumed(tmp_path: Path) -> None:
     path = tmp_path / "game.dmt"
     recorded(path, "hexworld", "optimal")
     with pytest.raises(BadParameter, match="the game is over"):
-        resumed(Resumption(path))
+        resume_game(ResumeRequest(path))
 
 
 def test_a_quit_game_is_played_on(tmp_path: Path) -> None:
     path = tmp_path / "game.dmt"
-    game = new(Request("hexworld", seed=7, record=path))
+    game = start_new_game(GameRequest("hexworld", seed=7, record_path=path))
     game.choose(0)
     game.finish("quit")
-    again = resumed(Resumption(path))
+    again = resume_game(ResumeRequest(path))
     again.choose(1)
     again.finish("quit")
-    unbroken = new(Request("hexworld", seed=7, record=tmp_path / "other.dmt"))
+    unbroken = start_new_game(GameRequest("hexworld", seed=7, record_path=tmp_path / "other.dmt"))
     unbroken.choose(0)
     unbroken.choose(1)
     unbroken.finish("quit")
@@ -247,15 +250,17 @@ def test_strictness_and_what_was_revealed_are_kept_and_hold_after_a_resumption(
     tmp_path: Path,
 ) -> None:
     path = tmp_path / "game.dmt"
-    game = new(Request("crying-baby", seed=7, record=path, strict=True, reveal=True))
+    game = start_new_game(
+        GameRequest("crying-baby", seed=7, record_path=path, strict=True, reveal=True)
+    )
     game.choose(0)
     game.finish("quit")
     assert path.read_text().startswith(
         'dmplay: 1\nproblem: "crying-baby"\nseats: {"agent": "human"}\nseed: 7\n'
         "strict: true\nreveal: true\n\n"
     )
-    assert check(path).ok
-    again = resumed(Resumption(path))
+    assert verify_file(path).is_ok
+    again = resume_game(ResumeRequest(path))
     assert again.reveal
     with pytest.raises(BadParameter, match="undo: this game is strict"):
         again.undo()
@@ -266,26 +271,26 @@ def test_strictness_and_what_was_revealed_are_kept_and_hold_after_a_resumption(
 
 def test_a_game_is_written_by_one_program_at_a_time(tmp_path: Path) -> None:
     path = tmp_path / "game.dmt"
-    game = new(Request("hexworld", seed=7, record=path))
+    game = start_new_game(GameRequest("hexworld", seed=7, record_path=path))
     game.choose(0)
     before = path.read_bytes()
     with pytest.raises(BadParameter, match=r"game\.dmt: somebody plays this game now"):
-        resumed(Resumption(path))
+        resume_game(ResumeRequest(path))
     with pytest.raises(BadParameter, match="somebody plays this game now"):
-        new(Request("hexworld", seed=7, record=path, force=True))
+        start_new_game(GameRequest("hexworld", seed=7, record_path=path, force=True))
     assert path.read_bytes() == before
     game.finish("quit")
-    resumed(Resumption(path)).finish("quit")
-    assert check(path).ok
+    resume_game(ResumeRequest(path)).finish("quit")
+    assert verify_file(path).is_ok
 
 
 def test_another_number_of_a_reroll_is_found_on_its_line(tmp_path: Path) -> None:
     path = tmp_path / "game.dmt"
-    game = new(Request("2048", seed=7, record=path))
+    game = start_new_game(GameRequest("2048", seed=7, record_path=path))
     game.choose(0)
     game.reroll()
     game.finish("quit")
-    assert check(path).ok
+    assert verify_file(path).is_ok
     altered(path, "reroll: 1", "reroll: 4")
     line = path.read_text().splitlines().index("reroll: 4") + 1
     assert findings(path)[0] == f"game.dmt:{line}: turn 1: reroll: expected 4, got 1"
@@ -293,7 +298,7 @@ def test_another_number_of_a_reroll_is_found_on_its_line(tmp_path: Path) -> None
 
 def taken_back(path: Path) -> Game:
     """A game of three turns of which two were taken back."""
-    game = new(Request("crying-baby", seed=7, record=path))
+    game = start_new_game(GameRequest("crying-baby", seed=7, record_path=path))
     for action in (0, 1, 2):
         game.choose(action)
     game.undo(2)
@@ -310,42 +315,46 @@ def test_undo_and_reroll_are_kept_and_verified(tmp_path: Path) -> None:
     text = path.read_text()
     assert "undo: 2\n" in text
     assert "reroll: 2\n" in text
-    assert check(path).ok
-    assert len(resumed(Resumption(path)).session.turns) == 2
+    assert verify_file(path).is_ok
+    assert len(resume_game(ResumeRequest(path)).session.turns) == 2
 
 
 def test_an_existing_file_is_kept_without_force(file: Path) -> None:
     before = file.read_bytes()
     with pytest.raises(BadParameter, match="exists; give another name, or --force"):
-        new(Request("hexworld", seed=7, record=file))
+        start_new_game(GameRequest("hexworld", seed=7, record_path=file))
     assert file.read_bytes() == before
-    new(Request("hexworld", seed=7, record=file, force=True))
+    start_new_game(GameRequest("hexworld", seed=7, record_path=file, force=True))
     assert file.read_bytes() != before
 
 
 def test_a_folder_that_is_not_there_is_one_clear_line(tmp_path: Path) -> None:
     with pytest.raises(BadParameter, match=r"cannot write .*No such file or directory"):
-        new(Request("hexworld", seed=7, record=tmp_path / "no" / "game.dmt"))
+        start_new_game(GameRequest("hexworld", seed=7, record_path=tmp_path / "no" / "game.dmt"))
 
 
 def test_a_full_disk_stops_neither_the_game_nor_its_player(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(disk, "WRITTEN", ("/dev/full",))  # a device, which nobody else may name
-    game = new(Request("crying-baby", agent="random", seed=7, record=Path("/dev/full")))
-    while game.unattended():
+    monkeypatch.setattr(
+        disk, "OUTPUT_DEVICES", ("/dev/full",)
+    )  # a device, which nobody else may name
+    game = start_new_game(
+        GameRequest("crying-baby", agent="random", seed=7, record_path=Path("/dev/full"))
+    )
+    while game.play_agent_turn():
         pass
     game.finish()
     assert game.recorder is not None
-    assert game.recorder.fault is not None
-    assert os.strerror(28) in str(game.recorder.fault)
+    assert game.recorder.write_error is not None
+    assert os.strerror(28) in str(game.recorder.write_error)
     assert len(game.session.turns) == 20
 
 
 def test_update_rewrites_facts_and_asks_agents_again(tmp_path: Path) -> None:
     path = tmp_path / "game.dmt"
-    right = recorded(path, "prisoners-dilemma", "grim", others="tit-for-tat", turns=4)
+    right = recorded(path, "prisoners-dilemma", "grim", other_agent="tit-for-tat", turns=4)
     path.write_text(right.replace('"agent1": "cooperate"', '"agent1": "defect"', 1))
-    assert not check(path).ok
-    diff = update(path)
+    assert not verify_file(path).is_ok
+    diff = rewrite_file(path)
     assert '-actions: {"agent1": "defect", "agent2": "cooperate"}' in diff
     assert path.read_text() == right
 
@@ -365,8 +374,8 @@ def test_update_follows_a_changed_header_to_another_end(
     other = recorded(tmp_path / "other.dmt", *played, **after)
     (key,) = before
     altered(path, f"\n{key}: {before[key]}", f"\n{key}: {after[key]}")
-    update(path)
-    assert check(path).ok
+    rewrite_file(path)
+    assert verify_file(path).is_ok
     assert path.read_text() == other
 
 
@@ -377,16 +386,16 @@ def test_update_keeps_what_was_taken_back(tmp_path: Path) -> None:
     game.finish("quit")
     right = path.read_text()
     altered(path, "undo: 2", "undo:  2")
-    assert not check(path).ok
-    update(path)
+    assert not verify_file(path).is_ok
+    rewrite_file(path)
     assert path.read_text() == right
 
 
 def test_update_leaves_an_unfinished_game_unfinished(file: Path) -> None:
     rows = file.read_text().splitlines(keepends=True)
     file.write_text("".join(rows[:-1]))
-    update(file)
-    assert check(file).unfinished
+    rewrite_file(file)
+    assert verify_file(file).is_unfinished
 
 
 HEADER = 'dmplay: 1\nproblem: "hexworld"\nseats: {"agent": "human"}\nseed: 7\n'
@@ -434,7 +443,7 @@ OPENING = '\nturn: 0\ndraws: [0.635716]\nstate: "(7,2)"\n\n'
 )  # fmt: skip
 def test_a_fault_of_form_is_told_with_line_and_column(text: str, message: str) -> None:
     with pytest.raises(BadTranscript) as caught:
-        parse(text.encode(), "t")
+        parse_transcript(text.encode(), "t")
     assert str(caught.value).startswith(message)
 
 
@@ -442,10 +451,10 @@ def test_a_fault_of_form_is_told_with_line_and_column(text: str, message: str) -
 def test_a_fault_is_told_rightly_whatever_the_file_is_called(tmp_path: Path, name: str) -> None:
     path = tmp_path / name
     path.write_text(HEADER + "seed: 8\n" + OPENING)
-    [found] = check(path).findings
+    [found] = verify_file(path).findings
     assert found[:5] == ("facts", str(path), 5, "form", "column 1: seed stands twice in this block")
     with pytest.raises(BadTranscript) as caught:
-        read(path)
+        read_transcript(path)
     error = pickle.loads(pickle.dumps(caught.value))
     assert (error.path, error.line, error.column) == (str(path), 5, 1)
     assert str(error) == f"{path}:5:1: seed stands twice in this block"
@@ -457,7 +466,7 @@ def test_a_map_that_cannot_be_drawn_is_a_finding(tmp_path: Path) -> None:
         path,
         "hexworld",
         "random",
-        frames=True,
+        record_frames=True,
         turns=1,
         settings=["hexes=[[0,0],[1,0]]", "rewards=[]"],
     )
@@ -475,16 +484,16 @@ def test_a_drawing_that_takes_too_much_is_a_finding(
 ) -> None:
     path = tmp_path / "game.dmt"
     settings = ["hexes=[[0,0],[1,0]]", "rewards=[]"]
-    recorded(path, "hexworld", "random", frames=True, turns=1, settings=settings)
+    recorded(path, "hexworld", "random", record_frames=True, turns=1, settings=settings)
     altered(path, "[[0, 0], [1, 0]]", "[[0, 0], [1, 0], [2, 0], [0, 1]]")  # not drawn so far
-    monkeypatch.setattr(canvas, "MOST", 50)  # as if this map had no bounds
+    monkeypatch.setattr(canvas, "MAX_CELLS", 50)  # as if this map had no bounds
     told = "a drawing: more than 5e+01 operations; try a smaller map"
     assert findings(path) == [f"game.dmt:1: frame: {told}"]
 
 
 def test_bytes_that_are_not_utf_8_are_told_with_line_and_column() -> None:
     with pytest.raises(BadTranscript, match=r"t:2:5: not UTF-8"):
-        parse(b"dmplay: 1\nabcd\xff\n", "t")
+        parse_transcript(b"dmplay: 1\nabcd\xff\n", "t")
 
 
 @pytest.mark.parametrize(
@@ -508,7 +517,7 @@ def test_inputs_that_cannot_be_played_are_told_by_line(
 ) -> None:
     path = tmp_path / "t.dmt"
     path.write_text(HEADER + OPENING + block + "\n")
-    told = str(check(path)).removeprefix(f"{path}:")
+    told = str(verify_file(path)).removeprefix(f"{path}:")
     line, _, rest = told.partition(": inputs: ")
     assert f"{line}: {rest}".startswith(message)
 
@@ -516,7 +525,7 @@ def test_inputs_that_cannot_be_played_are_told_by_line(
 def test_a_real_action_is_a_number_and_no_text(tmp_path: Path) -> None:
     path = tmp_path / "game.dmt"
     recorded(path, "simple-regulator", "script:1.5,-0.25", turns=2)
-    assert check(path).ok
+    assert verify_file(path).is_ok
     altered(path, '"agent": 1.5', '"agent": "1.5"')
     assert findings(path) == ['game.dmt:12: inputs: actions: agent: got "1.5"']
 
@@ -524,21 +533,21 @@ def test_a_real_action_is_a_number_and_no_text(tmp_path: Path) -> None:
 def test_seats_of_another_problem_are_told(tmp_path: Path) -> None:
     path = tmp_path / "t.dmt"
     path.write_text(HEADER.replace("hexworld", "prisoners-dilemma") + "\nturn: 0\n\n")
-    assert "seats: got agent, expected agent1, agent2" in str(check(path))
+    assert "seats: got agent, expected agent1, agent2" in str(verify_file(path))
 
 
 def test_a_game_with_seats_of_another_problem_is_not_gone_on_with(tmp_path: Path) -> None:
     path = tmp_path / "t.dmt"
     path.write_text(HEADER.replace("hexworld", "prisoners-dilemma") + "\nturn: 0\n\n")
     with pytest.raises(BadTranscript, match="seats: got agent, expected agent1, agent2"):
-        resumed(Resumption(path))
+        resume_game(ResumeRequest(path))
 
 
 def test_what_a_file_names_is_not_imported_without_trust(tmp_path: Path) -> None:
     (tmp_path / "evil.py").write_text("raise SystemExit('imported')")
     path = tmp_path / "t.dmt"
     path.write_text(HEADER.replace("hexworld", f"{tmp_path}/evil.py:Problem") + OPENING)
-    told = str(check(path))
+    told = str(verify_file(path))
     assert ":2: " in told
     assert "if it is yours, add --trust" in told
 
@@ -585,30 +594,30 @@ def test_an_end_with_other_keys_is_told(file: Path) -> None:
 
 @given(st.floats(-1e300, 1e300))
 def test_a_real_fact_has_at_most_ten_digits_and_is_near(value: float) -> None:
-    short = number(value)
+    short = round_number(value)
     assert abs(short - value) <= 1e-9 * abs(value)
-    assert number(short) == short
+    assert round_number(short) == short
 
 
 @settings(max_examples=200, derandomize=True, deadline=None)
 @given(st.binary(max_size=200))
 def test_no_bytes_make_the_reader_fail_in_another_way(raw: bytes) -> None:
     with suppress(BadTranscript):
-        parse(HEADER.encode() + OPENING.encode() + raw, "t")
+        parse_transcript(HEADER.encode() + OPENING.encode() + raw, "t")
 
 
 def test_a_second_episode_is_another_game_of_the_same_seed(tmp_path: Path) -> None:
-    problem = dmplay.load("crying-baby")
+    problem = dmplay.load_problem("crying-baby")
     text = recorded(tmp_path / "g.dmt", "crying-baby", "random", episode=3)
     assert "episode: 3\n" in text
     played = dmplay.rollout(
-        problem, [dmplay.agent(problem, 0, "random")], episodes=1, seed=7, first=3
+        problem, [dmplay.load_agent(problem, 0, "random")], episodes=1, seed=7, first_episode=3
     )
-    game = dmplay.Session(problem, Dice(7, 3), [dmplay.agent(problem, 0, "random")])
+    game = dmplay.Session(problem, SeededUniforms(7, 3), [dmplay.load_agent(problem, 0, "random")])
     while not game.over:
         game.advance()
     assert played.returns[0].tolist() == game.returns().tolist()
-    assert json.loads(text.splitlines()[-1][5:])["total"]["agent"] == played.totals[0, 0]
+    assert json.loads(text.splitlines()[-1][5:])["total"]["agent"] == played.total_rewards[0, 0]
 
 
 @pytest.mark.slow
@@ -617,13 +626,15 @@ def test_a_game_that_nothing_ends_stops_at_ten_thousand_turns_and_verifies(tmp_p
     still = ("rewards=[]", "hexes=[[0,0]]", "bump_cost=0")
     text = recorded(path, "hexworld", "random", settings=still)
     assert '"reason": "turn limit", "turns": 10000' in text
-    assert check(path).ok
+    assert verify_file(path).is_ok
 
 
 @pytest.mark.parametrize("seed", range(6))
 def test_a_reroll_beside_an_agent_that_draws_verifies(tmp_path: Path, seed: int) -> None:
     path = tmp_path / "game.dmt"
-    game = new(Request("predator-prey", others="random", seed=seed, record=path))
+    game = start_new_game(
+        GameRequest("predator-prey", other_agent="random", seed=seed, record_path=path)
+    )
     for _ in range(3):
         game.choose(0)
     game.undo(2)
@@ -632,35 +643,37 @@ def test_a_reroll_beside_an_agent_that_draws_verifies(tmp_path: Path, seed: int)
         game.redo()
     game.choose(1)
     game.finish()
-    assert check(path).ok
+    assert verify_file(path).is_ok
 
 
 @pytest.mark.parametrize("who", ["./evil.py:X", "os.path:join"])
 def test_no_agent_that_a_file_names_is_imported_without_trust(tmp_path: Path, who: str) -> None:
     (tmp_path / "evil.py").write_text("raise SystemExit('imported')")
     path = tmp_path / "game.dmt"
-    game = new(Request("hexworld", seed=7, record=path))
+    game = start_new_game(GameRequest("hexworld", seed=7, record_path=path))
     game.choose(0)
     game.finish()
     altered(path, '"agent": "human"', f'"agent": "{who.replace("./", f"{tmp_path}/")}"')
     with pytest.raises(BadParameter, match="is not built in; if it is yours, add --trust"):
-        resumed(Resumption(path))
+        resume_game(ResumeRequest(path))
     with pytest.raises(BadParameter, match="is not built in; if it is yours, add --trust"):
-        branched(Branching(path, turn=1, record=tmp_path / "other.dmt"))
+        branch_game(BranchRequest(path, turn=1, record_path=tmp_path / "other.dmt"))
 
 
 def test_an_agent_asked_again_that_writes_into_what_it_is_given_is_a_finding(
     tmp_path: Path,
 ) -> None:
     recorded(tmp_path / "g.dmt", "cart-pole", "random", turns=3)
-    problem = dmplay.load("cart-pole")
-    report = verify(read(tmp_path / "g.dmt"), problem, [Rescaling(problem, 0, (0, 0, 0))])
-    assert "turn 2, agent: Rescaling.update writes into" in str(report)
+    problem = dmplay.load_problem("cart-pole")
+    report = verify(
+        read_transcript(tmp_path / "g.dmt"), problem, [Rescaling(problem, 0, (0, 0, 0))]
+    )
+    assert "turn 2, agent: Rescaling.update_memory writes into" in str(report)
 
 
 def test_a_long_list_of_short_ones_is_not_deep() -> None:
     hexes = [[q, 0] for q in range(40)]
-    assert keyed(f"set: {json.dumps({'hexes': hexes})}", "t", 1) == ("set", {"hexes": hexes})
+    assert parse_line(f"set: {json.dumps({'hexes': hexes})}", "t", 1) == ("set", {"hexes": hexes})
 
 
 @settings(max_examples=30, derandomize=True, deadline=None)
@@ -672,7 +685,7 @@ def test_a_long_list_of_short_ones_is_not_deep() -> None:
     )
 )
 def test_a_fact_is_written_as_json_writes_it(value: object) -> None:
-    assert written(value) == json.dumps(value, ensure_ascii=False)
+    assert encode_json(value) == json.dumps(value, ensure_ascii=False)
 
 
 def test_a_game_of_more_lines_than_are_remembered_is_read_and_written_alike(
@@ -680,9 +693,9 @@ def test_a_game_of_more_lines_than_are_remembered_is_read_and_written_alike(
 ) -> None:
     text = recorded(tmp_path / "g.dmt", "crying-baby", "random", turns=9)
     for module in (reading, transcript_format):
-        monkeypatch.setattr(module, "MOST_KNOWN", 2)
+        monkeypatch.setattr(module, "MAX_CACHED_LINES", 2)
     assert recorded(tmp_path / "h.dmt", "crying-baby", "random", turns=9) == text
-    assert check(tmp_path / "g.dmt").ok
+    assert verify_file(tmp_path / "g.dmt").is_ok
 
 
 def test_lines_are_counted_however_long_the_file(tmp_path: Path) -> None:
@@ -690,23 +703,23 @@ def test_lines_are_counted_however_long_the_file(tmp_path: Path) -> None:
     text = recorded(path, "hexworld", "random", turns=3)
     notes = f"# {'x' * 600_000}\n" * 4
     path.write_text(text.replace("\nturn: 2\n", f"\n{notes}turn: 2\n"))
-    assert check(path).ok
+    assert verify_file(path).is_ok
     altered(path, "turn: 3\n", "trun: 3\n")
-    [found] = check(path).findings
+    [found] = verify_file(path).findings
     line = 1 + path.read_text().split("\n").index("trun: 3")
     assert (found.line, found.what[:27]) == (line, "column 1: unknown block 'tr")
 
 
 def test_draws_of_no_reroll_are_told_as_draws(tmp_path: Path) -> None:
     path = tmp_path / "game.dmt"
-    game = new(Request("crying-baby", seed=7, record=path))
+    game = start_new_game(GameRequest("crying-baby", seed=7, record_path=path))
     game.choose(0)
     game.reroll()
     game.finish()
     assert game.recorder is not None
-    (drawn,) = game.session.turns[-1].draws.tolist()
+    (drawn,) = game.session.turns[-1].uniforms.tolist()
     altered(path, str(drawn), "0.5")
-    assert "turn 1: draws: expected [0.5]" in str(check(path))
+    assert "turn 1: draws: expected [0.5]" in str(verify_file(path))
 
 
 def test_a_turn_takes_few_bytes_once_it_is_read(tmp_path: Path) -> None:
@@ -714,7 +727,7 @@ def test_a_turn_takes_few_bytes_once_it_is_read(tmp_path: Path) -> None:
     recorded(path, "hexworld", "random", turns=turns, settings=["rewards=[]"])
     tracemalloc.start()
     try:
-        transcript = read(path)
+        transcript = read_transcript(path)
         held, _ = tracemalloc.get_traced_memory()
     finally:
         tracemalloc.stop()

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from dmplay import belief
-from dmplay.core import exact
+from dmplay.core import enumerate_outcomes
 from dmplay.errors import ImpossibleObservation
 from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
 from dmplay.solvers import matrix_game, value_iteration
@@ -14,7 +14,7 @@ from tests.truth_kinds.case import Case, by_kind
 
 PROBLEM = MulticaregiverCryingBaby()
 TABLES = tabulate(PROBLEM)
-STATES = PROBLEM.names
+STATES = PROBLEM.state_names
 ACTIONS = PROBLEM.actions[0]
 OBSERVATIONS = PROBLEM.observations[0]
 JOINT = list(product(ACTIONS, repeat=2))
@@ -49,7 +49,7 @@ def updated(case: Case) -> belief.Posterior:
     b = case.given["b"]
     did = [ACTIONS.index(name) for name in case.given["actions"]]
     saw = [OBSERVATIONS.index(name) for name in case.given["observations"]]
-    return belief.update(PROBLEM, np.array([1 - b, b]), did, saw)
+    return belief.update_belief(PROBLEM, np.array([1 - b, b]), did, saw)
 
 
 def belief_update(case: Case) -> None:
@@ -66,7 +66,7 @@ def impossible_observation(case: Case) -> None:
 def value(plans: list[Any], s: int) -> np.ndarray:
     """The discounted returns of two plans from a state: (action, after crying, after quiet)."""
     a = np.array([[ACTIONS.index(plan[0]) for plan in plans]])
-    p, (states, rewards, seen) = exact(PROBLEM, np.array([s]), a)
+    p, (states, rewards, seen) = enumerate_outcomes(PROBLEM, np.array([s]), a)
     total = (p[0, :, None] * rewards[0]).sum(axis=0)
     if len(plans[0]) == 1:
         return np.asarray(total)
@@ -95,7 +95,7 @@ def always_joint_action(case: Case) -> None:
     found = {}
     for seat in range(2):
         alone = for_one(TABLES.rewards[:, :, seat])
-        values = value_iteration.evaluate(alone, PROBLEM.discount, always)
+        values = value_iteration.evaluate_policy(alone, PROBLEM.discount, always)
         found[str(seat + 1)] = named(values)
     case.close("values_by_caregiver", found)
 
@@ -103,20 +103,23 @@ def always_joint_action(case: Case) -> None:
 def team_fully_observed(case: Case) -> None:
     assert case.given["objective"].startswith("sum of both caregivers' rewards")
     team = for_one(TABLES.rewards[:, :, 0] + TABLES.rewards[:, :, 1])
-    q = value_iteration.optimal(team, PROBLEM.discount)
+    q = value_iteration.compute_optimal_q(team, PROBLEM.discount)
     case.close("values", named(q.max(axis=1)))
-    best = [[list(JOINT[a]) for a in np.flatnonzero(row)] for row in value_iteration.best(q)]
+    best = [
+        [list(JOINT[a]) for a in np.flatnonzero(row)]
+        for row in value_iteration.mark_best_actions(q)
+    ]
     assert dict(zip(STATES, best, strict=True)) == case.expect["best"]
 
 
 def one_step_nash(case: Case) -> None:
     b = case.given["b"]
     payoffs = ((1 - b) * TABLES.rewards[0] + b * TABLES.rewards[1]).reshape(3, 3, 2)
-    found = matrix_game.nash(payoffs)
+    found = matrix_game.enumerate_equilibria(payoffs)
     pure = [[ACTIONS[int(np.flatnonzero(mix)[0])] for mix in one] for one in found]
     assert all(max(mix) == 1 for one in found for mix in one)
     assert pure == case.expect["equilibria"]
-    case.close("rewards", matrix_game.utilities(payoffs, found[0]))
+    case.close("rewards", matrix_game.compute_utilities(payoffs, found[0]))
 
 
 KINDS = by_kind(

@@ -25,11 +25,11 @@ NO_CAP = 10_000
 def problem(dynamics: str, limits: str = "gym") -> Problem:
     name = "cart-pole" if dynamics == "text" else "cart-pole:gym"
     x, theta = LIMITS[limits]
-    return dmplay.load(name, x_limit=x, theta_limit=theta)
+    return dmplay.load_problem(name, x_limit=x, theta_limit=theta)
 
 
 def policy(game: Problem, name: str) -> Policy:
-    return dmplay.agent(game, 0, POLICIES[name])
+    return dmplay.load_agent(game, 0, POLICIES[name])
 
 
 def step(case: Case) -> None:
@@ -93,15 +93,15 @@ def alive(game: Problem, states: list[np.ndarray]) -> np.ndarray:
 def mean_policy_length(case: Case) -> None:
     game = problem(case.given["dynamics"], case.given["limits"])
     player = policy(game, case.given["policy"])
-    played = dmplay.rollout(game, [player], episodes=GAMES, turns=NO_CAP, seed=1)
-    case.mean("mean", played.turns, episodes=4000)
+    played = dmplay.rollout(game, [player], episodes=GAMES, turn_limit=NO_CAP, seed=1)
+    case.mean("mean", played.turn_counts, episodes=4000)
 
 
 def random_policy_length(case: Case) -> None:
     game = problem(case.given["dynamics"], case.given["limits"])
-    player = dmplay.agent(game, 0, "random")
-    played = dmplay.rollout(game, [player], episodes=GAMES, turns=NO_CAP, seed=2)
-    case.mean("mean", played.totals[:, 0])
+    player = dmplay.load_agent(game, 0, "random")
+    played = dmplay.rollout(game, [player], episodes=GAMES, turn_limit=NO_CAP, seed=2)
+    case.mean("mean", played.total_rewards[:, 0])
 
 
 KINDS = by_kind(

@@ -4,7 +4,7 @@ import numpy as np
 
 from dmplay import belief
 from dmplay.chance import Reals
-from dmplay.core import exact
+from dmplay.core import enumerate_outcomes
 from dmplay.problems.catch import DISTANCES, PROFICIENCIES, Catch
 from dmplay.solvers import value_iteration
 from dmplay.solvers.bounded_search import BoundedSearch
@@ -22,15 +22,15 @@ def throw(distance: float) -> int:
 
 def expected_reward(case: Case) -> None:
     s, a = PROFICIENCIES.index(case.given["s"]), throw(case.given["d"])
-    case.close("catch_probability", PROBLEM.catches[s, a])
+    case.close("catch_probability", PROBLEM.catch_probabilities[s, a])
     case.close("reward", tabulate(PROBLEM).rewards[s, a, 0])
-    p, outcome = exact(PROBLEM, np.array([s]), np.array([[a]]))
+    p, outcome = enumerate_outcomes(PROBLEM, np.array([s]), np.array([[a]]))
     case.close("reward", p[0] @ outcome.rewards[0, :, 0])
     case.close("catch_probability", p[0, OUTCOMES.index("caught")])
 
 
 def updated(b: np.ndarray, distance: float, outcome: str) -> belief.Posterior:
-    return belief.update(PROBLEM, b, [throw(distance)], [OUTCOMES.index(outcome)])
+    return belief.update_belief(PROBLEM, b, [throw(distance)], [OUTCOMES.index(outcome)])
 
 
 def belief_update(case: Case) -> None:
@@ -52,8 +52,8 @@ def belief_chain(case: Case) -> None:
 
 def known_proficiency(case: Case) -> None:
     s = PROFICIENCIES.index(case.given["s"])
-    q = value_iteration.optimal(tabulate(PROBLEM), PROBLEM.discount)[s]
-    (best,) = np.flatnonzero(value_iteration.best(q))
+    q = value_iteration.compute_optimal_q(tabulate(PROBLEM), PROBLEM.discount)[s]
+    (best,) = np.flatnonzero(value_iteration.mark_best_actions(q))
     case.close("best_distance", DISTANCES[best])
     case.close("reward", tabulate(PROBLEM).rewards[s, best, 0])
     case.close("infinite_value", q.max())
@@ -66,8 +66,8 @@ def search(discount: float) -> BoundedSearch:
 
 def best_throws(case: Case, b: list[float], horizon: int) -> tuple[Reals, list[float]]:
     """Q of each throw, and the best distances."""
-    q: Reals = search(case.given["gamma"]).action_values(np.array([b]), horizon)[0]
-    return q, [DISTANCES[a] for a in np.flatnonzero(value_iteration.best(q))]
+    q: Reals = search(case.given["gamma"]).compute_action_values(np.array([b]), horizon)[0]
+    return q, [DISTANCES[a] for a in np.flatnonzero(value_iteration.mark_best_actions(q))]
 
 
 def optimal_from_belief(case: Case) -> None:

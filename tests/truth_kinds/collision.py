@@ -5,16 +5,21 @@ import numpy as np
 
 import dmplay
 from dmplay.chance import Bools, Reals
-from dmplay.core import Percept, Policy, Problem, exact
-from dmplay.dice import NATURE, uniforms
-from dmplay.problems.collision_avoidance import FIRST_HEIGHT, FIRST_RATE, FIRST_TIME, RATES
+from dmplay.core import Percept, Policy, Problem, enumerate_outcomes
+from dmplay.dice import NATURE_STREAM, generate_uniforms
+from dmplay.problems.collision_avoidance import (
+    ADVISED_RATES,
+    START_HEIGHT_BOUND,
+    START_RATE_BOUND,
+    START_TIME,
+)
 from dmplay.solvers import collision_grid
-from dmplay.solvers.collision_grid import CLIMBS, HEIGHTS
-from dmplay.solvers.value_iteration import SLACK, best
+from dmplay.solvers.collision_grid import CLIMB_RATES, HEIGHTS
+from dmplay.solvers.value_iteration import VALUE_TOLERANCE, mark_best_actions
 from tests.truth_kinds.case import Case, by_kind
 
-LITERAL = dmplay.load("collision-avoidance")
-REPAIRED = dmplay.load("collision-avoidance", repaired=True)
+LITERAL = dmplay.load_problem("collision-avoidance")
+REPAIRED = dmplay.load_problem("collision-avoidance", repaired=True)
 NO_ADVISORY = 1
 GAMES = 20_000
 MANY_GAMES = 200_000  # of the optimal policy: it hardly ever collides
@@ -22,8 +27,8 @@ MANY_GAMES = 200_000  # of the optimal policy: it hardly ever collides
 
 def step(case: Case) -> None:
     s = np.array([case.given["state"]], float)
-    a = np.array([[RATES.tolist().index(case.given["action"])]])
-    p, after = exact(LITERAL, s, a)
+    a = np.array([[ADVISED_RATES.tolist().index(case.given["action"])]])
+    p, after = enumerate_outcomes(LITERAL, s, a)
     told = {tuple(state): share for state, share in case.expect["next"]}
     for state, share in told.items():
         (row,) = np.flatnonzero(np.abs(after.state[0] - state).max(axis=1) <= case.tol)
@@ -38,9 +43,9 @@ def step(case: Case) -> None:
 
 def offsets() -> tuple[np.ndarray, np.ndarray]:
     """How far gusts carry an aircraft that is told nothing, by the time of the encounter."""
-    s, p = np.array([[0.0, 0.0, 0.0, FIRST_TIME]]), np.ones(1)
+    s, p = np.array([[0.0, 0.0, 0.0, START_TIME]]), np.ones(1)
     while s[0, 3] > 0:
-        weight, after = exact(LITERAL, s, np.full((len(s), 1), NO_ADVISORY))
+        weight, after = enumerate_outcomes(LITERAL, s, np.full((len(s), 1), NO_ADVISORY))
         s, place = np.unique(after.state.reshape(-1, 4), axis=0, return_inverse=True)
         reaching = (p[:, None] * weight).reshape(-1)
         p = np.bincount(place.reshape(-1), reaching).astype(float)
@@ -49,7 +54,7 @@ def offsets() -> tuple[np.ndarray, np.ndarray]:
 
 def below(x: np.ndarray) -> np.ndarray:
     """P(h0 + 40 dh0 < x): the distribution function of the sum of two uniforms."""
-    narrow, wide = FIRST_HEIGHT, FIRST_TIME * FIRST_RATE
+    narrow, wide = START_HEIGHT_BOUND, START_TIME * START_RATE_BOUND
     corners = ((narrow + wide, 1), (narrow - wide, -1), (wide - narrow, -1), (-narrow - wide, 1))
     area = sum(sign * np.maximum(x + at, 0.0) ** 2 / 2 for at, sign in corners)
     return np.asarray(area / (4 * narrow * wide))
@@ -62,17 +67,23 @@ def nmac_no_advisory_exact(case: Case) -> None:
 
 def flown(game: Problem, policy: Policy, games: int) -> dict[str, np.ndarray]:
     """What became of games of 41 turns: near at time 0, return, any advisory."""
-    s = game.start(uniforms(1, NATURE, 0, rows=games, count=game.draws.start))
-    memory = policy.begin(s)
+    s = game.sample_initial_states(
+        generate_uniforms(1, NATURE_STREAM, 0, rows=games, count=game.uniform_counts.start)
+    )
+    memory = policy.initial_memory(s)
     paid, alerted, near = np.zeros(games), np.zeros(games, bool), np.zeros(games, bool)
-    for turn in range(1, int(FIRST_TIME) + 2):
+    for turn in range(1, int(START_TIME) + 2):
         near |= (s[:, 3] == 0) & (np.abs(s[:, 0]) < 50)
         a = policy.choose(memory, None, np.zeros((games, 0)))[:, None]
         alerted |= a[:, 0] != NO_ADVISORY
-        after = game.step(s, a, uniforms(1, NATURE, turn, rows=games, count=game.draws.step))
+        after = game.step(
+            s,
+            a,
+            generate_uniforms(1, NATURE_STREAM, turn, rows=games, count=game.uniform_counts.step),
+        )
         s = after.state
         paid += after.rewards[:, 0]
-        memory = policy.update(memory, Percept(a[:, 0], s, a, after.rewards[:, 0]))
+        memory = policy.update_memory(memory, Percept(a[:, 0], s, a, after.rewards[:, 0]))
     assert game.terminal(s).all()
     return {"near": near, "return": paid, "alerted": alerted}
 
@@ -80,7 +91,7 @@ def flown(game: Problem, policy: Policy, games: int) -> dict[str, np.ndarray]:
 def nmac(case: Case) -> None:
     game, name = branch(case.given["branch"]), case.given["policy"].replace(" ", "-")
     games = MANY_GAMES if name == "optimal" else GAMES
-    seen = flown(game, dmplay.agent(game, 0, name), games)
+    seen = flown(game, dmplay.load_agent(game, 0, name), games)
     case.mean("nmac", seen["near"])
     case.mean("mean_return", seen["return"])
     share = float(seen["alerted"].mean())
@@ -94,22 +105,22 @@ def branch(name: str) -> Problem:
 
 @cache
 def solution(name: str = "literal") -> Reals:
-    return collision_grid.optimal(branch(name))
+    return collision_grid.compute_optimal_q(branch(name))
 
 
 def where(given: dict[str, Any]) -> tuple[int, int, slice, int]:
     """The grid slice over all heights that a case asks about."""
-    rate = int(np.flatnonzero(given["hdot"] == CLIMBS)[0])
-    return given["tau"], RATES.tolist().index(given["a_prev"]), slice(None), rate
+    rate = int(np.flatnonzero(given["hdot"] == CLIMB_RATES)[0])
+    return given["tau"], ADVISED_RATES.tolist().index(given["a_prev"]), slice(None), rate
 
 
 def best_rates(q: Reals) -> list[float]:
-    return [float(rate) for rate in RATES[best(q)]]
+    return [float(rate) for rate in ADVISED_RATES[mark_best_actions(q)]]
 
 
 def alerts(q: Reals) -> Bools:
     """Where an advisory is better than none."""
-    return np.asarray(q[..., [0, 2]].max(axis=-1) > q[..., NO_ADVISORY] + SLACK)
+    return np.asarray(q[..., [0, 2]].max(axis=-1) > q[..., NO_ADVISORY] + VALUE_TOLERANCE)
 
 
 def grid_slice(case: Case) -> None:
@@ -127,14 +138,14 @@ def grid_sum(case: Case) -> None:
 
 
 def interpolated_q(case: Case) -> None:
-    policy = dmplay.agent(LITERAL, 0, "optimal")
-    memory = policy.begin(np.array([case.given["state"]], float))
-    q = policy.values(memory)
+    policy = dmplay.load_agent(LITERAL, 0, "optimal")
+    memory = policy.initial_memory(np.array([case.given["state"]], float))
+    q = policy.action_values(memory)
     assert q is not None
     case.close("q", q[0])
     assert best_rates(q[0]) == case.expect["best"]
     chosen = int(policy.choose(memory, None, np.zeros((1, 0)))[0])
-    assert RATES[chosen] == case.expect["best"][0]
+    assert ADVISED_RATES[chosen] == case.expect["best"][0]
 
 
 def figure_f9_extent(case: Case) -> None:
@@ -154,13 +165,13 @@ def figure_f9_extent(case: Case) -> None:
 @cache
 def earned(name: str) -> Reals:
     """What a policy earns from every point of the grid `[41, 3, 21, 21]`."""
-    policy = dmplay.agent(LITERAL, 0, name)
-    after, tables = np.zeros(collision_grid.SHAPE), []
-    for time in collision_grid.TIMES:
-        s = collision_grid.states(time)
-        q = collision_grid.action_values(LITERAL, time, after).reshape(len(s), -1)
-        taken = policy.choose(policy.begin(s), None, np.zeros((len(s), 0)))
-        after = q[np.arange(len(s)), taken].reshape(collision_grid.SHAPE)
+    policy = dmplay.load_agent(LITERAL, 0, name)
+    after, tables = np.zeros(collision_grid.GRID_SHAPE), []
+    for time in collision_grid.TIMES_TO_COLLISION:
+        s = collision_grid.make_grid_states(time)
+        q = collision_grid.compute_action_values(LITERAL, time, after).reshape(len(s), -1)
+        taken = policy.choose(policy.initial_memory(s), None, np.zeros((len(s), 0)))
+        after = q[np.arange(len(s)), taken].reshape(collision_grid.GRID_SHAPE)
         tables.append(after)
     return np.stack(tables)
 

@@ -20,12 +20,14 @@ def courses(
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """The same of many games at once, until the last of them is over; what is over pays no more."""
     s = np.array(starts, float)
-    memory = policy.begin(s)
+    memory = policy.initial_memory(s)
     for _ in range(cap):
         if problem.terminal(s).all():
             return
-        chosen = policy.choose(memory, None, np.zeros((len(s), policy.draws)))
-        after = problem.step(s, chosen[:, None], np.zeros((len(s), problem.draws.step)))
+        chosen = policy.choose(memory, None, np.zeros((len(s), policy.uniform_count)))
+        after = problem.step(s, chosen[:, None], np.zeros((len(s), problem.uniform_counts.step)))
         s = after.state
-        memory = policy.update(memory, Percept(chosen, s, chosen[:, None], after.rewards[:, 0]))
+        memory = policy.update_memory(
+            memory, Percept(chosen, s, chosen[:, None], after.rewards[:, 0])
+        )
         yield s, after.rewards[:, 0]

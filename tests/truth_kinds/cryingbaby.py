@@ -10,13 +10,13 @@ from dmplay.core import Problem
 from dmplay.errors import ImpossibleObservation
 from dmplay.problems.crying_baby import CryingBaby
 from dmplay.solvers import alpha_vectors, value_iteration
-from dmplay.solvers.alpha_vectors import Stage
-from dmplay.solvers.envelope import envelope
+from dmplay.solvers.alpha_vectors import AlphaVectorStage
+from dmplay.solvers.envelope import compute_upper_envelope
 from dmplay.tabular import Tables, tabulate
 from tests.truth_kinds.case import Case, by_kind
 
 STATES = ("sated", "hungry")
-PROBLEM: Problem = dmplay.load("crying-baby")
+PROBLEM: Problem = dmplay.load_problem("crying-baby")
 ACTIONS = CryingBaby.actions[0]
 OBSERVATIONS = CryingBaby.observations[0]
 
@@ -41,7 +41,9 @@ def observation(case: Case) -> None:
 
 def updated(b: float, action: str, seen: str) -> belief.Posterior:
     before = np.array([1 - b, b])
-    return belief.update(PROBLEM, before, [ACTIONS.index(action)], [OBSERVATIONS.index(seen)])
+    return belief.update_belief(
+        PROBLEM, before, [ACTIONS.index(action)], [OBSERVATIONS.index(seen)]
+    )
 
 
 def belief_update(case: Case) -> None:
@@ -68,23 +70,23 @@ def belief_chain(case: Case) -> None:
 
 def always_one_action(case: Case) -> None:
     always = np.tile(np.eye(3)[ACTIONS.index(case.given["action"])], (2, 1))
-    case.close("values", named(value_iteration.evaluate(tables(), PROBLEM.discount, always)))
+    case.close("values", named(value_iteration.evaluate_policy(tables(), PROBLEM.discount, always)))
 
 
 @cache
 def tables(discount: float = 0.9) -> Tables:
-    return tabulate(dmplay.load("crying-baby", discount=discount))
+    return tabulate(dmplay.load_problem("crying-baby", discount=discount))
 
 
 @cache
-def stage(horizon: int, discount: float = 0.9) -> Stage:
-    after = stage(horizon - 1, discount).vectors if horizon > 1 else np.zeros((1, 2))
-    return alpha_vectors.backup(tables(discount), discount, after)
+def stage(horizon: int, discount: float = 0.9) -> AlphaVectorStage:
+    after = stage(horizon - 1, discount).alpha_vectors if horizon > 1 else np.zeros((1, 2))
+    return alpha_vectors.backup_vectors(tables(discount), discount, after)
 
 
 @cache
-def unending() -> Stage:
-    return alpha_vectors.infinite(tables(), PROBLEM.discount)
+def unending() -> AlphaVectorStage:
+    return alpha_vectors.solve_infinite_horizon(tables(), PROBLEM.discount)
 
 
 def beliefs(hungry: list[float]) -> np.ndarray:
@@ -95,14 +97,16 @@ def interval(corners: np.ndarray) -> list[float]:
     return [corners[:, 1].min(), corners[:, 1].max()]
 
 
-def where_best(found: Stage) -> dict[str, list[list[float]]]:
+def where_best(found: AlphaVectorStage) -> dict[str, list[list[float]]]:
     """The maximal intervals of P(hungry) where each action is best."""
-    cells = envelope(found.vectors)
+    cells = compute_upper_envelope(found.alpha_vectors)
     intervals: dict[str, list[list[float]]] = {}
     for a, name in enumerate(ACTIONS):
-        own = np.flatnonzero(found.actions[:, a])
+        own = np.flatnonzero(found.first_action_mask[:, a])
         joined: list[list[float]] = []
-        for low, high in sorted(interval(cells.beliefs[cells.touching[:, k]]) for k in own):
+        for low, high in sorted(
+            interval(cells.corner_beliefs[cells.touching_vectors[:, k]]) for k in own
+        ):
             if joined and low <= joined[-1][1] + 1e-9:
                 joined[-1][1] = high
             else:
@@ -111,45 +115,54 @@ def where_best(found: Stage) -> dict[str, list[list[float]]]:
     return intervals
 
 
-def least_loss(found: Stage, action: str) -> tuple[float, float]:
+def least_loss(found: AlphaVectorStage, action: str) -> tuple[float, float]:
     """The least of V(b) - Q(b, action), and the smallest P(hungry) that attains it.
 
     It is linear between the corners of V and of Q.
     """
-    plans = found.plans[ACTIONS.index(action)]
-    corners = [envelope(one).beliefs for one in (found.vectors, plans.vectors)]
+    plans = found.plans_by_action[ACTIONS.index(action)]
+    corners = [
+        compute_upper_envelope(one).corner_beliefs
+        for one in (found.alpha_vectors, plans.alpha_vectors)
+    ]
     b = beliefs(sorted(np.vstack(corners)[:, 1]))
-    loss = alpha_vectors.values(found.vectors, b) - alpha_vectors.values(plans.vectors, b)
+    loss = alpha_vectors.compute_belief_values(
+        found.alpha_vectors, b
+    ) - alpha_vectors.compute_belief_values(plans.alpha_vectors, b)
     first = np.flatnonzero(loss <= loss.min() + 1e-10)[0]
     return loss[first], b[first, 1]
 
 
-def vectors(case: Case, found: Stage) -> None:
+def vectors(case: Case, found: AlphaVectorStage) -> None:
     """The vectors are those expected, in any order, each with its actions and interval."""
-    cells = envelope(found.vectors)
-    assert len(case.expect["vectors"]) == len(found.vectors)
+    cells = compute_upper_envelope(found.alpha_vectors)
+    assert len(case.expect["vectors"]) == len(found.alpha_vectors)
     for told in case.expect["vectors"]:
-        k = int(np.argmin(abs(found.vectors - told["alpha"]).max(axis=1)))
-        case.equal(told["alpha"], found.vectors[k])
-        assert told["actions"] == [ACTIONS[a] for a in np.flatnonzero(found.actions[k])]
+        k = int(np.argmin(abs(found.alpha_vectors - told["alpha"]).max(axis=1)))
+        case.equal(told["alpha"], found.alpha_vectors[k])
+        assert told["actions"] == [ACTIONS[a] for a in np.flatnonzero(found.first_action_mask[k])]
         if "interval" in told:
-            case.equal(told["interval"], interval(cells.beliefs[cells.touching[:, k]]))
+            case.equal(
+                told["interval"], interval(cells.corner_beliefs[cells.touching_vectors[:, k]])
+            )
 
 
 def finite_horizon(case: Case) -> None:
     found = stage(case.given["horizon"])
-    assert len(found.vectors) == case.expect["count"]
+    assert len(found.alpha_vectors) == case.expect["count"]
     vectors(case, found)
     at = [float(b) for b in case.expect["values"]]
-    known = alpha_vectors.values(found.vectors, beliefs(at))
+    known = alpha_vectors.compute_belief_values(found.alpha_vectors, beliefs(at))
     case.close("values", dict(zip(case.expect["values"], known, strict=True)))
     case.close("optimal", where_best(found))
 
 
-def action_values(case: Case, found: Stage) -> Reals:
-    q: Reals = alpha_vectors.action_values(found, beliefs([case.given["b"]]))[0]
+def action_values(case: Case, found: AlphaVectorStage) -> Reals:
+    q: Reals = alpha_vectors.compute_action_values(found, beliefs([case.given["b"]]))[0]
     case.close("q", dict(zip(ACTIONS, q, strict=True)))
-    assert case.expect["best"] == [ACTIONS[a] for a in np.flatnonzero(value_iteration.best(q))]
+    assert case.expect["best"] == [
+        ACTIONS[a] for a in np.flatnonzero(value_iteration.mark_best_actions(q))
+    ]
     return q
 
 

@@ -10,25 +10,25 @@ from tests.truth_kinds.case import Case, by_kind, reached
 
 def world(case: Case) -> HexWorld:
     name = case.given["map"].replace("_", "-")
-    problem = dmplay.load("hexworld" if name == "hexworld" else f"hexworld:{name}")
+    problem = dmplay.load_problem("hexworld" if name == "hexworld" else f"hexworld:{name}")
     assert isinstance(problem, HexWorld)
     return problem
 
 
 def optimal(problem: HexWorld) -> np.ndarray:
-    return value_iteration.optimal(tabulate(problem), problem.discount)
+    return value_iteration.compute_optimal_q(tabulate(problem), problem.discount)
 
 
 def follow(problem: HexWorld, policy: np.ndarray) -> np.ndarray:
-    return value_iteration.evaluate(tabulate(problem), problem.discount, policy)
+    return value_iteration.evaluate_policy(tabulate(problem), problem.discount, policy)
 
 
 def uniform(problem: HexWorld) -> np.ndarray:
-    return np.full((problem.states, 6), 1 / 6)
+    return np.full((problem.state_count, 6), 1 / 6)
 
 
 def best(q: np.ndarray) -> list[int]:
-    return [int(a) + 1 for a in np.flatnonzero(value_iteration.best(q))]
+    return [int(a) + 1 for a in np.flatnonzero(value_iteration.mark_best_actions(q))]
 
 
 def transition(case: Case) -> None:
@@ -36,17 +36,17 @@ def transition(case: Case) -> None:
     s, a = np.array([case.given["state"] - 1]), np.array([[case.given["action"] - 1]])
     if case.given["hex"] is not None:
         assert list(problem.hexes[s[0]]) == case.given["hex"]
-    p, outcome = dmplay.exact(problem, s, a)
+    p, outcome = dmplay.enumerate_outcomes(problem, s, a)
     case.close("next", reached(p[0], [str(k + 1) for k in outcome.state[0]]))
     case.close("reward", p[0] @ outcome.rewards[0, :, 0])
 
 
 def neighbours(case: Case) -> None:
-    case.close("in_action_order", [list(hex_) for hex_ in hexes.neighbours(case.given["hex"])])
+    case.close("in_action_order", [list(hex_) for hex_ in hexes.hex_neighbours(case.given["hex"])])
 
 
 def distance(case: Case) -> None:
-    case.close("distance", hexes.distance(case.given["a"], case.given["b"]))
+    case.close("distance", hexes.hex_distance(case.given["a"], case.given["b"]))
 
 
 def random_policy_value(case: Case) -> None:
@@ -56,7 +56,7 @@ def random_policy_value(case: Case) -> None:
 
 def always_one_action_value(case: Case) -> None:
     problem = world(case)
-    always = np.tile(np.eye(6)[case.given["action"] - 1], (problem.states, 1))
+    always = np.tile(np.eye(6)[case.given["action"] - 1], (problem.state_count, 1))
     case.close("values", follow(problem, always))
 
 
@@ -74,7 +74,9 @@ def uniform_start_return(case: Case) -> None:
 
 def sweeps(case: Case) -> None:
     problem = world(case)
-    u = value_iteration.sweep(tabulate(problem), problem.discount, case.given["sweeps"])
+    u = value_iteration.compute_finite_horizon_values(
+        tabulate(problem), problem.discount, case.given["sweeps"]
+    )
     case.close("values", u)
 
 
@@ -87,7 +89,7 @@ def optimum(case: Case) -> None:
 
 def custom_map(case: Case) -> None:
     given = case.given
-    problem = dmplay.load(
+    problem = dmplay.load_problem(
         "hexworld",
         hexes=given["hexes"],
         rewards=given["rewards"],

@@ -10,7 +10,7 @@ from dmplay.core import Problem
 from dmplay.errors import ImpossibleObservation
 from dmplay.problems.machine_replacement import MachineReplacement
 from dmplay.solvers import alpha_vectors, value_iteration
-from dmplay.solvers.alpha_vectors import Stage
+from dmplay.solvers.alpha_vectors import AlphaVectorStage
 from dmplay.tabular import tabulate
 from tests.oracles.regions import pieces
 from tests.truth_kinds.case import Case, by_kind
@@ -35,7 +35,7 @@ def observation(case: Case) -> None:
 
 def updated(case: Case) -> belief.Posterior:
     a, o = ACTIONS.index(case.given["action"]), OBSERVATIONS.index(case.given["observation"])
-    return belief.update(PROBLEM, np.array(case.given["b"], float), [a], [o])
+    return belief.update_belief(PROBLEM, np.array(case.given["b"], float), [a], [o])
 
 
 def belief_update(case: Case) -> None:
@@ -52,21 +52,25 @@ def impossible_observation(case: Case) -> None:
 def always_one_action(case: Case) -> None:
     a, values = ACTIONS.index(case.given["action"]), np.zeros(3)
     for _ in range(case.given["horizon"]):
-        values = value_iteration.action_values(TABLES, PROBLEM.discount, values)[:, a]
+        values = value_iteration.compute_action_values(TABLES, PROBLEM.discount, values)[:, a]
     case.close("values", values)
 
 
 def fully_observed_value(case: Case) -> None:
-    after = value_iteration.sweep(TABLES, PROBLEM.discount, case.given["horizon"] - 1)
-    q = value_iteration.action_values(TABLES, PROBLEM.discount, after)
+    after = value_iteration.compute_finite_horizon_values(
+        TABLES, PROBLEM.discount, case.given["horizon"] - 1
+    )
+    q = value_iteration.compute_action_values(TABLES, PROBLEM.discount, after)
     case.close("values", q.max(axis=1))
     case.close("q", q)
 
 
 @cache
-def stage(horizon: int) -> Stage:
-    after = stage(horizon - 1).vectors if horizon > 1 else np.zeros((1, len(TABLES.transition)))
-    return alpha_vectors.backup(TABLES, PROBLEM.discount, after)
+def stage(horizon: int) -> AlphaVectorStage:
+    after = (
+        stage(horizon - 1).alpha_vectors if horizon > 1 else np.zeros((1, len(TABLES.transition)))
+    )
+    return alpha_vectors.backup_vectors(TABLES, PROBLEM.discount, after)
 
 
 def named(row: Reals) -> dict[str, Any]:
@@ -75,28 +79,33 @@ def named(row: Reals) -> dict[str, Any]:
 
 def alpha_values(case: Case) -> None:
     found = stage(case.given["horizon"])
-    assert len(case.expect["vectors"]) == len(found.vectors)
+    assert len(case.expect["vectors"]) == len(found.alpha_vectors)
     for told in case.expect["vectors"]:
-        k = int(np.argmax(found.vectors @ told["witness"]))
-        case.equal(told["alpha"], found.vectors[k])
-        assert told["actions"] == [ACTIONS[a] for a in np.flatnonzero(found.actions[k])]
+        k = int(np.argmax(found.alpha_vectors @ told["witness"]))
+        case.equal(told["alpha"], found.alpha_vectors[k])
+        assert told["actions"] == [ACTIONS[a] for a in np.flatnonzero(found.first_action_mask[k])]
 
 
 def alpha_count(case: Case) -> None:
     found = stage(case.given["horizon"])
-    assert case.expect["count"] == len(found.vectors)
-    case.close("by_action", named(found.actions.sum(axis=0)))
+    assert case.expect["count"] == len(found.alpha_vectors)
+    case.close("by_action", named(found.first_action_mask.sum(axis=0)))
 
 
 def value_grid(case: Case) -> None:
     grid = [(i / 5, j / 5, (5 - i - j) / 5) for i in range(6) for j in range(6 - i)]
-    case.close("values", alpha_vectors.values(stage(case.given["horizon"]).vectors, np.array(grid)))
+    case.close(
+        "values",
+        alpha_vectors.compute_belief_values(
+            stage(case.given["horizon"]).alpha_vectors, np.array(grid)
+        ),
+    )
 
 
 def action_values(horizon: int, b: list[float]) -> tuple[Reals, list[str]]:
     """Q of each action, and the best ones."""
-    q: Reals = alpha_vectors.action_values(stage(horizon), np.array([b]))[0]
-    return q, [ACTIONS[a] for a in np.flatnonzero(value_iteration.best(q))]
+    q: Reals = alpha_vectors.compute_action_values(stage(horizon), np.array([b]))[0]
+    return q, [ACTIONS[a] for a in np.flatnonzero(value_iteration.mark_best_actions(q))]
 
 
 def q_values(case: Case) -> None:
@@ -129,7 +138,7 @@ def disjoint_manufacture(case: Case) -> None:
         case.close("q", named(q))
         assert best == [case.expect["best"]]
         case.close("margin", np.diff(np.sort(q))[-1])
-        cell = int(np.argmax(found.vectors @ case.given["b"]))
+        cell = int(np.argmax(found.alpha_vectors @ case.given["b"]))
         assert cell in {"main": main, "small": small}[case.expect["region"]].cells
 
 

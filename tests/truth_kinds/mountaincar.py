@@ -10,11 +10,11 @@ from tests.oracles import grid_search
 from tests.truth_kinds.case import Case, by_kind, family
 from tests.truth_kinds.course import course
 
-PROBLEM = dmplay.load("mountain-car")
+PROBLEM = dmplay.load_problem("mountain-car")
 VARIANTS = {  # of the truth file: its gym keeps the goal at 0.6
     "reference": PROBLEM,
-    "speed_first": dmplay.load("mountain-car", speed_first=True),
-    "gym": dmplay.load("mountain-car", speed_first=True, wall_stops=True),
+    "speed_first": dmplay.load_problem("mountain-car", speed_first=True),
+    "gym": dmplay.load_problem("mountain-car", speed_first=True, wall_stops=True),
 }
 POLICIES = {
     "pump, coast when still": "pump:still=coast",
@@ -57,10 +57,10 @@ def drives(name: str, cap: int) -> dict[tuple[float, ...], list[np.ndarray]]:
     given = [case["given"] for case in family("mountaincar")["cases"]]
     asked = [one for one in given if (one.get("policy"), one.get("cap")) == (name, cap)]
     s = np.array([one["start"] for one in asked], float)
-    policy = dmplay.agent(PROBLEM, 0, POLICIES[name])
+    policy = dmplay.load_agent(PROBLEM, 0, POLICIES[name])
     path = [s]
     while len(path) <= cap and not PROBLEM.terminal(s).all():
-        a = policy.choose(policy.begin(s), None, np.zeros((len(s), 0)))
+        a = policy.choose(policy.initial_memory(s), None, np.zeros((len(s), 0)))
         s = PROBLEM.step(s, a[:, None], np.zeros((len(s), 0))).state
         path.append(s)
     return {tuple(one["start"]): list(np.array(path)[:, row]) for row, one in enumerate(asked)}
@@ -78,7 +78,7 @@ def policy_steps(case: Case) -> None:
     case.close("final", states[-1] if there else None)
     for variant, told in case.expect["steps_by_variant"].items():
         if told is not None:
-            policy = dmplay.agent(VARIANTS[variant], 0, POLICIES[name])
+            policy = dmplay.load_agent(VARIANTS[variant], 0, POLICIES[name])
             turns = list(course(VARIANTS[variant], policy, start, cap))
             assert len(turns) == told
             assert sum(pay for _, pay in turns) == -told

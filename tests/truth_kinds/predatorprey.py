@@ -14,7 +14,7 @@ from tests.truth_kinds.hunts import moves
 @cache
 def hunt(map_: str, predators: int = 1, prey: int = 1) -> PredatorPrey:
     name = "predator-prey" if map_ == "standard" else f"predator-prey:{map_}"
-    problem = dmplay.load(name, predators=predators, prey=prey)
+    problem = dmplay.load_problem(name, predators=predators, prey=prey)
     assert isinstance(problem, PredatorPrey)
     return problem
 
@@ -56,18 +56,18 @@ def alone(map_: str, seat: int) -> Tables:
 def random_values(map_: str, seat: int) -> Reals:
     faced = alone(map_, seat)
     uniform = np.full(faced.rewards.shape[:2], 1 / 6)
-    return value_iteration.evaluate(faced, hunt(map_).discount, uniform)
+    return value_iteration.evaluate_policy(faced, hunt(map_).discount, uniform)
 
 
 @cache
 def best_values(map_: str, seat: int) -> Reals:
-    return value_iteration.optimal(alone(map_, seat), hunt(map_).discount)
+    return value_iteration.compute_optimal_q(alone(map_, seat), hunt(map_).discount)
 
 
 def place(case: Case) -> int:
     problem = hunt(case.given["map"])
     hexes = [tuple(case.given["predator"]), tuple(case.given["prey"])]
-    return int(problem.index(np.array([[problem.hexes.index(hex_) for hex_ in hexes]]))[0])
+    return int(problem.state_indices(np.array([[problem.hexes.index(hex_) for hex_ in hexes]]))[0])
 
 
 def random_play_value(case: Case) -> None:
@@ -79,7 +79,7 @@ def best_response_to_random(case: Case) -> None:
     for seat, name in enumerate(("predator", "prey")):
         q = best_values(case.given["map"], seat)[place(case)]
         case.close(f"{name}_value", q.max())
-        best = np.flatnonzero(value_iteration.best(q)) + 1
+        best = np.flatnonzero(value_iteration.mark_best_actions(q)) + 1
         assert best.tolist() == case.expect[f"{name}_actions"]
 
 

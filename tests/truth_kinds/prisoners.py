@@ -3,7 +3,7 @@ import numpy as np
 import dmplay
 from dmplay.problems.prisoners_dilemma import PrisonersDilemma
 from dmplay.solvers import matrix_game
-from dmplay.solvers.matrix_game import Profile
+from dmplay.solvers.matrix_game import MixedProfile
 from tests.oracles import responses
 from tests.truth_kinds.case import Case, by_kind
 from tests.truth_kinds.matrices import check_correlated
@@ -17,26 +17,26 @@ ENOUGH = 230  # rounds: what is left of 10 * 0.9 ** 230 is below the tolerance
 
 def payoff(case: Case) -> None:
     a = np.array([[ACTIONS.index(name) for name in case.given["actions"]]])
-    _, outcome = dmplay.exact(PROBLEM, np.zeros(1, int), a)
+    _, outcome = dmplay.enumerate_outcomes(PROBLEM, np.zeros(1, int), a)
     case.close("rewards", outcome.rewards[0, 0])
 
 
 def mixed(case: Case) -> None:
-    profile = Profile(*(np.array([p, 1 - p]) for p in case.given["p_cooperate"]))
-    case.close("utilities", matrix_game.utilities(PAYOFFS, profile))
-    case.close("regrets", matrix_game.regrets(PAYOFFS, profile))
+    profile = MixedProfile(*(np.array([p, 1 - p]) for p in case.given["p_cooperate"]))
+    case.close("utilities", matrix_game.compute_utilities(PAYOFFS, profile))
+    case.close("regrets", matrix_game.compute_regrets(PAYOFFS, profile))
 
 
 def nash(case: Case) -> None:
-    found = matrix_game.nash(PAYOFFS)
+    found = matrix_game.enumerate_equilibria(PAYOFFS)
     named = [[[ACTIONS[int(a)] for a in np.flatnonzero(mix)] for mix in one] for one in found]
     assert named == case.expect["equilibria"]
-    case.close("rewards", matrix_game.utilities(PAYOFFS, found[0]))
+    case.close("rewards", matrix_game.compute_utilities(PAYOFFS, found[0]))
 
 
 def correlated(case: Case) -> None:
     # Strictly dominated actions have no weight in any correlated equilibrium: one cell is left.
-    rows, columns = matrix_game.undominated(PAYOFFS)
+    rows, columns = matrix_game.find_undominated_actions(PAYOFFS)
     assert len(rows) == len(columns) == 1
     joint = np.zeros((2, 2))
     joint[rows[0], columns[0]] = 1
@@ -48,16 +48,18 @@ def correlated_check(case: Case) -> None:
 
 
 def hierarchical_softmax(case: Case) -> None:
-    profile = matrix_game.softmax_level(PAYOFFS, case.given["precision"], case.given["level"])
-    case.close("distribution", profile.first)
-    case.close("distribution", profile.second)
+    profile = matrix_game.compute_hierarchical_softmax(
+        PAYOFFS, case.given["precision"], case.given["level"]
+    )
+    case.close("distribution", profile.row_strategy)
+    case.close("distribution", profile.column_strategy)
 
 
 def repeated(case: Case) -> None:
     problem = PrisonersDilemma(discount=case.given["gamma"])
     names = [RULES.get(rule, rule.replace(" ", "-")) for rule in case.given["rules"]]
-    rules = [dmplay.agent(problem, seat, name) for seat, name in enumerate(names)]
-    played = dmplay.rollout(problem, rules, episodes=1, turns=ENOUGH)
+    rules = [dmplay.load_agent(problem, seat, name) for seat, name in enumerate(names)]
+    played = dmplay.rollout(problem, rules, episodes=1, turn_limit=ENOUGH)
     case.close("returns", played.returns[0])
 
 

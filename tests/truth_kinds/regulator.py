@@ -5,7 +5,7 @@ import dmplay
 from dmplay.chance import Normal
 from dmplay.problems.simple_regulator import START_DEVIATION, START_MEAN, SimpleRegulator
 from dmplay.solvers import linear_regulator
-from dmplay.solvers.linear_regulator import OPTIMAL, Linear
+from dmplay.solvers.linear_regulator import OPTIMAL_POLICY, LinearGaussianPolicy
 from tests.truth_kinds.case import Case, by_kind
 
 MOMENT = START_MEAN**2 + START_DEVIATION**2
@@ -21,17 +21,22 @@ def step_distribution(case: Case) -> None:
     (chance,) = game.chance(s, a)
     assert isinstance(chance, Normal)
     case.close("next_mean", chance.mean[0])
-    case.close("next_sd", chance.deviation[0])
-    after = game.move(s, a, (np.array([4.25]),))
+    case.close("next_sd", chance.standard_deviation[0])
+    after = game.resolve_events(s, a, (np.array([4.25]),))
     assert after.state[0, 0] == 4.25  # the event is the successor
     case.close("reward", after.rewards[0, 0])
 
 
 def optimal_value(case: Case) -> None:
     game = problem(case)
-    case.close("value", linear_regulator.infinite(game, OPTIMAL).at(case.given["s"]))
-    policy = dmplay.agent(game, 0, "optimal")
-    memory = policy.begin(np.array([[case.given["s"]]]))
+    case.close(
+        "value",
+        linear_regulator.evaluate_infinite_horizon(game, OPTIMAL_POLICY).evaluate_at(
+            case.given["s"]
+        ),
+    )
+    policy = dmplay.load_agent(game, 0, "optimal")
+    memory = policy.initial_memory(np.array([[case.given["s"]]]))
     # An action has nine decimals.
     assert policy.choose(memory, None, np.zeros((1, 0)))[0] == pytest.approx(
         case.expect["action"], abs=5e-10
@@ -39,32 +44,37 @@ def optimal_value(case: Case) -> None:
 
 
 def finite_horizon_value(case: Case) -> None:
-    value = linear_regulator.finite(problem(case), OPTIMAL, case.given["steps"])
-    case.close("value", value.at(case.given["s"]))
+    value = linear_regulator.evaluate_finite_horizon(
+        problem(case), OPTIMAL_POLICY, case.given["steps"]
+    )
+    case.close("value", value.evaluate_at(case.given["s"]))
 
 
 def optimal_value_from_start(case: Case) -> None:
-    value = linear_regulator.infinite(problem(case), OPTIMAL)
-    case.close("value", value.mean(START_MEAN, START_DEVIATION))
+    value = linear_regulator.evaluate_infinite_horizon(problem(case), OPTIMAL_POLICY)
+    case.close("value", value.compute_gaussian_mean(START_MEAN, START_DEVIATION))
 
 
 def linear_policy_return(case: Case) -> None:
-    policy = Linear(case.given["theta1"], case.given["theta2"])
+    policy = LinearGaussianPolicy(case.given["theta1"], case.given["theta2"])
     game, undiscounted = problem(case), SimpleRegulator(discount=1.0)
 
-    def mean(value: linear_regulator.Quadratic) -> float:
-        return value.mean(START_MEAN, START_DEVIATION)
+    def mean(value: linear_regulator.QuadraticValue) -> float:
+        return value.compute_gaussian_mean(START_MEAN, START_DEVIATION)
 
-    case.close("infinite", mean(linear_regulator.infinite(game, policy)))
-    case.close("ten_steps", mean(linear_regulator.finite(game, policy, 10)))
-    case.close("ten_steps_undiscounted", mean(linear_regulator.finite(undiscounted, policy, 10)))
+    case.close("infinite", mean(linear_regulator.evaluate_infinite_horizon(game, policy)))
+    case.close("ten_steps", mean(linear_regulator.evaluate_finite_horizon(game, policy, 10)))
+    case.close(
+        "ten_steps_undiscounted",
+        mean(linear_regulator.evaluate_finite_horizon(undiscounted, policy, 10)),
+    )
     case.close("gradient", gradient(game, policy))
 
 
-def gradient(game: SimpleRegulator, policy: Linear) -> list[float]:
+def gradient(game: SimpleRegulator, policy: LinearGaussianPolicy) -> list[float]:
     """The gradient in both parameters of E[U(s)] from the start, without end."""
     gain, variance = 1.0 + policy.theta1, policy.theta2**2 + game.noise**2
-    curvature = linear_regulator.infinite(game, policy).curvature
+    curvature = linear_regulator.evaluate_infinite_horizon(game, policy).curvature
     ahead = game.discount / (1.0 - game.discount)
     steeper = 2.0 * game.discount * gain * curvature * curvature  # of the curvature, in theta1
     return [

@@ -1,9 +1,9 @@
 import numpy as np
 
-from dmplay.core import exact
+from dmplay.core import enumerate_outcomes
 from dmplay.problems.rock_paper_scissors import RockPaperScissors
 from dmplay.solvers import matrix_game
-from dmplay.solvers.matrix_game import Profile
+from dmplay.solvers.matrix_game import MixedProfile
 from tests.oracles import correlated, responses
 from tests.truth_kinds.case import Case, by_kind
 from tests.truth_kinds.matrices import check_correlated
@@ -15,22 +15,24 @@ PAYOFFS = PROBLEM.payoffs
 
 def payoff(case: Case) -> None:
     a = np.array([[ACTIONS.index(name) for name in case.given["actions"]]])
-    case.close("rewards", exact(PROBLEM, np.zeros(1, int), a).outcome.rewards[0, 0])
+    case.close("rewards", enumerate_outcomes(PROBLEM, np.zeros(1, int), a).outcomes.rewards[0, 0])
 
 
 def mixed(case: Case) -> None:
-    profile = Profile(*map(np.array, case.given["strategies"]))
-    case.close("utilities", matrix_game.utilities(PAYOFFS, profile))
-    case.close("regrets", matrix_game.regrets(PAYOFFS, profile))
+    profile = MixedProfile(*map(np.array, case.given["strategies"]))
+    case.close("utilities", matrix_game.compute_utilities(PAYOFFS, profile))
+    case.close("regrets", matrix_game.compute_regrets(PAYOFFS, profile))
     best = responses.best_responses(PAYOFFS, profile)
     case.close("best_responses", [[ACTIONS[a] for a in one] for one in best])
 
 
 def nash(case: Case) -> None:
-    found = matrix_game.nash(PAYOFFS)
+    found = matrix_game.enumerate_equilibria(PAYOFFS)
     case.close("equilibria", found)
-    case.close("rewards", matrix_game.utilities(PAYOFFS, found[0]))
-    case.close("pure", [one for one in found if max(one.first) == max(one.second) == 1])
+    case.close("rewards", matrix_game.compute_utilities(PAYOFFS, found[0]))
+    case.close(
+        "pure", [one for one in found if max(one.row_strategy) == max(one.column_strategy) == 1]
+    )
 
 
 def correlated_check(case: Case) -> None:

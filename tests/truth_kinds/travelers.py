@@ -2,10 +2,10 @@ import re
 
 import numpy as np
 
-from dmplay.core import exact
-from dmplay.problems.travelers_dilemma import CLAIMS, LEAST, MOST, TravelersDilemma
+from dmplay.core import enumerate_outcomes
+from dmplay.problems.travelers_dilemma import CLAIMS, MAX_CLAIM, MIN_CLAIM, TravelersDilemma
 from dmplay.solvers import matrix_game
-from dmplay.solvers.matrix_game import Profile
+from dmplay.solvers.matrix_game import MixedProfile
 from tests.oracles import responses
 from tests.truth_kinds.case import Case, by_kind
 from tests.truth_kinds.matrices import check_correlated
@@ -15,8 +15,8 @@ PAYOFFS = PROBLEM.payoffs
 
 
 def payoff(case: Case) -> None:
-    a = np.array([case.given["actions"]]) - LEAST
-    case.close("rewards", exact(PROBLEM, np.zeros(1, int), a).outcome.rewards[0, 0])
+    a = np.array([case.given["actions"]]) - MIN_CLAIM
+    case.close("rewards", enumerate_outcomes(PROBLEM, np.zeros(1, int), a).outcomes.rewards[0, 0])
 
 
 def payoff_table(case: Case) -> None:
@@ -29,11 +29,11 @@ def payoff_table(case: Case) -> None:
 
 
 def nash(case: Case) -> None:
-    found = matrix_game.nash(PAYOFFS)
+    found = matrix_game.enumerate_equilibria(PAYOFFS)
     claims = [[CLAIMS[np.flatnonzero(mix)].tolist() for mix in one] for one in found]
     assert claims == [[[a], [b]] for a, b in case.expect["equilibria"]]
-    case.close("rewards", matrix_game.utilities(PAYOFFS, found[0]))
-    rows, columns = matrix_game.undominated(PAYOFFS)
+    case.close("rewards", matrix_game.compute_utilities(PAYOFFS, found[0]))
+    rows, columns = matrix_game.find_undominated_actions(PAYOFFS)
     case.close("surviving_iterated_strict_dominance", CLAIMS[rows])
     assert rows == columns
 
@@ -42,14 +42,16 @@ def correlated_check(case: Case) -> None:
     joint = np.zeros((len(CLAIMS), len(CLAIMS)))
     if "all_mass_on" in case.given:
         first, second = case.given["all_mass_on"]
-        joint[first - LEAST, second - LEAST] = 1
+        joint[first - MIN_CLAIM, second - MIN_CLAIM] = 1
     else:
         joint[:] = case.given["joint"]
     check_correlated(case, PAYOFFS, joint)
 
 
 def hierarchical_softmax(case: Case) -> None:
-    profile = matrix_game.softmax_level(PAYOFFS, case.given["precision"], case.given["level"])
+    profile = matrix_game.compute_hierarchical_softmax(
+        PAYOFFS, case.given["precision"], case.given["level"]
+    )
     for p in profile:
         case.close("distribution", p)
         case.close("most_likely", CLAIMS[p >= p.max() * (1 - 1e-9)])
@@ -63,20 +65,20 @@ def mix(text: str) -> np.ndarray:
     span = re.fullmatch(r"uniform over (\d+)\.\.(\d+)", text)
     if span:
         low, high = map(int, span.groups())
-        p[low - LEAST : high - LEAST + 1] = 1 / (high - low + 1)
+        p[low - MIN_CLAIM : high - MIN_CLAIM + 1] = 1 / (high - low + 1)
         return p
     for part in text.split(", "):
         found = re.fullmatch(r"(half|[\d.]+) (?:on )?(\d+)", part)
         assert found, f"unknown mix {text!r}"
         weight, claim = found.groups()
-        p[int(claim) - LEAST] = 0.5 if weight == "half" else float(weight)
+        p[int(claim) - MIN_CLAIM] = 0.5 if weight == "half" else float(weight)
     return p
 
 
 def replies(case: Case, p: np.ndarray) -> np.ndarray:
     """The expected reward of each claim against a mix, for either agent, checked."""
-    profile = Profile(p, p)
-    values, others = matrix_game.responses(PAYOFFS, profile)
+    profile = MixedProfile(p, p)
+    values, others = matrix_game.compute_response_values(PAYOFFS, profile)
     np.testing.assert_allclose(values, others, atol=1e-12)
     for best in responses.best_responses(PAYOFFS, profile):
         case.close("claims", CLAIMS[best])
@@ -85,19 +87,19 @@ def replies(case: Case, p: np.ndarray) -> np.ndarray:
 
 
 def best_response(case: Case) -> None:
-    replies(case, np.eye(len(CLAIMS))[case.given["to"] - LEAST])
+    replies(case, np.eye(len(CLAIMS))[case.given["to"] - MIN_CLAIM])
 
 
 def best_response_to_mix(case: Case) -> None:
     values = replies(case, mix(case.given["mix"]))
     case.close("utility_of_2", values[0])
-    case.close("utility_of_100", values[MOST - LEAST])
+    case.close("utility_of_100", values[MAX_CLAIM - MIN_CLAIM])
 
 
 def reply(claim: int) -> int:
-    p = np.eye(len(CLAIMS))[claim - LEAST]
-    ((best,), _) = responses.best_responses(PAYOFFS, Profile(p, p))
-    return best + LEAST
+    p = np.eye(len(CLAIMS))[claim - MIN_CLAIM]
+    ((best,), _) = responses.best_responses(PAYOFFS, MixedProfile(p, p))
+    return best + MIN_CLAIM
 
 
 def iterated_best_response(case: Case) -> None:

@@ -4,7 +4,7 @@ from itertools import combinations
 import numpy as np
 
 import dmplay
-from dmplay.problems.game_2048 import Game2048, slide
+from dmplay.problems.game_2048 import Game2048, slide_and_score
 from tests.truth_kinds.case import Case, by_kind, reached
 
 LEFT, RIGHT = 0, 2
@@ -13,7 +13,7 @@ GAMES = 200
 
 
 def problem(case: Case) -> Game2048:
-    found = dmplay.load("2048", p_two=case.given.get("p_two", 0.8))
+    found = dmplay.load_problem("2048", p_two=case.given.get("p_two", 0.8))
     assert isinstance(found, Game2048)
     return found
 
@@ -32,7 +32,7 @@ def slid(rows: np.ndarray, direction: str) -> tuple[np.ndarray, np.ndarray]:
     """Rows `[R, 4]` after a slide, each alone on a board, and what they pay."""
     boards = np.zeros((len(rows), 4, 4), np.uint8)
     boards[:, 0] = rows
-    moved, pay = slide(boards, np.full(len(rows), NAMES[direction]))
+    moved, pay = slide_and_score(boards, np.full(len(rows), NAMES[direction]))
     return moved[:, 0], pay
 
 
@@ -63,9 +63,9 @@ def row_table(case: Case) -> None:
 
 def board(case: Case) -> None:
     s = exponents(case.given["board"])
-    legal = problem(case).legal(s)[0, 0]
+    legal = problem(case).legal_actions_mask(s)[0, 0]
     for a, after in case.expect["after_slide"].items():
-        moved, pay = slide(s, np.array([int(a)]))
+        moved, pay = slide_and_score(s, np.array([int(a)]))
         assert tiles(moved[0]) == after["board"]
         assert pay[0] == after["reward"]
         assert legal[int(a)] == after["legal"]
@@ -75,9 +75,9 @@ def board(case: Case) -> None:
 
 def transition(case: Case) -> None:
     s, a = exponents(case.given["board"]), np.array([[case.given["action"]]])
-    moved, _ = slide(s, a[:, 0])
+    moved, _ = slide_and_score(s, a[:, 0])
     assert tiles(moved[0]) == case.expect["after_slide"]
-    p, outcome = dmplay.exact(problem(case), s, a)
+    p, outcome = dmplay.enumerate_outcomes(problem(case), s, a)
     case.close("reward", p[0] @ outcome.rewards[0, :, 0])
     spawned = []
     for after in outcome.state[0]:
@@ -87,9 +87,9 @@ def transition(case: Case) -> None:
 
 
 def initial_board(case: Case) -> None:
-    from dmplay.core import exact_start
+    from dmplay.core import initial_state_distribution
 
-    p, boards = exact_start(problem(case))
+    p, boards = initial_state_distribution(problem(case))
     assert ((boards > 0).sum(axis=(1, 2)) == case.expect["tiles"]).all()
     values = [",".join(map(str, sorted(2 ** b[b > 0].astype(int)))) for b in boards]
     never = dict.fromkeys(case.expect["values"], 0.0)  # unless reached
@@ -103,11 +103,11 @@ def initial_board(case: Case) -> None:
 
 def random_play(case: Case) -> None:
     game = problem(case)
-    played = dmplay.rollout(game, [dmplay.agent(game, 0, "random")], episodes=GAMES, seed=1)
-    assert played.over.all()
-    case.mean("mean_score", played.totals[:, 0])
-    case.mean("mean_moves", played.turns)
-    final = np.where(played.state > 0, 2.0**played.state, 0)
+    played = dmplay.rollout(game, [dmplay.load_agent(game, 0, "random")], episodes=GAMES, seed=1)
+    assert played.terminated.all()
+    case.mean("mean_score", played.total_rewards[:, 0])
+    case.mean("mean_moves", played.turn_counts)
+    final = np.where(played.final_states > 0, 2.0**played.final_states, 0)
     case.mean("mean_final_tile_sum", final.sum(axis=(1, 2)))
     largest = final.max(axis=(1, 2))
     for tile, share in case.expect["max_tile_share"].items():

@@ -7,24 +7,24 @@ import pytest
 
 import dmplay
 from dmplay.views import generic as module
-from dmplay.views._advice import lost
-from dmplay.views.style import Look, Outlook, Style, fit, style_of
+from dmplay.views._advice import format_regret
+from dmplay.views.style import DrawOptions, Forecast, ViewModule, fit_board, load_view_module
 from tests.support.games import after
 
-generic = cast(Style, module)
-LARGE = Look(80, 17, large=True)
+generic = cast(ViewModule, module)
+LARGE = DrawOptions(80, 17, allow_large=True)
 ASCII = LARGE._replace(ascii=True)
 SMALL = LARGE._replace(width=50, height=9)
-HEARD = Outlook(
+HEARD = Forecast(
     1, np.array([0.818, 0.182]), np.array([0, 1]), np.array([[0.0, 1.0], [0.481, 0.519]])
 )
-EXAMINED = Outlook(
+EXAMINED = Forecast(
     1,
     np.array([0.752, 0.248]),
     np.array([0, 1]),
     np.array([[0.71, 0.265, 0.025], [0.0, 0.777, 0.223]]),
 )
-THROWN = Outlook(
+THROWN = Forecast(
     5,
     np.array([0.603, 0.397]),
     np.array([1, 0]),
@@ -37,19 +37,19 @@ WEARS = np.array([0.0, 0.25, 1.5, 2.75])
 SLIDING = np.array([0.0, np.nan, 2000.0, 1.5])
 BLAMED = np.array([1.5, 0.0])
 SLIDES = np.array([0.25, 0.25, 0.2, 0.1, 0.1, 0.08, 0.02])
-SLID = Outlook(0, SLIDES, np.array([after("2048").observation] * 7))
-SURE = Outlook(0, np.array([1.0]), np.array([0]), np.eye(12**3)[7:8])
+SLID = Forecast(0, SLIDES, np.array([after("2048").observation] * 7))
+SURE = Forecast(0, np.array([1.0]), np.array([0]), np.eye(12**3)[7:8])
 
 
-def reply(action: int) -> Outlook:
+def reply(action: int) -> Forecast:
     """What is asked of an action whose outcome the other one chooses."""
-    return Outlook(action, np.array([1.0]), np.array([0]))
+    return Forecast(action, np.array([1.0]), np.array([0]))
 
 
 FRAMES = {
     "the baby in ascii with what is lost and heard": (
         after("crying-baby", "ignore"),
-        ASCII._replace(regret=LOST, outlook=HEARD), """
+        ASCII._replace(regret=LOST, forecast=HEARD), """
 heard  crying
 
 sated   ####.................................... 0.093
@@ -66,7 +66,7 @@ if you sing  sated  hungry
  18% quiet    0.48    0.52"""),
     "the baby of the second of two": (
         after("multicaregiver-crying-baby", "ignore feed", seat=1),
-        LARGE._replace(state=np.array(0)), """
+        LARGE._replace(revealed_state=np.array(0)), """
 heard  quiet
 
 sated   ████████████████████████████████████████ 1.000
@@ -84,7 +84,7 @@ truly sated
 caregiver1 is unseen: believed to act at random"""),
     "the machine in ascii with what is lost and seen": (
         after("machine-replacement", "manufacture", "manufacture"),
-        ASCII._replace(regret=WEARS, outlook=EXAMINED, state=np.array(1)), r"""
+        ASCII._replace(regret=WEARS, forecast=EXAMINED, revealed_state=np.array(1)), r"""
 saw  nondefective                            0 failed
                                                  .
 0 failed  #############....... 0.656            / \
@@ -103,7 +103,7 @@ if you examine        0     1     2   1 failed       2 failed
  25% defective     0.00  0.78  0.22"""),
     "the catches in ascii with what is lost and seen": (
         after("catch", "50", "100", "60"),
-        ASCII._replace(regret=FAR, outlook=THROWN), """
+        ASCII._replace(regret=FAR, forecast=THROWN), """
 skill believed throw  10  20  30  40  50  60  70  80  90 100
 20 m #....... 0.134  +66 =50 :34 .21 _12 _ 6 _ 3 _ 2 _ 1 _ 0
 40 m ###..... 0.318  #88 *79 +66 =50 :34 .21 _12 _ 6 _ 3 _ 2
@@ -123,7 +123,7 @@ if you throw 60 m  20 m  40 m  60 m  80 m
  40% caught        0.02  0.17  0.47  0.35"""),
     "the second prisoner with what is lost and paid": (
         after("prisoners-dilemma", "defect cooperate", "defect defect", seat=1),
-        LARGE._replace(regret=BLAMED, outlook=reply(1)), """
+        LARGE._replace(regret=BLAMED, forecast=reply(1)), """
 agent1        agent2 (you) chooses
 chooses     │  cooperate    │> defect
             │  ████ -1.5    │  best
@@ -141,7 +141,7 @@ total -7       -4   -3
 if defect: 0 against cooperate, -3 defect"""),
     "the hands in ascii with what is lost and paid": (
         after("rock-paper-scissors", "rock rock", "paper rock"),
-        ASCII._replace(regret=LOST, outlook=reply(1)), """
+        ASCII._replace(regret=LOST, forecast=reply(1)), """
 agent1 (you)  agent2 chooses
 chooses     |> rock         |  paper        |  scissors
 ------------+---------------+---------------+---------------
@@ -161,7 +161,7 @@ total -1        0   -1
 if paper: 1 against rock, 0 paper, -1 scissors"""),
     "the travelers in ascii with what is lost and paid": (
         after("travelers-dilemma", "60 99", seat=1),
-        ASCII._replace(regret=CLAIMED, outlook=reply(95)), """
+        ASCII._replace(regret=CLAIMED, forecast=reply(95)), """
 agent1 v   agent2 (you) >   cells pay agent1, agent2
      |   94   |   95   |   96   |   97   |   98   |   99
 -----+--------+--------+--------+--------+--------+--------
@@ -180,7 +180,7 @@ agent1 v   agent2 (you) >   cells pay agent1, agent2
 if you claim 97: if equal 97, lower 99, higher theirs less 2"""),
     "generic with a belief, what is lost and seen": (
         after("crying-baby", "ignore"),
-        LARGE._replace(regret=LOST, outlook=HEARD), """
+        LARGE._replace(regret=LOST, forecast=HEARD), """
 seen  crying
 
 sated   ███▊···································· 0.093
@@ -195,7 +195,7 @@ if you sing  sated  hungry
  18% quiet    0.48    0.52"""),
     "generic in few rows": (
         after("crying-baby", "ignore"),
-        SMALL._replace(height=6, regret=LOST, outlook=HEARD._replace(sampled=True)), """
+        SMALL._replace(height=6, regret=LOST, forecast=HEARD._replace(is_sampled=True)), """
 seen  crying
 hint  sing best  feed ▌··· -0.4  ignore ████ -3.25
 if you sing (samples)  sated  hungry
@@ -203,7 +203,7 @@ if you sing (samples)  sated  hungry
  18% quiet              0.48    0.52"""),
     "generic with illegal actions and many outcomes": (
         after("2048"),
-        LARGE._replace(regret=SLIDING, outlook=SLID), """
+        LARGE._replace(regret=SLIDING, forecast=SLID), """
 state  . . . ./. . . ./. . . ./. 2 2 .
 
 1 left     best
@@ -221,7 +221,7 @@ if you left
      … 1 more"""),
     "generic with many states to believe": (
         after("collaborative-predator-prey", "e w"),
-        ASCII._replace(height=40, outlook=SURE), """
+        ASCII._replace(height=40, forecast=SURE), """
 seen  nothing
 
 (4,1) (-1,2) (1,1)  ........................................ 0.002
@@ -252,8 +252,8 @@ if you e
 @pytest.mark.parametrize("what", FRAMES)
 def test_what_actions_lose_and_what_one_may_bring_is_drawn(what: str) -> None:
     view, look, board = FRAMES[what]
-    style = generic if what.startswith("generic") else style_of(view.problem)
-    assert fit(style, view, look).plain == board[1:]
+    style = generic if what.startswith("generic") else load_view_module(view.problem)
+    assert fit_board(style, view, look).plain == board[1:]
 
 
 PANELED = (
@@ -264,10 +264,10 @@ PANELED = (
 
 @pytest.mark.parametrize("name", PANELED)
 def test_a_panel_needs_no_more_than_17_columns_and_repeats_nothing_of_the_board(name: str) -> None:
-    problem = dmplay.load(name)
-    first = " ".join(problem.action_name(seat, 0) for seat in range(len(problem.agents)))
+    problem = dmplay.load_problem(name)
+    first = " ".join(problem.format_action(seat, 0) for seat in range(len(problem.agents)))
     view = after(name, first, first)
-    panel = style_of(problem).panel(view)
+    panel = load_view_module(problem).panel_rows(view)
     longest = max(len(label) for label, _ in panel)
     assert all(longest + 1 + len(value) <= 17 for _, value in panel)
     assert not {label for label, _ in panel} & {"heard", "last", *problem.agents}
@@ -275,11 +275,11 @@ def test_a_panel_needs_no_more_than_17_columns_and_repeats_nothing_of_the_board(
 
 @pytest.mark.parametrize("name", ["crying-baby", "machine-replacement"])
 def test_rewards_are_hidden_until_the_game_is_over(name: str) -> None:
-    problem = dmplay.load(name)
-    game = dmplay.Session(problem, dmplay.Dice(5), limit=1)
-    told = [dict(style_of(problem).panel(game.view(0)))["reward"]]
+    problem = dmplay.load_problem(name)
+    game = dmplay.Session(problem, dmplay.SeededUniforms(5), turn_limit=1)
+    told = [dict(load_view_module(problem).panel_rows(game.view(0)))["reward"]]
     game.advance([0])
-    told.append(dict(style_of(problem).panel(game.view(0)))["reward"])
+    told.append(dict(load_view_module(problem).panel_rows(game.view(0)))["reward"])
     assert told == ["hidden", {"crying-baby": "-15", "machine-replacement": "0.9025"}[name]]
 
 
@@ -288,7 +288,9 @@ def test_where_not_even_a_word_of_advice_has_room_there_is_only_what_would_be_ne
     width: int,
 ) -> None:
     view = after("crying-baby")
-    drawn = fit(style_of(view.problem), view, Look(width, 1, large=True, regret=LOST))
+    drawn = fit_board(
+        load_view_module(view.problem), view, DrawOptions(width, 1, allow_large=True, regret=LOST)
+    )
     assert len(drawn.plain) <= width
 
 
@@ -303,6 +305,6 @@ def test_where_not_even_a_word_of_advice_has_room_there_is_only_what_would_be_ne
 def test_of_equal_actions_the_advised_one_is_the_best(
     advised: float | None, told: list[str]
 ) -> None:
-    look = LARGE._replace(regret=np.array([1e-12, 0.0, 2.0]), advised=advised)
-    assert [lost(look, action, 12) for action in range(3)] == told
-    assert lost(look, 0) == "best"  # no room for more
+    look = LARGE._replace(regret=np.array([1e-12, 0.0, 2.0]), suggested_action=advised)
+    assert [format_regret(look, action, 12) for action in range(3)] == told
+    assert format_regret(look, 0) == "best"  # no room for more

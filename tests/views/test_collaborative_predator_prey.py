@@ -3,16 +3,16 @@ from functools import partial
 import numpy as np
 
 import dmplay
-from dmplay.views.style import Look, fit, style_of
+from dmplay.views.style import DrawOptions, fit_board, load_view_module
 from tests.support import games
 
-collaborative_predator_prey = style_of(dmplay.load("collaborative-predator-prey"))
+collaborative_predator_prey = load_view_module(dmplay.load_problem("collaborative-predator-prey"))
 
 after = partial(games.after, "collaborative-predator-prey")
 
 
 def test_the_belief_of_a_blind_predator() -> None:
-    drawn = fit(collaborative_predator_prey, after("e w", "ne w"), Look(80, 24)).plain
+    drawn = fit_board(collaborative_predator_prey, after("e w", "ne w"), DrawOptions(80, 24)).plain
     assert (
         drawn
         == """\
@@ -31,10 +31,10 @@ sensed nothing. o prey, @ you"""
 
 
 def test_the_belief_in_ascii_with_the_truth() -> None:
-    drawn = fit(
+    drawn = fit_board(
         collaborative_predator_prey,
         after("e w", "ne w"),
-        Look(80, 24, ascii=True, state=np.array([3, 4, 5])),
+        DrawOptions(80, 24, ascii=True, revealed_state=np.array([3, 4, 5])),
     ).plain
     assert (
         drawn
@@ -55,7 +55,9 @@ truly predator1 (-1,1), predator2 (1,1), prey (3,1)"""[1:]
 
 
 def test_the_belief_compact() -> None:
-    drawn = fit(collaborative_predator_prey, after("e w", "ne w", seat=1), Look(40, 8)).plain
+    drawn = fit_board(
+        collaborative_predator_prey, after("e w", "ne w", seat=1), DrawOptions(40, 8)
+    ).plain
     assert (
         drawn
         == """\
@@ -71,7 +73,9 @@ sensed nothing. % prey, bar: you"""
 
 
 def test_the_belief_in_dots() -> None:
-    drawn = fit(collaborative_predator_prey, after("e w", "ne w"), Look(40, 6, ascii=True)).plain
+    drawn = fit_board(
+        collaborative_predator_prey, after("e w", "ne w"), DrawOptions(40, 6, ascii=True)
+    ).plain
     assert (
         drawn
         == """\
@@ -83,8 +87,8 @@ sensed nothing. % prey, bar: you"""
 
 
 def test_a_sighted_predator_sees_its_keys() -> None:
-    drawn = fit(
-        collaborative_predator_prey, after("e w", sighted=True), Look(80, 24, keys=True)
+    drawn = fit_board(
+        collaborative_predator_prey, after("e w", sighted=True), DrawOptions(80, 24, show_keys=True)
     ).plain
     assert (
         drawn
@@ -104,7 +108,9 @@ sensed nothing (2,0). o prey, @ you"""
 
 
 def test_a_team_too_large_for_a_belief() -> None:
-    drawn = fit(collaborative_predator_prey, after("e w e", predators=3), Look(80, 24)).plain
+    drawn = fit_board(
+        collaborative_predator_prey, after("e w e", predators=3), DrawOptions(80, 24)
+    ).plain
     assert (
         drawn
         == """\
@@ -123,23 +129,25 @@ sensed nothing. belief too large"""
 
 
 def test_the_reward_is_hidden_until_it_may_be_known() -> None:
-    game = dmplay.Session(dmplay.load("collaborative-predator-prey"), dmplay.Dice(5))
+    game = dmplay.Session(
+        dmplay.load_problem("collaborative-predator-prey"), dmplay.SeededUniforms(5)
+    )
     game.advance([0, 3])
-    assert ("reward", "hidden") in collaborative_predator_prey.panel(game.view(0))
+    assert ("reward", "hidden") in collaborative_predator_prey.panel_rows(game.view(0))
     game.end("quit")
-    assert ("reward", "10") in collaborative_predator_prey.panel(game.view(0))
+    assert ("reward", "10") in collaborative_predator_prey.panel_rows(game.view(0))
 
 
 def test_a_blind_predator_is_told_the_likeliest_hexes() -> None:
     assert (
-        collaborative_predator_prey.told(after("e w"))
+        collaborative_predator_prey.describe_turn(after("e w"))
         == "nothing. chose E. prey likeliest at (-1,1) 0.103. you likeliest at (4,1) 0.161."
     )
-    assert collaborative_predator_prey.situation(after("e w", sighted=True)) == (
+    assert collaborative_predator_prey.describe_situation(after("e w", sighted=True)) == (
         "sensed nothing (2,0). prey likeliest at (0,2) 0.163, (-1,1) 0.153, (3,1) 0.149, "
         "(4,0) 0.149. you likeliest at (2,0) 1.000. at (2,0). E (3,0) prey 0.000. NE wall. NW "
         "(1,1) prey 0.000. W (1,0) prey 0.000. SW wall. SE wall. predator2 is unseen and "
         "believed to act uniformly at random."
     )
-    large = collaborative_predator_prey.situation(after("e w e", predators=3))
+    large = collaborative_predator_prey.describe_situation(after("e w e", predators=3))
     assert large.endswith("the belief is over too many states to be told.")

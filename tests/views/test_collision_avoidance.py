@@ -4,10 +4,10 @@ import pytest
 
 import dmplay
 from dmplay.session import Session
-from dmplay.views.style import Look, fit, style_of
+from dmplay.views.style import DrawOptions, fit_board, load_view_module
 from tests.support.games import started
 
-collision_avoidance = style_of(dmplay.load("collision-avoidance"))
+collision_avoidance = load_view_module(dmplay.load_problem("collision-avoidance"))
 
 
 def advised() -> Session:
@@ -50,19 +50,19 @@ def test_a_collision_and_an_advisory_reversed_are_told_first(
     game: Session, told: str, situation: str
 ) -> None:
     view = game.view(0)
-    assert collision_avoidance.told(view) == told
-    assert collision_avoidance.situation(view) == situation
+    assert collision_avoidance.describe_turn(view) == told
+    assert collision_avoidance.describe_situation(view) == situation
 
 
 def test_the_panel_has_what_the_board_does_not_say() -> None:
     view = advised().view(0)
-    assert collision_avoidance.panel(view) == [
+    assert collision_avoidance.panel_rows(view) == [
         ("height", "+23 m"), ("rate", "-5.0 m/s"), ("left", "30 s"), ("advice", "none"),
     ]  # fmt: skip
 
 
 FRAMES = {
-    "the encounter with every advisory": (advised().view(0), Look(80, 24), """
+    "the encounter with every advisory": (advised().view(0), DrawOptions(80, 24), """
  +100
 
 
@@ -79,7 +79,7 @@ FRAMES = {
      40s       30s       20s       10s       0s
 ◆ h +23 m  dh -5.0 m/s  30 s  none
 will pass 127 m below A: clear"""),
-    "the encounter in ascii": (advised().view(0), Look(80, 24, ascii=True), """
+    "the encounter in ascii": (advised().view(0), DrawOptions(80, 24, ascii=True), """
  +100
 
 
@@ -96,7 +96,7 @@ will pass 127 m below A: clear"""),
      40s       30s       20s       10s       0s
 + h +23 m  dh -5.0 m/s  30 s  none
 will pass 127 m below A: clear"""),
-    "the encounter in a small room": (advised().view(0), Look(40, 12), """
+    "the encounter in a small room": (advised().view(0), DrawOptions(40, 12), """
  +100
   +50 ··↑↑↑↓↓·                      ▒▒
     0 ┄┄┄┄┄┄┄┄◆┄∘┄∘┄∘┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄▒A
@@ -105,7 +105,7 @@ will pass 127 m below A: clear"""),
      40s     30s     20s    10s     0s
 ◆ h +23 m  dh -5.0 m/s  30 s  none
 will pass 127 m below A: clear"""),
-    "the encounter in a small room in ascii": (advised().view(0), Look(40, 12, ascii=True), """
+    "the encounter in a small room in ascii": (advised().view(0), DrawOptions(40, 12, ascii=True), """
  +100
   +50 ..^^^vv.                      ::
     0 --------+-o-o-o---------------:A
@@ -114,7 +114,7 @@ will pass 127 m below A: clear"""),
      40s     30s     20s    10s     0s
 + h +23 m  dh -5.0 m/s  30 s  none
 will pass 127 m below A: clear"""),
-    "the encounter after a collision": (collided().view(0), Look(80, 12), """
+    "the encounter after a collision": (collided().view(0), DrawOptions(80, 12), """
  +100
 
   +50                                        ▒▒
@@ -127,7 +127,7 @@ will pass 127 m below A: clear"""),
      40s       30s       20s       10s       0s
 ◆ h -30 m  dh -2.0 m/s  0 s  climb
 passed 30 m below A: COLLISION"""),
-    "the encounter in six rows": (collided().view(0), Look(40, 6), """
+    "the encounter in six rows": (collided().view(0), DrawOptions(40, 6), """
  +100
   +50                               ▒▒
     0 ┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄↑▒A
@@ -140,4 +140,4 @@ passed 30 m below A: COLLISION"""),
 @pytest.mark.parametrize("what", FRAMES)
 def test_an_encounter_is_drawn(what: str) -> None:
     view, look, board = FRAMES[what]
-    assert fit(collision_avoidance, view, look).plain == board[1:]
+    assert fit_board(collision_avoidance, view, look).plain == board[1:]

@@ -4,17 +4,17 @@ import numpy as np
 
 import dmplay
 from dmplay.views.canvas import Canvas
-from dmplay.views.machine_replacement import _triangle
-from dmplay.views.style import Look, fit, style_of
+from dmplay.views.machine_replacement import _draw_small_triangle
+from dmplay.views.style import DrawOptions, fit_board, load_view_module
 from tests.support import games
 
-machine_replacement = style_of(dmplay.load("machine-replacement"))
+machine_replacement = load_view_module(dmplay.load_problem("machine-replacement"))
 
 after = partial(games.after, "machine-replacement")
 
 
 def test_the_machine_at_its_start() -> None:
-    drawn = fit(machine_replacement, after(), Look(80, 24)).plain
+    drawn = fit_board(machine_replacement, after(), DrawOptions(80, 24)).plain
     assert (
         drawn
         == """\
@@ -34,10 +34,10 @@ r replace     -2.000"""
 
 
 def test_a_defect_moves_the_dot_down_the_triangle() -> None:
-    drawn = fit(
+    drawn = fit_board(
         machine_replacement,
         after(*["manufacture"] * 6, "examine", seed=11),
-        Look(80, 24, ascii=True),
+        DrawOptions(80, 24, ascii=True),
     ).plain
     assert (
         drawn
@@ -58,8 +58,10 @@ r replace     -2.000"""[1:]
 
 
 def test_the_machine_in_a_small_room_with_its_truth() -> None:
-    drawn = fit(
-        machine_replacement, after("manufacture", "manufacture"), Look(40, 8, state=np.array(1))
+    drawn = fit_board(
+        machine_replacement,
+        after("manufacture", "manufacture"),
+        DrawOptions(40, 8, revealed_state=np.array(1)),
     ).plain
     assert (
         drawn
@@ -75,17 +77,17 @@ truly 1 failed"""
 
 def test_the_corners_of_the_triangle_are_the_states_for_sure() -> None:
     drawn = Canvas()
-    _triangle(drawn, 0, np.array([0.0, 1.0, 0.0]))
-    _triangle(drawn, 25, np.array([0.0, 0.0, 1.0]))
-    assert drawn.text().plain.split("\n")[4] == "1 ●───────────────╲ 2    1 ╱───────────────● 2"
+    _draw_small_triangle(drawn, 0, np.array([0.0, 1.0, 0.0]))
+    _draw_small_triangle(drawn, 25, np.array([0.0, 0.0, 1.0]))
+    assert drawn.to_text().plain.split("\n")[4] == "1 ●───────────────╲ 2    1 ╱───────────────● 2"
 
 
 def test_the_machine_tells_its_belief_and_its_prospects() -> None:
     view = after("manufacture")
-    assert machine_replacement.told(view) == (
+    assert machine_replacement.describe_turn(view) == (
         "nondefective. chose manufacture. belief: 0 failed 0.810, 1 failed 0.180, 2 failed 0.010."
     )
-    assert machine_replacement.situation(after()) == (
+    assert machine_replacement.describe_situation(after()) == (
         "saw nothing yet. belief: 0 failed 1.000, 1 failed 0.000, 2 failed 0.000. expected reward "
         "at once: manufacture 0.902, examine 0.652, interrupt -0.500, replace -2.000."
     )

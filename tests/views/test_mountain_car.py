@@ -4,10 +4,10 @@ import pytest
 
 import dmplay
 from dmplay.session import Session
-from dmplay.views.style import Look, fit, style_of
+from dmplay.views.style import DrawOptions, fit_board, load_view_module
 from tests.support.games import started
 
-mountain_car = style_of(dmplay.load("mountain-car"))
+mountain_car = load_view_module(dmplay.load_problem("mountain-car"))
 
 
 def rolling() -> Session:
@@ -16,43 +16,48 @@ def rolling() -> Session:
 
 def test_a_rolling_car_is_told_with_its_goal() -> None:
     view = rolling().view(0)
-    assert mountain_car.told(view) == "rolls left at -0.0477, place -0.948. coasted."
-    assert mountain_car.situation(view) == (
+    assert mountain_car.describe_turn(view) == "rolls left at -0.0477, place -0.948. coasted."
+    assert mountain_car.describe_situation(view) == (
         "rolls left at -0.0477, place -0.948. height -0.29. goal x >= 0.6."
     )
 
 
 def test_a_car_at_its_goal_is_told_so() -> None:
     view = started("mountain-car", [0.58, 0.05], [2]).view(0)
-    assert mountain_car.told(view) == "at the goal, place +0.600. drove right."
-    assert mountain_car.situation(view) == "at the goal, place +0.600. height +0.97. goal x >= 0.6."
+    assert mountain_car.describe_turn(view) == "at the goal, place +0.600. drove right."
+    assert (
+        mountain_car.describe_situation(view)
+        == "at the goal, place +0.600. height +0.97. goal x >= 0.6."
+    )
 
 
 def test_a_car_at_the_left_wall_keeps_rolling() -> None:
     view = started("mountain-car", [-1.17, -0.06], [0]).view(0)
-    assert mountain_car.told(view) == "at the left wall, rolls left at -0.0587. drove left."
-    assert mountain_car.situation(view) == (
+    assert (
+        mountain_car.describe_turn(view) == "at the left wall, rolls left at -0.0587. drove left."
+    )
+    assert mountain_car.describe_situation(view) == (
         "at the left wall, rolls left at -0.0587. height +0.44. goal x >= 0.6."
     )
 
 
 def test_a_car_at_the_left_wall_of_gym_stopped() -> None:
     view = started("mountain-car:gym", [-1.17, -0.06], [0]).view(0)
-    assert mountain_car.told(view) == "at the left wall, stopped. drove left."
-    assert mountain_car.situation(view) == (
+    assert mountain_car.describe_turn(view) == "at the left wall, stopped. drove left."
+    assert mountain_car.describe_situation(view) == (
         "at the left wall, stopped. height +0.44. goal x >= 0.5 and v >= 0."
     )
 
 
 def test_the_panel_has_the_state_in_words() -> None:
     view = started("mountain-car:gym", [-1.17, -0.06], [0]).view(0)
-    assert mountain_car.panel(view) == [
+    assert mountain_car.panel_rows(view) == [
         ("place", "-1.200"), ("speed", "+0.0000"), ("height", "+0.44"), ("last", "left"),
     ]  # fmt: skip
 
 
 FRAMES = {
-    "the car rolls up the hill behind it": (rolling().view(0), Look(80, 24), """
+    "the car rolls up the hill behind it": (rolling().view(0), DrawOptions(80, 24), """
 │                                                           F
 │                                                           │
 │                                                  ▂▄▅▆▇████▇
@@ -69,7 +74,7 @@ FRAMES = {
 -0.07                         v                         +0.07
 
 x -0.948  v -0.0477  last: coast   goal x >= 0.6"""),
-    "the car in ascii is unlike its hill": (rolling().view(0), Look(80, 24, ascii=True), """
+    "the car in ascii is unlike its hill": (rolling().view(0), DrawOptions(80, 24, ascii=True), """
 |                                                           F
 |                                                           |
 |                                                  _-==######
@@ -86,7 +91,7 @@ x -0.948  v -0.0477  last: coast   goal x >= 0.6"""),
 -0.07                         v                         +0.07
 
 x -0.948  v -0.0477  last: coast   goal x >= 0.6"""),
-    "the car in a small room": (rolling().view(0), Look(40, 12), """
+    "the car in a small room": (rolling().view(0), DrawOptions(40, 12), """
 │                                     F
 │                                     │
 │                              ▂▄▆▇███▇
@@ -95,7 +100,7 @@ x -0.948  v -0.0477  last: coast   goal x >= 0.6"""),
 │█████▇·▁             ▂▄▇██████████████
 │████████▇▅▃▂▁▁▁▁▁▂▃▅▇█████████████████
 x -0.948  v -0.0477  goal x >= 0.6"""),
-    "the car in a small room in ascii": (rolling().view(0), Look(40, 12, ascii=True), """
+    "the car in a small room in ascii": (rolling().view(0), DrawOptions(40, 12, ascii=True), """
 |                                     F
 |                                     |
 |                              _-=#####
@@ -104,7 +109,7 @@ x -0.948  v -0.0477  goal x >= 0.6"""),
 |######._             _-###############
 |#########=-_______-=##################
 x -0.948  v -0.0477  goal x >= 0.6"""),
-    "the car at its flag": (started("mountain-car", [0.58, 0.05], [2]).view(0), Look(80, 24), """
+    "the car at its flag": (started("mountain-car", [0.58, 0.05], [2]).view(0), DrawOptions(80, 24), """
 │                                                           F
 │                                                          ·●
 │                                                  ▂▄▅▆▇████▇
@@ -122,7 +127,7 @@ x -0.948  v -0.0477  goal x >= 0.6"""),
 
 x +0.600  v +0.0514  last: right   goal x >= 0.6"""),
     "the flag of gym stands before the end and its wall stops the car": (
-        started("mountain-car:gym", [-1.17, -0.06], [0]).view(0), Look(40, 12), """
+        started("mountain-car:gym", [-1.17, -0.06], [0]).view(0), DrawOptions(40, 12), """
 │                                   F
 │                                   │
 │●                             ▂▄▆▇███▇
@@ -132,7 +137,7 @@ x +0.600  v +0.0514  last: right   goal x >= 0.6"""),
 │████████▇▅▃▂▁▁▁▁▁▂▃▅▇█████████████████
 x -1.200  v +0.0000  goal x >= 0.5"""),
     "the car at its flag in six rows": (
-        started("mountain-car", [0.58, 0.05], [2]).view(0), Look(40, 6), """
+        started("mountain-car", [0.58, 0.05], [2]).view(0), DrawOptions(40, 6), """
 │                                     ●
 │                             ▁▃▅▆▇████
 │▇▅▃                      ▁▃▅▇█████████
@@ -145,4 +150,4 @@ x +0.600  v +0.0514  goal x >= 0.6"""),
 @pytest.mark.parametrize("what", FRAMES)
 def test_a_car_on_its_hill_is_drawn(what: str) -> None:
     view, look, board = FRAMES[what]
-    assert fit(mountain_car, view, look).plain == board[1:]
+    assert fit_board(mountain_car, view, look).plain == board[1:]

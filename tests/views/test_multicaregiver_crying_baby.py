@@ -1,17 +1,17 @@
 from functools import partial
 
 import dmplay
-from dmplay.views.style import Look, fit, style_of
+from dmplay.views.style import DrawOptions, fit_board, load_view_module
 from tests.support import games
 
-multicaregiver_crying_baby = style_of(dmplay.load("multicaregiver-crying-baby"))
+multicaregiver_crying_baby = load_view_module(dmplay.load_problem("multicaregiver-crying-baby"))
 
 after = partial(games.after, "multicaregiver-crying-baby")
 
 
 def test_what_one_of_two_caregivers_believes() -> None:
-    drawn = fit(
-        multicaregiver_crying_baby, after("ignore ignore", "sing feed", seat=1), Look(80, 24)
+    drawn = fit_board(
+        multicaregiver_crying_baby, after("ignore ignore", "sing feed", seat=1), DrawOptions(80, 24)
     ).plain
     assert (
         drawn
@@ -26,7 +26,9 @@ caregiver1 is unseen: believed to act at random"""
 
 
 def test_two_caregivers_in_a_small_ascii_room() -> None:
-    drawn = fit(multicaregiver_crying_baby, after("ignore feed"), Look(40, 8, ascii=True)).plain
+    drawn = fit_board(
+        multicaregiver_crying_baby, after("ignore feed"), DrawOptions(40, 8, ascii=True)
+    ).plain
     assert (
         drawn
         == """\
@@ -40,7 +42,7 @@ caregiver2: believed to act at random"""
 
 
 def test_a_caregiver_is_told_what_the_other_is_believed_to_do() -> None:
-    assert multicaregiver_crying_baby.situation(after()) == (
+    assert multicaregiver_crying_baby.describe_situation(after()) == (
         "heard nothing yet. belief: sated 0.500, hungry 0.500. caregiver2 is unseen and believed "
         "to act uniformly at random."
     )

@@ -1,13 +1,15 @@
 import dmplay
-from dmplay.views.style import Look, fit, style_of
+from dmplay.views.style import DrawOptions, fit_board, load_view_module
 from tests.support.games import after
 
-rock_paper_scissors = style_of(dmplay.load("rock-paper-scissors"))
+rock_paper_scissors = load_view_module(dmplay.load_problem("rock-paper-scissors"))
 
 
 def test_paper_covers_rock() -> None:
-    drawn = fit(
-        rock_paper_scissors, after("rock-paper-scissors", "rock rock", "paper rock"), Look(80, 24)
+    drawn = fit_board(
+        rock_paper_scissors,
+        after("rock-paper-scissors", "rock rock", "paper rock"),
+        DrawOptions(80, 24),
     ).plain
     assert (
         drawn
@@ -24,10 +26,10 @@ agent2       R R"""
 
 
 def test_the_table_in_a_small_ascii_room() -> None:
-    drawn = fit(
+    drawn = fit_board(
         rock_paper_scissors,
         after("rock-paper-scissors", "paper scissors", seat=1),
-        Look(30, 6, ascii=True),
+        DrawOptions(30, 6, ascii=True),
     ).plain
     assert (
         drawn

@@ -8,28 +8,28 @@ import pytest
 import dmplay
 from dmplay.core import Problem
 from dmplay.session import Session, View
-from dmplay.views.style import Look, fit, style_of
+from dmplay.views.style import DrawOptions, fit_board, load_view_module
 from tests.support.games import session, started
 from tests.support.looks import foreseen, losing
 
-LARGE = Look(80, 12, large=True)
-SMALL = Look(50, 9, large=True)
+LARGE = DrawOptions(80, 12, allow_large=True)
+SMALL = DrawOptions(50, 9, allow_large=True)
 PLAIN = SMALL._replace(ascii=True)
 
 
 def hexworld(q: int, r: int) -> Session:
     """A game of hex world that begins on this hex."""
     game = session("hexworld", [0.5], [0.5])
-    game.first = np.array(game.problem.hexes.index((q, r)))  # type: ignore[attr-defined]
+    game.initial_state = np.array(game.problem.hexes.index((q, r)))  # type: ignore[attr-defined]
     return game
 
 
 def played(name: str, *turns: str) -> Session:
     """A game after these turns, the actions of one turn with blanks between."""
-    problem = dmplay.load(name)
-    game = Session(problem, dmplay.Dice(5))
+    problem = dmplay.load_problem(name)
+    game = Session(problem, dmplay.SeededUniforms(5))
     for turn in turns:
-        game.advance([problem.action(seat, word) for seat, word in enumerate(turn.split())])
+        game.advance([problem.parse_action(seat, word) for seat, word in enumerate(turn.split())])
     return game
 
 
@@ -78,7 +78,7 @@ FRAMES = {
 any key collects +10"""),
     "the prey has the same glyph for itself": (
         now(HUNT, 1),
-        SMALL._replace(keys=True),
+        SMALL._replace(show_keys=True),
         """
    ╱ ╲ ╱ ╲ ╱ ╲
   │   │   │   │
@@ -116,7 +116,7 @@ any key collects +10"""),
 @ where you may be, # where the prey may be"""),
     "where the prey would be after either sense": (
         now(BLIND),
-        LARGE._replace(width=60, height=13, outlook=foreseen(BLIND, 4)),
+        LARGE._replace(width=60, height=13, forecast=foreseen(BLIND, 4)),
         """
     ╱   ╲ ╱   ╲ ╱   ╲
    │█████│█10%█│▆▆▆▆▆│
@@ -132,7 +132,7 @@ if you go SW, where the prey is
 upper if nothing, 95%; lower if prey, 5%"""),
     "who truly was where": (
         now(BLIND),
-        LARGE._replace(width=60, state=np.array([3, 4, 5])),
+        LARGE._replace(width=60, revealed_state=np.array([3, 4, 5])),
         """
     ╱   ╲ ╱   ╲ ╱   ╲
    │     │     │     │
@@ -159,7 +159,7 @@ truly @ predator1, B predator2, o prey"""),
 hint  n best  b -0.26  h -0.52  y -0.78  u -1.04"""),
     "tiles half on their way, two of them to the same cell": (
         now(SLID),
-        SMALL._replace(height=10, passed=0.5),
+        SMALL._replace(height=10, motion_progress=0.5),
         """
 ┌──────┬──────┬──────┬──────┐
 │  2   │      │      │      │
@@ -210,4 +210,4 @@ lean +11.0/12 deg  swings +21 deg/s"""),
 @pytest.mark.parametrize("what", FRAMES)
 def test_a_screen_draws(what: str) -> None:
     view, look, board = FRAMES[what]
-    assert fit(style_of(view.problem), view, look).plain == board[1:]
+    assert fit_board(load_view_module(view.problem), view, look).plain == board[1:]

@@ -9,10 +9,10 @@ import pytest
 import dmplay
 from dmplay.chance import Array
 from dmplay.session import Session
-from dmplay.views.style import Look, fit, style_of
+from dmplay.views.style import DrawOptions, fit_board, load_view_module
 from tests.support.games import started
 
-simple_regulator = style_of(dmplay.load("simple-regulator"))
+simple_regulator = load_view_module(dmplay.load_problem("simple-regulator"))
 
 
 def pushed() -> Session:
@@ -23,7 +23,7 @@ def pushed() -> Session:
 
 def test_the_panel_has_what_the_number_costs() -> None:
     view = pushed().view(0)
-    assert simple_regulator.panel(view) == [
+    assert simple_regulator.panel_rows(view) == [
         ("number", "-0.102"), ("costs", "0.010"), ("pushed", "+0.250"), ("aimed at", "-0.276"),
         ("reward", "-0.276"), ("noise", "0.1"), ("push by", "-10 to 10"),
         ("discount", "0.9 (gamma)"),
@@ -32,8 +32,11 @@ def test_the_panel_has_what_the_number_costs() -> None:
 
 def test_a_push_is_told_with_its_aim() -> None:
     view = pushed().view(0)
-    assert simple_regulator.told(view) == "number -0.102. pushed -0.526 by +0.250, aimed at -0.276."
-    assert simple_regulator.situation(view) == (
+    assert (
+        simple_regulator.describe_turn(view)
+        == "number -0.102. pushed -0.526 by +0.250, aimed at -0.276."
+    )
+    assert simple_regulator.describe_situation(view) == (
         "number -0.102. a turn here costs 0.010. push by a number from -10 to 10; noise of 0.1"
         " comes on top."
     )
@@ -48,7 +51,9 @@ def test_a_push_is_told_with_its_aim() -> None:
     ],
 )
 def test_a_push_that_is_advised_or_written_leads_along_the_line(push: float, drawn: str) -> None:
-    board = fit(simple_regulator, pushed().view(0), Look(39, 6, advised=push)).plain
+    board = fit_board(
+        simple_regulator, pushed().view(0), DrawOptions(39, 6, suggested_action=push)
+    ).plain
     assert drawn in board.split("\n")
 
 
@@ -73,32 +78,36 @@ class Counted(Sequence[Array]):
 
 @pytest.mark.parametrize("turns", [20, 400])
 def test_a_frame_asks_for_no_more_turns_than_it_shows(turns: int) -> None:
-    game = dmplay.Session(dmplay.load("simple-regulator"), dmplay.Dice(1), limit=turns)
+    game = dmplay.Session(
+        dmplay.load_problem("simple-regulator"), dmplay.SeededUniforms(1), turn_limit=turns
+    )
     for _ in range(turns):
         game.advance([0.0])
     seen = Counted(game.view(0).observations)
     view = dataclasses.replace(game.view(0), observations=seen)
-    fit(simple_regulator, view, Look(80, 24))
-    simple_regulator.panel(view)
+    fit_board(simple_regulator, view, DrawOptions(80, 24))
+    simple_regulator.panel_rows(view)
     assert seen.asked <= 4 * (12 + 1)  # turns of the largest frame, drawn in a few sizes
 
 
 def test_the_smallest_noise_is_drawn() -> None:
-    view = dmplay.Session(dmplay.load("simple-regulator", noise=1e-300), dmplay.Dice(1))
+    view = dmplay.Session(
+        dmplay.load_problem("simple-regulator", noise=1e-300), dmplay.SeededUniforms(1)
+    )
     view.advance([1.0])
-    assert fit(simple_regulator, view.view(0), Look(80, 24)).plain.count("█") == 2
+    assert fit_board(simple_regulator, view.view(0), DrawOptions(80, 24)).plain.count("█") == 2
 
 
 def test_the_start_is_told_with_what_can_be_done() -> None:
     view = started("simple-regulator:undiscounted", [0.36]).view(0)
-    assert simple_regulator.situation(view) == (
+    assert simple_regulator.describe_situation(view) == (
         "number +0.360. a turn here costs 0.130. push by a number from -10 to 10; noise of 0.1"
         " comes on top."
     )
 
 
 FRAMES = {
-    "the regulator and its last pushes": (pushed().view(0), Look(80, 24), """
+    "the regulator and its last pushes": (pushed().view(0), DrawOptions(80, 24), """
                               │
                               │
                               │
@@ -110,7 +119,7 @@ FRAMES = {
  ├──────────────┬──────────●──┼──────────────┬─────────────┤
 -1            -0.5            0            +0.5           +1
 s -0.102   pushed -0.526 by +0.250, aimed at -0.276"""),
-    "the regulator in ascii": (pushed().view(0), Look(80, 24, ascii=True), """
+    "the regulator in ascii": (pushed().view(0), DrawOptions(80, 24, ascii=True), """
                               |
                               |
                               |
@@ -122,7 +131,7 @@ s -0.102   pushed -0.526 by +0.250, aimed at -0.276"""),
  +--------------+----------*--+--------------+-------------+
 -1            -0.5            0            +0.5           +1
 s -0.102   pushed -0.526 by +0.250, aimed at -0.276"""),
-    "the regulator in a small room": (pushed().view(0), Look(40, 12), """
+    "the regulator in a small room": (pushed().view(0), DrawOptions(40, 12), """
                    │    ←──────────∘
             ←───────────∘
           ∘───→    │
@@ -130,7 +139,7 @@ s -0.102   pushed -0.526 by +0.250, aimed at -0.276"""),
  ├────────┬──────●─┼────────┬────────┤
 -1      -0.5       0      +0.5      +1
 s -0.102  a +0.250  aimed -0.276"""),
-    "the regulator in a small room in ascii": (pushed().view(0), Look(40, 12, ascii=True), """
+    "the regulator in a small room in ascii": (pushed().view(0), DrawOptions(40, 12, ascii=True), """
                    |    <----------o
             <-----------o
           o--->    |
@@ -138,14 +147,14 @@ s -0.102  a +0.250  aimed -0.276"""),
  +--------+------*-+--------+--------+
 -1      -0.5       0      +0.5      +1
 s -0.102  a +0.250  aimed -0.276"""),
-    "the regulator at its start": (started("simple-regulator", [0.36]).view(0), Look(40, 6), """
+    "the regulator at its start": (started("simple-regulator", [0.36]).view(0), DrawOptions(40, 6), """
                    │
                    │▁▂▄▇█▇▄▂▁
  ├────────┬────────┼─────●──┬────────┤
 -1      -0.5       0      +0.5      +1
 s +0.360   drawn around 0.3"""),
     "the number line grows with the number": (
-        started("simple-regulator", [0.36], [10], [0.5, 0.25]).view(0), Look(80, 12), """
+        started("simple-regulator", [0.36], [10], [0.5, 0.25]).view(0), DrawOptions(80, 12), """
                               │
                               │
                               │
@@ -157,7 +166,7 @@ s +0.360   drawn around 0.3"""),
  ├──────────────┬─────────────┼──────────────●─────────────┤
 -20            -10            0             +10           +20
 s +10.360   pushed +0.360 by +10.000, aimed at +10.360"""),
-    "the number line alone": (started("simple-regulator", [0.36]).view(0), Look(40, 3), """
+    "the number line alone": (started("simple-regulator", [0.36]).view(0), DrawOptions(40, 3), """
  ├────────┬────────┼─────●──┬────────┤
 -1      -0.5       0      +0.5      +1"""),
 }  # fmt: skip
@@ -166,4 +175,4 @@ s +10.360   pushed +0.360 by +10.000, aimed at +10.360"""),
 @pytest.mark.parametrize("what", FRAMES)
 def test_a_number_and_its_pushes_are_drawn(what: str) -> None:
     view, look, board = FRAMES[what]
-    assert fit(simple_regulator, view, look).plain == board[1:]
+    assert fit_board(simple_regulator, view, look).plain == board[1:]

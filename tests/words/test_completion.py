@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.cli.group import rejoined
+from dmplay.cli.group import rejoin_bash_words
 from dmplay.finding.names import problem_names
 from tests.support.programs import loaded, run
 from tests.support.terminals import clean_environment
@@ -139,7 +139,7 @@ def test_a_shell_that_is_not_known_is_refused(place: Path) -> None:
 def test_words_that_bash_took_apart_are_joined(
     words: list[str], at: int, found: tuple[list[str], int, str]
 ) -> None:
-    assert rejoined(words, at) == found
+    assert rejoin_bash_words(words, at) == found
 
 
 def test_commands_problems_and_aliases_are_offered_first(place: Path) -> None:

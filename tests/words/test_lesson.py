@@ -6,26 +6,28 @@ import pytest
 
 import dmplay
 from dmplay.finding.names import problem_names
-from dmplay.game.table import Table
-from dmplay.words.commands import typed
-from dmplay.words.lesson import lesson
+from dmplay.game.table import GameController
+from dmplay.words.commands import run_line
+from dmplay.words.lesson import lesson_lines
 from tests.support.brought import Key
 from tests.support.screens import game, play, seated
 
 
 @pytest.mark.parametrize("name", problem_names())
 def test_a_lesson_is_three_sentences_and_one_turn_that_tell_nothing_of_the_game(name: str) -> None:
-    others = ["random"] * (len(dmplay.load(name).agents) - 1)
-    told = lesson(game(name, "human", *others, seed=1))
+    others = ["random"] * (len(dmplay.load_problem(name).agents) - 1)
+    told = lesson_lines(game(name, "human", *others, seed=1))
     assert [row.endswith(".") for row in told] == [True] * 4
     assert told[0].startswith("You ")
     assert told[1].startswith("You want ")
     assert re.match("For example, one turn[: ].* It pays you -?[0-9.]+", told[3])
     played = game(name, "human", *others, seed=2)
-    assert lesson(played) == told
-    legal = [label for _, label, able in played.keyboard.legal(played.view()) if able]
-    typed(Table(played), legal[0] if legal else "0.5")
-    assert lesson(played) == told
+    assert lesson_lines(played) == told
+    legal = [
+        label for _, label, able in played.keyboard.list_actions_with_keys(played.view()) if able
+    ]
+    run_line(GameController(played), legal[0] if legal else "0.5")
+    assert lesson_lines(played) == told
 
 
 @pytest.mark.parametrize(
@@ -43,7 +45,7 @@ def test_a_lesson_is_three_sentences_and_one_turn_that_tell_nothing_of_the_game(
 def test_a_lesson_has_the_numbers_of_the_game_that_is_played(
     name: str, parameters: dict[str, object], row: int, says: str
 ) -> None:
-    assert says in lesson(game(name, parameters=parameters))[row]
+    assert says in lesson_lines(game(name, parameters=parameters))[row]
 
 
 @pytest.mark.parametrize(
@@ -56,13 +58,13 @@ def test_a_lesson_has_the_numbers_of_the_game_that_is_played(
     ],
 )
 def test_the_worked_turn_is_one_of_the_problem_itself(name: str, turn: str) -> None:
-    assert turn in lesson(game(name))[3]
+    assert turn in lesson_lines(game(name))[3]
 
 
 def test_each_seat_has_a_lesson_of_its_own() -> None:
     prey = game("predator-prey", "flee", "human")
-    assert lesson(prey)[1] == "You want never to share a hex with a predator."
-    assert "the other" not in lesson(game("multicaregiver-crying-baby"))[3]
+    assert lesson_lines(prey)[1] == "You want never to share a hex with a predator."
+    assert "the other" not in lesson_lines(game("multicaregiver-crying-baby"))[3]
 
 
 @pytest.mark.parametrize("size", [(80, 24), (50, 14)])
@@ -70,13 +72,13 @@ def test_help_begins_with_the_lesson_on_the_screen_and_in_lines(size: tuple[int,
     played = game("hexworld")
     first = "You are @ and walk from hex to hex;"
     assert play(played, "?", size=size).last.split("\n")[1].strip().startswith(first)
-    assert str(typed(Table(played), "help")).startswith(first)
-    assert "You are" not in str(typed(Table(), "help"))
+    assert str(run_line(GameController(played), "help")).startswith(first)
+    assert "You are" not in str(run_line(GameController(), "help"))
 
 
 def test_a_problem_without_a_view_is_told_by_its_own_words() -> None:
-    session = dmplay.Session(Key(), dmplay.Dice(7), limit=3)
-    told = lesson(seated("key", session, ["human"]))
+    session = dmplay.Session(Key(), dmplay.SeededUniforms(7), turn_limit=3)
+    told = lesson_lines(seated("key", session, ["human"]))
     assert told[0] == "You are agent, and you see the state."
     assert told[1].startswith("One who has taken the key may open;")
     assert told[3].startswith("For example, one turn from before: ")

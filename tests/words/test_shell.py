@@ -14,17 +14,17 @@ from prompt_toolkit.input import create_pipe_input
 from prompt_toolkit.output import DummyOutput
 
 from dmplay import prompt
-from dmplay.cli.app import root
-from dmplay.cli.errands import understood
+from dmplay.cli.app import root_command
+from dmplay.cli.errands import interpret_command
 from dmplay.errors import UnknownName
 from dmplay.finding.names import problem_names
-from dmplay.game.checking import check
-from dmplay.game.table import Table
+from dmplay.game.checking import verify_file
+from dmplay.game.table import GameController
 from dmplay.terminal import Terminal as Wished
-from dmplay.terminal import Wishes
-from dmplay.transcript.reading import read
-from dmplay.words.commands import COMMANDS, TOPICS, typed
-from dmplay.words.completion.candidates import Candidates, candidates
+from dmplay.terminal import TerminalOptions
+from dmplay.transcript.reading import read_transcript
+from dmplay.words.commands import COMMANDS, COMMANDS_BY_TOPIC, run_line
+from dmplay.words.completion.candidates import CommandCompleter, complete_line
 from dmplay.words.shell import Shell
 from tests.support.games import values
 from tests.support.programs import run
@@ -50,9 +50,12 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def shell(*lines: str) -> Shell:
     """A shell in which these lines were done."""
-    made = Shell(Table(program=understood, aliases={"hw": "play hexworld --seed 7"}), ON_A_TERMINAL)
+    made = Shell(
+        GameController(cli_interpreter=interpret_command, aliases={"hw": "play hexworld --seed 7"}),
+        ON_A_TERMINAL,
+    )
     for line in lines:
-        made.do(line)
+        made.run_line(line)
     return made
 
 
@@ -60,7 +63,7 @@ def session(keys: str, made: Shell | None = None) -> int:
     """Types these keys at the prompt; the exit code."""
     with create_pipe_input() as pipe, create_app_session(input=pipe, output=DummyOutput()):
         pipe.send_text(keys)
-        return prompt.run(made or shell(), pipe, DummyOutput())
+        return prompt.run_prompt(made or shell(), pipe, DummyOutput())
 
 
 def kept(folder: Path) -> list[Path]:
@@ -78,7 +81,7 @@ def test_a_game_is_played_on_from_an_earlier_turn_in_a_file_of_its_own(tmp_path:
         "g.dmt": ['{"agent": "e"}', '{"agent": "ne"}'],
         "g-2.dmt": ['{"agent": "e"}', '{"agent": "w"}'],
     }
-    assert all(check(tmp_path / name).ok for name in told)
+    assert all(verify_file(tmp_path / name).is_ok for name in told)
 
 
 def test_a_recording_that_is_looked_at_is_played_on_from_where_it_stands(tmp_path: Path) -> None:
@@ -88,7 +91,7 @@ def test_a_recording_that_is_looked_at_is_played_on_from_where_it_stands(tmp_pat
     assert "on from turn 2." in done.stdout
     assert "turn 3. at (8,2). chose E, bumped" in done.stdout
     (file,) = (tmp_path / "state" / "dmplay" / "games").glob("*.dmt")
-    assert check(file).ok
+    assert verify_file(file).is_ok
 
 
 def test_a_path_with_a_blank_is_told_as_a_shell_takes_it(tmp_path: Path) -> None:
@@ -173,7 +176,7 @@ def test_f1_is_help_that_fits_a_screen_and_names_every_command(
     assert session("\x1bOP\x04") == 0
     told = capsys.readouterr().out
     assert told.count("\n") < 20
-    for topic, commands in TOPICS.items():
+    for topic, commands in COMMANDS_BY_TOPIC.items():
         assert f"{topic}: {', '.join(command.name for command in commands)}" in " ".join(
             told.split()
         )
@@ -181,38 +184,40 @@ def test_f1_is_help_that_fits_a_screen_and_names_every_command(
 
 def test_help_knows_actions_and_problems(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
     made = shell()
-    made.do("help hexworld")
-    made.do("play hexworld")
-    made.do("help ne")
+    made.run_line("help hexworld")
+    made.run_line("play hexworld")
+    made.run_line("help ne")
     told = capsys.readouterr().out.splitlines()
     assert told[0] == "hexworld: a problem; play hexworld begins it, info hexworld tells of it"
     assert told[-1] == "ne: an action; its name alone plays it"
 
 
-@pytest.mark.parametrize("topic", TOPICS)
+@pytest.mark.parametrize("topic", COMMANDS_BY_TOPIC)
 def test_help_tells_of_a_topic_what_each_command_does(
     topic: str, place: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    shell().do(f"help {topic}")
+    shell().run_line(f"help {topic}")
     told = capsys.readouterr().out.splitlines()
-    wanted = [f"{c.name} {c.argument}".strip() + f": {c.help}" for c in TOPICS[topic]]
+    wanted = [
+        f"{c.name} {c.argument_help}".strip() + f": {c.help}" for c in COMMANDS_BY_TOPIC[topic]
+    ]
     assert told == wanted
     with pytest.raises(UnknownName, match="did you mean files or"):
-        shell().do("help file")
+        shell().run_line("help file")
 
 
 def test_the_prompt_and_the_toolbar_tell_where_the_game_stands(place: Path) -> None:
     made = shell()
-    assert (made.prompt, prompt.toolbar(made)) == ("dmplay> ", " F1 help")
-    made.do("hw; e")
+    assert (made.prompt, prompt.toolbar_text(made)) == ("dmplay> ", " F1 help")
+    made.run_line("hw; e")
     assert made.prompt == "dmplay [hexworld t1]> "
-    assert prompt.toolbar(made) == " score 0.00 · at (8,2) · F1 help"
-    made.do("play crying-baby --turns 1")
-    assert prompt.toolbar(made) == " F1 help"
-    made.do("feed")
+    assert prompt.toolbar_text(made) == " score 0.00 · at (8,2) · F1 help"
+    made.run_line("play crying-baby --turns 1")
+    assert prompt.toolbar_text(made) == " F1 help"
+    made.run_line("feed")
     assert made.prompt == "dmplay [crying-baby t1 over]> "
-    made.do("play prisoners-dilemma --vs human")
-    made.do("c")
+    made.run_line("play prisoners-dilemma --vs human")
+    made.run_line("c")
     assert made.prompt == "dmplay [prisoners-dilemma t0 agent2]> "
 
 
@@ -246,27 +251,27 @@ def test_every_problem_is_played_by_an_agent_step_by_step(
     name: str, place: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     made = shell(f"play {name} --seed 7 --agent random --turns 5", "step", "step 2", "auto")
-    assert len(made.table.game.session.turns) <= 5
-    assert made.table.game.session.over
-    made.table.end()
+    assert len(made.controller.game.session.turns) <= 5
+    assert made.controller.game.session.over
+    made.controller.end_game()
     (path,) = kept(place)
-    assert check(path).ok
+    assert verify_file(path).is_ok
     with pytest.raises((LookupError, ValueError), match="'nonsense'"):
-        made.do("nonsense")
+        made.run_line("nonsense")
 
 
 def test_a_recording_is_looked_at_and_gone_on_with(
     place: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     made = shell("hw", "e; ne", f"save {place / 'g.dmt'}")
-    made.do(f"replay {place / 'g.dmt'}")
-    made.do("step; step; undo")
-    assert len(made.table.game.session.turns) == 1
-    made.do(f"load {place / 'g.dmt'}")
+    made.run_line(f"replay {place / 'g.dmt'}")
+    made.run_line("step; step; undo")
+    assert len(made.controller.game.session.turns) == 1
+    made.run_line(f"load {place / 'g.dmt'}")
     assert "resumed hexworld. turn 2." in capsys.readouterr().out
-    made.do("w")
-    made.table.end()
-    end = read(place / "g.dmt").end
+    made.run_line("w")
+    made.controller.end_game()
+    end = read_transcript(place / "g.dmt").end_block
     assert end is not None
     assert json.loads(json.dumps(end["end"]))["turns"] == 3
 
@@ -274,8 +279,8 @@ def test_a_recording_is_looked_at_and_gone_on_with(
 def test_a_hidden_game_is_not_exported_before_its_end(place: Path) -> None:
     made = shell("play crying-baby --seed 3 --turns 2", "feed")
     with pytest.raises(ValueError, match="would tell what is hidden"):
-        made.do("export --csv")
-    made.do("feed; export --csv")
+        made.run_line("export --csv")
+    made.run_line("feed; export --csv")
 
 
 def test_the_screen_opens_from_a_terminal_only(place: Path) -> None:
@@ -303,21 +308,24 @@ def test_the_screen_opens_from_a_terminal_only(place: Path) -> None:
     ],
 )
 def test_what_can_follow_is_offered(line: str, among: str, place: Path) -> None:
-    assert set(among.split()) <= set(candidates(shell().table, line))
+    assert set(among.split()) <= set(complete_line(shell().controller, line))
 
 
 def test_the_options_of_the_command_line_are_offered_but_for_how_a_game_is_shown(
     place: Path,
 ) -> None:
-    table = shell().table
+    table = shell().controller
     known = {
-        name: {max(one.opts, key=len) for one in root().commands[name].params} - {"file", "problem"}
+        name: {max(one.opts, key=len) for one in root_command().commands[name].params}
+        - {"file", "problem"}
         for name in ("play", "export")
     }
-    look = {f"--{name}" for name in (*Wishes._fields, "quiet", "speed", "rate")}
+    look = {f"--{name}" for name in (*TerminalOptions._fields, "quiet", "speed", "rate")}
     play = known["play"] - look - {"--strict-hints"} | {"--strict=hints"}
-    assert {*candidates(table, "play hexworld ")} == play
-    assert {one for one in candidates(table, "export ") if one.startswith("-")} == known["export"]
+    assert {*complete_line(table, "play hexworld ")} == play
+    assert {one for one in complete_line(table, "export ") if one.startswith("-")} == known[
+        "export"
+    ]
 
 
 @pytest.mark.parametrize(
@@ -332,7 +340,7 @@ def test_the_options_of_the_command_line_are_offered_but_for_how_a_game_is_shown
     ],
 )
 def test_what_can_follow_in_a_game_is_offered(line: str, among: str, place: Path) -> None:
-    assert set(among.split()) <= set(candidates(shell("hw").table, line))
+    assert set(among.split()) <= set(complete_line(shell("hw").controller, line))
 
 
 def test_files_are_offered(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -340,7 +348,7 @@ def test_files_are_offered(place: Path, monkeypatch: pytest.MonkeyPatch) -> None
     (place / "b.txt").touch()
     monkeypatch.chdir(place)
     for command in ("load", "replay", "export"):
-        found = candidates(shell().table, f"{command} ")
+        found = complete_line(shell().controller, f"{command} ")
         assert "a.dmt" in found
         assert "b.txt" not in found
 
@@ -357,7 +365,7 @@ def test_files_are_offered(place: Path, monkeypatch: pytest.MonkeyPatch) -> None
 def test_completion_is_fuzzy_and_takes_the_word_under_the_cursor(
     line: str, first: str, place: Path
 ) -> None:
-    completer = FuzzyCompleter(Candidates(shell().table), WORD=True)
+    completer = FuzzyCompleter(CommandCompleter(shell().controller), WORD=True)
     found = [*completer.get_completions(Document(line), CompleteEvent())]
     assert found[0].text == first
     assert -found[0].start_position == len(line.rpartition(" ")[2])
@@ -441,7 +449,7 @@ def test_every_command_is_asked_without_a_fault(
         for command in COMMANDS:
             if command.name not in ("quit", "load"):
                 try:
-                    words = typed(made.table, command.name)
+                    words = run_line(made.controller, command.name)
                 except (ValueError, LookupError) as error:
                     words = str(error)
                 assert words
@@ -483,7 +491,7 @@ def test_a_signal_ends_a_session_in_good_order(number: int, code: int, tmp_path:
         assert terminal.left_clean()
         assert "Traceback" not in terminal.printed
     (path,) = kept(tmp_path / "state")
-    assert check(path).ok
+    assert verify_file(path).is_ok
     assert '"reason": "interrupted"' in path.read_text()
 
 
